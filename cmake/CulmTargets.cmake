@@ -1,0 +1,32 @@
+# One library per folder of src, with the arrows of the layer diagram as its only links.
+
+# The flags that every culm target shares: warnings, sanitizers, architecture.
+add_library(culm_build_flags INTERFACE)
+target_compile_features(culm_build_flags INTERFACE cxx_std_20)
+target_compile_options(culm_build_flags INTERFACE
+    -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wnon-virtual-dtor -Woverloaded-virtual
+    # GCC 12 reports false uninitialised reads inside <experimental/simd> and Eigen with AVX-512.
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized -Wno-uninitialized>)
+if(CULM_WARNINGS_AS_ERRORS)
+    target_compile_options(culm_build_flags INTERFACE -Werror)
+endif()
+if(CULM_ARCHITECTURE)
+    target_compile_options(culm_build_flags INTERFACE -march=${CULM_ARCHITECTURE})
+endif()
+if(CULM_SANITIZE)
+    target_compile_options(culm_build_flags INTERFACE
+        -fsanitize=${CULM_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    target_link_options(culm_build_flags INTERFACE -fsanitize=${CULM_SANITIZE})
+endif()
+# Packaged libraries are compiled for the baseline architecture: Eigen objects may only cross that
+# border if both sides agree on their alignment.
+target_compile_definitions(culm_build_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
+
+# culm_add_layer(<folder> SOURCES ... LINKS ...): the library culm_<folder>, alias culm::<folder>.
+function(culm_add_layer folder)
+    cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
+    add_library(culm_${folder} STATIC ${ARG_SOURCES})
+    add_library(culm::${folder} ALIAS culm_${folder})
+    target_include_directories(culm_${folder} PUBLIC ${PROJECT_SOURCE_DIR}/src)
+    target_link_libraries(culm_${folder} PUBLIC culm_build_flags ${ARG_LINKS})
+endfunction()

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "archive/file_descriptor.hpp"
+
+#include "core/error.hpp"
+
+#include <cerrno>
+#include <system_error>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace culm::archive {
+
+namespace {
+
+int open_checked(const std::filesystem::path& path, int flags) {
+    constexpr mode_t permissions = 0666; // the user's umask takes away from this
+    int descriptor = -1;
+    do {
+        descriptor = ::open(path.c_str(), flags | O_CLOEXEC, permissions);
+    } while (descriptor < 0 && errno == EINTR);
+    if (descriptor < 0)
+        throw_storage_error("open", path, errno);
+    return descriptor;
+}
+
+} // namespace
+
+void throw_storage_error(std::string_view action, const std::filesystem::path& path,
+                         int error_number) {
+    throw core::StorageError(fmt::format("cannot {} {}: {}", action, path.string(),
+                                         std::generic_category().message(error_number)));
+}
+
+FileDescriptor::FileDescriptor(std::filesystem::path path, Access access)
+    : path_(std::move(path)),
+      descriptor_(open_checked(path_, access == Access::Read ? O_RDONLY : O_RDWR | O_CREAT)) {}
+
+FileDescriptor::~FileDescriptor() {
+    if (is_open())
+        ::close(descriptor_);
+}
+
+FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept {
+    std::swap(path_, other.path_);
+    std::swap(descriptor_, other.descriptor_);
+    return *this;
+}
+
+std::uint64_t FileDescriptor::size() const {
+    struct stat status {};
+    if (::fstat(descriptor_, &status) != 0)
+        throw_storage_error("examine", path_, errno);
+    return static_cast<std::uint64_t>(status.st_size);
+}
+
+void FileDescriptor::write_at(std::span<const std::byte> bytes, std::uint64_t offset) {
+    while (!bytes.empty()) {
+        const ssize_t written =
+            ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0) // POSIX allows 0 where nothing fits any more
+            throw_storage_error("write", path_, written < 0 ? errno : ENOSPC);
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+        offset += static_cast<std::uint64_t>(written);
+    }
+}
+
+std::size_t FileDescriptor::read_at(std::span<std::byte> bytes, std::uint64_t offset) const {
+    std::size_t total = 0;
+    while (total < bytes.size()) {
+        const ssize_t got = ::pread(descriptor_, bytes.data() + total, bytes.size() - total,
+                                    static_cast<off_t>(offset + total));
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            throw_storage_error("read", path_, errno);
+        if (got == 0)
+            break;
+        total += static_cast<std::size_t>(got);
+    }
+    return total;
+}
+
+void FileDescriptor::truncate(std::uint64_t size) {
+    if (::ftruncate(descriptor_, static_cast<off_t>(size)) != 0)
+        throw_storage_error("truncate", path_, errno);
+}
+
+void FileDescriptor::sync_data() {
+    // EINVAL: a pipe or device that cannot be synchronised has nothing to lose either.
+    if (::fdatasync(descriptor_) != 0 && errno != EINVAL)
+        throw_storage_error("synchronise", path_, errno);
+}
+
+void FileDescriptor::lock_exclusively() {
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        throw core::StorageError(fmt::format(
+            "cannot write {}: another process has it open; is the study running already?",
+            path_.string()));
+}
+
+void FileDescriptor::close() {
+    if (is_open() && ::close(std::exchange(descriptor_, -1)) != 0)
+        throw_storage_error("close", path_, errno);
+}
+
+void sync_path(const std::filesystem::path& path) {
+    const int descriptor = open_checked(path, O_RDONLY);
+    const int result = ::fsync(descriptor);
+    const int error_number = errno;
+    ::close(descriptor);
+    // EINVAL: some network file systems do not synchronise folders.
+    if (result != 0 && error_number != EINVAL)
+        throw_storage_error("synchronise", path, error_number);
+}
+
+} // namespace culm::archive

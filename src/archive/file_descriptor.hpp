@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// An open POSIX file: unbuffered writes at a place, and errors that name file and cause.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string_view>
+#include <utility>
+
+namespace culm::archive {
+
+/// Owns a file descriptor. Every failure is a StorageError with path and the system's text for
+/// errno ("No space left on device").
+class FileDescriptor {
+  public:
+    enum class Access { Read, ReadWriteCreate };
+
+    FileDescriptor(std::filesystem::path path, Access access);
+    ~FileDescriptor();
+    FileDescriptor(FileDescriptor&& other) noexcept
+        : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+    FileDescriptor& operator=(FileDescriptor&& other) noexcept;
+    FileDescriptor(const FileDescriptor&) = delete;
+    FileDescriptor& operator=(const FileDescriptor&) = delete;
+
+    [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+    [[nodiscard]] bool is_open() const { return descriptor_ >= 0; }
+    [[nodiscard]] std::uint64_t size() const;
+
+    /// Writes all bytes at the offset; interrupted and short writes are continued.
+    void write_at(std::span<const std::byte> bytes, std::uint64_t offset);
+    /// Reads up to bytes.size() bytes; fewer only at the end of the file.
+    [[nodiscard]] std::size_t read_at(std::span<std::byte> bytes, std::uint64_t offset) const;
+    void truncate(std::uint64_t size);
+    /// fdatasync: content (and the size needed to find it) is on the disk when this returns.
+    void sync_data();
+    /// StorageError if another process holds the file. File systems that know no locks pass.
+    void lock_exclusively();
+    /// Closes and reports the error that a delayed write may leave until then.
+    void close();
+
+  private:
+    std::filesystem::path path_;
+    int descriptor_ = -1;
+};
+
+/// fsync of a closed file or of a folder (so that a new or renamed entry survives a power cut).
+void sync_path(const std::filesystem::path& path);
+
+/// Throws StorageError "cannot <action> <path>: <text of errno>".
+[[noreturn]] void throw_storage_error(std::string_view action, const std::filesystem::path& path,
+                                      int error_number);
+
+} // namespace culm::archive

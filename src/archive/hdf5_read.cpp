@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "archive/hdf5_read.hpp"
+
+#include "archive/crc32.hpp"
+#include "archive/hdf5_call.hpp"
+#include "archive/hdf5_write.hpp"
+#include "core/error.hpp"
+
+#include <functional>
+#include <numeric>
+
+#include <fmt/format.h>
+
+namespace culm::archive {
+
+namespace {
+
+hsize_t product(std::span<const hsize_t> shape) {
+    return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>());
+}
+
+void strip_padding(std::string& text) {
+    text.erase(text.find_last_not_of('\0') + 1);
+}
+
+} // namespace
+
+Hdf5Input::Hdf5Input(std::filesystem::path path)
+    : path_(std::move(path)), file_(checked(H5Fopen(path_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT),
+                                            "open it as an HDF5 file", path_)) {}
+
+bool Hdf5Input::has(const std::string& object) const {
+    for (std::size_t end = object.find('/', 1); end != std::string::npos;
+         end = object.find('/', end + 1))
+        if (H5Lexists(root(), object.substr(0, end).c_str(), H5P_DEFAULT) <= 0)
+            return false;
+    return H5Lexists(root(), object.c_str(), H5P_DEFAULT) > 0;
+}
+
+bool Hdf5Input::has_attribute(const std::string& object, const std::string& name) const {
+    return checked(H5Aexists_by_name(root(), object.c_str(), name.c_str(), H5P_DEFAULT),
+                   fmt::format("look for the attribute {} of {}", name, object), path_) > 0;
+}
+
+AttributeHandle Hdf5Input::open_attribute(const std::string& object,
+                                          const std::string& name) const {
+    return AttributeHandle(
+        checked(H5Aopen_by_name(root(), object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+                fmt::format("open the attribute {} of {}", name, object), path_));
+}
+
+std::string Hdf5Input::text_attribute(const std::string& object, const std::string& name) const {
+    const std::vector<std::string> texts = text_list_attribute(object, name);
+    if (texts.size() != 1)
+        throw core::StorageError(fmt::format("{}: the attribute {} of {} is not one text",
+                                             path_.string(), name, object));
+    return texts.front();
+}
+
+std::vector<std::string> Hdf5Input::text_list_attribute(const std::string& object,
+                                                        const std::string& name) const {
+    const std::string action = fmt::format("read the attribute {} of {}", name, object);
+    const AttributeHandle attribute = open_attribute(object, name);
+    const DataspaceHandle space(checked(H5Aget_space(attribute.get()), action, path_));
+    const auto count =
+        static_cast<std::size_t>(checked(H5Sget_simple_extent_npoints(space.get()), action, path_));
+    std::vector<char*> pointers(count, nullptr);
+    const DatatypeHandle type = variable_text_type();
+    checked(H5Aread(attribute.get(), type.get(), pointers.data()), action, path_);
+    std::vector<std::string> texts;
+    texts.reserve(count);
+    for (const char* pointer : pointers)
+        texts.emplace_back(pointer == nullptr ? "" : pointer);
+    checked(H5Dvlen_reclaim(type.get(), space.get(), H5P_DEFAULT, pointers.data()), action, path_);
+    return texts;
+}
+
+std::int64_t Hdf5Input::integer_attribute(const std::string& object,
+                                          const std::string& name) const {
+    std::int64_t value = 0;
+    const AttributeHandle attribute = open_attribute(object, name);
+    checked(H5Aread(attribute.get(), H5T_NATIVE_INT64, &value),
+            fmt::format("read the attribute {} of {}", name, object), path_);
+    return value;
+}
+
+DatasetHandle Hdf5Input::open_dataset(const std::string& name) const {
+    return DatasetHandle(
+        checked(H5Dopen2(root(), name.c_str(), H5P_DEFAULT), "open the dataset " + name, path_));
+}
+
+std::vector<hsize_t> Hdf5Input::shape(const std::string& dataset) const {
+    const std::string action = "read the shape of " + dataset;
+    const DatasetHandle handle = open_dataset(dataset);
+    const DataspaceHandle space(checked(H5Dget_space(handle.get()), action, path_));
+    const int rank = checked(H5Sget_simple_extent_ndims(space.get()), action, path_);
+    std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
+    checked(H5Sget_simple_extent_dims(space.get(), extent.data(), nullptr), action, path_);
+    return extent;
+}
+
+std::string Hdf5Input::text(const std::string& dataset) const {
+    const DatasetHandle handle = open_dataset(dataset);
+    const DatatypeHandle type(checked(H5Dget_type(handle.get()), "read " + dataset, path_));
+    std::string content(H5Tget_size(type.get()), '\0');
+    checked(H5Dread(handle.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, content.data()),
+            "read " + dataset, path_);
+    strip_padding(content);
+    if (integer_attribute(dataset, "crc32") != static_cast<std::int64_t>(crc32(content)))
+        throw core::StorageError(
+            fmt::format("{}: the text {} does not match its checksum", path_.string(), dataset));
+    return content;
+}
+
+std::string Hdf5Input::text_at(const std::string& dataset, hsize_t row) const {
+    const std::string action = "read " + dataset;
+    const DatasetHandle handle = open_dataset(dataset);
+    const DatatypeHandle type(checked(H5Dget_type(handle.get()), action, path_));
+    const DataspaceHandle space(checked(H5Dget_space(handle.get()), action, path_));
+    const hsize_t one = 1;
+    checked(H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, &row, nullptr, &one, nullptr), action,
+            path_);
+    const DataspaceHandle memory(H5Screate_simple(1, &one, nullptr));
+    std::string content(H5Tget_size(type.get()), '\0');
+    checked(
+        H5Dread(handle.get(), type.get(), memory.get(), space.get(), H5P_DEFAULT, content.data()),
+        action, path_);
+    strip_padding(content);
+    return content;
+}
+
+std::vector<double> Hdf5Input::doubles(const std::string& dataset) const {
+    std::vector<double> values(product(shape(dataset)));
+    const DatasetHandle handle = open_dataset(dataset);
+    checked(H5Dread(handle.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+            "read " + dataset, path_);
+    return values;
+}
+
+std::vector<double> Hdf5Input::doubles_at(const std::string& dataset, hsize_t row) const {
+    const std::string action = "read " + dataset;
+    std::vector<hsize_t> count = shape(dataset);
+    std::vector<hsize_t> start(count.size(), 0);
+    start.at(0) = row;
+    count.at(0) = 1;
+    std::vector<double> values(product(count));
+    const DatasetHandle handle = open_dataset(dataset);
+    const DataspaceHandle space(checked(H5Dget_space(handle.get()), action, path_));
+    checked(H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(),
+                                nullptr),
+            action, path_);
+    const DataspaceHandle memory(
+        H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr));
+    checked(H5Dread(handle.get(), H5T_NATIVE_DOUBLE, memory.get(), space.get(), H5P_DEFAULT,
+                    values.data()),
+            action, path_);
+    return values;
+}
+
+std::vector<std::uint8_t> Hdf5Input::statuses(const std::string& dataset) const {
+    std::vector<std::uint8_t> values(product(shape(dataset)));
+    const DatasetHandle handle = open_dataset(dataset);
+    checked(
+        H5Dread(handle.get(), status_type().get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+        "read " + dataset, path_);
+    return values;
+}
+
+} // namespace culm::archive

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The bytes of a journal: file header and record headers (docs/archive-format.md, journal 1).
+#pragma once
+
+#include "archive/point_record.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace culm::archive {
+
+inline constexpr std::uint32_t journal_version = 1;
+inline constexpr std::array<char, 8> journal_magic = {'C', 'U', 'L', 'M', 'J', 'R', 'N', 'L'};
+/// Bytes of the file header before the identity text: magic, version, length.
+inline constexpr std::size_t journal_prefix_size = 16;
+
+/// Starts every record. Not a text and not the start of any likely double, so that a search for it
+/// seldom stops in vain.
+inline constexpr std::array<std::byte, 8> record_magic = {
+    std::byte{0xC5}, std::byte{'R'},  std::byte{'E'},  std::byte{'C'},
+    std::byte{0x0D}, std::byte{0x0A}, std::byte{0x1A}, std::byte{0xF1}};
+inline constexpr std::size_t record_header_size = 40;
+
+struct RecordHeader {
+    std::int64_t point = 0;
+    PointStatus status = PointStatus::Completed;
+    std::uint64_t payload_size = 0; ///< bytes
+    std::uint32_t payload_crc = 0;
+};
+
+/// Magic, version, length and text of the study's identity, CRC-32 of all that.
+[[nodiscard]] std::vector<std::byte> encode_journal_header(std::string_view identity);
+
+/// Header and payload of a record in one block, ready for one write.
+[[nodiscard]] std::vector<std::byte> encode_record(const PointRecord& record);
+
+/// The header in these record_header_size bytes, or nothing if magic or checksum are wrong.
+[[nodiscard]] std::optional<RecordHeader> decode_record_header(std::span<const std::byte> bytes);
+
+} // namespace culm::archive

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Appending completed points to a journal so that they survive the death of the process.
+#pragma once
+
+#include "archive/file_descriptor.hpp"
+#include "archive/point_record.hpp"
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <string_view>
+
+namespace culm::archive {
+
+struct JournalOptions {
+    /// At most this long after the last fdatasync, an append ends with another one. A record is in
+    /// the kernel when append returns, so kill -9 never loses it; fdatasync is for the crash of the
+    /// whole node, costs milliseconds, and is therefore not done for every point. 0: after every
+    /// append.
+    std::chrono::milliseconds sync_interval{10'000};
+};
+
+/// One rank's journal. Nothing is buffered in user space. One writer per file: the file is locked.
+class JournalWriter {
+  public:
+    /// Creates the journal (and its folder), or goes on with it: a torn tail is cut off first.
+    /// InputError if it belongs to another study; StorageError if it cannot be opened or written,
+    /// is in use, or is no readable journal.
+    JournalWriter(const std::filesystem::path& path, std::string_view identity,
+                  const JournalOptions& options = {});
+    /// Closes; errors are lost here, so call close() where they matter.
+    ~JournalWriter();
+    JournalWriter(JournalWriter&&) = default;
+    JournalWriter& operator=(JournalWriter&&) = delete;
+    JournalWriter(const JournalWriter&) = delete;
+    JournalWriter& operator=(const JournalWriter&) = delete;
+
+    /// The point is committed when this returns. On StorageError (disk full, I/O error) it is not,
+    /// and what was written of it has been cut off again, so that the journal stays whole and a
+    /// later append may succeed.
+    void append(const PointRecord& record);
+    /// fdatasync now.
+    void sync();
+    /// fdatasync and close; append must not be called any more.
+    void close();
+
+    /// Bytes of a torn tail that were cut off when the journal was opened.
+    [[nodiscard]] std::uint64_t discarded_bytes() const { return discarded_bytes_; }
+    [[nodiscard]] const std::filesystem::path& path() const { return file_.path(); }
+
+  private:
+    void start(std::string_view identity);
+    void cut_to_end() noexcept;
+
+    FileDescriptor file_;
+    JournalOptions options_;
+    std::uint64_t end_ = 0; ///< behind the last committed record, bytes
+    std::uint64_t discarded_bytes_ = 0;
+    bool tail_is_dirty_ = false; ///< a failed append could not be cut off yet
+    bool is_unsynced_ = false;
+    std::chrono::steady_clock::time_point last_sync_ = std::chrono::steady_clock::now();
+};
+
+} // namespace culm::archive

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the archive keeps of one computed point of a study.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace culm::archive {
+
+/// State of a point, with the numbers used in the journal and in the study file.
+enum class PointStatus : std::uint8_t { Completed = 0, Failed = 1, Missing = 2 };
+
+/// One computed point; SI units. A history that the study does not store is empty.
+struct PointRecord {
+    std::int64_t point = 0;                ///< place in the study's design
+    bool completed = false;                ///< false: computed, but there is no answer
+    std::string failure_kind;              ///< core::to_string(FailureKind); empty when completed
+    std::string failure_reason;            ///< one sentence; empty when completed
+    std::vector<double> values;            ///< one per result column of the study
+    std::vector<double> tip_deflection;    ///< (samples), m
+    std::vector<double> height_deflection; ///< (samples, heights) row-major, m
+    std::vector<double> positions;         ///< (samples, spheres, 3) row-major, m
+
+    [[nodiscard]] PointStatus status() const {
+        return completed ? PointStatus::Completed : PointStatus::Failed;
+    }
+    bool operator==(const PointRecord&) const = default;
+};
+
+/// The payload of a journal record (docs/archive-format.md): all but point and status, which stand
+/// in the record's header.
+[[nodiscard]] std::vector<std::byte> encode_payload(const PointRecord& record);
+
+/// Fills all but point and status from a payload. StorageError, beginning with `where`, if the
+/// bytes do not have the documented form.
+[[nodiscard]] PointRecord decode_payload(std::span<const std::byte> payload,
+                                         std::string_view where);
+
+} // namespace culm::archive

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "archive/study_verify.hpp"
+
+#include "archive/hdf5_call.hpp"
+#include "archive/hdf5_read.hpp"
+#include "core/error.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <numeric>
+
+namespace culm::archive {
+
+namespace {
+
+using Extent = std::vector<hsize_t>;
+
+hsize_t product(const Extent& extent) {
+    return std::accumulate(extent.begin(), extent.end(), hsize_t{1}, std::multiplies<>());
+}
+
+/// Moves `start` on to the next chunk in row-major order; false behind the last one.
+bool advance(Extent& start, const Extent& shape, const Extent& chunk) {
+    for (std::size_t axis = shape.size(); axis-- > 0;) {
+        start[axis] += chunk[axis];
+        if (start[axis] < shape[axis])
+            return true;
+        start[axis] = 0;
+    }
+    return false;
+}
+
+/// Checks the chunks of one dataset.
+class ChunkReader {
+  public:
+    ChunkReader(const Hdf5Input& input, const std::string& name)
+        : path_(input.path()), dataset_(input.open_dataset(name)), shape_(input.shape(name)),
+          chunk_(shape_.size()), type_(H5Dget_type(dataset_.get())) {
+        const PropertyListHandle list(
+            checked(H5Dget_create_plist(dataset_.get()), "read the properties", path_));
+        checked(H5Pget_chunk(list.get(), static_cast<int>(chunk_.size()), chunk_.data()),
+                "read the chunk shape", path_);
+        buffer_.resize(static_cast<std::size_t>(product(chunk_)) * H5Tget_size(type_.get()));
+    }
+
+    void read_all(DamagedDataset& result) {
+        Extent start(shape_.size(), 0);
+        do {
+            ++result.chunks;
+            const std::string reason = read(start);
+            if (!reason.empty() && result.damaged_chunks++ == 0)
+                result.reason = reason;
+        } while (advance(start, shape_, chunk_));
+    }
+
+  private:
+    /// Reads the chunk at `start`; empty, or what is wrong with it.
+    std::string read(const Extent& start) {
+        unsigned mask = 0;
+        haddr_t address = HADDR_UNDEF;
+        hsize_t size = 0;
+        if (H5Dget_chunk_info_by_coord(dataset_.get(), start.data(), &mask, &address, &size) < 0)
+            return hdf5_reason();
+        if (address == HADDR_UNDEF)
+            return "a chunk is absent";
+        if (mask != 0)
+            return "a chunk is stored without its checksum";
+        Extent count(shape_.size());
+        for (std::size_t axis = 0; axis < count.size(); ++axis)
+            count[axis] = std::min(chunk_[axis], shape_[axis] - start[axis]);
+        const DataspaceHandle space(H5Dget_space(dataset_.get()));
+        H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(),
+                            nullptr);
+        const DataspaceHandle memory(
+            H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr));
+        if (H5Dread(dataset_.get(), type_.get(), memory.get(), space.get(), H5P_DEFAULT,
+                    buffer_.data()) < 0)
+            return hdf5_reason();
+        return {};
+    }
+
+    std::filesystem::path path_;
+    DatasetHandle dataset_;
+    Extent shape_;
+    Extent chunk_;
+    DatatypeHandle type_;
+    std::vector<std::byte> buffer_;
+};
+
+DamagedDataset examine(const Hdf5Input& input, const std::string& name) {
+    DamagedDataset result;
+    result.name = name;
+    try {
+        if (input.shape(name).empty()) {
+            result.chunks = 1;
+            (void)input.text(name);
+        } else {
+            ChunkReader(input, name).read_all(result);
+        }
+    } catch (const core::StorageError& error) {
+        result.chunks = std::max<std::int64_t>(result.chunks, 1);
+        result.damaged_chunks = std::max<std::int64_t>(result.damaged_chunks, 1);
+        result.reason = error.what();
+    }
+    return result;
+}
+
+herr_t collect_dataset(hid_t, const char* name, const H5O_info_t* info, void* data) {
+    if (info->type == H5O_TYPE_DATASET)
+        static_cast<std::vector<std::string>*>(data)->push_back(std::string("/") + name);
+    return 0;
+}
+
+} // namespace
+
+Verification verify(const std::filesystem::path& path) {
+    const Hdf5Silence silence;
+    const Hdf5Input input(path);
+    std::vector<std::string> names;
+    checked(H5Ovisit2(input.root(), H5_INDEX_NAME, H5_ITER_INC, &collect_dataset, &names,
+                      H5O_INFO_BASIC),
+            "list the datasets", path);
+    Verification verification;
+    for (const std::string& name : names) {
+        const DamagedDataset result = examine(input, name);
+        ++verification.datasets;
+        verification.chunks += result.chunks;
+        if (result.damaged_chunks > 0)
+            verification.damaged.push_back(result);
+    }
+    return verification;
+}
+
+} // namespace culm::archive

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The valid name that a mistyped one was probably meant to be.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace culm::core {
+
+/// Levenshtein distance: insertions, deletions and substitutions that turn `a` into `b`.
+[[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
+
+/// The candidate nearest to `name` by edit distance (the first of equals), or an empty string when
+/// more than half of the letters would have to change.
+[[nodiscard]] std::string nearest_name(std::string_view name, std::span<const std::string> valid);
+
+} // namespace culm::core

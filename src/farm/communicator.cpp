@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "farm/communicator.hpp"
+
+#include "farm/communicator_handle.hpp"
+#include "farm/mpi_check.hpp"
+
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace culm::farm {
+
+namespace {
+
+int int_length(std::size_t size) {
+    if (size > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+        throw FarmError(fmt::format("a message of {} bytes is too long for MPI", size));
+    return static_cast<int>(size);
+}
+
+template <class Container>
+Container broadcast_container(const CommunicatorHandle& comm, Container content, int root) {
+    // The length travels as 64 bits and is judged by every rank alike, so that none is left
+    // waiting.
+    auto length = static_cast<std::uint64_t>(content.size());
+    check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, root, comm.mpi), "MPI_Bcast");
+    const int count = int_length(length);
+    content.resize(length);
+    check_mpi(MPI_Bcast(content.data(), count, MPI_BYTE, root, comm.mpi), "MPI_Bcast");
+    return content;
+}
+
+} // namespace
+
+CommunicatorHandle::CommunicatorHandle(MPI_Comm parent) {
+    check_mpi(MPI_Comm_dup(parent, &mpi), "MPI_Comm_dup");
+    check_mpi(MPI_Comm_set_errhandler(mpi, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
+    check_mpi(MPI_Comm_rank(mpi, &rank), "MPI_Comm_rank");
+    check_mpi(MPI_Comm_size(mpi, &size), "MPI_Comm_size");
+}
+
+CommunicatorHandle::~CommunicatorHandle() {
+    int is_finalized = 0;
+    MPI_Finalized(&is_finalized);
+    if (is_finalized == 0)
+        MPI_Comm_free(&mpi);
+}
+
+Communicator::Communicator(std::unique_ptr<CommunicatorHandle> handle)
+    : handle_(std::move(handle)) {}
+Communicator::~Communicator() = default;
+Communicator::Communicator(Communicator&&) noexcept = default;
+Communicator& Communicator::operator=(Communicator&&) noexcept = default;
+
+Communicator Communicator::world() {
+    return Communicator(std::make_unique<CommunicatorHandle>(MPI_COMM_WORLD));
+}
+
+Communicator Communicator::duplicate() const {
+    return Communicator(std::make_unique<CommunicatorHandle>(handle_->mpi));
+}
+
+int Communicator::rank() const {
+    return handle_->rank;
+}
+
+int Communicator::size() const {
+    return handle_->size;
+}
+
+void Communicator::barrier() const {
+    check_mpi(MPI_Barrier(handle_->mpi), "MPI_Barrier");
+}
+
+std::string Communicator::broadcast(std::string text, int root) const {
+    return broadcast_container(*handle_, std::move(text), root);
+}
+
+Bytes Communicator::broadcast(Bytes bytes, int root) const {
+    return broadcast_container(*handle_, std::move(bytes), root);
+}
+
+std::vector<std::string> Communicator::gather(const std::string& text, int root) const {
+    const bool is_root = rank() == root;
+    const auto ranks = static_cast<std::size_t>(size());
+    const auto length = static_cast<std::uint64_t>(text.size());
+    std::vector<std::uint64_t> lengths(ranks);
+    check_mpi(
+        MPI_Allgather(&length, 1, MPI_UINT64_T, lengths.data(), 1, MPI_UINT64_T, handle_->mpi),
+        "MPI_Allgather");
+    // All ranks know all lengths, so all of them refuse together what MPI's int counts cannot hold.
+    (void)int_length(std::accumulate(lengths.begin(), lengths.end(), std::uint64_t{0}));
+    std::vector<int> counts(ranks);
+    std::vector<int> offsets(ranks);
+    int total = 0;
+    for (std::size_t r = 0; r < ranks; ++r) {
+        counts[r] = static_cast<int>(lengths[r]);
+        offsets[r] = std::exchange(total, total + counts[r]);
+    }
+    std::string joined(is_root ? static_cast<std::size_t>(total) : 0, '\0');
+    check_mpi(MPI_Gatherv(text.data(), static_cast<int>(length), MPI_BYTE, joined.data(),
+                          counts.data(), offsets.data(), MPI_BYTE, root, handle_->mpi),
+              "MPI_Gatherv");
+    std::vector<std::string> texts;
+    for (std::size_t r = 0; is_root && r < ranks; ++r)
+        texts.push_back(joined.substr(static_cast<std::size_t>(offsets[r]), lengths[r]));
+    return texts;
+}
+
+bool Communicator::is_true_anywhere(bool value) const {
+    const int mine = value ? 1 : 0;
+    int any = 0;
+    check_mpi(MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_LOR, handle_->mpi), "MPI_Allreduce");
+    return any != 0;
+}
+
+} // namespace culm::farm

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "farm/coordinator.hpp"
+
+#include "farm/backoff.hpp"
+#include "farm/farm_error.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace culm::farm {
+
+namespace {
+
+/// Bounds one look at the messages, so that a flood of them leaves rank 0 time to compute and stop.
+constexpr int max_messages_per_poll = 256;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+} // namespace
+
+Coordinator::Coordinator(const MapCall& call, Mailbox* mailbox, std::vector<bool>& alive)
+    : Heartbeat(call.options.poll_interval), call_(call), mailbox_(mailbox), alive_(alive),
+      scheduler_(call.dealt_scheduler()), stop_condition_(call.options),
+      progress_due_(start_ + call.options.progress_interval),
+      silence_check_due_(start_ + call.options.silence_until_dead),
+      last_seen_(static_cast<std::size_t>(call.size), start_) {
+    summary_.ranks = call.size;
+    for (const Batch& batch : call.batches)
+        summary_.points_total += static_cast<std::int64_t>(batch.points.size());
+}
+
+Summary Coordinator::run() {
+    for (int worker = 1; worker < call_.size; ++worker)
+        if (!alive_[static_cast<std::size_t>(worker)])
+            scheduler_.withdraw(worker);
+    top_up_all();
+    Backoff backoff;
+    while (!scheduler_.is_finished()) {
+        if (scheduler_.held_by(0).empty() && !scheduler_.hand_out(0)) {
+            poll();
+            backoff.pause();
+            continue;
+        }
+        backoff.reset();
+        settle(0, run_range(call_, scheduler_.held_by(0).front(), *this));
+    }
+    Summary summary = take_summary();
+    dismiss_workers(summary);
+    return summary;
+}
+
+void Coordinator::poll() {
+    call_back();
+    serve_messages();
+    if (watches_silence())
+        watch_silence();
+}
+
+// --- messages
+
+void Coordinator::serve_messages() {
+    if (mailbox_ == nullptr)
+        return;
+    for (int served = 0; served < max_messages_per_poll; ++served) {
+        std::optional<Message> message = mailbox_->receive();
+        if (!message)
+            break;
+        handle(std::move(*message));
+    }
+    (void)mailbox_->is_flushed();
+}
+
+void Coordinator::handle(Message message) {
+    const int worker = message.source;
+    note_sign_of_life(worker);
+    WireReader in(std::move(message.bytes));
+    const auto head = in.get<MessageHead>();
+    // A rank that was given up in an earlier map may still be sending for it.
+    if (head.map != call_.number)
+        return;
+    if (head.digest != call_.digest) {
+        fail(fmt::format("rank {} holds another list of batches than rank 0", worker));
+        scheduler_.withdraw(worker);
+        return;
+    }
+    switch (message.kind) {
+    case MessageKind::Report:
+        settle(worker, get_range_outcome(in, worker));
+        top_up(worker);
+        break;
+    case MessageKind::Failure: {
+        std::string reason;
+        in.get_text(reason);
+        fail(reason);
+        break;
+    }
+    case MessageKind::Stop:
+        stop_all();
+        break;
+    default: // Alive has said all that it has to say.
+        break;
+    }
+}
+
+void Coordinator::settle(int rank, const RangeOutcome& outcome) {
+    if (scheduler_.report(rank, outcome.range, outcome.executed, outcome.seconds)) {
+        summary_.points_completed += outcome.tally.completed;
+        summary_.points_failed += outcome.tally.failed;
+        summary_.work_s += outcome.tally.seconds;
+        for (const LostBatch& lost : outcome.lost)
+            lose(lost.batch, lost.rank, lost.reason);
+    }
+    if (!outcome.failure.empty())
+        fail(fmt::format("rank {}: {}", rank, outcome.failure));
+}
+
+void Coordinator::lose(std::size_t batch, int rank, const std::string& reason) {
+    summary_.points_lost += static_cast<std::int64_t>(call_.batches[batch].points.size());
+    summary_.lost.push_back({batch, rank, reason});
+}
+
+void Coordinator::top_up(int worker) {
+    while (alive_[static_cast<std::size_t>(worker)]) {
+        const std::optional<Range> range = scheduler_.hand_out(worker);
+        if (!range)
+            return;
+        post(worker, MessageKind::Assign, call_.new_message().put(*range));
+    }
+}
+
+void Coordinator::top_up_all() {
+    for (int worker = 1; worker < call_.size; ++worker)
+        top_up(worker);
+}
+
+void Coordinator::post(int worker, MessageKind kind, WireWriter content) {
+    try {
+        mailbox_->post(worker, kind, content.take());
+    } catch (const FarmError& error) {
+        if (!watches_silence())
+            throw;
+        declare_dead(worker, error.what());
+    }
+}
+
+// --- stop and progress
+
+void Coordinator::stop_all() {
+    if (stop_requested())
+        return;
+    accept_stop();
+    scheduler_.stop();
+    for (int worker = 1; worker < call_.size; ++worker)
+        if (alive_[static_cast<std::size_t>(worker)])
+            post(worker, MessageKind::Stop, call_.new_message());
+}
+
+void Coordinator::fail(const std::string& reason) {
+    if (summary_.failure.empty())
+        summary_.failure = reason;
+    stop_all();
+}
+
+void Coordinator::call_back() {
+    const Clock::time_point now = Clock::now();
+    try {
+        if (!stop_requested() && stop_condition_.is_met(now))
+            stop_all();
+        if (now >= progress_due_)
+            report_progress(now);
+    } catch (const FarmError&) {
+        throw;
+    } catch (const std::exception& error) {
+        fail(fmt::format("rank 0: {}", error.what()));
+    }
+}
+
+void Coordinator::report_progress(Clock::time_point now) {
+    progress_due_ = now + call_.options.progress_interval;
+    if (!call_.options.progress)
+        return;
+    Progress progress;
+    progress.points_done = summary_.points_completed + summary_.points_failed;
+    progress.points_total = summary_.points_total;
+    progress.failed = summary_.points_failed;
+    progress.elapsed_s = seconds_since(start_);
+    if (const double done = scheduler_.finished_cost(); done > 0.0)
+        progress.estimated_remaining_s =
+            progress.elapsed_s * std::max(0.0, scheduler_.total_cost() - done) / done;
+    progress.ranks = static_cast<int>(std::count(alive_.begin(), alive_.end(), true));
+    call_.options.progress(progress);
+}
+
+// --- silence
+
+void Coordinator::watch_silence() {
+    const Clock::time_point now = Clock::now();
+    if (now < silence_check_due_)
+        return;
+    silence_check_due_ = now + call_.options.silence_until_dead / 4;
+    for (int worker = 1; worker < call_.size; ++worker) {
+        const auto w = static_cast<std::size_t>(worker);
+        if (alive_[w] && now - last_seen_[w] > call_.options.silence_until_dead)
+            declare_dead(worker, fmt::format("rank {} fell silent", worker));
+    }
+}
+
+void Coordinator::note_sign_of_life(int worker) {
+    const auto w = static_cast<std::size_t>(worker);
+    if (watches_silence())
+        last_seen_[w] = Clock::now();
+    if (alive_[w])
+        return;
+    alive_[w] = true;
+    top_up(worker);
+    if (stop_requested())
+        post(worker, MessageKind::Stop, call_.new_message());
+}
+
+void Coordinator::declare_dead(int worker, const std::string& reason) {
+    alive_[static_cast<std::size_t>(worker)] = false;
+    if (const std::optional<Range> range = scheduler_.write_off(worker))
+        for (std::int64_t place = range->first; place < range->first + range->count; ++place)
+            lose(call_.batch_index(place), worker, reason);
+    top_up_all();
+}
+
+// --- the end
+
+Summary Coordinator::take_summary() {
+    try {
+        report_progress(Clock::now());
+    } catch (const std::exception& error) {
+        fail(fmt::format("rank 0: {}", error.what()));
+    }
+    const std::int64_t settled =
+        summary_.points_completed + summary_.points_failed + summary_.points_lost;
+    summary_.stopped_early = stop_requested() && settled < summary_.points_total;
+    summary_.elapsed_s = seconds_since(start_);
+    std::sort(summary_.lost.begin(), summary_.lost.end(),
+              [](const LostBatch& a, const LostBatch& b) { return a.batch < b.batch; });
+    for (int rank = 0; rank < call_.size; ++rank)
+        if (!alive_[static_cast<std::size_t>(rank)])
+            summary_.dead_ranks.push_back(rank);
+    return summary_;
+}
+
+void Coordinator::dismiss_workers(const Summary& summary) {
+    // The dead get it too: one that was only slow must not wait for ever.
+    for (int worker = 1; worker < call_.size; ++worker) {
+        WireWriter content = call_.new_message();
+        put(content, summary);
+        post(worker, MessageKind::Summary, std::move(content));
+    }
+    for (int worker = 1; worker < call_.size; ++worker)
+        await_farewell(worker);
+}
+
+void Coordinator::await_farewell(int worker) {
+    // Asks this worker alone: others may have begun the next map, whose messages must stay in line.
+    const Clock::time_point start = Clock::now();
+    Backoff backoff;
+    while (alive_[static_cast<std::size_t>(worker)]) {
+        const std::optional<Message> message = mailbox_->receive_from(worker);
+        if (message && message->kind == MessageKind::Farewell)
+            return;
+        if (watches_silence() && Clock::now() - start > call_.options.silence_until_dead)
+            alive_[static_cast<std::size_t>(worker)] = false;
+        if (!message) {
+            (void)mailbox_->is_flushed();
+            backoff.pause();
+        }
+    }
+}
+
+} // namespace culm::farm

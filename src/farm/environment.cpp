@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "farm/environment.hpp"
+
+#include "farm/mpi_check.hpp"
+
+#include <cstdlib>
+#include <exception>
+
+namespace culm::farm {
+
+Environment::Environment(int& argc, char**& argv)
+    : exceptions_at_start_(std::uncaught_exceptions()) {
+    int is_initialized = 0;
+    check_mpi(MPI_Initialized(&is_initialized), "MPI_Initialized");
+    if (is_initialized != 0)
+        throw FarmError("MPI is already initialised: there can be only one Environment");
+    int provided = MPI_THREAD_SINGLE;
+    check_mpi(MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided), "MPI_Init_thread");
+    if (provided < MPI_THREAD_FUNNELED) {
+        MPI_Finalize();
+        throw FarmError("this MPI library does not allow threads beside the communicating one");
+    }
+}
+
+Environment::~Environment() {
+    int size = 1;
+    MPI_Comm_size(MPI_COMM_WORLD, &size);
+    if (size > 1 && std::uncaught_exceptions() > exceptions_at_start_)
+        abort(EXIT_FAILURE);
+    if (is_finalizing_)
+        MPI_Finalize();
+}
+
+bool Environment::is_under_launcher() {
+    // Open MPI's mpirun; PMIx (srun --mpi=pmix, prun); PMI (MPICH, Intel MPI, srun --mpi=pmi2).
+    for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_FD"})
+        if (std::getenv(name) != nullptr)
+            return true;
+    return false;
+}
+
+void Environment::abort(int exit_code) {
+    MPI_Abort(MPI_COMM_WORLD, exit_code);
+    std::abort();
+}
+
+} // namespace culm::farm

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// MPI's lifetime as an object.
+#pragma once
+
+#include "farm/communicator.hpp"
+
+namespace culm::farm {
+
+/// Initialises MPI (one thread per rank communicates: MPI_THREAD_FUNNELED) and finalises it when it
+/// goes out of scope. Works without mpirun, as a farm of one rank.
+///
+/// If it is destroyed by an exception while other ranks run, it calls MPI_Abort: they would wait
+/// for ever in their next collective. Errors that all ranks find alike (bad input) should therefore
+/// be caught inside the scope and end in an ordinary return.
+class Environment {
+  public:
+    /// Collective. Throws FarmError if MPI is already initialised or cannot be.
+    Environment(int& argc, char**& argv);
+    ~Environment();
+    Environment(const Environment&) = delete;
+    Environment& operator=(const Environment&) = delete;
+
+    /// Duplicate of MPI_COMM_WORLD. Collective.
+    [[nodiscard]] Communicator world() const { return Communicator::world(); }
+
+    /// Whether this process was started by a parallel launcher (mpirun, srun with PMIx or PMI, …),
+    /// judged by the environment variables that launchers set. Callable before MPI is initialised:
+    /// a short command need not pay for MPI when it runs alone.
+    [[nodiscard]] static bool is_under_launcher();
+
+    /// The destructor will not call MPI_Finalize, which waits for all ranks: for use after a rank
+    /// has died (Summary::dead_ranks) in a job that outlives it (mpirun --enable-recovery).
+    void leave_without_finalize() { is_finalizing_ = false; }
+
+    /// Ends all ranks at once with this exit code.
+    [[noreturn]] static void abort(int exit_code);
+
+  private:
+    int exceptions_at_start_;
+    bool is_finalizing_ = true;
+};
+
+} // namespace culm::farm

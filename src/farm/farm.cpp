@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "farm/farm.hpp"
+
+#include "farm/coordinator.hpp"
+#include "farm/mailbox.hpp"
+#include "farm/map_call.hpp"
+#include "farm/worker.hpp"
+
+namespace culm::farm {
+
+Farm::Farm() : alive_(1, true) {}
+
+Farm::Farm(const Communicator& communicator)
+    : mailbox_(communicator.size() > 1 ? std::make_unique<Mailbox>(communicator) : nullptr),
+      alive_(static_cast<std::size_t>(communicator.size()), true) {}
+
+Farm::~Farm() = default;
+
+int Farm::rank() const {
+    return mailbox_ ? mailbox_->rank() : 0;
+}
+
+int Farm::size() const {
+    return mailbox_ ? mailbox_->size() : 1;
+}
+
+Summary Farm::map(std::span<const Batch> batches, const Work& work, const FarmOptions& options) {
+    const MapCall call{
+        batches, plan_order(batches), work, options, digest(batches), ++maps_, rank(), size()};
+    if (rank() == 0)
+        return Coordinator(call, mailbox_.get(), alive_).run();
+    return Worker(call, *mailbox_).run();
+}
+
+} // namespace culm::farm

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A map over batches, spread over the ranks of a communicator.
+#pragma once
+
+#include "farm/batch.hpp"
+#include "farm/communicator.hpp"
+#include "farm/heartbeat.hpp"
+#include "farm/summary.hpp"
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace culm::farm {
+
+class Mailbox;
+
+struct FarmOptions {
+    /// Asked on every rank, at most every `stop_interval`; may be empty. True on one rank stops
+    /// all.
+    std::function<bool()> stop_requested;
+    std::chrono::milliseconds stop_interval{20};
+    /// Walltime limit: from then on the farm behaves as if stop_requested were true.
+    std::optional<Clock::time_point> deadline;
+
+    /// Called on rank 0 at most every `progress_interval`, and once at the end; may be empty.
+    std::function<void(const Progress&)> progress;
+    std::chrono::milliseconds progress_interval{1000};
+
+    /// Shortest time between two looks at the messages (a look costs about 1 µs).
+    std::chrono::microseconds poll_interval{100};
+    /// Batches much shorter than this are handed out several at a time, s; 0: always one by one.
+    double chunk_seconds = 0.01;
+    /// A rank that has not been heard of for so long is given up; 0: never. Must be well above the
+    /// longest time that a work function goes without a beat.
+    std::chrono::milliseconds silence_until_dead{0};
+};
+
+/// Every rank computes, rank 0 too: it answers the others between its beats (Heartbeat::beat).
+/// While batches run there are only point-to-point messages.
+class Farm {
+  public:
+    /// A farm of one rank, without MPI.
+    Farm();
+
+    /// On a duplicate of `communicator`. Collective.
+    explicit Farm(const Communicator& communicator);
+
+    ~Farm();
+    Farm(const Farm&) = delete;
+    Farm& operator=(const Farm&) = delete;
+
+    [[nodiscard]] int rank() const;
+    [[nodiscard]] int size() const;
+
+    /// Calls `work` once for every batch, on some rank, longest batches first. Collective: all
+    /// ranks give the same batches, and all get the same summary (only batch indices travel, so
+    /// results are whatever `work` stores).
+    ///
+    /// * If `work` throws, the batch is listed as lost with the exception's text; the farm goes on.
+    /// * If it throws core::StorageError, or if a function in the options throws, the farm stops on
+    ///   all ranks as for a stop, and Summary::failure holds the text.
+    /// * After a stop no batch is begun any more; those in work are finished, or left early if
+    ///   `work` heeds Heartbeat::stop_requested. Summary::stopped_early: points are missing.
+    /// * A rank that falls silent (`silence_until_dead`) loses the batch that it was computing, or
+    ///   its range of short ones. If it speaks again it gets new work, and what it had been given
+    ///   before may be computed twice. The death of rank 0 is not survived. After a death no
+    ///   collective call returns, MPI_Finalize included (Environment::leave_without_finalize).
+    ///
+    /// Throws FarmError if MPI fails or a cost is invalid.
+    [[nodiscard]] Summary map(std::span<const Batch> batches, const Work& work,
+                              const FarmOptions& options = {});
+
+  private:
+    std::unique_ptr<Mailbox> mailbox_; ///< none with one rank
+    std::vector<bool> alive_;          ///< (ranks), as known to rank 0
+    std::int64_t maps_ = 0;            ///< so far: tells late messages of an earlier map apart
+};
+
+} // namespace culm::farm

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Messages of the farm: point to point, and neither sending nor looking for one ever blocks.
+#pragma once
+
+#include "farm/communicator.hpp"
+#include "farm/wire.hpp"
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <mpi.h>
+
+namespace culm::farm {
+
+/// The values are the MPI tags.
+enum class MessageKind : int {
+    Report = 1, ///< worker to rank 0: a range is finished
+    Failure,    ///< worker to rank 0: everybody must stop, with the reason
+    Stop,       ///< either way: a stop was requested
+    Alive,      ///< worker to rank 0
+    Farewell,   ///< worker to rank 0: its last message of this map
+    Assign,     ///< rank 0 to worker: a range to compute
+    Summary,    ///< rank 0 to worker: the map is over
+};
+
+struct Message {
+    int source = 0;
+    MessageKind kind = MessageKind::Alive;
+    Bytes bytes;
+};
+
+class Mailbox {
+  public:
+    /// On a duplicate of `communicator`. Collective.
+    explicit Mailbox(const Communicator& communicator) : communicator_(communicator.duplicate()) {}
+    ~Mailbox();
+    Mailbox(const Mailbox&) = delete;
+    Mailbox& operator=(const Mailbox&) = delete;
+
+    [[nodiscard]] int rank() const { return communicator_.rank(); }
+    [[nodiscard]] int size() const { return communicator_.size(); }
+
+    /// Starts to send; the mailbox keeps the bytes until they have left.
+    void post(int destination, MessageKind kind, Bytes bytes);
+
+    /// A message that has arrived, from anybody; messages of one rank come in the order of sending.
+    [[nodiscard]] std::optional<Message> receive() { return receive_matching(MPI_ANY_SOURCE); }
+    [[nodiscard]] std::optional<Message> receive_from(int source) {
+        return receive_matching(source);
+    }
+
+    /// Whether all posted messages have left. Moves them on.
+    [[nodiscard]] bool is_flushed();
+
+  private:
+    struct Pending {
+        Bytes bytes;
+        MPI_Request request = MPI_REQUEST_NULL;
+    };
+
+    [[nodiscard]] std::optional<Message> receive_matching(int source);
+
+    Communicator communicator_;
+    std::vector<std::unique_ptr<Pending>> pending_;
+};
+
+} // namespace culm::farm

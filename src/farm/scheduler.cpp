@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "farm/scheduler.hpp"
+
+#include "farm/farm_error.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace culm::farm {
+
+namespace {
+
+constexpr std::size_t depth(int rank) {
+    return rank == 0 ? 1 : 2;
+}
+
+} // namespace
+
+Scheduler::Scheduler(std::span<const double> costs, int ranks, double chunk_seconds)
+    : remaining_(static_cast<std::int64_t>(costs.size())), chunk_seconds_(chunk_seconds) {
+    if (ranks < 1)
+        throw FarmError(fmt::format("a scheduler for {} ranks: there must be at least one", ranks));
+    held_.resize(static_cast<std::size_t>(ranks));
+    // Without any cost to go by, all batches count the same.
+    const bool is_costless =
+        std::all_of(costs.begin(), costs.end(), [](double c) { return c == 0.0; });
+    cost_before_.reserve(costs.size() + 1);
+    cost_before_.push_back(0.0);
+    for (const double cost : costs)
+        cost_before_.push_back(cost_before_.back() + (is_costless ? 1.0 : cost));
+}
+
+void Scheduler::deal() {
+    const int ranks = static_cast<int>(held_.size());
+    for (std::size_t round = 1; round <= 2; ++round)
+        for (int rank = 0; rank < ranks && remaining_ > 0; ++rank)
+            if (held_by(rank).size() < round)
+                (void)hand_out(rank);
+}
+
+std::optional<Range> Scheduler::hand_out(int rank) {
+    auto& held = held_[static_cast<std::size_t>(rank)];
+    if (stopped_ || remaining_ == 0 || held.size() >= depth(rank))
+        return std::nullopt;
+    const bool is_prefetch = !held.empty();
+    if (is_prefetch && remaining_ < static_cast<std::int64_t>(held_.size()))
+        return std::nullopt;
+    Range range;
+    if (taken_back_.empty()) {
+        range = take_fresh_range();
+    } else {
+        range = taken_back_.back();
+        taken_back_.pop_back();
+    }
+    remaining_ -= range.count;
+    ++ranges_held_;
+    held.push_back(range);
+    return range;
+}
+
+bool Scheduler::report(int rank, Range range, std::int64_t executed, double seconds) {
+    auto& held = held_[static_cast<std::size_t>(rank)];
+    const auto place = std::find(held.begin(), held.end(), range);
+    if (place == held.end())
+        return false;
+    held.erase(place);
+    --ranges_held_;
+    const Range done{range.first, std::clamp<std::int64_t>(executed, 0, range.count)};
+    finished_cost_ += cost_of(done);
+    finished_seconds_ += seconds;
+    take_back({done.first + done.count, range.count - done.count});
+    return true;
+}
+
+std::optional<Range> Scheduler::write_off(int rank) {
+    auto& held = held_[static_cast<std::size_t>(rank)];
+    if (held.empty())
+        return std::nullopt;
+    const Range lost = held.front();
+    held.erase(held.begin());
+    --ranges_held_;
+    withdraw(rank);
+    return lost;
+}
+
+void Scheduler::withdraw(int rank) {
+    auto& held = held_[static_cast<std::size_t>(rank)];
+    ranges_held_ -= static_cast<std::int64_t>(held.size());
+    for (const Range range : held)
+        take_back(range);
+    held.clear();
+}
+
+Range Scheduler::take_fresh_range() {
+    const Range range{next_, chunk_length()};
+    next_ += range.count;
+    return range;
+}
+
+std::int64_t Scheduler::chunk_length() const {
+    const auto shares = 2 * static_cast<std::int64_t>(held_.size());
+    const auto batches = static_cast<std::int64_t>(cost_before_.size()) - 1;
+    const std::int64_t longest = (batches - next_) / shares;
+    if (longest <= 1 || finished_cost_ <= 0.0)
+        return 1;
+    const double start = cost_before_[static_cast<std::size_t>(next_)];
+    const double share = (total_cost() - start) / static_cast<double>(shares);
+    // Written without a division by the seconds, which are zero for work that costs nothing.
+    const double seconds_of_share = share * finished_seconds_ / finished_cost_;
+    const double budget = seconds_of_share <= chunk_seconds_
+                              ? share
+                              : chunk_seconds_ * finished_cost_ / finished_seconds_;
+    const auto first = cost_before_.begin() + next_;
+    const auto end = std::upper_bound(first + 1, first + longest + 1, start + budget);
+    return std::max<std::int64_t>(1, end - first - 1);
+}
+
+double Scheduler::cost_of(Range range) const {
+    return cost_before_[static_cast<std::size_t>(range.first + range.count)] -
+           cost_before_[static_cast<std::size_t>(range.first)];
+}
+
+void Scheduler::take_back(Range range) {
+    if (range.count == 0)
+        return;
+    taken_back_.push_back(range);
+    remaining_ += range.count;
+}
+
+} // namespace culm::farm

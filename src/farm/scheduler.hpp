@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Decides which batches go to which rank next: pure logic without MPI, clocks or threads.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace culm::farm {
+
+/// Consecutive places [first, first + count) in the plan's order.
+struct Range {
+    std::int64_t first = 0;
+    std::int64_t count = 0;
+    friend bool operator==(const Range&, const Range&) = default;
+};
+
+/// Dynamic scheduling of batches that are already sorted longest first.
+///
+/// * A rank holds at most two ranges: the one it computes and one queued behind it (prefetch).
+///   Rank 0 holds one: it sits next to the list.
+/// * No prefetch once fewer batches remain than there are ranks: the last ones are not hoarded.
+/// * A range is a single batch unless batches are known, from the reports so far, to be so short
+///   that messages would dominate. Then it is as many as take `chunk_seconds`, but never more than
+///   the share 1/(2 ranks) of what remains, by number and by cost (guided self-scheduling,
+///   Polychronopoulos & Kuck 1987), so that ranges shrink towards the end.
+///
+/// The object is deterministic: the same calls give the same answers on every rank.
+class Scheduler {
+  public:
+    /// `costs`: of the batches in the plan's order, any unit. Ranges are single batches until a
+    /// report has told how many seconds a unit of cost takes; always if `chunk_seconds` is 0.
+    /// Throws FarmError if `ranks` < 1.
+    Scheduler(std::span<const double> costs, int ranks, double chunk_seconds);
+
+    /// Deals the opening hand: a range for every rank in turn, then the prefetched ones. Since
+    /// every rank can deal it for itself, the farm starts without a message.
+    void deal();
+
+    /// The next range for `rank`, if it may have one now.
+    [[nodiscard]] std::optional<Range> hand_out(int rank);
+
+    /// `rank` has left `range` after `executed` of its batches (all of them, unless stopped) and
+    /// `seconds`. The rest is taken back. False, without effect, if the rank does not hold that
+    /// range (any more).
+    [[nodiscard]] bool report(int rank, Range range, std::int64_t executed, double seconds);
+
+    /// Nothing is handed out from now on.
+    void stop() { stopped_ = true; }
+
+    /// `rank` died. What it was computing is returned: it may be what killed the rank, and is lost.
+    /// What was queued behind is taken back.
+    [[nodiscard]] std::optional<Range> write_off(int rank);
+
+    /// Takes back everything that `rank` holds: it is known never to have started.
+    void withdraw(int rank);
+
+    /// Ranges that `rank` holds, the one in work first.
+    [[nodiscard]] std::span<const Range> held_by(int rank) const {
+        return held_[static_cast<std::size_t>(rank)];
+    }
+
+    /// Nothing is in work and nothing will be handed out.
+    [[nodiscard]] bool is_finished() const {
+        return ranges_held_ == 0 && (stopped_ || remaining_ == 0);
+    }
+
+    [[nodiscard]] std::int64_t remaining() const { return remaining_; } ///< batches not handed out
+    [[nodiscard]] double finished_cost() const { return finished_cost_; }
+    [[nodiscard]] double total_cost() const { return cost_before_.back(); }
+
+  private:
+    [[nodiscard]] Range take_fresh_range();
+    [[nodiscard]] std::int64_t chunk_length() const;
+    [[nodiscard]] double cost_of(Range range) const;
+    void take_back(Range range);
+
+    std::vector<double> cost_before_;      ///< (batches + 1): sum of the costs ahead of each place
+    std::vector<std::vector<Range>> held_; ///< (ranks), each of at most two ranges
+    std::vector<Range> taken_back_;
+    std::int64_t next_ = 0; ///< first place never handed out
+    std::int64_t remaining_ = 0;
+    std::int64_t ranges_held_ = 0;
+    double chunk_seconds_;
+    double finished_cost_ = 0.0;
+    double finished_seconds_ = 0.0;
+    bool stopped_ = false;
+};
+
+} // namespace culm::farm

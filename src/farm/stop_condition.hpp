@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Watches one rank's reasons to stop: the caller's function and the deadline.
+#pragma once
+
+#include "farm/farm.hpp"
+
+namespace culm::farm {
+
+class StopCondition {
+  public:
+    /// `options` must outlive the object.
+    explicit StopCondition(const FarmOptions& options) : options_(options) {}
+
+    /// Asks at most every `stop_interval`, in between false. Passes on what the function throws.
+    [[nodiscard]] bool is_met(Clock::time_point now);
+
+  private:
+    const FarmOptions& options_;
+    Clock::time_point due_ = Clock::time_point::min();
+};
+
+} // namespace culm::farm

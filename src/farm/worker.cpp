@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "farm/worker.hpp"
+
+#include "farm/backoff.hpp"
+#include "farm/farm_error.hpp"
+#include "farm/range_outcome.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace culm::farm {
+
+Worker::Worker(const MapCall& call, Mailbox& mailbox)
+    : Heartbeat(call.options.poll_interval), call_(call), mailbox_(mailbox),
+      stop_condition_(call.options) {
+    // The opening hand needs no message: this scheduler deals it as that of rank 0 does.
+    const Scheduler scheduler = call.dealt_scheduler();
+    const std::span<const Range> hand = scheduler.held_by(call.rank);
+    queue_.assign(hand.begin(), hand.end());
+}
+
+Summary Worker::run() {
+    // Tells rank 0 which list of batches this rank holds, even if it is an empty one.
+    post(MessageKind::Alive, call_.new_message());
+    Backoff backoff;
+    while (!summary_) {
+        if (queue_.empty()) {
+            poll();
+            if (queue_.empty() && !summary_)
+                backoff.pause();
+            continue;
+        }
+        backoff.reset();
+        const Range range = queue_.front();
+        queue_.pop_front();
+        const RangeOutcome outcome = run_range(call_, range, *this);
+        if (!outcome.failure.empty())
+            accept_stop();
+        WireWriter report = call_.new_message();
+        put(report, outcome);
+        post(MessageKind::Report, std::move(report));
+    }
+    post(MessageKind::Farewell, call_.new_message());
+    backoff.reset();
+    while (!mailbox_.is_flushed())
+        backoff.pause();
+    return *std::move(summary_);
+}
+
+void Worker::poll() {
+    receive_messages();
+    watch_stop();
+    send_alive();
+    (void)mailbox_.is_flushed();
+}
+
+void Worker::receive_messages() {
+    // Nothing is taken after the summary: what follows it belongs to the next map.
+    while (!summary_) {
+        std::optional<Message> message = mailbox_.receive();
+        if (!message)
+            return;
+        WireReader in(std::move(message->bytes));
+        const auto head = in.get<MessageHead>();
+        // A worker that was given up may find leftovers of a map that it has left behind.
+        if (head.map != call_.number)
+            continue;
+        // A range of another list would mean other batches here; rank 0 stops when it notices.
+        if (message->kind == MessageKind::Assign && head.digest == call_.digest)
+            queue_.push_back(in.get<Range>());
+        else if (message->kind == MessageKind::Stop)
+            accept_stop();
+        else if (message->kind == MessageKind::Summary)
+            summary_ = get_summary(in);
+    }
+}
+
+void Worker::watch_stop() {
+    if (stop_requested())
+        return;
+    try {
+        if (!stop_condition_.is_met(Clock::now()))
+            return;
+        post(MessageKind::Stop, call_.new_message());
+    } catch (const FarmError&) {
+        throw;
+    } catch (const std::exception& error) {
+        const std::string reason = fmt::format("rank {}: {}", call_.rank, error.what());
+        post(MessageKind::Failure, call_.new_message().put_text(reason));
+    }
+    accept_stop();
+}
+
+void Worker::send_alive() {
+    const auto silence = call_.options.silence_until_dead;
+    if (silence.count() == 0 || Clock::now() < alive_due_)
+        return;
+    alive_due_ = Clock::now() + std::min(std::chrono::milliseconds(1000), silence / 4);
+    post(MessageKind::Alive, call_.new_message());
+}
+
+void Worker::post(MessageKind kind, WireWriter content) {
+    mailbox_.post(0, kind, content.take());
+}
+
+} // namespace culm::farm

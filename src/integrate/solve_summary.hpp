@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What an integration costs, and the hooks by which its caller watches and stops it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+namespace culm::integrate {
+
+/// Work done by an integrator.
+struct SolveSummary {
+    std::int64_t steps = 0;
+    std::int64_t rejected_steps = 0;
+    std::int64_t rhs_evaluations = 0;
+    std::int64_t newton_iterations = 0;
+    std::int64_t jacobian_evaluations = 0;
+    std::int64_t factorisations = 0;
+};
+
+/// Called every millisecond or so of work; returning false asks the integrator to give up (it
+/// throws Interrupted).
+using Heartbeat = std::function<bool()>;
+
+/// The caller's heartbeat asked for a stop.
+struct Interrupted {};
+
+} // namespace culm::integrate

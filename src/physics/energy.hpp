@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Energy, dissipated power and momenta of a chain: what its motion must account for.
+#pragma once
+
+#include "physics/chain.hpp"
+
+namespace culm::physics {
+
+/// Elastic energy of one bond, J: ½k_n(r−l)² + F²/2k_t + M_n²/2k_tor + M_t²/2k_b.
+template <int Dim, class T>
+[[nodiscard]] T elastic_energy(const BondCoefficients<T>& bond, const BondFrame<Dim, T>& frame,
+                               const BondState<Dim, T>& state) {
+    const T elongation = frame.length() - bond.length;
+    const Rotational<Dim, T> twisting = frame.twist(state.moment);
+    const Rotational<Dim, T> bending = state.moment - twisting;
+    return T(0.5) * (bond.normal_stiffness * elongation * elongation +
+                     dot(state.shear_force, state.shear_force) / bond.shear_stiffness +
+                     dot(twisting, twisting) / bond.torsion_stiffness +
+                     dot(bending, bending) / bond.bending_stiffness);
+}
+
+/// Power that the damping forces of one bond take out of the motion, W. Where the shear damping
+/// exerts no torque, its work is done on the translation alone.
+template <int Dim, class T>
+[[nodiscard]] T dissipated_power(const BondCoefficients<T>& bond, const BondLawOptions& law,
+                                 const BondFrame<Dim, T>& frame, const BondMotion<Dim, T>& motion) {
+    const Rotational<Dim, T> sliding =
+        shear_velocity(frame, motion, lever_arms(bond, law, frame.length()));
+    const Rotational<Dim, T> worked =
+        law.shear_damping_torque ? sliding : frame.transverse(motion.velocity);
+    const Rotational<Dim, T> relative_spin = motion.spin_2 - motion.spin_1;
+    const Rotational<Dim, T> twisting = frame.twist(relative_spin);
+    const Rotational<Dim, T> bending = relative_spin - twisting;
+    const T stretching = dot(motion.velocity, frame.direction());
+    return bond.normal_damping * stretching * stretching +
+           bond.shear_damping * dot(sliding, worked) +
+           bond.torsion_damping * dot(twisting, twisting) +
+           bond.bending_damping * dot(bending, bending);
+}
+
+/// The energy account of a chain at one instant.
+template <class T>
+struct ChainEnergy {
+    T kinetic;          ///< J
+    T elastic;          ///< J
+    T gravitational;    ///< J, relative to the height of the clamp
+    T dissipated_power; ///< W
+
+    [[nodiscard]] T stored() const { return kinetic + elastic + gravitational; }
+};
+
+template <int Dim, class T>
+[[nodiscard]] ChainEnergy<T> chain_energy(const Chain<Dim, T>& chain, const T* state) {
+    const auto& layout = chain.layout();
+    const SphereInertia<T>& inertia = chain.sphere_inertia();
+    ChainEnergy<T> energy{T(0.0), T(0.0), T(0.0), T(0.0)};
+    for (int i = 0; i < layout.sphere_count(); ++i) {
+        const SphereState<Dim, T> sphere = layout.sphere(state, i);
+        energy.kinetic =
+            energy.kinetic + T(0.5) * (inertia.mass * dot(sphere.velocity, sphere.velocity) +
+                                       inertia.moment * dot(sphere.spin, sphere.spin));
+        energy.gravitational =
+            energy.gravitational - inertia.mass * dot(chain.gravity(), sphere.position);
+    }
+    for (int j = 0; j < layout.bond_count(); ++j) {
+        const BondMotion<Dim, T> motion =
+            chain.motion_between(layout.sphere(state, j), layout.sphere(state, j + 1));
+        const BondFrame<Dim, T> frame(motion.separation);
+        const BondCoefficients<T>& bond = chain.bond_coefficients();
+        energy.elastic = energy.elastic + elastic_energy(bond, frame, layout.bond(state, j));
+        energy.dissipated_power =
+            energy.dissipated_power + dissipated_power(bond, chain.law(), frame, motion);
+    }
+    return energy;
+}
+
+/// Linear momentum, kg m/s.
+template <int Dim, class T>
+[[nodiscard]] Vec<Dim, T> linear_momentum(const Chain<Dim, T>& chain, const T* state) {
+    Vec<Dim, T> sum = Vec<Dim, T>::zero();
+    for (int i = 0; i < chain.layout().sphere_count(); ++i)
+        sum += chain.sphere_inertia().mass * chain.layout().sphere(state, i).velocity;
+    return sum;
+}
+
+/// Angular momentum about the origin, orbital and spin, kg m²/s.
+template <int Dim, class T>
+[[nodiscard]] Rotational<Dim, T> angular_momentum(const Chain<Dim, T>& chain, const T* state) {
+    Rotational<Dim, T> sum = Rotational<Dim, T>::zero();
+    for (int i = 0; i < chain.layout().sphere_count(); ++i) {
+        const SphereState<Dim, T> sphere = chain.layout().sphere(state, i);
+        const SphereInertia<T>& inertia = chain.sphere_inertia();
+        if constexpr (Dim == 2)
+            sum[0] = sum[0] + inertia.mass * cross(sphere.position, sphere.velocity);
+        else
+            sum += inertia.mass * cross(sphere.position, sphere.velocity);
+        sum += inertia.moment * sphere.spin;
+    }
+    return sum;
+}
+
+} // namespace culm::physics

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "reduce/linear_regression.hpp"
+
+#include "core/error.hpp"
+#include "reduce/distributions.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/QR>
+#include <fmt/format.h>
+
+namespace culm::reduce {
+
+namespace {
+
+// Columns of unit length whose independent part is smaller than this are taken as dependent.
+constexpr double rank_threshold = 1e-10;
+
+[[noreturn]] void fail(const std::string& sentence) {
+    throw core::NumericalError(core::FailureKind::FitFailed, sentence);
+}
+
+void check_input(const Eigen::MatrixXd& design, const Eigen::VectorXd& response,
+                 std::span<const std::string> names) {
+    if (design.rows() != response.size() ||
+        design.cols() != static_cast<Eigen::Index>(names.size()) || names.empty())
+        fail(fmt::format("a design of {} rows and {} columns does not go with {} responses and {} "
+                         "names",
+                         design.rows(), design.cols(), response.size(), names.size()));
+    if (design.rows() <= design.cols())
+        fail(fmt::format("a regression with {} coefficients needs at least {} points, there are {}",
+                         design.cols(), design.cols() + 1, design.rows()));
+    if (!response.allFinite())
+        fail("a response of the regression is not finite");
+    for (Eigen::Index j = 0; j < design.cols(); ++j)
+        if (!design.col(j).allFinite())
+            fail(fmt::format("the regressor \"{}\" has a value that is not finite",
+                             names[static_cast<std::size_t>(j)]));
+}
+
+bool has_constant_column(const Eigen::MatrixXd& design) {
+    for (Eigen::Index j = 0; j < design.cols(); ++j)
+        if (design(0, j) != 0.0 && (design.col(j).array() == design(0, j)).all())
+            return true;
+    return false;
+}
+
+/// R² and its adjustment for the number of coefficients.
+void set_quality(const Eigen::VectorXd& response, bool about_mean, LinearRegression& result) {
+    const double centre = about_mean ? response.mean() : 0.0;
+    const double total = (response.array() - centre).square().sum();
+    const auto total_freedom = static_cast<double>(response.size() - (about_mean ? 1 : 0));
+    const auto freedom = static_cast<double>(result.degrees_of_freedom);
+    // A constant response leaves nothing to explain: no share of it is explained.
+    if (total <= result.rounding_sum_of_squares)
+        return;
+    result.r_squared = 1.0 - result.residual_sum_of_squares / total;
+    result.adjusted_r_squared =
+        1.0 - (result.residual_sum_of_squares / freedom) / (total / total_freedom);
+}
+
+void set_coefficients(const Eigen::VectorXd& values, std::span<const std::string> names,
+                      LinearRegression& result) {
+    const double factor = student_t_factor(result.degrees_of_freedom);
+    for (Eigen::Index j = 0; j < values.size(); ++j) {
+        Coefficient coefficient;
+        coefficient.name = names[static_cast<std::size_t>(j)];
+        coefficient.value = values[j];
+        coefficient.standard_error = std::sqrt(result.covariance(j, j));
+        coefficient.lower = values[j] - factor * coefficient.standard_error;
+        coefficient.upper = values[j] + factor * coefficient.standard_error;
+        const double t = values[j] == 0.0 ? 0.0 : values[j] / coefficient.standard_error;
+        coefficient.p_value = student_t_p_value(t, result.degrees_of_freedom);
+        result.coefficients.push_back(coefficient);
+    }
+}
+
+} // namespace
+
+LinearRegression regress(const Eigen::MatrixXd& design, std::span<const double> response,
+                         std::span<const std::string> names) {
+    const Eigen::Map<const Eigen::VectorXd> map(response.data(),
+                                                static_cast<Eigen::Index>(response.size()));
+    const Eigen::VectorXd observed = map;
+    check_input(design, observed, names);
+    const Eigen::VectorXd scale = design.colwise().norm();
+    for (Eigen::Index j = 0; j < scale.size(); ++j)
+        if (scale[j] == 0.0)
+            fail(fmt::format("the regressor \"{}\" is zero everywhere",
+                             names[static_cast<std::size_t>(j)]));
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(design.rows(), design.cols());
+    qr.setThreshold(rank_threshold);
+    qr.compute(design * scale.cwiseInverse().asDiagonal());
+    if (qr.rank() < design.cols()) {
+        const Eigen::Index dependent = qr.colsPermutation().indices()[qr.rank()];
+        fail(fmt::format("the regressor \"{}\" depends linearly on the others: its coefficient is "
+                         "not identifiable from this design",
+                         names[static_cast<std::size_t>(dependent)]));
+    }
+    const Eigen::VectorXd values = scale.cwiseInverse().cwiseProduct(qr.solve(observed));
+    const Eigen::VectorXd residuals = observed - design * values;
+
+    LinearRegression result;
+    result.residuals.assign(residuals.begin(), residuals.end());
+    result.residual_sum_of_squares = residuals.squaredNorm();
+    result.degrees_of_freedom = static_cast<std::size_t>(design.rows() - design.cols());
+    const double ulp =
+        64.0 * std::numeric_limits<double>::epsilon() * observed.cwiseAbs().maxCoeff();
+    result.rounding_sum_of_squares = static_cast<double>(design.rows()) * ulp * ulp;
+    const double variance =
+        result.residual_sum_of_squares / static_cast<double>(result.degrees_of_freedom);
+    result.sigma = std::sqrt(variance);
+    Eigen::MatrixXd root = Eigen::MatrixXd::Identity(design.cols(), design.cols());
+    qr.matrixR()
+        .topLeftCorner(design.cols(), design.cols())
+        .triangularView<Eigen::Upper>()
+        .solveInPlace(root);
+    root = scale.cwiseInverse().asDiagonal() * (qr.colsPermutation() * root);
+    result.covariance = variance * root * root.transpose();
+    set_quality(observed, has_constant_column(design), result);
+    set_coefficients(values, names, result);
+    return result;
+}
+
+Prediction predict(const LinearRegression& regression, std::span<const double> regressors) {
+    const auto columns = static_cast<Eigen::Index>(regression.coefficients.size());
+    if (static_cast<Eigen::Index>(regressors.size()) != columns)
+        fail(fmt::format("a prediction from {} coefficients was given {} regressors", columns,
+                         regressors.size()));
+    const Eigen::Map<const Eigen::VectorXd> row(regressors.data(), columns);
+    Prediction prediction;
+    for (std::size_t j = 0; j < regressors.size(); ++j)
+        prediction.value += regression.coefficients[j].value * regressors[j];
+    const double mean_variance = row.dot(regression.covariance * row);
+    prediction.mean_standard_error = std::sqrt(std::max(mean_variance, 0.0));
+    prediction.standard_error = std::hypot(prediction.mean_standard_error, regression.sigma);
+    const double reach =
+        student_t_factor(regression.degrees_of_freedom) * prediction.standard_error;
+    prediction.lower = prediction.value - reach;
+    prediction.upper = prediction.value + reach;
+    return prediction;
+}
+
+NestedTest nested_f_test(const LinearRegression& reduced, const LinearRegression& full) {
+    if (reduced.degrees_of_freedom <= full.degrees_of_freedom)
+        fail("the reduced model of an F-test must have fewer terms than the full one");
+    NestedTest test;
+    test.numerator_degrees_of_freedom = reduced.degrees_of_freedom - full.degrees_of_freedom;
+    test.denominator_degrees_of_freedom = full.degrees_of_freedom;
+    const double gain = reduced.residual_sum_of_squares - full.residual_sum_of_squares;
+    if (gain > full.rounding_sum_of_squares)
+        test.f_statistic = (gain / static_cast<double>(test.numerator_degrees_of_freedom)) /
+                           (full.sigma * full.sigma);
+    test.p_value = fisher_f_p_value(test.f_statistic, test.numerator_degrees_of_freedom,
+                                    test.denominator_degrees_of_freedom);
+    return test;
+}
+
+} // namespace culm::reduce

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where the fit of Eq. 1 starts: the best peaks of a scan over every frequency and decay.
+#pragma once
+
+#include "reduce/ring_down_model.hpp"
+
+#include <vector>
+
+namespace culm::reduce {
+
+/// Median distance of neighbouring times; the times ascend strictly, at least two.
+[[nodiscard]] double median_interval(const std::vector<double>& times);
+
+/// At most four starts for the fit of Eq. 1, best first, with frequencies up to half the sampling
+/// rate; empty if no trial explains anything.
+///
+/// For given b1 and b2 the best b0 is a linear problem: the explained sum of squares is
+/// (Σ y e cos)² / Σ (e cos)², e = exp(b1 t). Both sums for all frequencies at once are one Fourier
+/// transform per decay rate, zero padded fourfold, so the scan covers the plane without a gap:
+/// steps of a quarter of 1/duration in b2 (phase error at the end of at most 45°) and factors of
+/// two in b1 (overlap of neighbouring envelopes at least 0.98). Samples are sorted into bins of the
+/// median interval, so gaps and jitter are allowed.
+[[nodiscard]] std::vector<RingDownParameters> ring_down_starts(const RingDownSamples& samples,
+                                                               double largest_decay_per_cycle);
+
+} // namespace culm::reduce

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a computed case returns: sampled histories and what it cost, or why there is none.
+#pragma once
+
+#include "core/error.hpp"
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace culm::run {
+
+/// Work done by the integrator.
+struct SolveStatistics {
+    std::int64_t steps = 0;
+    std::int64_t rejected_steps = 0;
+    std::int64_t rhs_evaluations = 0;
+    std::int64_t newton_iterations = 0;
+    std::int64_t jacobian_factorisations = 0;
+    double wall_seconds = 0.0;
+};
+
+/// Histories are sampled at k · sample_interval, k = 0 … sample_count − 1. The lateral direction is
+/// the one of the pull; deflections are metres from the undeformed straight axis.
+struct CaseResult {
+    std::vector<double> tip_deflection;    ///< (samples); always filled
+    std::vector<double> height_deflection; ///< (samples, heights), row-major
+    std::vector<double> positions;         ///< (samples, spheres, 3), row-major: axial, lateral,
+                                           ///< out of plane; only for StoreLevel::Full
+    SolveStatistics statistics;
+};
+
+struct CaseFailure {
+    core::FailureKind kind = core::FailureKind::NotANumber;
+    std::string reason; ///< one sentence, with the time and the value at which it failed
+};
+
+using CaseOutcome = std::variant<CaseResult, CaseFailure>;
+
+} // namespace culm::run

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One case: everything that a single free-vibration run needs, as plain data in SI units.
+#pragma once
+
+#include "physics/bond_law_options.hpp"
+#include "physics/stem.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace culm::run {
+
+enum class IntegrationMethod { Implicit, Explicit };
+
+/// What of a trajectory is kept. Every level includes the ones before it.
+enum class StoreLevel { Fit, Tip, Heights, Full };
+
+/// How a case is integrated in time.
+struct Integrator {
+    IntegrationMethod method = IntegrationMethod::Implicit;
+    double timestep = 0.0;            ///< s; explicit only
+    double relative_tolerance = 1e-6; ///< implicit only
+};
+
+struct CaseSpec {
+    std::int64_t point = 0; ///< place in the study's design
+    physics::StemParameters<double> stem;
+    physics::BondLawOptions law;
+    Integrator integrator;
+    int dimensions = 2;            ///< 2: planar; 3: spatial
+    double tip_deflection = 15e-3; ///< lateral, before the release, m
+    double duration = 0.1;         ///< of the free vibration, s
+    double sample_interval = 5e-5; ///< s; explicit steps must divide it
+    StoreLevel store = StoreLevel::Tip;
+    std::vector<double> heights; ///< above the clamp, m; for StoreLevel::Heights
+
+    /// Samples in every stored history, the one at t = 0 included.
+    [[nodiscard]] std::size_t sample_count() const {
+        return static_cast<std::size_t>(duration / sample_interval + 0.5) + 1;
+    }
+};
+
+} // namespace culm::run

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// CaseSpec -> CaseResult: no files, no MPI, no globals.
+#pragma once
+
+#include "run/case_result.hpp"
+#include "run/case_spec.hpp"
+
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace culm::run {
+
+/// Called every millisecond or so of work; returning false abandons the work.
+using Heartbeat = std::function<bool()>;
+
+/// Thrown out of simulate() when the heartbeat returned false.
+struct Abandoned {};
+
+/// Pulls the tip aside, finds the static equilibrium, releases it and follows the free vibration.
+/// A case that cannot be computed comes back as a CaseFailure.
+[[nodiscard]] CaseOutcome simulate(const CaseSpec& spec, const Heartbeat& heartbeat = {});
+
+/// The same for several cases that can share SIMD lanes (see can_share_lanes); explicit cases
+/// advance together, implicit ones one after the other. One outcome per case, in order. A case's
+/// result does not depend on its neighbours.
+[[nodiscard]] std::vector<CaseOutcome> simulate_together(std::span<const CaseSpec> specs,
+                                                         const Heartbeat& heartbeat = {});
+
+/// Whether two cases may run in neighbouring lanes: explicit, equal numbers of spheres and
+/// dimensions, law, step, duration and samples.
+[[nodiscard]] bool can_share_lanes(const CaseSpec& a, const CaseSpec& b);
+
+/// Cases that fill the lanes of this machine.
+[[nodiscard]] std::size_t lanes_per_batch();
+
+/// The largest stable explicit step of a case, s: velocity Verlet on the linearised straight chain,
+/// transverse and axial motion. Beyond it the motion grows without bound.
+[[nodiscard]] double largest_stable_timestep(const CaseSpec& spec);
+
+} // namespace culm::run

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A study as its TOML file describes it (docs/config.md), validated and in SI units.
+#pragma once
+
+#include "run/case_spec.hpp"
+#include "study/factor.hpp"
+#include "study/parameter_table.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace culm::study {
+
+/// How design points are made from the factors; design.hpp defines each.
+enum class DesignType { Factorial, LatinHypercube, Sobol, List };
+
+struct DesignOptions {
+    DesignType type = DesignType::Factorial;
+    std::int64_t points = 0; ///< Latin hypercube, Sobol and list; a factorial's follows from levels
+    std::int64_t replicates = 1;
+};
+
+/// How Eq. 1 is fitted to the histories and the regressions are reduced.
+struct ReduceOptions {
+    std::optional<double> window;  ///< s from the release; nothing: the whole record
+    bool is_amplitude_free = true; ///< is b0 fitted, or fixed at the initial deflection?
+    double significance = 0.05;    ///< of the nested F-tests
+};
+
+struct StudyConfig {
+    std::string name;
+    std::uint64_t seed = 1;
+    ParameterValues given;       ///< by [stem] and [release]
+    run::CaseSpec base;          ///< everything but the factors; its stem and release hold `given`
+    std::vector<Factor> factors; ///< in the order of the file
+    DesignOptions design;
+    ReduceOptions reduce;
+    int trajectory_compression = 0; ///< 0 (none) to 9
+    std::string file;               ///< name for messages
+    std::string text;               ///< the file as it was read
+
+    /// Sorted "key = value" lines of everything that influences the results, after defaults and in
+    /// config units: two studies with equal identities compute the same archive. The name, the
+    /// compression, comments and formatting are not part of it.
+    [[nodiscard]] std::string identity() const;
+};
+
+/// Reads and validates a study. Throws core::InputError with ALL errors of the file, one a line, as
+/// `file:line: section.key = value: what is allowed`.
+[[nodiscard]] StudyConfig load_config(const std::filesystem::path& file);
+
+/// The same for text that was read elsewhere; `file` is used in messages, and its stem as the name
+/// of a study that has none.
+[[nodiscard]] StudyConfig parse_config(std::string_view text, const std::string& file);
+
+/// What differs between two identities, one line for each key; empty when they are equal. The first
+/// is called "stored", the second "now".
+[[nodiscard]] std::string difference(const std::string& stored, const std::string& now);
+
+} // namespace culm::study

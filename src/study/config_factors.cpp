@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The factors of a study file: the entries of [factors] and the tables of [[design.point]].
+#include "study/config_context.hpp"
+#include "study/config_factor_values.hpp"
+#include "study/config_hints.hpp"
+#include "study/config_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace culm::study {
+
+namespace {
+
+constexpr std::int64_t largest_point_count = 100'000'000;
+
+std::vector<std::string> parameter_keys() {
+    std::vector<std::string> keys;
+    for (const Parameter& parameter : parameters())
+        keys.emplace_back(parameter.key);
+    return keys;
+}
+
+/// The parameter of an entry, or nullptr with the error recorded.
+const Parameter* parameter_of(const TableEntry& entry, const std::string& section,
+                              ConfigErrors& errors) {
+    const Parameter* parameter = find_parameter(entry.key);
+    if (parameter == nullptr)
+        errors.add(
+            entry.line, section + "." + entry.key, value_text(*entry.node),
+            unknown_key_hint({section, entry.key, entry.node->value<double>()}, parameter_keys()));
+    return parameter;
+}
+
+/// Reads one [[design.point]] table into the columns, which the first table defines.
+void read_point(const toml::table& point, bool is_first, std::vector<Factor>& columns,
+                ConfigContext& context) {
+    for (const TableEntry& entry : entries_in_order(point)) {
+        const Parameter* parameter = parameter_of(entry, "design.point", context.errors);
+        if (parameter == nullptr)
+            continue;
+        auto column = std::ranges::find(columns, parameter, &Factor::parameter);
+        if (column == columns.end() && !is_first) {
+            context.errors.add(entry.line, "design.point." + entry.key, value_text(*entry.node),
+                               "the first [[design.point]] does not give it");
+            continue;
+        }
+        if (column == columns.end()) {
+            context.note_given(entry.key, {"design.point", entry.line});
+            column = columns.insert(columns.end(), Factor{parameter, Levels{}});
+        }
+        const auto value = parameter_value(*entry.node, *parameter);
+        if (!value)
+            context.errors.add(entry.line, "design.point." + entry.key, value_text(*entry.node),
+                               parameter_allowed(*parameter));
+        std::get<Levels>(column->values).push_back(value.value_or(0.0));
+    }
+    for (const Factor& column : columns)
+        if (!point.contains(column.parameter->key))
+            context.errors.add(line_of(point),
+                               fmt::format("design.point.{} is missing: every [[design.point]] "
+                                           "must give what the first gives",
+                                           column.parameter->key));
+}
+
+void read_points(ConfigContext& context) {
+    const toml::table* design = context.section("design");
+    const toml::node* node = design != nullptr ? design->get("point") : nullptr;
+    if (node == nullptr || context.config.design.type != DesignType::List)
+        return;
+    const toml::array* points = node->as_array();
+    if (points == nullptr || points->empty() || !points->is_homogeneous<toml::table>()) {
+        context.errors.add(line_of(*node), "design.point", value_text(*node),
+                           "must be tables [[design.point]]");
+        return;
+    }
+    std::vector<Factor> columns;
+    for (std::size_t i = 0; i < points->size(); ++i)
+        read_point(*(*points)[i].as_table(), i == 0, columns, context);
+    if (columns.empty())
+        context.errors.add(line_of(*node), "design.point: must give at least one parameter");
+    context.config.design.points = static_cast<std::int64_t>(points->size());
+    context.config.factors = std::move(columns);
+}
+
+/// Records an error if the design would be empty, pointless or too large.
+void check_design(ConfigContext& context) {
+    const StudyConfig& config = context.config;
+    const TableReader reader(context.section("design"), "design", "design", context.errors);
+    const bool is_sampled =
+        config.design.type == DesignType::LatinHypercube || config.design.type == DesignType::Sobol;
+    if (is_sampled && config.factors.empty())
+        reader.error("type", "needs at least one factor in [factors]");
+    const bool draws = std::ranges::any_of(config.factors, &Factor::is_redrawn);
+    if (config.design.replicates > 1 && !draws)
+        reader.error("replicates", "must be 1, for no factor is a distribution: every replicate "
+                                   "would repeat the same computation");
+    double points = config.design.type == DesignType::Factorial
+                        ? 1.0
+                        : static_cast<double>(config.design.points);
+    if (config.design.type == DesignType::Factorial)
+        for (const Factor& factor : config.factors)
+            if (const auto* levels = std::get_if<Levels>(&factor.values))
+                points *= static_cast<double>(levels->size());
+    points *= static_cast<double>(config.design.replicates);
+    if (points > static_cast<double>(largest_point_count))
+        context.errors.add(reader.line("type"),
+                           fmt::format("design: {:.6g} points, replicates included; at most {} are "
+                                       "possible",
+                                       points, largest_point_count));
+}
+
+} // namespace
+
+void read_factors(ConfigContext& context) {
+    const std::size_t errors_before = context.errors.count();
+    read_points(context);
+    if (const toml::table* table = context.section("factors"))
+        for (const TableEntry& entry : entries_in_order(*table)) {
+            const Parameter* parameter = parameter_of(entry, "factors", context.errors);
+            if (parameter == nullptr)
+                continue;
+            context.note_given(entry.key, {"factors", entry.line});
+            if (auto factor = read_factor(entry, *parameter, context))
+                context.config.factors.push_back(std::move(*factor));
+        }
+    // Factors that could not be read are missing here, and would only cause errors that mislead.
+    if (context.errors.count() == errors_before)
+        check_design(context);
+}
+
+} // namespace culm::study

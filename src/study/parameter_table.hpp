@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Every parameter of a stem and of its release that a study may set or sweep, in one table.
+#pragma once
+
+#include "run/case_spec.hpp"
+#include "study/interval.hpp"
+#include "study/units.hpp"
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace culm::study {
+
+/// One row of the table. Values in `range` and `default_text` are in the unit that the key names;
+/// `get` and `set` speak SI.
+struct Parameter {
+    std::string_view key;     ///< as in the TOML file, for example "bond_youngs_modulus_gpa"
+    std::string_view section; ///< the TOML table it belongs to: "stem" or "release"
+    Unit unit;
+    Interval range;
+    bool is_whole_number = false;
+    std::string_view default_text;
+    std::string_view meaning;
+    double (*get)(const run::CaseSpec&) = nullptr;
+    void (*set)(run::CaseSpec&, double) = nullptr;
+};
+
+inline constexpr std::size_t parameter_count = 13;
+
+/// The table. Its order is the order in which `ParameterValues::apply_to` calls the setters.
+[[nodiscard]] std::span<const Parameter, parameter_count> parameters();
+
+/// The row of that key, or nullptr.
+[[nodiscard]] const Parameter* find_parameter(std::string_view key);
+
+/// The SI value in the parameter's unit, in the fewest digits that identify it.
+[[nodiscard]] std::string config_text(const Parameter& parameter, double si_value);
+
+/// Two keys that fix the same thing, so that only one of them may be given.
+struct ExclusiveKeys {
+    std::string_view first;
+    std::string_view second;
+};
+
+[[nodiscard]] std::span<const ExclusiveKeys> exclusive_keys();
+
+/// Which parameters are given, and their values in SI.
+class ParameterValues {
+  public:
+    void set(const Parameter& parameter, double si_value);
+    [[nodiscard]] std::optional<double> get(const Parameter& parameter) const;
+    [[nodiscard]] bool has(std::string_view key) const;
+
+    /// Makes the case's stem and release from the defaults (Table 1 of Schramm et al. 2019) and
+    /// the given values. Rules for what is not given:
+    ///   - bond_length and bond_diameter follow sphere_diameter;
+    ///   - length gives bond_length = length/(spheres − 1);
+    ///   - bond_wall gives the inner diameter, bond_diameter − 2 bond_wall;
+    ///   - length without sphere_diameter makes the spheres touch: sphere diameter = bond length,
+    ///     with the density scaled by (bond_diameter/bond_length)² so that the mass per length
+    ///     stays that of touching spheres of the bond's diameter, ρ π d²/6, for any number of
+    ///     spheres. Were the diameter not the bond length, the shear lever arms of the law
+    ///     `schramm2019` (the radii) would not span the bond, and the frequency of a stem would
+    ///     depend on the number of spheres (docs/config.md has the figures).
+    void apply_to(run::CaseSpec& spec) const;
+
+  private:
+    std::array<std::optional<double>, parameter_count> values_;
+};
+
+} // namespace culm::study

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The condensed Newton system against a dense solve with a finite-difference Jacobian.
+#include "integrate/condensed_newton.hpp"
+
+#include "support/random_chain_state.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace culm::integrate {
+namespace {
+
+template <class Dimension>
+class CondensedNewtonTest : public testing::Test {};
+using Dimensions = testing::Types<std::integral_constant<int, 2>, std::integral_constant<int, 3>>;
+TYPED_TEST_SUITE(CondensedNewtonTest, Dimensions);
+
+/// J v by a central difference of the right-hand side along v.
+template <int Dim>
+std::vector<double> jacobian_times(const physics::Chain<Dim, double>& chain,
+                                   const std::vector<double>& state, const std::vector<double>& v,
+                                   double step) {
+    std::vector<double> ahead(state.size());
+    std::vector<double> behind(state.size());
+    std::vector<double> moved = state;
+    for (std::size_t k = 0; k < state.size(); ++k)
+        moved[k] = state[k] + step * v[k];
+    chain.evaluate_rate(moved.data(), ahead.data());
+    for (std::size_t k = 0; k < state.size(); ++k)
+        moved[k] = state[k] - step * v[k];
+    chain.evaluate_rate(moved.data(), behind.data());
+    for (std::size_t k = 0; k < state.size(); ++k)
+        ahead[k] = (ahead[k] - behind[k]) / (2 * step);
+    return ahead;
+}
+
+TYPED_TEST(CondensedNewtonTest, SolvesTheFullSystem) {
+    constexpr int Dim = TypeParam::value;
+    for (const auto support : {physics::Support::Clamped, physics::Support::Free})
+        for (const double gamma : {1e-8, 1e-6, 1e-4}) {
+            physics::StemParameters<double> stem;
+            stem.sphere_count = 7;
+            stem.bond_damping = 30.0;
+            const physics::Chain<Dim, double> chain(stem, physics::consistent_law(), support);
+            const auto state = tests::random_state(chain, 21);
+            const auto wanted = tests::random_state(chain, 22);
+            const auto straight = chain.straight_state();
+            std::vector<double> x(state.size());
+            for (std::size_t k = 0; k < x.size(); ++k)
+                x[k] = 1e-3 * (wanted[k] - straight[k]);
+            // b = (I − γJ) x, so that the solve has to give x back.
+            const auto jx = jacobian_times(chain, state, x, 1e-3);
+            std::vector<double> b(x.size());
+            for (std::size_t k = 0; k < x.size(); ++k)
+                b[k] = x[k] - gamma * jx[k];
+
+            CondensedNewton<Dim> newton(chain);
+            newton.set_state(state.data());
+            ASSERT_TRUE(newton.factorise(gamma));
+            std::vector<double> solved(x.size());
+            newton.solve(b.data(), solved.data());
+            // Judged through the system itself, whose solution may be ill-conditioned: the residual
+            // must vanish against b. The difference quotient is exact to about 1e-8.
+            const auto jsolved = jacobian_times(chain, state, solved, 1e-3);
+            const auto& layout = chain.layout();
+            double worst = 0.0;
+            double size = 0.0;
+            for (int i = 0; i < layout.sphere_count(); ++i)
+                for (std::size_t k = 0; k < physics::ChainLayout<Dim>::sphere_size; ++k) {
+                    const std::size_t at = layout.sphere_offset(i) + k;
+                    const double scale = std::abs(b[at]) + std::abs(gamma * jx[at]) + 1e-12;
+                    worst =
+                        std::max(worst, std::abs(solved[at] - gamma * jsolved[at] - b[at]) / scale);
+                    size = std::max(size, std::abs(solved[at] - x[at]) / (std::abs(x[at]) + 1e-9));
+                }
+            EXPECT_LT(worst, 1e-4) << "gamma " << gamma;
+            EXPECT_LT(size, 1e-2) << "gamma " << gamma;
+        }
+}
+
+TEST(BlockTridiagonal, ReproducesADenseSolve) {
+    constexpr int size = 3;
+    constexpr int count = 6;
+    BlockTridiagonal<size> system(count);
+    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(size * count, size * count);
+    std::srand(3);
+    for (int i = 0; i < count; ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        system.diagonal(at) = Eigen::Matrix3d::Random() + 4.0 * Eigen::Matrix3d::Identity();
+        dense.block(size * i, size * i, size, size) = system.diagonal(at);
+        system.upper(at).setRandom();
+        system.lower(at).setRandom();
+        if (i > 0)
+            dense.block(size * i, size * (i - 1), size, size) = system.lower(at);
+        if (i + 1 < count)
+            dense.block(size * i, size * (i + 1), size, size) = system.upper(at);
+    }
+    const Eigen::VectorXd b = Eigen::VectorXd::Random(size * count);
+    std::vector<Eigen::Vector3d> x(count);
+    for (int i = 0; i < count; ++i)
+        x[static_cast<std::size_t>(i)] = b.segment<size>(size * i);
+    ASSERT_TRUE(system.factorise());
+    system.solve(x);
+    const Eigen::VectorXd expected = dense.partialPivLu().solve(b);
+    for (int i = 0; i < count; ++i) // a well-conditioned system: some ten roundings
+        EXPECT_LT((x[static_cast<std::size_t>(i)] - expected.segment<size>(size * i)).norm(),
+                  1e-14 * expected.norm());
+}
+
+TEST(BlockTridiagonal, ReportsASingularBlock) {
+    BlockTridiagonal<2> system(1);
+    system.set_zero();
+    EXPECT_FALSE(system.factorise());
+}
+
+} // namespace
+} // namespace culm::integrate
