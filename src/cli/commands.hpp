@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The commands of culm; one source file each.
+#pragma once
+
+#include "core/error.hpp"
+
+#include <CLI/App.hpp>
+
+namespace culm::cli {
+
+/// What main() needs to know of a command once it has run.
+struct CommandResult {
+    core::ExitCode exit_code = core::ExitCode::Done;
+};
+
+/// Each function adds its command to `app`; the command runs when it is parsed and stores its exit
+/// code in `result`, which must outlive the parsing. `argc` and `argv` are main's, for MPI.
+void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
+void add_reduce_command(CLI::App& app, CommandResult& result);
+void add_simulate_command(CLI::App& app, CommandResult& result);
+
+} // namespace culm::cli

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// --json FILE of every command.
+#pragma once
+
+#include "core/error.hpp"
+
+#include <fstream>
+#include <string>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+namespace culm::cli {
+
+/// Writes to the file, or to standard output for "-". Throws core::StorageError.
+inline void write_json(const std::string& file, const nlohmann::json& json) {
+    if (file == "-") {
+        fmt::print("{}\n", json.dump(2));
+        return;
+    }
+    std::ofstream out(file);
+    out << json.dump(2) << '\n';
+    out.flush();
+    if (!out)
+        throw core::StorageError(fmt::format("{}: cannot be written", file));
+}
+
+} // namespace culm::cli

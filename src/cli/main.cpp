@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// culm: parse, call, print.
+#include "cli/commands.hpp"
+#include "cli/processor_check.hpp"
+#include "cli/version.hpp"
+#include "core/error.hpp"
+#include "core/nearest_name.hpp"
+
+#include <cstdio>
+#include <exception>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+
+namespace {
+
+using culm::core::ExitCode;
+
+/// The command that a mistyped one was probably meant to be.
+std::string suggestion(const CLI::App& app, int argc, char** argv) {
+    std::vector<std::string> names;
+    for (const CLI::App* command : app.get_subcommands({}))
+        names.push_back(command->get_name());
+    if (argc < 2 || argv[1][0] == '-')
+        return {};
+    const std::string nearest = culm::core::nearest_name(argv[1], names);
+    return nearest.empty() || nearest == argv[1]
+               ? std::string()
+               : fmt::format("\nDid you mean `culm {}`?", nearest);
+}
+
+int run(int argc, char** argv) {
+    CLI::App app("Calibrates a flexible-stem discrete-element model against measured free "
+                 "vibration.",
+                 "culm");
+    app.set_version_flag("--version", culm::cli::version_text());
+    app.require_subcommand(1);
+    app.footer("Exit codes: 0 done, 2 bad input, 3 some points failed, 75 stopped early "
+               "(resumable with --resume).");
+    culm::cli::CommandResult result;
+    culm::cli::add_run_command(app, result, argc, argv);
+    culm::cli::add_reduce_command(app, result);
+    culm::cli::add_simulate_command(app, result);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        if (error.get_exit_code() == 0)
+            return app.exit(error);
+        fmt::print(stderr, "culm: {}{}\nTry `culm --help`.\n", error.what(),
+                   suggestion(app, argc, argv));
+        return static_cast<int>(ExitCode::BadInput);
+    } catch (const culm::core::InputError& error) {
+        fmt::print(stderr, "culm: {}\n", error.what());
+        return static_cast<int>(ExitCode::BadInput);
+    } catch (const culm::core::NumericalError& error) {
+        fmt::print(stderr, "culm: {}\n", error.what());
+        return static_cast<int>(ExitCode::PointsFailed);
+    } catch (const culm::core::StorageError& error) {
+        fmt::print(stderr,
+                   "culm: {}\nNothing computed so far is lost; make room or choose another folder, "
+                   "then go on with --resume.\n",
+                   error.what());
+        return static_cast<int>(ExitCode::StoppedEarly);
+    }
+    return static_cast<int>(result.exit_code);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    if (!culm::cli::processor_is_suitable()) {
+        std::fputs(culm::cli::unsuitable_processor_message, stderr);
+        return static_cast<int>(ExitCode::BadInput);
+    }
+    try {
+        return run(argc, argv);
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "culm: internal error: {}\n", error.what());
+        return 1;
+    }
+}

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// culm reduce DIR
+#include "cli/commands.hpp"
+#include "cli/json_output.hpp"
+#include "cli/regression_table.hpp"
+#include "study/summary.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+namespace culm::cli {
+namespace {
+
+struct ReduceArguments {
+    std::string folder;
+    std::optional<double> window_s;
+    std::string amplitude;
+    std::optional<double> significance;
+    std::string json;
+    bool keep = false;
+};
+
+void reduce(const ReduceArguments& arguments, CommandResult& result) {
+    const study::StudyFolder folder(arguments.folder);
+    const study::ArchivedStudy archived = study::open_archive(folder);
+    study::ReduceOptions options = archived.study.config.reduce;
+    const double duration = archived.study.config.base.duration;
+    if (arguments.window_s) {
+        if (!(*arguments.window_s > 0.0) || *arguments.window_s > duration * (1.0 + 1e-9))
+            throw core::InputError(fmt::format(
+                "--window {:g}: must be above 0 and at most {:g} s, the study's duration",
+                *arguments.window_s, duration));
+        options.window = arguments.window_s;
+    }
+    if (!arguments.amplitude.empty())
+        options.is_amplitude_free = arguments.amplitude == "free";
+    if (arguments.significance)
+        options.significance = *arguments.significance;
+    const bool fits_change = arguments.window_s.has_value() || !arguments.amplitude.empty();
+    study::StudySummary summary;
+    if (fits_change || archived.file.description().stored.tip) {
+        summary = study::reduce_study(archived, options);
+    } else {
+        summary = study::reduce_study(archived, std::nullopt);
+    }
+    if (!arguments.keep)
+        study::write_summary(folder, summary);
+    if (!arguments.json.empty())
+        write_json(arguments.json, study::to_json(summary));
+    if (arguments.json != "-")
+        fmt::print("{}", regression_table(summary));
+    if (!summary.failed.empty())
+        result.exit_code = core::ExitCode::PointsFailed;
+}
+
+} // namespace
+
+void add_reduce_command(CLI::App& app, CommandResult& result) {
+    CLI::App* command = app.add_subcommand(
+        "reduce", "Fit Eq. 1 to a study's stored histories again and repeat the regressions");
+    auto arguments = std::make_shared<ReduceArguments>();
+    command->add_option("dir", arguments->folder, "Folder of a completed study")
+        ->required()
+        ->type_name("DIR");
+    command
+        ->add_option("--window", arguments->window_s,
+                     "Fit only the first so many seconds (default: as in the study)")
+        ->type_name("SECONDS");
+    command
+        ->add_option(
+            "--amplitude", arguments->amplitude,
+            "b0 \"free\" or \"fixed\" at the initial deflection (default: as in the study)")
+        ->check(CLI::IsMember({"free", "fixed"}));
+    command
+        ->add_option("--significance", arguments->significance,
+                     "Significance of the nested F-tests (default: as in the study)")
+        ->check(CLI::Range(1e-6, 0.5));
+    command->add_option("--json", arguments->json, "Write the summary to this file (- for stdout)")
+        ->type_name("FILE");
+    command->add_flag("--keep", arguments->keep, "Leave summary.json and fits.csv as they are");
+    command->callback([arguments, &result] { reduce(*arguments, result); });
+}
+
+} // namespace culm::cli

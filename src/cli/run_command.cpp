@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// culm run STUDY.toml [-o DIR] [--resume] [--dry-run]
+#include "cli/commands.hpp"
+#include "cli/progress_display.hpp"
+#include "cli/regression_table.hpp"
+#include "cli/stop_signal.hpp"
+#include "cli/version.hpp"
+#include "farm/environment.hpp"
+#include "run/simulate.hpp"
+#include "study/execute.hpp"
+#include "study/summary.hpp"
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+
+namespace culm::cli {
+namespace {
+
+struct RunArguments {
+    std::string study;
+    std::string output;
+    bool resume = false;
+    bool dry_run = false;
+    bool quiet = false;
+};
+
+std::string amount(double bytes) {
+    return bytes < 1e6   ? fmt::format("{:.3g} kB", bytes * 1e-3)
+           : bytes < 1e9 ? fmt::format("{:.3g} MB", bytes * 1e-6)
+                         : fmt::format("{:.3g} GB", bytes * 1e-9);
+}
+
+std::string plan_text(const study::Study& study, const std::vector<std::int64_t>& points,
+                      int ranks) {
+    const auto batches = study::make_batches(study, points);
+    const study::Estimate plan = study::estimate(study, batches);
+    const run::CaseSpec& base = study.config.base;
+    const bool is_explicit = base.integrator.method == run::IntegrationMethod::Explicit;
+    std::string text =
+        fmt::format("study          {}\n"
+                    "points         {} in {} batches{}\n"
+                    "integrator     {}\n"
+                    "estimated cost {:.3g} core seconds, {:.3g} s on {} rank{}\n"
+                    "memory         {} per rank\n"
+                    "archive        {} before compression\n",
+                    study.config.name, plan.points, plan.batches,
+                    is_explicit ? fmt::format(", {} SIMD lanes each", run::lanes_per_batch()) : "",
+                    is_explicit ? fmt::format("explicit, time step {:.4g} s, {:.4g} steps a point",
+                                              base.integrator.timestep,
+                                              base.duration / base.integrator.timestep)
+                                : fmt::format("implicit, relative tolerance {:.3g}",
+                                              base.integrator.relative_tolerance),
+                    plan.core_seconds, plan.core_seconds / ranks, ranks, ranks == 1 ? "" : "s",
+                    amount(plan.memory_bytes_per_rank), amount(plan.archive_bytes));
+    return text;
+}
+
+/// After the computation, on rank 0: reduce, write, print. Returns the command's exit code.
+core::ExitCode report(const study::StudyFolder& folder, const study::ExecuteOutcome& outcome) {
+    if (!outcome.archive_is_complete) {
+        if (!outcome.farm.failure.empty())
+            fmt::print(stderr, "culm: {}\n", outcome.farm.failure);
+        for (const farm::LostBatch& lost : outcome.farm.lost)
+            fmt::print(stderr, "culm: a batch was lost on rank {}: {}\n", lost.rank, lost.reason);
+        fmt::print(stderr,
+                   "culm: stopped early; {} points are computed and kept in {}. Go on with "
+                   "--resume.\n",
+                   outcome.resumed_points + outcome.farm.points_completed +
+                       outcome.farm.points_failed,
+                   folder.path().string());
+        return core::ExitCode::StoppedEarly;
+    }
+    const study::StudySummary summary =
+        study::reduce_study(study::open_archive(folder), std::nullopt);
+    study::write_summary(folder, summary);
+    fmt::print("{}\n{} of {} points completed, computed in {:.2f} s on {} rank{}\narchive {}\n"
+               "summary {}\n",
+               regression_table(summary), summary.completed, summary.points, summary.wall_s,
+               summary.ranks, summary.ranks == 1 ? "" : "s", folder.archive().string(),
+               folder.summary().string());
+    return summary.failed.empty() ? core::ExitCode::Done : core::ExitCode::PointsFailed;
+}
+
+core::ExitCode run(const RunArguments& arguments, const farm::Communicator* communicator) {
+    const bool is_root = communicator == nullptr || communicator->rank() == 0;
+    const int ranks = communicator == nullptr ? 1 : communicator->size();
+    const study::Study study = study::load_study(arguments.study);
+    const std::string output =
+        arguments.output.empty() ? "results/" + study.config.name : arguments.output;
+    const study::StudyFolder folder(output);
+    if (arguments.dry_run) {
+        std::vector<std::int64_t> all(static_cast<std::size_t>(study.design.point_count()));
+        for (std::size_t k = 0; k < all.size(); ++k)
+            all[k] = static_cast<std::int64_t>(k);
+        if (is_root)
+            fmt::print("{}output         {}\n", plan_text(study, all, ranks), output);
+        return core::ExitCode::Done;
+    }
+    watch_stop_signals();
+    ProgressDisplay display(arguments.quiet || !is_root);
+    study::ExecuteOptions options;
+    options.resume = arguments.resume;
+    options.provenance = build_provenance();
+    options.farm.stop_requested = [] { return stop_signal_arrived(); };
+    options.farm.progress = [&display](const farm::Progress& progress) { display.show(progress); };
+    const study::ExecuteOutcome outcome = study::execute(study, folder, communicator, options);
+    display.finish();
+    int exit_code = 0;
+    if (is_root)
+        exit_code = static_cast<int>(report(folder, outcome));
+    if (communicator != nullptr)
+        exit_code = std::stoi(communicator->broadcast(std::to_string(exit_code)));
+    return static_cast<core::ExitCode>(exit_code);
+}
+
+/// Under a launcher every rank meets the same errors; one of them is enough on the screen.
+core::ExitCode run_under_launcher(const RunArguments& arguments, int& argc, char**& argv) {
+    const farm::Environment environment(argc, argv);
+    const farm::Communicator communicator = environment.world();
+    std::string complaint;
+    core::ExitCode exit_code = core::ExitCode::Done;
+    try {
+        exit_code = run(arguments, &communicator);
+    } catch (const core::InputError& error) {
+        complaint = error.what();
+        exit_code = core::ExitCode::BadInput;
+    } catch (const core::StorageError& error) {
+        complaint = fmt::format("{}\nNothing computed so far is lost; make room or choose another "
+                                "folder, then go on with --resume.",
+                                error.what());
+        exit_code = core::ExitCode::StoppedEarly;
+    }
+    if (!complaint.empty() && communicator.rank() == 0)
+        fmt::print(stderr, "culm: {}\n", complaint);
+    return exit_code;
+}
+
+} // namespace
+
+void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& argv) {
+    CLI::App* command = app.add_subcommand(
+        "run", "Run a study (alone, or under mpirun or srun), archive and reduce it");
+    auto arguments = std::make_shared<RunArguments>();
+    command->add_option("study", arguments->study, "Study file (TOML; docs/config.md)")
+        ->required()
+        ->type_name("STUDY.toml");
+    command
+        ->add_option("-o,--output", arguments->output,
+                     "Folder for study.h5 and summary.json (default: results/<study name>)")
+        ->type_name("DIR");
+    command->add_flag("--resume", arguments->resume,
+                      "Compute only what the folder lacks; refuses a changed study");
+    command->add_flag("--dry-run", arguments->dry_run,
+                      "Check everything and print the plan: points, lanes, cost, memory, archive");
+    command->add_flag("-q,--quiet", arguments->quiet, "No progress");
+    command->callback([arguments, &result, &argc, &argv] {
+        result.exit_code = farm::Environment::is_under_launcher()
+                               ? run_under_launcher(*arguments, argc, argv)
+                               : run(*arguments, nullptr);
+    });
+}
+
+} // namespace culm::cli

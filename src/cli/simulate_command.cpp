@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// culm simulate: one stem, with parameters given or calibrated from a study's regressions.
+#include "cli/commands.hpp"
+#include "cli/json_output.hpp"
+#include "reduce/stem_prediction.hpp"
+#include "run/simulate.hpp"
+#include "study/point_results.hpp"
+#include "study/summary.hpp"
+
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+#include <fmt/ostream.h>
+#include <nlohmann/json.hpp>
+
+namespace culm::cli {
+namespace {
+
+struct SimulateArguments {
+    std::string study;
+    std::string via;
+    std::optional<double> youngs_modulus_gpa;
+    std::optional<double> bond_damping;
+    std::optional<double> decay_per_cycle;
+    std::optional<double> frequency_hz;
+    std::string history;
+    std::string json;
+};
+
+/// A stem to simulate: where its parameters come from, and what they should give back.
+struct Candidate {
+    std::string name;
+    double youngs_modulus = 0.0; ///< Pa
+    double bond_damping = 0.0;
+};
+
+struct Simulated {
+    Candidate candidate;
+    std::vector<double> tip; ///< m
+    reduce::RingDownFit fit;
+};
+
+Simulated simulate_candidate(const study::StudyConfig& config, const Candidate& candidate) {
+    run::CaseSpec spec = config.base;
+    spec.stem.bond_youngs_modulus = candidate.youngs_modulus;
+    spec.stem.bond_damping = candidate.bond_damping;
+    const run::CaseOutcome outcome = run::simulate(spec);
+    if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
+        throw core::NumericalError(failure->kind, failure->reason);
+    const auto& result = std::get<run::CaseResult>(outcome);
+    return {candidate, result.tip_deflection,
+            reduce::fit_ring_down(study::sample_times(spec), result.tip_deflection,
+                                  study::fit_options(config.reduce))};
+}
+
+/// Y and β from the regressions of a study, by the paper's laws and by the terms that the F-tests
+/// kept.
+std::vector<Candidate> calibrated(const study::ArchivedStudy& archived,
+                                  const SimulateArguments& arguments) {
+    const study::StudySummary summary = study::reduce_study(archived, std::nullopt);
+    const reduce::StemPrediction prediction = reduce::predict_stem(
+        summary.regression, {*arguments.decay_per_cycle, *arguments.frequency_hz, 0.0, 0.0});
+    if (!prediction.is_inside_design)
+        fmt::print(stderr,
+                   "culm: warning: the study covers decays per cycle of {:.4g} … {:.4g} and "
+                   "frequencies of {:.4g} … {:.4g} Hz; this stem lies outside, the laws are "
+                   "extrapolated\n",
+                   summary.regression.decay_per_cycle.lowest,
+                   summary.regression.decay_per_cycle.highest, summary.regression.frequency.lowest,
+                   summary.regression.frequency.highest);
+    std::vector<Candidate> candidates;
+    const auto add = [&candidates](const char* name, const auto& modulus, const auto& damping) {
+        if (modulus && damping)
+            candidates.push_back({name, modulus->value, damping->value});
+    };
+    add("paper's laws", prediction.bond_youngs_modulus.by_single_law,
+        prediction.bond_damping.by_single_law);
+    add("F-test terms", prediction.bond_youngs_modulus.by_reduced_model,
+        prediction.bond_damping.by_reduced_model);
+    if (candidates.empty())
+        throw core::InputError(fmt::format("{}: the study has no regressions to calibrate with: {} "
+                                           "{}",
+                                           arguments.via, prediction.bond_youngs_modulus.reason,
+                                           prediction.bond_damping.reason));
+    return candidates;
+}
+
+nlohmann::json to_json(const Simulated& simulated, const SimulateArguments& arguments) {
+    nlohmann::json json{{"parameters_from", simulated.candidate.name},
+                        {"bond_youngs_modulus_pa", simulated.candidate.youngs_modulus},
+                        {"bond_damping", simulated.candidate.bond_damping},
+                        {"frequency_hz", simulated.fit.frequency},
+                        {"decay_per_cycle", simulated.fit.decay_per_cycle},
+                        {"amplitude", simulated.fit.amplitude},
+                        {"rms_residual", simulated.fit.rms_residual}};
+    if (arguments.frequency_hz)
+        json["frequency_error_percent"] =
+            100.0 * (simulated.fit.frequency / *arguments.frequency_hz - 1.0);
+    if (arguments.decay_per_cycle)
+        json["decay_error_percent"] =
+            100.0 * (simulated.fit.decay_per_cycle / *arguments.decay_per_cycle - 1.0);
+    return json;
+}
+
+void print(const Simulated& simulated, const SimulateArguments& arguments) {
+    fmt::print("{}: Y = {:.4f} GPa, beta = {:.3f}\n", simulated.candidate.name,
+               simulated.candidate.youngs_modulus * 1e-9, simulated.candidate.bond_damping);
+    const auto line = [](const char* name, double value, const char* unit,
+                         const std::optional<double>& wanted) {
+        fmt::print("    {:<22} {:>10.5g} {}", name, value, unit);
+        if (wanted)
+            fmt::print("    wanted {:.5g}, error {:+.2f} %", *wanted,
+                       100.0 * (value / *wanted - 1.0));
+        fmt::print("\n");
+    };
+    line("b2 (frequency)", simulated.fit.frequency, "Hz", arguments.frequency_hz);
+    line("b1 (decay per cycle)", simulated.fit.decay_per_cycle, "  ", arguments.decay_per_cycle);
+    fmt::print("    Eq. 1 leaves {:.2f} % of the tip's deflection (rms)\n",
+               100.0 * simulated.fit.rms_residual);
+}
+
+void write_history(const std::string& file, const run::CaseSpec& spec,
+                   const std::vector<double>& tip) {
+    std::ofstream out(file);
+    fmt::print(out, "time_s,tip_deflection_mm\n");
+    const std::vector<double> times = study::sample_times(spec);
+    for (std::size_t k = 0; k < tip.size(); ++k)
+        fmt::print(out, "{:.9g},{:.9g}\n", times[k], tip[k] * 1e3);
+    out.flush();
+    if (!out)
+        throw core::StorageError(fmt::format("{}: cannot be written", file));
+}
+
+void refuse_incomplete(const SimulateArguments& arguments) {
+    if (arguments.via.empty() == arguments.study.empty())
+        throw core::InputError("simulate needs either a study file or --via DIR");
+    if (!arguments.via.empty() && !(arguments.decay_per_cycle && arguments.frequency_hz))
+        throw core::InputError("--via DIR needs --frequency-hz and --decay-per-cycle, the measured "
+                               "b2 and b1 of the stem");
+    if (!arguments.study.empty() && !(arguments.youngs_modulus_gpa && arguments.bond_damping))
+        throw core::InputError("a study file needs --bond-youngs-modulus-gpa and --bond-damping; "
+                               "to calibrate them from a study that has run, give --via DIR");
+}
+
+void simulate(const SimulateArguments& arguments) {
+    refuse_incomplete(arguments);
+    std::vector<Candidate> candidates;
+    study::StudyConfig config;
+    if (arguments.via.empty()) {
+        config = study::load_study(arguments.study).config;
+        candidates.push_back(
+            {"given parameters", *arguments.youngs_modulus_gpa * 1e9, *arguments.bond_damping});
+    } else {
+        const study::ArchivedStudy archived =
+            study::open_archive(study::StudyFolder(arguments.via));
+        config = archived.study.config;
+        candidates = calibrated(archived, arguments);
+    }
+    nlohmann::json json = nlohmann::json::array();
+    for (const Candidate& candidate : candidates) {
+        const Simulated simulated = simulate_candidate(config, candidate);
+        if (arguments.json != "-")
+            print(simulated, arguments);
+        json.push_back(to_json(simulated, arguments));
+        if (!arguments.history.empty() && candidate.name == candidates.back().name)
+            write_history(arguments.history, config.base, simulated.tip);
+    }
+    if (!arguments.json.empty())
+        write_json(arguments.json, json);
+}
+
+} // namespace
+
+void add_simulate_command(CLI::App& app, CommandResult&) {
+    CLI::App* command = app.add_subcommand(
+        "simulate", "Simulate one stem and read b1 and b2 from it (the paper's closing test)");
+    auto arguments = std::make_shared<SimulateArguments>();
+    command->add_option("study", arguments->study, "Study file whose stem and release are used")
+        ->type_name("STUDY.toml");
+    command
+        ->add_option("--via", arguments->via,
+                     "Calibrate Y and beta by this study's regressions, and use its stem")
+        ->type_name("DIR");
+    command
+        ->add_option("--bond-youngs-modulus-gpa", arguments->youngs_modulus_gpa,
+                     "Bond Young's modulus Y, GPa")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--bond-damping", arguments->bond_damping, "Local damping beta")
+        ->check(CLI::NonNegativeNumber);
+    command->add_option("--frequency-hz", arguments->frequency_hz, "Measured frequency b2, Hz")
+        ->check(CLI::PositiveNumber);
+    command
+        ->add_option("--decay-per-cycle", arguments->decay_per_cycle,
+                     "Measured damping b1 in normalised time, negative")
+        ->check(CLI::Range(-10.0, 0.0));
+    command
+        ->add_option("--history", arguments->history,
+                     "Write the tip's history (of the last stem printed) as CSV")
+        ->type_name("FILE");
+    command->add_option("--json", arguments->json, "Write the results to this file (- for stdout)")
+        ->type_name("FILE");
+    command->callback([arguments] { simulate(*arguments); });
+}
+
+} // namespace culm::cli

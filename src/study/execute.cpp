@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "study/execute.hpp"
+
+#include "archive/journal_writer.hpp"
+#include "core/error.hpp"
+#include "run/simulate.hpp"
+#include "study/assemble.hpp"
+#include "study/point_results.hpp"
+
+#include <array>
+#include <chrono>
+#include <cstring>
+#include <ctime>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include <fmt/chrono.h>
+#include <fmt/core.h>
+#include <unistd.h>
+
+namespace culm::study {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+int rank_of(const farm::Communicator* communicator) {
+    return communicator == nullptr ? 0 : communicator->rank();
+}
+
+/// Runs `action` on rank 0 and hands its answer, or its exception, to every rank.
+template <class Action>
+std::string on_root(const farm::Communicator* communicator, const Action& action) {
+    std::string answer; // a letter that tells what follows: the answer or one of two errors
+    if (rank_of(communicator) == 0) {
+        try {
+            answer = action();
+            answer.insert(answer.begin(), '=');
+        } catch (const core::InputError& error) {
+            answer = fmt::format("i{}", error.what());
+        } catch (const core::StorageError& error) {
+            answer = fmt::format("s{}", error.what());
+        }
+    }
+    if (communicator != nullptr)
+        answer = communicator->broadcast(std::move(answer));
+    if (answer.front() == 'i')
+        throw core::InputError(answer.substr(1));
+    if (answer.front() == 's')
+        throw core::StorageError(answer.substr(1));
+    return answer.substr(1);
+}
+
+/// Pending points as text for the broadcast: raw bytes of the ids.
+std::string pack(const std::vector<std::int64_t>& points) {
+    std::string bytes(points.size() * sizeof(std::int64_t), '\0');
+    std::memcpy(bytes.data(), points.data(), bytes.size());
+    return bytes;
+}
+
+std::vector<std::int64_t> unpack(const std::string& bytes) {
+    std::vector<std::int64_t> points(bytes.size() / sizeof(std::int64_t));
+    std::memcpy(points.data(), bytes.data(), bytes.size());
+    return points;
+}
+
+std::string now_text() {
+    return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+}
+
+std::string host_name() {
+    std::array<char, 256> name{};
+    ::gethostname(name.data(), name.size() - 1);
+    return name.data();
+}
+
+/// Computes batches and commits each point to this rank's journal.
+class PointWorker {
+  public:
+    PointWorker(const Study& study, archive::JournalWriter& journal)
+        : study_(study), journal_(journal) {}
+
+    farm::BatchReport operator()(const farm::Batch& batch, farm::Heartbeat& heartbeat) {
+        const auto start = Clock::now();
+        std::vector<run::CaseSpec> specs;
+        for (const std::int64_t point : batch.points)
+            specs.push_back(case_of_point(study_.config, study_.design, point));
+        farm::BatchReport report;
+        try {
+            std::vector<run::CaseOutcome> outcomes = run::simulate_together(specs, [&heartbeat] {
+                heartbeat.beat();
+                return !heartbeat.stop_requested();
+            });
+            for (std::size_t k = 0; k < specs.size(); ++k) {
+                const archive::PointRecord record =
+                    make_record(specs[k], std::move(outcomes[k]), study_.config.reduce);
+                journal_.append(record);
+                ++(record.completed ? report.completed : report.failed);
+                heartbeat.beat();
+            }
+        } catch (const run::Abandoned&) {
+            // The batch stays uncomputed; a later run with --resume takes it up again.
+        }
+        report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        return report;
+    }
+
+  private:
+    const Study& study_;
+    archive::JournalWriter& journal_;
+};
+
+farm::Summary compute(const Study& study, const std::vector<std::int64_t>& pending,
+                      const StudyFolder& folder, const farm::Communicator* communicator,
+                      const ExecuteOptions& options) {
+    std::optional<archive::JournalWriter> journal;
+    std::string complaint;
+    try {
+        journal.emplace(folder.journal_of_rank(rank_of(communicator)), study.config.identity());
+    } catch (const core::StorageError& error) {
+        complaint = error.what();
+    }
+    const bool any_failed = communicator != nullptr
+                                ? communicator->is_true_anywhere(!journal.has_value())
+                                : !journal.has_value();
+    if (any_failed)
+        throw core::StorageError(complaint.empty() ? "another rank cannot write its journal"
+                                                   : complaint);
+
+    const std::vector<farm::Batch> batches = make_batches(study, pending);
+    PointWorker worker(study, *journal);
+    const auto work = [&worker](const farm::Batch& batch, farm::Heartbeat& heartbeat) {
+        return worker(batch, heartbeat);
+    };
+    farm::Summary summary;
+    if (communicator == nullptr)
+        summary = farm::Farm().map(batches, work, options.farm);
+    else
+        summary = farm::Farm(*communicator).map(batches, work, options.farm);
+    journal->close();
+    if (communicator != nullptr)
+        communicator->barrier();
+    return summary;
+}
+
+std::string distinct_hosts(const farm::Communicator* communicator) {
+    if (communicator == nullptr)
+        return host_name();
+    const std::vector<std::string> names = communicator->gather(host_name());
+    const std::set<std::string> distinct(names.begin(), names.end());
+    std::string text;
+    for (const std::string& name : distinct)
+        text += (text.empty() ? "" : " ") + name;
+    return text;
+}
+
+} // namespace
+
+ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
+                       const farm::Communicator* communicator, const ExecuteOptions& options) {
+    const std::string start = now_text();
+    const std::vector<std::int64_t> pending = unpack(on_root(communicator, [&] {
+        return pack(prepare_folder(folder, study.config.identity(), study.design.point_count(),
+                                   options.resume)
+                        .pending_points);
+    }));
+    ExecuteOutcome outcome;
+    outcome.resumed_points = study.design.point_count() - static_cast<std::int64_t>(pending.size());
+    if (pending.empty() && std::filesystem::exists(folder.archive())) {
+        outcome.archive_is_complete = true;
+        return outcome;
+    }
+    outcome.farm = compute(study, pending, folder, communicator, options);
+
+    std::vector<std::pair<std::string, std::string>> provenance = options.provenance;
+    provenance.emplace_back("config", study.config.text);
+    provenance.emplace_back("config_file", study.config.file);
+    provenance.emplace_back("study_name", study.config.name);
+    provenance.emplace_back("seed", std::to_string(study.config.seed));
+    provenance.emplace_back("hosts", distinct_hosts(communicator));
+    provenance.emplace_back("ranks", std::to_string(outcome.farm.ranks));
+    provenance.emplace_back("start", start);
+    provenance.emplace_back("end", now_text());
+    provenance.emplace_back("wall_s", fmt::format("{:.3f}", outcome.farm.elapsed_s));
+    const std::string is_complete = on_root(communicator, [&]() -> std::string {
+        return assemble_archive(study, folder, provenance) ? "yes" : "no";
+    });
+    outcome.archive_is_complete = is_complete == "yes";
+    return outcome;
+}
+
+} // namespace culm::study

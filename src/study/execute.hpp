@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Runs a study over the ranks of a farm and writes its archive.
+#pragma once
+
+#include "farm/farm.hpp"
+#include "study/plan.hpp"
+#include "study/study_folder.hpp"
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace culm::study {
+
+struct ExecuteOptions {
+    bool resume = false;
+    farm::FarmOptions farm;
+    /// Facts about this program for the archive's provenance: name and text.
+    std::vector<std::pair<std::string, std::string>> provenance;
+};
+
+struct ExecuteOutcome {
+    farm::Summary farm;              ///< of this run: points computed before are not in it
+    std::int64_t resumed_points = 0; ///< found computed when the run began
+    bool archive_is_complete = false;
+};
+
+/// Computes the points that `folder` lacks and, once none is missing, writes the study file from
+/// the ranks' journals and removes these. Each point is in its rank's journal before it is counted;
+/// the study file's data do not depend on which rank computed what. Collective over the
+/// communicator; without one (nullptr) this process does everything.
+/// Throws core::InputError and core::StorageError, on every rank alike.
+[[nodiscard]] ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
+                                     const farm::Communicator* communicator,
+                                     const ExecuteOptions& options);
+
+} // namespace culm::study

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "study/plan.hpp"
+
+#include "run/simulate.hpp"
+#include "study/design_check.hpp"
+#include "study/point_results.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <tuple>
+
+#include <fmt/core.h>
+
+namespace culm::study {
+namespace {
+
+/// Time per bond and explicit step of all lanes together, and per implicit step of a 56-sphere
+/// chain, s: measured by bench/ on the reference machine (docs/performance.md).
+constexpr double explicit_bond_step_seconds = 2.0e-8;
+constexpr double implicit_bond_step_seconds = 2.5e-6;
+/// Spatial chains cost about this much more.
+constexpr double spatial_factor = 4.0;
+
+/// Steps that the implicit integrator takes per period of the first mode: lightly damped stems
+/// need more of them, because their higher modes ring longer (docs/performance.md).
+double implicit_steps_per_period(double bond_damping) {
+    return 15.0 + 200.0 / (1.0 + bond_damping / 20.0);
+}
+
+double first_frequency(const run::CaseSpec& spec) {
+    const auto& stem = spec.stem;
+    const double length = stem.free_length();
+    const double bending = stem.bond_youngs_modulus * stem.second_moment_of_area();
+    const double mass_per_length = stem.sphere_mass() / stem.bond_length;
+    return 0.5596 * std::sqrt(bending / mass_per_length) / (length * length);
+}
+
+/// The stable step depends on the stem alone; points that differ in nothing else share the answer.
+class StabilityCheck {
+  public:
+    std::optional<std::string> operator()(const run::CaseSpec& spec) {
+        if (spec.integrator.method != run::IntegrationMethod::Explicit)
+            return std::nullopt;
+        const double limit = limit_of(spec);
+        if (spec.integrator.timestep <= limit)
+            return std::nullopt;
+        return fmt::format(
+            "integrator.timestep_s = {:.6g} is above the largest stable step, {:.6g} "
+            "s (linearised chain, bond_youngs_modulus_gpa = {:.6g}, bond_damping = "
+            "{:.6g})",
+            spec.integrator.timestep, limit, spec.stem.bond_youngs_modulus * 1e-9,
+            spec.stem.bond_damping);
+    }
+
+  private:
+    /// The limit scales with √(1/Y): only the other parameters distinguish chains.
+    double limit_of(const run::CaseSpec& spec) {
+        run::CaseSpec unit = spec;
+        unit.stem.bond_youngs_modulus = 1e9;
+        const auto& stem = unit.stem;
+        const auto key =
+            std::tuple{stem.sphere_count,        stem.sphere_diameter,     stem.bond_length,
+                       stem.bond_outer_diameter, stem.bond_inner_diameter, stem.density,
+                       stem.poissons_ratio,      stem.bond_damping};
+        const auto [entry, is_new] = limits_.try_emplace(key, 0.0);
+        if (is_new)
+            entry->second = run::largest_stable_timestep(unit);
+        return entry->second * std::sqrt(1e9 / spec.stem.bond_youngs_modulus);
+    }
+
+    std::map<std::tuple<int, double, double, double, double, double, double, double>, double>
+        limits_;
+};
+
+Study checked(StudyConfig config) {
+    Study study{std::move(config), {}};
+    study.design = make_design(study.config);
+    check_points(
+        study.config, study.design,
+        [check = StabilityCheck()](const run::CaseSpec& spec) mutable { return check(spec); });
+    return study;
+}
+
+} // namespace
+
+Study load_study(const std::filesystem::path& file) {
+    return checked(load_config(file));
+}
+
+Study parse_study(std::string_view text, const std::string& file) {
+    return checked(parse_config(text, file));
+}
+
+double estimated_seconds(const run::CaseSpec& spec) {
+    const double bonds = spec.stem.sphere_count - 1;
+    const double dimensions = spec.dimensions == 2 ? 1.0 : spatial_factor;
+    if (spec.integrator.method == run::IntegrationMethod::Explicit)
+        return dimensions * bonds * spec.duration / spec.integrator.timestep *
+               explicit_bond_step_seconds / static_cast<double>(run::lanes_per_batch());
+    // The order of the method is four: ten times the accuracy takes 10^(1/4) times the steps.
+    const double accuracy = std::pow(1e-6 / spec.integrator.relative_tolerance, 0.25);
+    return dimensions * bonds * spec.duration * first_frequency(spec) *
+           implicit_steps_per_period(spec.stem.bond_damping) * accuracy *
+           implicit_bond_step_seconds;
+}
+
+std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std::int64_t>& points) {
+    std::vector<farm::Batch> batches;
+    std::optional<run::CaseSpec> first;
+    for (const std::int64_t point : points) {
+        run::CaseSpec spec = case_of_point(study.config, study.design, point);
+        const double seconds = estimated_seconds(spec);
+        const bool joins = first && batches.back().points.size() < run::lanes_per_batch() &&
+                           run::can_share_lanes(*first, spec);
+        if (joins) {
+            batches.back().points.push_back(point);
+            batches.back().cost += seconds;
+            continue;
+        }
+        batches.push_back({{point}, seconds});
+        first = std::move(spec);
+    }
+    return batches;
+}
+
+Estimate estimate(const Study& study, const std::vector<farm::Batch>& batches) {
+    Estimate result;
+    result.batches = static_cast<std::int64_t>(batches.size());
+    for (const farm::Batch& batch : batches) {
+        result.points += static_cast<std::int64_t>(batch.points.size());
+        result.lanes = std::max(result.lanes, batch.points.size());
+        result.core_seconds += batch.cost;
+    }
+    const run::CaseSpec& base = study.config.base;
+    const auto samples = static_cast<double>(base.sample_count());
+    double numbers_per_point = static_cast<double>(result_columns().size());
+    if (base.store >= run::StoreLevel::Tip)
+        numbers_per_point += samples;
+    if (base.store >= run::StoreLevel::Heights)
+        numbers_per_point += samples * static_cast<double>(base.heights.size());
+    if (base.store == run::StoreLevel::Full)
+        numbers_per_point += samples * 3.0 * base.stem.sphere_count;
+    result.archive_bytes = 8.0 * numbers_per_point * static_cast<double>(result.points);
+    // A rank holds the histories of its batch, once as results and once as a journal record, and
+    // the design.
+    constexpr double program_bytes = 40e6;
+    result.memory_bytes_per_rank = program_bytes +
+                                   16.0 * numbers_per_point * static_cast<double>(result.lanes) +
+                                   8.0 * static_cast<double>(study.design.values.size());
+    return result;
+}
+
+} // namespace culm::study

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A study before it runs: its points in batches, and what they will cost.
+#pragma once
+
+#include "farm/batch.hpp"
+#include "study/config.hpp"
+#include "study/design.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace culm::study {
+
+/// A validated study: configuration and design belong together.
+struct Study {
+    StudyConfig config;
+    Design design;
+};
+
+/// Loads, generates and checks everything, the stability of explicit steps included.
+/// Throws core::InputError with every complaint.
+[[nodiscard]] Study load_study(const std::filesystem::path& file);
+[[nodiscard]] Study parse_study(std::string_view text, const std::string& file);
+
+/// Expected computing time of a case on one core of the reference machine, s. Only ratios matter
+/// for the schedule; the order of magnitude is for people (docs/performance.md).
+[[nodiscard]] double estimated_seconds(const run::CaseSpec& spec);
+
+/// The given points in batches of one implicit case, or of as many explicit cases as the machine
+/// has lanes; explicit points are grouped so that the lanes of a batch can run together.
+[[nodiscard]] std::vector<farm::Batch> make_batches(const Study& study,
+                                                    const std::vector<std::int64_t>& points);
+
+/// What a run will take.
+struct Estimate {
+    std::int64_t points = 0;
+    std::int64_t batches = 0;
+    std::size_t lanes = 1; ///< cases side by side in one batch
+    double core_seconds = 0.0;
+    double archive_bytes = 0.0; ///< of the study file, before compression
+    double memory_bytes_per_rank = 0.0;
+};
+[[nodiscard]] Estimate estimate(const Study& study, const std::vector<farm::Batch>& batches);
+
+} // namespace culm::study

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a study keeps of each point: the columns of its result table.
+#pragma once
+
+#include "archive/point_record.hpp"
+#include "archive/study_description.hpp"
+#include "reduce/ring_down_fit.hpp"
+#include "run/case_result.hpp"
+#include "study/config.hpp"
+
+#include <vector>
+
+namespace culm::study {
+
+/// Eq. 1 as read from one history; NaN everywhere when it could not be fitted.
+struct FittedPoint {
+    double amplitude;       ///< b0, relative to the largest deflection
+    double decay_rate;      ///< b1, 1/s
+    double frequency;       ///< b2, Hz
+    double decay_per_cycle; ///< b1/b2
+};
+
+/// The result columns, in the order of PointRecord::values.
+[[nodiscard]] std::vector<archive::Column> result_columns();
+
+/// The options of the fit that a study asks for.
+[[nodiscard]] reduce::RingDownFitOptions fit_options(const ReduceOptions& options);
+
+/// Sample times of a study's histories, s.
+[[nodiscard]] std::vector<double> sample_times(const run::CaseSpec& spec);
+
+/// Fits Eq. 1 to the tip's history and keeps what the study stores. A computed case whose history
+/// cannot be fitted fails when nothing but the fit is stored; else its histories are kept and the
+/// fit's columns are NaN. `wall_seconds` of the case is not recorded: it differs between runs.
+[[nodiscard]] archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome outcome,
+                                               const ReduceOptions& options);
+
+/// The fit in a record's values.
+[[nodiscard]] FittedPoint fitted_point(const std::vector<double>& values);
+
+} // namespace culm::study

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "study/study_folder.hpp"
+
+#include "archive/journal_scan.hpp"
+#include "archive/study_file.hpp"
+#include "core/error.hpp"
+#include "study/config.hpp"
+
+#include <cerrno>
+#include <cstring>
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+namespace culm::study {
+namespace {
+
+namespace fs = std::filesystem;
+
+void refuse_other_study(const fs::path& where, const std::string& stored,
+                        const std::string& identity) {
+    if (stored != identity)
+        throw core::InputError(fmt::format(
+            "{} already holds another study; choose another folder with -o. What differs (stored "
+            "-> now):\n{}",
+            where.string(), difference(stored, identity)));
+}
+
+void refuse_without_resume(const fs::path& where, bool resume) {
+    if (!resume)
+        throw core::InputError(
+            fmt::format("{} already holds this study, whole or in part; add --resume to compute "
+                        "only what is missing, or choose another folder with -o",
+                        where.string()));
+}
+
+void make_writable(const fs::path& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error)
+        throw core::StorageError(
+            fmt::format("{}: cannot create the folder: {}", folder.string(), error.message()));
+    if (::access(folder.c_str(), W_OK | X_OK) != 0)
+        throw core::StorageError(
+            fmt::format("{}: cannot write: {}", folder.string(), std::strerror(errno)));
+}
+
+} // namespace
+
+fs::path StudyFolder::journal_of_rank(int rank) const {
+    return journals() / fmt::format("rank-{:05d}.culmj", rank);
+}
+
+FolderContent prepare_folder(const StudyFolder& folder, const std::string& identity,
+                             std::int64_t point_count, bool resume) {
+    FolderContent content;
+    std::vector<bool> computed(static_cast<std::size_t>(point_count), false);
+    const auto mark = [&computed](std::int64_t point) {
+        if (point >= 0 && point < static_cast<std::int64_t>(computed.size()))
+            computed[static_cast<std::size_t>(point)] = true;
+    };
+
+    if (fs::exists(folder.archive())) {
+        const archive::StudyFile file(folder.archive());
+        refuse_other_study(folder.path(), file.description().identity, identity);
+        refuse_without_resume(folder.path(), resume);
+        for (std::int64_t point = 0; point < file.point_count(); ++point)
+            if (file.status(point) != archive::PointStatus::Missing)
+                mark(point);
+        content.archive_is_complete = true;
+    }
+    for (const archive::JournalScan& scan :
+         archive::scan_journal_folder(folder.journals(), identity)) {
+        refuse_without_resume(folder.path(), resume);
+        for (const archive::JournalEntry& entry : scan.entries)
+            mark(entry.point);
+    }
+    make_writable(folder.path());
+    for (std::int64_t point = 0; point < point_count; ++point)
+        if (!computed[static_cast<std::size_t>(point)])
+            content.pending_points.push_back(point);
+    content.archive_is_complete = content.archive_is_complete && content.pending_points.empty();
+    return content;
+}
+
+} // namespace culm::study

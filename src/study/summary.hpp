@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a study found: the regressions, and which points failed; as plain data, JSON and tables.
+#pragma once
+
+#include "archive/study_file.hpp"
+#include "reduce/study_regression.hpp"
+#include "study/plan.hpp"
+#include "study/study_folder.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace culm::study {
+
+struct FailedPoint {
+    std::int64_t point = 0;
+    std::string kind;
+    std::string reason;
+};
+
+struct StudySummary {
+    std::int64_t points = 0;
+    std::int64_t completed = 0;
+    std::vector<FailedPoint> failed;
+    int ranks = 1;
+    double wall_s = 0.0;
+    ReduceOptions reduce;                ///< as used
+    std::vector<double> youngs_modulus;  ///< (points), Pa
+    std::vector<double> bond_damping;    ///< (points)
+    std::vector<double> decay_per_cycle; ///< (points), NaN where there is no fit
+    std::vector<double> frequency;       ///< (points), Hz
+    reduce::StudyRegression regression;
+};
+
+/// Opens a study's archive together with the study that made it.
+struct ArchivedStudy {
+    archive::StudyFile file;
+    Study study;
+};
+/// Throws core::InputError when the folder holds no complete archive (and says what to do).
+[[nodiscard]] ArchivedStudy open_archive(const StudyFolder& folder);
+
+/// Reduces a study. With `refit` the stored tip histories are fitted again under these options
+/// (core::InputError when the study stores none); without, the fits in the archive are used.
+[[nodiscard]] StudySummary reduce_study(const ArchivedStudy& archived,
+                                        const std::optional<ReduceOptions>& refit);
+
+/// docs/summary-format.md.
+[[nodiscard]] nlohmann::json to_json(const StudySummary& summary);
+
+/// Writes summary.json and fits.csv (one line per point) into the folder.
+void write_summary(const StudyFolder& folder, const StudySummary& summary);
+
+} // namespace culm::study
