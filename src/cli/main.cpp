@@ -8,6 +8,8 @@
 
 #include <cstdio>
 #include <exception>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
@@ -16,17 +18,23 @@ namespace {
 
 using culm::core::ExitCode;
 
-/// The command that a mistyped one was probably meant to be.
-std::string suggestion(const CLI::App& app, int argc, char** argv) {
-    std::vector<std::string> names;
-    for (const CLI::App* command : app.get_subcommands({}))
-        names.push_back(command->get_name());
-    if (argc < 2 || argv[1][0] == '-')
-        return {};
-    const std::string nearest = culm::core::nearest_name(argv[1], names);
-    return nearest.empty() || nearest == argv[1]
-               ? std::string()
-               : fmt::format("\nDid you mean `culm {}`?", nearest);
+/// What is wrong with the command line: begins with the command's name, ends with where to look.
+std::string complaint(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
+    if (const auto parsed = app.get_subcommands(); !parsed.empty()) {
+        const std::string command = "culm " + parsed.front()->get_name();
+        return fmt::format("{}: {}\nTry `{} --help`.\n", command, error.what(), command);
+    }
+    std::string text = error.what();
+    if (argc > 1 && argv[1][0] != '-') {
+        std::vector<std::string> names;
+        for (const CLI::App* command : app.get_subcommands({}))
+            names.push_back(command->get_name());
+        const std::string nearest = culm::core::nearest_name(argv[1], names);
+        text =
+            fmt::format("there is no command \"{}\"{}", argv[1],
+                        nearest.empty() ? "" : fmt::format(" (did you mean `culm {}`?)", nearest));
+    }
+    return fmt::format("culm: {}\nTry `culm --help`.\n", text);
 }
 
 int run(int argc, char** argv) {
@@ -46,8 +54,7 @@ int run(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0)
             return app.exit(error);
-        fmt::print(stderr, "culm: {}{}\nTry `culm --help`.\n", error.what(),
-                   suggestion(app, argc, argv));
+        fmt::print(stderr, "{}", complaint(app, error, argc, argv));
         return static_cast<int>(ExitCode::BadInput);
     } catch (const culm::core::InputError& error) {
         fmt::print(stderr, "culm: {}\n", error.what());
@@ -55,12 +62,9 @@ int run(int argc, char** argv) {
     } catch (const culm::core::NumericalError& error) {
         fmt::print(stderr, "culm: {}\n", error.what());
         return static_cast<int>(ExitCode::PointsFailed);
-    } catch (const culm::core::StorageError& error) {
-        fmt::print(stderr,
-                   "culm: {}\nNothing computed so far is lost; make room or choose another folder, "
-                   "then go on with --resume.\n",
-                   error.what());
-        return static_cast<int>(ExitCode::StoppedEarly);
+    } catch (const culm::core::StorageError& error) { // `run` answers its own
+        fmt::print(stderr, "culm: {}\n", error.what());
+        return static_cast<int>(ExitCode::BadInput);
     }
     return static_cast<int>(result.exit_code);
 }

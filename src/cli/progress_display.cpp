@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/progress_display.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <string>
 
@@ -11,12 +13,11 @@ namespace culm::cli {
 namespace {
 
 std::string duration_text(double seconds) {
-    if (seconds < 60.0)
-        return fmt::format("{:.0f} s", seconds);
-    if (seconds < 3600.0)
-        return fmt::format("{:.0f} min {:02.0f} s", seconds / 60.0 - 0.5,
-                           seconds - 60.0 * static_cast<int>(seconds / 60.0));
-    return fmt::format("{:.1f} h", seconds / 3600.0);
+    if (seconds >= 3600.0)
+        return fmt::format("{:.1f} h", seconds / 3600.0);
+    const long whole = std::max(std::lround(seconds), 1L);
+    return whole < 60 ? fmt::format("{} s", whole)
+                      : fmt::format("{} min {:02} s", whole / 60, whole % 60);
 }
 
 std::string line_of(const farm::Progress& progress) {

@@ -2,6 +2,7 @@
 // culm reduce DIR
 #include "cli/commands.hpp"
 #include "cli/json_output.hpp"
+#include "cli/number_range.hpp"
 #include "cli/regression_table.hpp"
 #include "study/summary.hpp"
 
@@ -79,7 +80,8 @@ void add_reduce_command(CLI::App& app, CommandResult& result) {
     command
         ->add_option("--significance", arguments->significance,
                      "Significance of the nested F-tests (default: as in the study)")
-        ->check(CLI::Range(1e-6, 0.5));
+        ->type_name("P")
+        ->check(number_in({1e-6, 0.5}));
     command->add_option("--json", arguments->json, "Write the summary to this file (- for stdout)")
         ->type_name("FILE");
     command->add_flag("--keep", arguments->keep, "Leave summary.json and fits.csv as they are");

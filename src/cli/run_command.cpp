@@ -60,21 +60,34 @@ std::string plan_text(const study::Study& study, const std::vector<std::int64_t>
     return text;
 }
 
+/// For a disk that let a run down: it may be full, broken, or have turned read-only.
+core::ExitCode storage_failure(const core::StorageError& error) {
+    fmt::print(stderr,
+               "culm: {}\nNothing computed so far is lost. Once the disk can be written again, go "
+               "on with --resume.\n",
+               error.what());
+    return core::ExitCode::StoppedEarly;
+}
+
+core::ExitCode report_early_stop(const study::Study& study, const study::StudyFolder& folder,
+                                 const study::ExecuteOutcome& outcome) {
+    const std::string& failure = outcome.farm.failure;
+    if (!failure.empty())
+        fmt::print(stderr, "culm: {}\n", failure);
+    for (const farm::LostBatch& lost : outcome.farm.lost)
+        if (!failure.ends_with(lost.reason))
+            fmt::print(stderr, "culm: rank {} lost a batch of points: {}\n", lost.rank,
+                       lost.reason);
+    fmt::print(stderr,
+               "culm: stopped early; {} of {} points are computed and kept in {}. Go on with "
+               "--resume.\n",
+               outcome.resumed_points + outcome.farm.points_completed + outcome.farm.points_failed,
+               study.design.point_count(), folder.path().string());
+    return core::ExitCode::StoppedEarly;
+}
+
 /// After the computation, on rank 0: reduce, write, print. Returns the command's exit code.
-core::ExitCode report(const study::StudyFolder& folder, const study::ExecuteOutcome& outcome) {
-    if (!outcome.archive_is_complete) {
-        if (!outcome.farm.failure.empty())
-            fmt::print(stderr, "culm: {}\n", outcome.farm.failure);
-        for (const farm::LostBatch& lost : outcome.farm.lost)
-            fmt::print(stderr, "culm: a batch was lost on rank {}: {}\n", lost.rank, lost.reason);
-        fmt::print(stderr,
-                   "culm: stopped early; {} points are computed and kept in {}. Go on with "
-                   "--resume.\n",
-                   outcome.resumed_points + outcome.farm.points_completed +
-                       outcome.farm.points_failed,
-                   folder.path().string());
-        return core::ExitCode::StoppedEarly;
-    }
+core::ExitCode report(const study::StudyFolder& folder) {
     const study::StudySummary summary =
         study::reduce_study(study::open_archive(folder), std::nullopt);
     study::write_summary(folder, summary);
@@ -110,34 +123,42 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
     options.farm.progress = [&display](const farm::Progress& progress) { display.show(progress); };
     const study::ExecuteOutcome outcome = study::execute(study, folder, communicator, options);
     display.finish();
-    int exit_code = 0;
-    if (is_root)
-        exit_code = static_cast<int>(report(folder, outcome));
+    core::ExitCode exit_code = core::ExitCode::Done;
+    try {
+        if (is_root)
+            exit_code = outcome.archive_is_complete ? report(folder)
+                                                    : report_early_stop(study, folder, outcome);
+    } catch (const core::StorageError& error) { // the other ranks wait for the exit code
+        exit_code = storage_failure(error);
+    }
     if (communicator != nullptr)
-        exit_code = std::stoi(communicator->broadcast(std::to_string(exit_code)));
-    return static_cast<core::ExitCode>(exit_code);
+        exit_code = static_cast<core::ExitCode>(
+            std::stoi(communicator->broadcast(std::to_string(static_cast<int>(exit_code)))));
+    return exit_code;
+}
+
+core::ExitCode run_alone(const RunArguments& arguments) {
+    try {
+        return run(arguments, nullptr);
+    } catch (const core::StorageError& error) {
+        return storage_failure(error);
+    }
 }
 
 /// Under a launcher every rank meets the same errors; one of them is enough on the screen.
 core::ExitCode run_under_launcher(const RunArguments& arguments, int& argc, char**& argv) {
     const farm::Environment environment(argc, argv);
     const farm::Communicator communicator = environment.world();
-    std::string complaint;
-    core::ExitCode exit_code = core::ExitCode::Done;
+    const bool is_root = communicator.rank() == 0;
     try {
-        exit_code = run(arguments, &communicator);
+        return run(arguments, &communicator);
     } catch (const core::InputError& error) {
-        complaint = error.what();
-        exit_code = core::ExitCode::BadInput;
+        if (is_root)
+            fmt::print(stderr, "culm: {}\n", error.what());
+        return core::ExitCode::BadInput;
     } catch (const core::StorageError& error) {
-        complaint = fmt::format("{}\nNothing computed so far is lost; make room or choose another "
-                                "folder, then go on with --resume.",
-                                error.what());
-        exit_code = core::ExitCode::StoppedEarly;
+        return is_root ? storage_failure(error) : core::ExitCode::StoppedEarly;
     }
-    if (!complaint.empty() && communicator.rank() == 0)
-        fmt::print(stderr, "culm: {}\n", complaint);
-    return exit_code;
 }
 
 } // namespace
@@ -161,7 +182,7 @@ void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& ar
     command->callback([arguments, &result, &argc, &argv] {
         result.exit_code = farm::Environment::is_under_launcher()
                                ? run_under_launcher(*arguments, argc, argv)
-                               : run(*arguments, nullptr);
+                               : run_alone(*arguments);
     });
 }
 

@@ -2,8 +2,10 @@
 // culm simulate: one stem, with parameters given or calibrated from a study's regressions.
 #include "cli/commands.hpp"
 #include "cli/json_output.hpp"
+#include "cli/number_range.hpp"
 #include "reduce/stem_prediction.hpp"
 #include "run/simulate.hpp"
+#include "study/parameter_table.hpp"
 #include "study/point_results.hpp"
 #include "study/summary.hpp"
 
@@ -137,8 +139,10 @@ void write_history(const std::string& file, const run::CaseSpec& spec,
 }
 
 void refuse_incomplete(const SimulateArguments& arguments) {
-    if (arguments.via.empty() == arguments.study.empty())
-        throw core::InputError("simulate needs either a study file or --via DIR");
+    if (arguments.via.empty() && arguments.study.empty())
+        throw core::InputError("simulate needs a study file, or --via DIR");
+    if (!arguments.via.empty() && !arguments.study.empty())
+        throw core::InputError("simulate takes a study file or --via DIR, not both");
     if (!arguments.via.empty() && !(arguments.decay_per_cycle && arguments.frequency_hz))
         throw core::InputError("--via DIR needs --frequency-hz and --decay-per-cycle, the measured "
                                "b2 and b1 of the stem");
@@ -177,6 +181,9 @@ void simulate(const SimulateArguments& arguments) {
 } // namespace
 
 void add_simulate_command(CLI::App& app, CommandResult&) {
+    const auto range_of = [](const char* key) {
+        return number_in(study::find_parameter(key)->range);
+    };
     CLI::App* command = app.add_subcommand(
         "simulate", "Simulate one stem and read b1 and b2 from it (the paper's closing test)");
     auto arguments = std::make_shared<SimulateArguments>();
@@ -189,15 +196,19 @@ void add_simulate_command(CLI::App& app, CommandResult&) {
     command
         ->add_option("--bond-youngs-modulus-gpa", arguments->youngs_modulus_gpa,
                      "Bond Young's modulus Y, GPa")
-        ->check(CLI::PositiveNumber);
+        ->type_name("GPA")
+        ->check(range_of("bond_youngs_modulus_gpa"));
     command->add_option("--bond-damping", arguments->bond_damping, "Local damping beta")
-        ->check(CLI::NonNegativeNumber);
+        ->type_name("BETA")
+        ->check(range_of("bond_damping"));
     command->add_option("--frequency-hz", arguments->frequency_hz, "Measured frequency b2, Hz")
-        ->check(CLI::PositiveNumber);
+        ->type_name("HZ")
+        ->check(number_in({0.0, 1e6, true, false}));
     command
         ->add_option("--decay-per-cycle", arguments->decay_per_cycle,
                      "Measured damping b1 in normalised time, negative")
-        ->check(CLI::Range(-10.0, 0.0));
+        ->type_name("B1")
+        ->check(number_in({-10.0, 0.0, false, true}));
     command
         ->add_option("--history", arguments->history,
                      "Write the tip's history (of the last stem printed) as CSV")

@@ -139,7 +139,8 @@ SolveSummary integrate_implicit(const physics::Chain<Dim, double>& chain,
               ark, [](int, const char*, const char*, char*, void*) {}, nullptr),
           "ARKStepSetErrHandlerFn");
     check(ARKStepSetUserData(ark, &callbacks), "ARKStepSetUserData");
-    check(ARKStepSetTableNum(ark, method, ARKODE_ERK_NONE), "ARKStepSetTableNum");
+    const auto table = static_cast<ARKODE_DIRKTableID>(options.butcher_table.value_or(method));
+    check(ARKStepSetTableNum(ark, table, ARKODE_ERK_NONE), "ARKStepSetTableNum");
     check(ARKStepSVtolerances(ark, 1e-14, absolute.get()), "ARKStepSVtolerances");
     check(ARKStepSetLinearSolver(ark, solver.get(), matrix.get()), "ARKStepSetLinearSolver");
     check(ARKStepSetLinSysFn(ark, Callbacks<Dim>::set_up_newton), "ARKStepSetLinSysFn");

@@ -6,6 +6,7 @@
 #include "physics/chain.hpp"
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct ImplicitOptions {
     /// > 0: every step has this length (s) and errors are not controlled; for convergence studies.
     double fixed_step = 0.0;
     std::int64_t step_limit = 2'000'000;
+    /// Number of another of ARKODE's DIRK tables instead of the chosen one; for bench/.
+    std::optional<int> butcher_table;
     Heartbeat heartbeat;
 };
 

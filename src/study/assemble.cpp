@@ -4,9 +4,13 @@
 #include "archive/journal_scan.hpp"
 #include "archive/study_file.hpp"
 #include "archive/study_writer.hpp"
+#include "core/error.hpp"
 #include "study/point_results.hpp"
 
 #include <optional>
+#include <system_error>
+
+#include <fmt/core.h>
 
 namespace culm::study {
 namespace {
@@ -58,7 +62,7 @@ bool assemble_archive(const Study& study, const StudyFolder& folder,
     const archive::JournalIndex index =
         archive::index_by_point(archive::scan_journal_folder(folder.journals(), identity));
     std::optional<archive::StudyFile> older;
-    if (std::filesystem::exists(folder.archive()))
+    if (is_there(folder.archive()))
         older.emplace(folder.archive());
     const auto is_known = [&](std::int64_t point) {
         return index.contains(point) ||
@@ -74,7 +78,12 @@ bool assemble_archive(const Study& study, const StudyFolder& folder,
                                       return archive::find_record(index, point);
                                   return older->record(point);
                               });
-    std::filesystem::remove_all(folder.journals());
+    std::error_code error;
+    std::filesystem::remove_all(folder.journals(), error);
+    if (error)
+        throw core::StorageError(
+            fmt::format("cannot remove {}, whose points are in the archive: {}",
+                        folder.journals().string(), error.message()));
     return true;
 }
 

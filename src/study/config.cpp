@@ -9,6 +9,7 @@
 #include "study/config_reader.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <fstream>
 #include <sstream>
 #include <system_error>
@@ -84,11 +85,17 @@ void check_base(const ConfigContext& context) {
 } // namespace
 
 StudyConfig load_config(const std::filesystem::path& file) {
+    const auto refuse = [&file](const std::string& reason) {
+        throw core::InputError(fmt::format("{}: cannot be read: {}", file.string(), reason));
+    };
+    std::error_code ignored;
+    if (std::filesystem::is_directory(file, ignored))
+        refuse("it is a folder");
     std::ifstream stream(file, std::ios::binary);
+    if (!stream)
+        refuse(std::generic_category().message(errno));
     std::ostringstream text;
     text << stream.rdbuf();
-    if (!stream || std::filesystem::is_directory(file))
-        throw core::InputError(fmt::format("{}: cannot be read", file.string()));
     return parse_config(text.str(), file.string());
 }
 

@@ -166,7 +166,7 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
     }));
     ExecuteOutcome outcome;
     outcome.resumed_points = study.design.point_count() - static_cast<std::int64_t>(pending.size());
-    if (pending.empty() && std::filesystem::exists(folder.archive())) {
+    if (pending.empty() && is_there(folder.archive())) {
         outcome.archive_is_complete = true;
         return outcome;
     }

@@ -7,7 +7,7 @@
 #include "study/config.hpp"
 
 #include <cerrno>
-#include <cstring>
+#include <system_error>
 
 #include <fmt/core.h>
 #include <unistd.h>
@@ -37,15 +37,39 @@ void refuse_without_resume(const fs::path& where, bool resume) {
 void make_writable(const fs::path& folder) {
     std::error_code error;
     fs::create_directories(folder, error);
+    if (error == std::errc::no_space_on_device)
+        throw core::StorageError(
+            fmt::format("cannot create the folder {}: {}", folder.string(), error.message()));
     if (error)
-        throw core::StorageError(
-            fmt::format("{}: cannot create the folder: {}", folder.string(), error.message()));
+        throw core::InputError(
+            fmt::format("cannot create the folder {}: {}; choose another one with -o",
+                        folder.string(), error.message()));
     if (::access(folder.c_str(), W_OK | X_OK) != 0)
-        throw core::StorageError(
-            fmt::format("{}: cannot write: {}", folder.string(), std::strerror(errno)));
+        throw core::InputError(
+            fmt::format("cannot write to the folder {}: {}; choose another one with -o",
+                        folder.string(), std::generic_category().message(errno)));
+}
+
+archive::StudyFile readable_archive(const StudyFolder& folder) {
+    try {
+        return archive::StudyFile(folder.archive());
+    } catch (const core::StorageError& error) {
+        throw core::InputError(fmt::format("{}\nMove this file away to compute the study again, or "
+                                           "choose another folder with -o.",
+                                           error.what()));
+    }
 }
 
 } // namespace
+
+bool is_there(const fs::path& path) {
+    std::error_code error;
+    const bool exists = fs::exists(path, error);
+    if (error)
+        throw core::StorageError(
+            fmt::format("cannot look for {}: {}", path.string(), error.message()));
+    return exists;
+}
 
 fs::path StudyFolder::journal_of_rank(int rank) const {
     return journals() / fmt::format("rank-{:05d}.culmj", rank);
@@ -60,8 +84,8 @@ FolderContent prepare_folder(const StudyFolder& folder, const std::string& ident
             computed[static_cast<std::size_t>(point)] = true;
     };
 
-    if (fs::exists(folder.archive())) {
-        const archive::StudyFile file(folder.archive());
+    if (is_there(folder.archive())) {
+        const archive::StudyFile file = readable_archive(folder);
         refuse_other_study(folder.path(), file.description().identity, identity);
         refuse_without_resume(folder.path(), resume);
         for (std::int64_t point = 0; point < file.point_count(); ++point)

@@ -24,6 +24,10 @@ class StudyFolder {
     std::filesystem::path folder_;
 };
 
+/// Whether there is such a file or folder. Throws core::StorageError when that cannot be told, for
+/// example because the folder above may not be searched.
+[[nodiscard]] bool is_there(const std::filesystem::path& path);
+
 /// What a folder already holds of a study.
 struct FolderContent {
     bool archive_is_complete = false;         ///< study.h5 is there, every point computed
@@ -31,8 +35,9 @@ struct FolderContent {
 };
 
 /// Makes the folder ready for a study with this identity and number of points.
-/// Throws core::InputError when it holds another study (with the differing settings), or this one
-/// while `resume` is false; core::StorageError when it cannot be written.
+/// Throws core::InputError when it holds another study (with the differing settings), this one
+/// while `resume` is false, or an archive that cannot be read, and when it may not be written;
+/// core::StorageError when the disk has no room for it.
 [[nodiscard]] FolderContent prepare_folder(const StudyFolder& folder, const std::string& identity,
                                            std::int64_t point_count, bool resume);
 

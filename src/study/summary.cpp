@@ -54,8 +54,8 @@ FittedPoint fit_again(const archive::StudyFile& file, std::int64_t point,
 } // namespace
 
 ArchivedStudy open_archive(const StudyFolder& folder) {
-    if (!std::filesystem::exists(folder.archive())) {
-        const bool has_journals = std::filesystem::exists(folder.journals());
+    if (!is_there(folder.archive())) {
+        const bool has_journals = is_there(folder.journals());
         throw core::InputError(
             has_journals
                 ? fmt::format("{}: the study is not complete; run `culm run STUDY.toml -o {} "

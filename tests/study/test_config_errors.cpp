@@ -19,7 +19,7 @@ TEST(ConfigErrors, MissingFileIsNamed) {
         (void)load_config("no/such/study.toml");
         FAIL() << "accepted";
     } catch (const core::InputError& error) {
-        EXPECT_STREQ(error.what(), "no/such/study.toml: cannot be read");
+        EXPECT_STREQ(error.what(), "no/such/study.toml: cannot be read: No such file or directory");
     }
 }
 

@@ -1,0 +1,72 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# From a fresh clone to results on this machine: installs packages, builds, runs a study on all
+# cores, draws its figures. A study that was interrupted goes on where it stopped.
+#
+#   jobs/local.sh [--ranks N] [--study FILE] [--output DIR]
+#
+#   --ranks N      processes; default: one for each physical core
+#   --study FILE   default: config/schramm2019.toml
+#   --output DIR   default: results/<name of the study file>
+#
+# Exit codes are those of culm: 0 done, 2 bad input, 3 some points failed, 75 stopped early (start
+# the same command again).
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+fail() {
+    echo "local.sh: $1" >&2
+    exit 2
+}
+
+ranks=
+study=$root/config/schramm2019.toml
+output=
+while (($#)); do
+    case $1 in
+        -h | --help)
+            sed -n '3,/^set/{/^set/d;s/^# \{0,1\}//;p}' "${BASH_SOURCE[0]}"
+            exit 0
+            ;;
+        --ranks | --study | --output)
+            [[ -n ${2:-} ]] || fail "$1 needs a value"
+            declare "${1#--}=$2"
+            shift 2
+            ;;
+        *) fail "unknown option '$1'; see --help" ;;
+    esac
+done
+[[ $ranks =~ ^([1-9][0-9]*)?$ ]] || fail "--ranks must be a whole number from 1 up, not '$ranks'"
+[[ -f $study ]] || fail "there is no study file '$study'"
+output=$(realpath --canonicalize-missing "${output:-$root/results/$(basename "$study" .toml)}")
+culm=$root/build/release/src/cli/culm
+
+"$root"/jobs/install-packages.sh build run figures
+"$root"/jobs/build.sh src/cli/all
+
+# Alone first: a wrong study is refused here in one sentence, without mpirun's words around it.
+"$culm" run "$study" -o "$output" --dry-run </dev/null
+
+# Without a number mpirun starts one process for each core. A number that the user chose is not
+# bound to cores: two runs side by side would share the first ones.
+placement=(--bind-to core:if-supported)
+[[ -n $ranks ]] && placement=(-n "$ranks" --bind-to none --oversubscribe)
+# Open MPI refuses to start as root, the only user of many containers, without these two.
+((EUID == 0)) && export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+
+status=0
+mpirun "${placement[@]}" "$culm" run "$study" -o "$output" --resume </dev/null || status=$?
+case $status in
+    0 | 3) ;; # the archive is complete; failed points are listed in it
+    75)
+        echo "Stopped early; the same command goes on from here."
+        exit 75
+        ;;
+    *) exit "$status" ;;
+esac
+/usr/bin/python3 "$root/postprocess/figures.py" "$output" -o "$output/figures"
+
+# culm and figures.py have named their files.
+echo "Everything is in $output; to open, the figures:"
+echo "$output/figures"
+exit "$status"

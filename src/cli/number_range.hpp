@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Checks that an option is a number in a range; CLI11's own checks let NaN pass.
+#pragma once
+
+#include "study/interval.hpp"
+
+#include <cstdlib>
+#include <string>
+
+#include <CLI/Validators.hpp>
+#include <fmt/core.h>
+
+namespace culm::cli {
+
+/// Refuses values outside of the range, NaN and infinities.
+[[nodiscard]] inline CLI::Validator number_in(const study::Interval& range) {
+    const auto complaint = [range](const std::string& text) {
+        char* end = nullptr;
+        const double value = std::strtod(text.c_str(), &end);
+        const bool is_number = end != text.c_str() && *end == '\0';
+        return is_number && range.contains(value)
+                   ? std::string()
+                   : fmt::format("{} is not a number in {}", text, range.text());
+    };
+    return {complaint, "in " + range.text()};
+}
+
+} // namespace culm::cli

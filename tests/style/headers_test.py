@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The check of the headers finds what it is there for: a small tree with one bad header.
+
+    headers_test.py COMPILER
+"""
+
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import headers
+
+COMPILER = sys.argv.pop(1)
+COMPLETE = "#pragma once\n#include <vector>\ninline std::vector<int> lengths() { return {}; }\n"
+INCOMPLETE = "#pragma once\ninline std::vector<int> lengths() { return {}; }\n"
+
+
+class HeaderCheck(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = Path(folder.name)
+
+    def write(self, name: str, text: str) -> Path:
+        path = self.root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    def faults_with(self, header: str, source: str) -> list[str]:
+        self.write("src/core/lengths.hpp", header)
+        path = self.write("src/core/user.cpp", source)
+        command = f"{COMPILER} -std=c++20 -I{self.root / 'src'} -o user.o -c {path}"
+        entry = {"directory": str(self.root), "command": command, "file": str(path)}
+        return headers.faults(self.root, [entry])
+
+    def test_a_complete_header_is_accepted(self):
+        source = '#include <map>\n#include "core/lengths.hpp"\n'
+        self.assertEqual(self.faults_with(COMPLETE, source), [])
+
+    def test_a_header_that_leans_on_its_user_is_found(self):
+        source = '#include <vector>\n#include "core/lengths.hpp"\n'
+        faults = self.faults_with(INCOMPLETE, source)
+        self.assertEqual(len(faults), 1)
+        self.assertIn("core/lengths.hpp", faults[0])
+
+    def test_a_header_that_cannot_be_included_twice_is_found(self):
+        text = COMPLETE.replace("#pragma once\n", "")
+        self.assertEqual(len(self.faults_with(text, "#include <map>\n")), 1)
+
+    def test_a_header_that_a_source_includes_first_is_left_to_the_build(self):
+        self.assertEqual(self.faults_with(INCOMPLETE, '#include "core/lengths.hpp"\n'), [])
+
+    def test_a_layer_outside_the_build_is_found(self):
+        self.write("src/run/simulate.hpp", COMPLETE)
+        self.assertEqual(len(self.faults_with(COMPLETE, "\n")), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
