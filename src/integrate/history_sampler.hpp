@@ -28,7 +28,7 @@ class HistorySampler {
                    double interval, std::size_t count, Sink sink)
         : layout_(layout), first_sphere_(first_sphere), last_sphere_(last_sphere),
           interval_(interval), count_(count), sink_(std::move(sink)) {
-        const auto size = static_cast<std::size_t>((last_sphere - first_sphere + 1) * Dim);
+        const std::size_t size = static_cast<std::size_t>(last_sphere - first_sphere + 1) * Dim;
         for (Node& node : nodes_) {
             node.positions.resize(size);
             node.velocities.resize(size);

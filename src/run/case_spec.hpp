@@ -5,6 +5,7 @@
 #include "physics/bond_law_options.hpp"
 #include "physics/stem.hpp"
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -36,7 +37,7 @@ struct CaseSpec {
 
     /// Samples in every stored history, the one at t = 0 included.
     [[nodiscard]] std::size_t sample_count() const {
-        return static_cast<std::size_t>(duration / sample_interval + 0.5) + 1;
+        return static_cast<std::size_t>(std::llround(duration / sample_interval)) + 1;
     }
 };
 

@@ -39,6 +39,25 @@ TEST(HeldStem, NeedsTheTipForceOfACantileverAtSmallDeflection) {
     EXPECT_NEAR(held.holding_force / discrete, 1.0, 2e-5);
 }
 
+TEST(HeldStem, YieldsToShearAsATimoshenkoCantileverWhereItIsStocky) {
+    physics::StemParameters<double> stem;
+    stem.sphere_count = 41;
+    stem.bond_length = 0.05 / 40;
+    stem.sphere_diameter = stem.bond_length;
+    stem.bond_outer_diameter = 0.02;
+    const double length = stem.free_length();
+    const double bending = stem.bond_youngs_modulus * stem.second_moment_of_area();
+    const double shear = stem.shear_modulus() * stem.section_area();
+    const double deflection = 1e-5 * length;
+    const physics::Chain<2, double> chain(stem, physics::consistent_law());
+    const double compliance = deflection / deflected_equilibrium(chain, deflection).holding_force;
+    const double bending_part = std::pow(length, 3) / (3 * bending) * (1.0 - 0.25 / (40.0 * 40.0));
+    // Shear is a thirteenth of the compliance here; geometry leaves (δ/L)², the discretisation
+    // none.
+    EXPECT_NEAR(compliance / (bending_part + length / shear), 1.0, 1e-6);
+    EXPECT_GT(length / shear, 0.07 * bending_part);
+}
+
 /// Tip force and tip coordinates of the inextensible elastica EI θ'' = −F cos θ, θ(0) = 0,
 /// θ'(L) = 0, for a given force (classical Runge-Kutta, shooting on θ'(0) by bisection).
 struct ElasticaTip {
