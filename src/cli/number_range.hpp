@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string>
 
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
 namespace culm::cli {

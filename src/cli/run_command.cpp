@@ -41,22 +41,22 @@ std::string plan_text(const study::Study& study, const std::vector<std::int64_t>
     const study::Estimate plan = study::estimate(study, batches);
     const run::CaseSpec& base = study.config.base;
     const bool is_explicit = base.integrator.method == run::IntegrationMethod::Explicit;
-    std::string text =
-        fmt::format("study          {}\n"
-                    "points         {} in {} batches{}\n"
-                    "integrator     {}\n"
-                    "estimated cost {:.3g} core seconds, {:.3g} s on {} rank{}\n"
-                    "memory         {} per rank\n"
-                    "archive        {} before compression\n",
-                    study.config.name, plan.points, plan.batches,
-                    is_explicit ? fmt::format(", {} SIMD lanes each", run::lanes_per_batch()) : "",
-                    is_explicit ? fmt::format("explicit, time step {:.4g} s, {:.4g} steps a point",
-                                              base.integrator.timestep,
-                                              base.duration / base.integrator.timestep)
-                                : fmt::format("implicit, relative tolerance {:.3g}",
-                                              base.integrator.relative_tolerance),
-                    plan.core_seconds, plan.core_seconds / ranks, ranks, ranks == 1 ? "" : "s",
-                    amount(plan.memory_bytes_per_rank), amount(plan.archive_bytes));
+    std::string text = fmt::format(
+        "study          {}\n"
+        "points         {} in {} batch{}{}\n"
+        "integrator     {}\n"
+        "estimated cost {:.3g} core seconds, {:.3g} s on {} rank{}\n"
+        "memory         {} per rank\n"
+        "archive        {} before compression\n",
+        study.config.name, plan.points, plan.batches, plan.batches == 1 ? "" : "es",
+        is_explicit ? fmt::format(", up to {} SIMD lanes each", run::lanes_per_batch()) : "",
+        is_explicit
+            ? fmt::format("explicit, time step {:.4g} s, {:.4g} steps a point",
+                          base.integrator.timestep, base.duration / base.integrator.timestep)
+            : fmt::format("implicit, relative tolerance {:.3g}",
+                          base.integrator.relative_tolerance),
+        plan.core_seconds, plan.core_seconds / ranks, ranks, ranks == 1 ? "" : "s",
+        amount(plan.memory_bytes_per_rank), amount(plan.archive_bytes));
     return text;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/error.hpp"
+#include "integrate/solve_summary.hpp"
 
 #include <cstdint>
 #include <string>
@@ -11,16 +12,6 @@
 
 namespace culm::run {
 
-/// Work done by the integrator.
-struct SolveStatistics {
-    std::int64_t steps = 0;
-    std::int64_t rejected_steps = 0;
-    std::int64_t rhs_evaluations = 0;
-    std::int64_t newton_iterations = 0;
-    std::int64_t jacobian_factorisations = 0;
-    double wall_seconds = 0.0;
-};
-
 /// Histories are sampled at k · sample_interval, k = 0 … sample_count − 1. The lateral direction is
 /// the one of the pull; deflections are metres from the undeformed straight axis.
 struct CaseResult {
@@ -28,7 +19,8 @@ struct CaseResult {
     std::vector<double> height_deflection; ///< (samples, heights), row-major
     std::vector<double> positions;         ///< (samples, spheres, 3), row-major: axial, lateral,
                                            ///< out of plane; only for StoreLevel::Full
-    SolveStatistics statistics;
+    integrate::SolveSummary work;          ///< of the integrator
+    double wall_seconds = 0.0;             ///< of the case; of its share when lanes ran together
 };
 
 struct CaseFailure {

@@ -161,11 +161,11 @@ class LaneBatch {
                 out.emplace_back(*failures_[lane]);
                 continue;
             }
-            SolveStatistics& statistics = recorders_[lane].result().statistics;
-            statistics.steps = steps;
-            statistics.rhs_evaluations = steps + 1;
-            statistics.wall_seconds = wall_seconds / static_cast<double>(specs_.size());
-            out.emplace_back(std::move(recorders_[lane].result()));
+            CaseResult& result = recorders_[lane].result();
+            result.work.steps = steps;
+            result.work.rhs_evaluations = steps + 1;
+            result.wall_seconds = wall_seconds / static_cast<double>(specs_.size());
+            out.emplace_back(std::move(result));
         }
         return out;
     }

@@ -55,13 +55,8 @@ CaseResult simulate_implicitly(const CaseSpec& spec, const Heartbeat& heartbeat)
     sampler.finish();
     require_finite(recorder.result().tip_deflection, spec.sample_interval);
 
-    SolveStatistics& statistics = recorder.result().statistics;
-    statistics.steps = summary.steps;
-    statistics.rejected_steps = summary.rejected_steps;
-    statistics.rhs_evaluations = summary.rhs_evaluations;
-    statistics.newton_iterations = summary.newton_iterations;
-    statistics.jacobian_factorisations = summary.factorisations;
-    statistics.wall_seconds = seconds_since(start);
+    recorder.result().work = summary;
+    recorder.result().wall_seconds = seconds_since(start);
     return std::move(recorder.result());
 }
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/plan.hpp"
 
+#include "core/error.hpp"
 #include "run/simulate.hpp"
 #include "study/design_check.hpp"
 #include "study/point_results.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -50,12 +52,16 @@ class StabilityCheck {
         if (spec.integrator.method != run::IntegrationMethod::Explicit)
             return std::nullopt;
         const double limit = limit_of(spec);
+        smallest_limit_ = std::min(smallest_limit_, limit);
         if (spec.integrator.timestep <= limit)
             return std::nullopt;
         return fmt::format("integrator.timestep_s = {:.6g} is above the largest stable step of the "
                            "linearised chain, {:.3g} s",
                            spec.integrator.timestep, rounded_down(limit));
     }
+
+    /// Of all cases checked so far, s; infinite before the first explicit one.
+    [[nodiscard]] double smallest_limit() const { return smallest_limit_; }
 
   private:
     /// The limit scales with √(1/Y): only the other parameters distinguish chains.
@@ -75,14 +81,23 @@ class StabilityCheck {
 
     std::map<std::tuple<int, double, double, double, double, double, double, double>, double>
         limits_;
+    double smallest_limit_ = std::numeric_limits<double>::infinity();
 };
 
 Study checked(StudyConfig config) {
     Study study{std::move(config), {}};
     study.design = make_design(study.config);
-    check_points(
-        study.config, study.design,
-        [check = StabilityCheck()](const run::CaseSpec& spec) mutable { return check(spec); });
+    StabilityCheck stability;
+    try {
+        check_points(study.config, study.design,
+                     [&stability](const run::CaseSpec& spec) { return stability(spec); });
+    } catch (const core::InputError& error) {
+        if (study.config.base.integrator.timestep <= stability.smallest_limit())
+            throw;
+        throw core::InputError(
+            fmt::format("{}\n  every point is stable with integrator.timestep_s = {:.3g} or less",
+                        error.what(), rounded_down(stability.smallest_limit())));
+    }
     return study;
 }
 

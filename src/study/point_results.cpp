@@ -81,8 +81,8 @@ archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome out
             return failed_record(spec.point, error.kind(), error.what());
         record.values.assign(fit_columns, not_a_number);
     }
-    record.values.push_back(static_cast<double>(result.statistics.steps));
-    record.values.push_back(static_cast<double>(result.statistics.rhs_evaluations));
+    record.values.push_back(static_cast<double>(result.work.steps));
+    record.values.push_back(static_cast<double>(result.work.rhs_evaluations));
     if (spec.store >= run::StoreLevel::Tip)
         record.tip_deflection = std::move(result.tip_deflection);
     if (spec.store >= run::StoreLevel::Heights)

@@ -19,11 +19,14 @@ namespace fs = std::filesystem;
 
 void refuse_other_study(const fs::path& where, const std::string& stored,
                         const std::string& identity) {
-    if (stored != identity)
-        throw core::InputError(fmt::format(
-            "{} already holds another study; choose another folder with -o. What differs (stored "
-            "-> now):\n{}",
-            where.string(), difference(stored, identity)));
+    if (stored == identity)
+        return;
+    std::string differing = difference(stored, identity);
+    if (differing.ends_with('\n'))
+        differing.pop_back();
+    throw core::InputError(fmt::format(
+        "{} already holds another study; choose another folder with -o. What differs:\n{}",
+        where.string(), differing));
 }
 
 void refuse_without_resume(const fs::path& where, bool resume) {
@@ -66,7 +69,7 @@ bool is_there(const fs::path& path) {
     std::error_code error;
     const bool exists = fs::exists(path, error);
     if (error)
-        throw core::StorageError(
+        throw core::InputError(
             fmt::format("cannot look for {}: {}", path.string(), error.message()));
     return exists;
 }

@@ -24,7 +24,7 @@ class StudyFolder {
     std::filesystem::path folder_;
 };
 
-/// Whether there is such a file or folder. Throws core::StorageError when that cannot be told, for
+/// Whether there is such a file or folder. Throws core::InputError when that cannot be told, for
 /// example because the folder above may not be searched.
 [[nodiscard]] bool is_there(const std::filesystem::path& path);
 

@@ -34,7 +34,7 @@ TEST(Simulate, StartsAtThePrescribedDeflectionAndHasAllSamples) {
     EXPECT_NEAR(tip.front(), 3e-3, 1e-15);
     for (const double deflection : tip)
         EXPECT_LE(std::abs(deflection), 3e-3 * (1 + 1e-9));
-    EXPECT_GT(result_of(outcome).statistics.steps, 10);
+    EXPECT_GT(result_of(outcome).work.steps, 10);
 }
 
 TEST(Simulate, StoresWhatIsAskedForAndTheLevelsAgree) {

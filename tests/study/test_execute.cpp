@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a study computes does not depend on the ranks, nor on interruptions.
-#include "study/execute.hpp"
-
 #include "archive/journal_scan.hpp"
 #include "archive/journal_writer.hpp"
 #include "core/error.hpp"
 #include "small_studies.hpp"
+#include "study/execute.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <algorithm>
@@ -168,8 +167,8 @@ TEST_F(Execute, CompleteStudyIsNotComputedAgain) {
 }
 
 TEST_F(Execute, FolderThatIsTakenIsRefusedOnEveryRank) {
-    EXPECT_TRUE(
-        execute_together(parse_study(small::explicit_study, "s.toml"), "ranks").archive_is_complete);
+    EXPECT_TRUE(execute_together(parse_study(small::explicit_study, "s.toml"), "ranks")
+                    .archive_is_complete);
     EXPECT_THROW((void)execute_together(parse_study(small::explicit_study, "s.toml"), "ranks"),
                  core::InputError);
     EXPECT_THROW(

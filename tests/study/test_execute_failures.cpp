@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Points that give no answer are recorded with their reasons; the others do not notice.
-#include "study/execute.hpp"
-
 #include "run/simulate.hpp"
 #include "small_studies.hpp"
+#include "study/execute.hpp"
 #include "study/summary.hpp"
 #include "support/temporary_folder.hpp"
 

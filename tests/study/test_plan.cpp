@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What is known of a study before it runs: stability, batches, costs.
-#include "study/plan.hpp"
-
 #include "core/error.hpp"
 #include "run/simulate.hpp"
 #include "small_studies.hpp"
+#include "study/plan.hpp"
 
 #include <cmath>
 #include <numeric>
@@ -44,15 +43,16 @@ TEST(Plan, StepAboveTheLimitIsRefusedWithTheLimitAndThePoints) {
     ASSERT_GT(limit_of(0), 1e-8);
     ASSERT_LT(limit_of(1), 1e-8);
     const std::string refusal = refusal_of_study(text);
-    EXPECT_EQ(refusal.find("s.toml: 2 of 3 points are impossible:\n  point 1: integrator.timestep_s "
-                           "= 1e-08 is above the largest stable step of the linearised chain, "),
-              0U)
+    EXPECT_EQ(
+        refusal.find("s.toml: 2 of 3 points are impossible:\n  point 1: integrator.timestep_s "
+                     "= 1e-08 is above the largest stable step of the linearised chain, "),
+        0U)
         << refusal;
     EXPECT_NE(refusal.find(" s (bond_damping = 100)\n  point 2: "), std::string::npos) << refusal;
     // The limit itself, to three digits and never above it.
     for (const std::int64_t point : {1, 2}) {
-        const auto where = refusal.find(" linearised chain, ", refusal.find(fmt::format(
-                                                                   "point {}: ", point)));
+        const auto where =
+            refusal.find(" linearised chain, ", refusal.find(fmt::format("point {}: ", point)));
         const double said = std::stod(refusal.substr(where + 19));
         EXPECT_LE(said, limit_of(point));
         EXPECT_GT(said, 0.99 * limit_of(point));
@@ -64,15 +64,16 @@ TEST(Plan, StepThatAMessageCalledTheLimitIsAccepted) {
         refusal_of_study(explicit_in_steps_of("1e-8") + "[factors]\nbond_damping = [100]\n");
     const auto where = refusal.find(" linearised chain, ");
     ASSERT_NE(where, std::string::npos) << refusal;
-    const std::string said = refusal.substr(where + 19, refusal.find(" s", where + 19) - where - 19);
+    const std::string said =
+        refusal.substr(where + 19, refusal.find(" s", where + 19) - where - 19);
     // A sample interval of 1000 steps, which any step divides.
-    EXPECT_EQ(refusal_of_study("[stem]\nspheres = 8\n[integrator]\nmethod = \"explicit\"\n"
-                               "timestep_s = " +
-                               said + "\n[vibration]\nduration_s = " +
-                               fmt::format("{:.17g}", 1e5 * std::stod(said)) +
-                               "\nsample_interval_s = " +
-                               fmt::format("{:.17g}", 1e3 * std::stod(said)) +
-                               "\n[factors]\nbond_damping = [100]\n"),
+    EXPECT_EQ(refusal_of_study(
+                  "[stem]\nspheres = 8\n[integrator]\nmethod = \"explicit\"\n"
+                  "timestep_s = " +
+                  said +
+                  "\n[vibration]\nduration_s = " + fmt::format("{:.17g}", 1e5 * std::stod(said)) +
+                  "\nsample_interval_s = " + fmt::format("{:.17g}", 1e3 * std::stod(said)) +
+                  "\n[factors]\nbond_damping = [100]\n"),
               "accepted");
 }
 
@@ -201,8 +202,8 @@ TEST(EstimatedSeconds, OfTheImplicitIntegratorCountTheRightNumberOfSteps) {
         const auto outcome = run::simulate(spec);
         const auto& result = std::get<run::CaseResult>(outcome);
         const double steps = estimated_seconds(spec) / (55 * seconds_per_bond_and_step);
-        EXPECT_GT(steps, 0.2 * static_cast<double>(result.statistics.steps)) << "point " << point;
-        EXPECT_LT(steps, 5.0 * static_cast<double>(result.statistics.steps)) << "point " << point;
+        EXPECT_GT(steps, 0.2 * static_cast<double>(result.work.steps)) << "point " << point;
+        EXPECT_LT(steps, 5.0 * static_cast<double>(result.work.steps)) << "point " << point;
     }
 }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which folders a study may use, and what it finds in them.
-#include "study/study_folder.hpp"
-
 #include "archive/journal_writer.hpp"
 #include "core/error.hpp"
 #include "small_studies.hpp"
 #include "study/execute.hpp"
+#include "study/study_folder.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <fstream>
@@ -92,9 +91,9 @@ TEST_F(Folder, WithTheArchiveOfAnotherStudyIsRefusedWithTheDifference) {
     for (const bool resume : {false, true})
         EXPECT_EQ(refusal(changed.config.identity(), resume),
                   folder.path().string() +
-                      " already holds another study; choose another folder with -o. What differs "
-                      "(stored -> now):\nfactors.bond_damping: stored [1, 2, 3, 4, 5, 6, 7, 8, 9, "
-                      "10, 11], now [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12]\n");
+                      " already holds another study; choose another folder with -o. What differs:"
+                      "\nfactors.bond_damping: stored [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11], now "
+                      "[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12]");
 }
 
 TEST_F(Folder, WithAnArchiveThatCannotBeReadIsRefusedAndLeftAsItIs) {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The summary of a study: its keys, and that it is JSON whatever the points were.
-#include "study/summary.hpp"
-
 #include "core/error.hpp"
 #include "small_studies.hpp"
 #include "study/execute.hpp"
+#include "study/summary.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <cmath>
@@ -39,10 +38,9 @@ StudySummary summary_of(const std::vector<double>& moduli, const std::vector<dou
     }
     summary.points = static_cast<std::int64_t>(summary.frequency.size());
     summary.completed = summary.points;
-    summary.regression =
-        reduce::regress_study({summary.youngs_modulus, summary.bond_damping,
-                               summary.decay_per_cycle, summary.frequency},
-                              summary.reduce.significance);
+    summary.regression = reduce::regress_study(
+        {summary.youngs_modulus, summary.bond_damping, summary.decay_per_cycle, summary.frequency},
+        summary.reduce.significance);
     return summary;
 }
 
@@ -65,8 +63,8 @@ TEST(Summary, HasTheDocumentedKeys) {
     EXPECT_EQ(summary["failed"], json::array());
     EXPECT_EQ(summary["ranks"], 3);
     EXPECT_EQ(summary["wall_s"], 1.5);
-    EXPECT_EQ(summary["fit"], (json{{"window_s", nullptr}, {"amplitude", "free"},
-                                    {"significance", 0.05}}));
+    EXPECT_EQ(summary["fit"],
+              (json{{"window_s", nullptr}, {"amplitude", "free"}, {"significance", 0.05}}));
     EXPECT_EQ(keys_of(summary["regression"]),
               (std::set<std::string>{"sqrt_youngs_modulus", "bond_damping"}));
 }
@@ -76,8 +74,8 @@ TEST(Summary, TellsHowTheHistoriesWereFitted) {
     summary.reduce.window = 0.05;
     summary.reduce.is_amplitude_free = false;
     summary.reduce.significance = 0.01;
-    EXPECT_EQ(to_json(summary)["fit"], (json{{"window_s", 0.05}, {"amplitude", "fixed"},
-                                             {"significance", 0.01}}));
+    EXPECT_EQ(to_json(summary)["fit"],
+              (json{{"window_s", 0.05}, {"amplitude", "fixed"}, {"significance", 0.01}}));
 }
 
 TEST(Summary, RegressionHasTheDocumentedKeysAndTheNumbersOfTheRegression) {
@@ -140,10 +138,9 @@ TEST(Summary, StudyWithoutAnyFitHasReasonsForBoth) {
     StudySummary summary = summary_of(three_moduli, three_dampings);
     for (double& frequency : summary.frequency)
         frequency = not_a_number;
-    summary.regression =
-        reduce::regress_study({summary.youngs_modulus, summary.bond_damping,
-                               summary.decay_per_cycle, summary.frequency},
-                              0.05);
+    summary.regression = reduce::regress_study(
+        {summary.youngs_modulus, summary.bond_damping, summary.decay_per_cycle, summary.frequency},
+        0.05);
     const json all = to_json(summary);
     for (const char* response : {"sqrt_youngs_modulus", "bond_damping"})
         EXPECT_EQ(keys_of(all["regression"][response]), (std::set<std::string>{"reason"}));
@@ -166,10 +163,10 @@ TEST(Summary, IsJsonEvenWhenNumbersDoNotExist) {
 TEST(Summary, ListsFailedPoints) {
     StudySummary summary = summary_of(three_moduli, three_dampings);
     summary.failed.push_back({4, "instability", "the motion gained energy"});
-    EXPECT_EQ(to_json(summary)["failed"],
-              (json::array({{{"point", 4},
-                             {"kind", "instability"},
-                             {"reason", "the motion gained energy"}}})));
+    EXPECT_EQ(
+        to_json(summary)["failed"],
+        (json::array(
+            {{{"point", 4}, {"kind", "instability"}, {"reason", "the motion gained energy"}}})));
 }
 
 std::string content_of(const std::filesystem::path& file) {
@@ -199,8 +196,8 @@ TEST(Summary, ThatCannotBeWrittenIsAStorageError) {
         write_summary(StudyFolder(folder.path()), summary_of(three_moduli, three_dampings));
         FAIL() << "no error";
     } catch (const core::StorageError& error) {
-        EXPECT_EQ(error.what(), folder.path().string() +
-                                    ": summary.json and fits.csv could not be written");
+        EXPECT_EQ(error.what(),
+                  folder.path().string() + ": summary.json and fits.csv could not be written");
     }
 }
 

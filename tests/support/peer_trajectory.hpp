@@ -13,8 +13,8 @@ namespace culm::tests {
 
 /// Lateral positions of some spheres over time.
 struct PeerTrajectory {
-    std::vector<int> spheres;                ///< numbered from 0 at the clamp
-    std::vector<double> times;               ///< s
+    std::vector<int> spheres;                 ///< numbered from 0 at the clamp
+    std::vector<double> times;                ///< s
     std::vector<std::vector<double>> lateral; ///< (times, spheres), m
 };
 

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs the culm program in a folder of its own; what the tests of the command line share."""
+
+import os
+import shutil
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+PROGRAM = os.environ["CULM_PROGRAM"]
+# Seconds after which a run hangs: far beyond what any of these studies takes.
+PATIENCE = 60
+
+DONE, BAD_INPUT, POINTS_FAILED, STOPPED_EARLY = 0, 2, 3, 75
+
+# 9 points of a coarse stem, some 0.2 s of work, 8 kB of history each.
+QUICK = """
+[stem]
+spheres = 15
+length_mm = 155.65
+[vibration]
+duration_s = 0.05
+[factors]
+bond_damping = [5, 10, 15]
+bond_youngs_modulus_gpa = [1, 4, 9]
+"""
+
+# 24 points that take some 0.05 s each: time enough to be interrupted.
+SLOW = """
+[stem]
+spheres = 56
+[vibration]
+duration_s = 0.05
+[factors]
+bond_damping = [25, 50, 100]
+bond_youngs_modulus_gpa = [1, 2, 3, 4, 5, 6, 7, 8]
+"""
+
+# The stems with this damping creep back without swinging, so that Eq. 1 cannot be fitted.
+OVERDAMPED = QUICK.replace("[5, 10, 15]", "[5, 10, 30000]")
+
+
+class CulmTest(unittest.TestCase):
+    """Every test works in an empty folder, `self.folder`."""
+
+    maxDiff = None
+
+    def setUp(self):
+        place = tempfile.TemporaryDirectory(prefix="culm-cli-")
+        self.addCleanup(place.cleanup)
+        self.folder = Path(place.name)
+
+    def write(self, name: str, text: str) -> str:
+        (self.folder / name).write_text(text, encoding="utf-8")
+        return name
+
+    def culm(self, *arguments, **options) -> subprocess.CompletedProcess:
+        """Runs to the end, in the test's folder; options as of subprocess.run."""
+        return subprocess.run([PROGRAM, *arguments], cwd=self.folder, text=True,
+                              capture_output=True, timeout=PATIENCE, check=False, **options)
+
+    def start(self, *command) -> subprocess.Popen:
+        """Begins a run that the test will disturb."""
+        process = subprocess.Popen(command, cwd=self.folder, text=True, stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE)
+        self.addCleanup(self.end, process)
+        return process
+
+    @staticmethod
+    def end(process: subprocess.Popen):
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+    def wait_for_points(self, folder: str, count: int):
+        """Returns when the journals hold so many points of 1001 samples each."""
+        deadline = time.monotonic() + PATIENCE
+        while time.monotonic() < deadline:
+            journals = (self.folder / folder).glob("journal/*.culmj")
+            if sum(file.stat().st_size for file in journals) > count * 1001 * 8:
+                return
+            time.sleep(0.002)
+        self.fail(f"{folder}: no {count} points within {PATIENCE} s")
+
+    def assert_exit(self, finished: subprocess.CompletedProcess, code: int):
+        self.assertEqual(finished.returncode, code, finished.stdout + finished.stderr)
+
+    def assert_refused(self, finished: subprocess.CompletedProcess, message: str):
+        """Bad input: exactly this message, nothing else on the screen."""
+        self.assertEqual(finished.stderr, message)
+        self.assertEqual(finished.stdout, "")
+        self.assertEqual(finished.returncode, BAD_INPUT)
+
+    def fits(self, folder: str) -> str:
+        """All fits of a study with every digit, by the study's options and by others: equal texts
+        mean equal histories."""
+        stored = (self.folder / folder / "fits.csv").read_text(encoding="utf-8")
+        again = f"{folder}-again"
+        shutil.copytree(self.folder / folder, self.folder / again)
+        refit = self.culm("reduce", again, "--window", "0.02", "--amplitude", "fixed")
+        self.assert_exit(refit, DONE)
+        text = (self.folder / again / "fits.csv").read_text(encoding="utf-8")
+        self.assertNotEqual(text, stored)
+        shutil.rmtree(self.folder / again)
+        return stored + text
+
+    def fits_of_undisturbed_run(self, study: str) -> str:
+        self.assert_exit(self.culm("run", study, "-o", "undisturbed", "-q"), DONE)
+        return self.fits("undisturbed")

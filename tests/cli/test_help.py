@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""--help and docs/cli.md tell the same, and mistyped commands are answered."""
+
+import re
+import unittest
+from pathlib import Path
+
+from culm_program import BAD_INPUT, DONE, CulmTest
+
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "cli.md"
+OPTION = re.compile(r"(?<![\w-])--?[a-z][a-z-]*")
+COMMANDS = ("run", "reduce", "simulate")
+
+
+def documented_options(command: str) -> set[str]:
+    rows = re.findall(rf"^\| `culm {command} .*$", DOCUMENT.read_text(encoding="utf-8"),
+                      re.MULTILINE)
+    return set(OPTION.findall(" ".join(rows)))
+
+
+def options_in(help_text: str) -> dict[tuple[str, ...], str]:
+    """Names of each option, and its description."""
+    options = {}
+    for names, text in re.findall(r"^  (-[\w,-]+)(.*(?:\n {10,}.*)*)", help_text, re.MULTILINE):
+        options[tuple(names.split(","))] = text
+    return options
+
+
+class Help(CulmTest):
+    def test_of_the_program_lists_the_commands_and_the_exit_codes(self):
+        finished = self.culm("--help")
+        self.assert_exit(finished, DONE)
+        for command in COMMANDS:
+            self.assertRegex(finished.stdout, rf"(?m)^  {command} +\w")
+        for code in ("0 done", "2 bad input", "3 some points failed", "75 stopped early"):
+            self.assertIn(code, finished.stdout)
+
+    def test_of_every_command_has_the_documented_options(self):
+        for command in COMMANDS:
+            documented = documented_options(command)
+            self.assertGreater(len(documented), 3, command)
+            finished = self.culm(command, "--help")
+            self.assert_exit(finished, DONE)
+            offered = {name for names in options_in(finished.stdout) for name in names}
+            self.assertLessEqual(documented, offered, command)
+
+    def test_of_every_command_describes_each_option_and_docs_has_it(self):
+        for command in COMMANDS:
+            documented = documented_options(command) | {"--help"}
+            for names, text in options_in(self.culm(command, "--help").stdout).items():
+                self.assertRegex(text, r"[A-Za-z]\w+ \w+", f"{command} {names}")
+                self.assertTrue(documented & set(names), f"docs/cli.md: {command} {names}")
+
+    def test_version_names_program_and_number(self):
+        finished = self.culm("--version")
+        self.assert_exit(finished, DONE)
+        self.assertRegex(finished.stdout, r"^culm \d+\.\d+\.\d+ \(.+\)\n$")
+
+
+class MistypedCommand(CulmTest):
+    def test_gets_the_nearest_command(self):
+        self.assert_refused(
+            self.culm("simulat", "x.toml"),
+            'culm: there is no command "simulat" (did you mean `culm simulate`?)\n'
+            "Try `culm --help`.\n")
+
+    def test_far_from_all_commands_gets_none(self):
+        self.assert_refused(self.culm("xyzzy"),
+                            'culm: there is no command "xyzzy"\nTry `culm --help`.\n')
+
+    def test_missing_command_is_said(self):
+        self.assert_refused(self.culm(), "culm: A subcommand is required\nTry `culm --help`.\n")
+
+    def test_wrong_option_names_the_command_whose_help_to_read(self):
+        self.assert_refused(
+            self.culm("run", "x.toml", "--dryrun"),
+            "culm run: The following argument was not expected: --dryrun\n"
+            "Try `culm run --help`.\n")
+
+    def test_missing_study_is_bad_input(self):
+        for command in ("run", "reduce"):
+            finished = self.culm(command)
+            self.assert_exit(finished, BAD_INPUT)
+            self.assertRegex(finished.stderr, rf"^culm {command}: \w+ is required\n")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The same under mpirun: one voice on the screen, the same data, the same exit codes."""
+
+import os
+import re
+import signal
+import unittest
+from pathlib import Path
+
+from culm_program import (BAD_INPUT, DONE, OVERDAMPED, PATIENCE, POINTS_FAILED, PROGRAM, QUICK, SLOW,
+                          STOPPED_EARLY, CulmTest)
+
+LAUNCH = [os.environ["CULM_MPIEXEC"], "--oversubscribe", "--allow-run-as-root", "-n", "2"]
+
+
+def children_of(process_id: int) -> list[int]:
+    """Processes whose parent that is, from /proc."""
+    children = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            text = stat.read_text(encoding="utf-8")
+        except OSError:
+            continue  # has ended meanwhile
+        if int(text.rpartition(")")[2].split()[1]) == process_id:
+            children.append(int(stat.parent.name))
+    return children
+
+
+class TwoRanks(CulmTest):
+    def launch(self, *arguments):
+        """Runs culm on two ranks to its end."""
+        process = self.start(*LAUNCH, PROGRAM, *arguments)
+        output, errors = process.communicate(timeout=PATIENCE)
+        return process.returncode, output, errors
+
+    def test_give_the_data_of_a_run_alone(self):
+        self.write("s.toml", QUICK)
+        code, output, errors = self.launch("run", "s.toml", "-o", "out")
+        self.assertEqual(code, DONE, errors)
+        self.assertEqual(output.count("sqrt(Y) = "), 1)
+        self.assertIn("on 2 ranks\n", output)
+        self.assertEqual(self.fits("out"), self.fits_of_undisturbed_run("s.toml"))
+
+    def test_print_one_plan(self):
+        self.write("s.toml", QUICK)
+        code, output, _ = self.launch("run", "s.toml", "--dry-run")
+        self.assertEqual(code, DONE)
+        self.assertEqual(output.count("points         9 in 9 batches"), 1)
+        self.assertRegex(output, r"estimated cost [\d.e+-]+ core seconds, [\d.e+-]+ s on 2 ranks\n")
+
+    def test_refuse_bad_input_with_one_message(self):
+        code, output, errors = self.launch("run", "no.toml")
+        self.assertEqual(code, BAD_INPUT)
+        self.assertEqual(output, "")
+        self.assertEqual(errors.count("culm: no.toml: cannot be read: No such file or directory\n"),
+                         1)
+
+    def test_tell_failed_points_by_the_exit_code(self):
+        self.write("s.toml", OVERDAMPED)
+        code, output, _ = self.launch("run", "s.toml", "-o", "out", "-q")
+        self.assertEqual(code, POINTS_FAILED)
+        self.assertEqual(output.count("3 of 9 points failed:"), 1)
+
+    def test_end_together_when_the_summary_cannot_be_written(self):
+        # Only rank 0 meets this error; the other must not wait for it for ever.
+        self.write("s.toml", QUICK)
+        (self.folder / "out/summary.json").mkdir(parents=True)
+        code, _, errors = self.launch("run", "s.toml", "-o", "out", "-q")
+        self.assertEqual(code, STOPPED_EARLY)
+        self.assertEqual(errors.count("culm: out: summary.json and fits.csv could not be written"),
+                         1)
+
+
+class TwoRanksInterrupted(CulmTest):
+    def setUp(self):
+        super().setUp()
+        self.write("s.toml", SLOW)
+        self.launcher = self.start(*LAUNCH, PROGRAM, "run", "s.toml", "-o", "out", "-q")
+        self.wait_for_points("out", 4)
+
+    def kept_points(self, errors: str) -> int:
+        said = re.findall(r"culm: stopped early; (\d+) of 24 points are computed and kept in out\. "
+                          r"Go on with --resume\.\n", errors)
+        self.assertEqual(len(said), 1, errors)
+        return int(said[0])
+
+    def assert_resume_finishes(self, missing: int):
+        """On one rank, whatever two have left behind."""
+        self.assertFalse((self.folder / "out/study.h5").exists())
+        finished = self.culm("run", "s.toml", "-o", "out", "--resume")
+        self.assert_exit(finished, DONE)
+        self.assertIn(f"{missing}/{missing} points", finished.stderr)
+        self.assertEqual(self.fits("out"), self.fits_of_undisturbed_run("s.toml"))
+
+    def test_by_a_signal_to_one_rank_stop_both(self):
+        os.kill(children_of(self.launcher.pid)[-1], signal.SIGTERM)
+        _, errors = self.launcher.communicate(timeout=PATIENCE)
+        self.assertEqual(self.launcher.returncode, STOPPED_EARLY)
+        self.assert_resume_finishes(24 - self.kept_points(errors))
+
+    def test_by_the_signal_that_mpirun_forwards_stop_with_the_exit_code(self):
+        self.launcher.send_signal(signal.SIGUSR1)
+        _, errors = self.launcher.communicate(timeout=PATIENCE)
+        self.assertEqual(self.launcher.returncode, STOPPED_EARLY)
+        self.assert_resume_finishes(24 - self.kept_points(errors))
+
+    def test_by_the_signal_that_ends_mpirun_keep_their_points(self):
+        # mpirun passes SIGTERM on and ends with a code of its own.
+        self.launcher.send_signal(signal.SIGTERM)
+        self.launcher.communicate(timeout=PATIENCE)
+        self.assertNotEqual(self.launcher.returncode, DONE)
+        finished = self.culm("run", "s.toml", "-o", "out", "--resume")
+        self.assert_exit(finished, DONE)
+        computed = int(re.findall(r"(\d+)/\1 points", finished.stderr)[-1])
+        self.assertLessEqual(computed, 24 - 4)
+        self.assertEqual(self.fits("out"), self.fits_of_undisturbed_run("s.toml"))
+
+    def test_by_the_death_of_one_rank_keep_the_points_of_both(self):
+        os.kill(children_of(self.launcher.pid)[-1], signal.SIGKILL)
+        self.launcher.communicate(timeout=PATIENCE)
+        self.assertNotEqual(self.launcher.returncode, DONE)
+        finished = self.culm("run", "s.toml", "-o", "out", "--resume")
+        self.assert_exit(finished, DONE)
+        computed = int(re.findall(r"(\d+)/\1 points", finished.stderr)[-1])
+        self.assertLessEqual(computed, 24 - 4)
+        self.assertEqual(self.fits("out"), self.fits_of_undisturbed_run("s.toml"))
+
+
+if __name__ == "__main__":
+    unittest.main()
