@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What cases cost beside what src/study/plan.cpp expects, and the numbers that its constants need.
 #include "bench/cpu_time.hpp"
+#include "bench/run_program.hpp"
 #include "core/error.hpp"
 #include "integrate/linearised.hpp"
 #include "run/simulate.hpp"
@@ -118,6 +119,8 @@ void print_explicit() {
 } // namespace culm::bench
 
 int main() {
-    culm::bench::print_implicit();
-    culm::bench::print_explicit();
+    return culm::bench::run_program([] {
+        culm::bench::print_implicit();
+        culm::bench::print_explicit();
+    });
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Time per bond and step of the explicit integrator: one stem, and one stem per SIMD lane.
 #include "bench/cpu_time.hpp"
+#include "bench/run_program.hpp"
 #include "core/error.hpp"
 #include "core/lanes.hpp"
 #include "integrate/statics.hpp"
@@ -98,5 +99,5 @@ void run() {
 } // namespace culm::bench
 
 int main() {
-    culm::bench::run();
+    return culm::bench::run_program([] { culm::bench::run(); });
 }

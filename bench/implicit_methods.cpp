@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Accuracy and cost of ARKODE's diagonally implicit methods on ring-downs of the published stem.
 #include "bench/implicit_probe.hpp"
+#include "bench/run_program.hpp"
 #include "core/error.hpp"
 
 #include <algorithm>
@@ -119,6 +120,7 @@ std::vector<Reference> make_references() {
                "|---:|---:|---:|---:|---:|---:|---:|---:|\n",
                1e3 * tip_deflection, record_length, chosen.name, cross_check.name);
     std::vector<Reference> references;
+    references.reserve(cases.size());
     for (const Case& stem : cases)
         references.push_back(make_reference(stem));
     return references;
@@ -235,5 +237,5 @@ void run() {
 } // namespace culm::bench
 
 int main() {
-    culm::bench::run();
+    return culm::bench::run_program([] { culm::bench::run(); });
 }

@@ -3,6 +3,7 @@
 // them.
 #include "bench/cpu_time.hpp"
 #include "bench/implicit_probe.hpp"
+#include "bench/run_program.hpp"
 #include "core/error.hpp"
 #include "integrate/condensed_newton.hpp"
 #include "integrate/history_sampler.hpp"
@@ -109,6 +110,8 @@ void print_phases(double youngs_modulus, double damping) {
 } // namespace culm::bench
 
 int main() {
-    for (const double damping : {1.0, 25.0, 200.0})
-        culm::bench::print_phases(1e9, damping);
+    return culm::bench::run_program([] {
+        for (const double damping : {1.0, 25.0, 200.0})
+            culm::bench::print_phases(1e9, damping);
+    });
 }

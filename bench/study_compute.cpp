@@ -2,6 +2,7 @@
 // The bare computation of a study in one process: no MPI, no journal, no archive, no regression.
 // Prints "load simulate fit", seconds of processor time; bench/study_overhead.sh compares.
 #include "bench/cpu_time.hpp"
+#include "bench/run_program.hpp"
 #include "core/error.hpp"
 #include "run/simulate.hpp"
 #include "study/plan.hpp"
@@ -51,8 +52,8 @@ void compute(const char* file) {
 
 int main(int argc, char** argv) {
     if (argc != 2) {
-        fmt::print(stderr, "use: bench_study_compute STUDY.toml\n");
+        std::fputs("use: bench_study_compute STUDY.toml\n", stderr);
         return 2;
     }
-    culm::bench::compute(argv[1]);
+    return culm::bench::run_program([file = argv[1]] { culm::bench::compute(file); });
 }

@@ -45,7 +45,7 @@ for ((k = 0; k < repeats; ++k)); do
     measure alone "$culm" run "$study" -o "$work/alone.$k" --quiet
     measure ranks1 "${launch[@]}" -n 1 "$culm" run "$study" -o "$work/ranks1.$k" --quiet
     measure ranks2 "${launch[@]}" -n 2 "$culm" run "$study" -o "$work/ranks2.$k" --quiet
-    measure start "${launch[@]}" -n 2 "$culm" --version
+    measure start "${launch[@]}" -n 2 "$culm" run "$study" --dry-run
 done
 
 read -r load _ < <(column split 1)
@@ -72,5 +72,5 @@ row 'bare computation' bare
 row 'culm run' alone
 row 'mpirun -n 1 culm run' ranks1
 row 'mpirun -n 2 culm run' ranks2
-row 'mpirun -n 2 culm --version' start | sed 's/| [^|]* |$/| |/'
+row 'mpirun -n 2 culm run --dry-run' start | sed 's/| [^|]* |$/| |/'
 printf '\ncompute share: simulation alone over all processor time of the command.\n'

@@ -14,8 +14,9 @@ namespace culm::integrate {
 namespace {
 
 /// L-stable, stiffly accurate, order 4 with an embedded order 3, six stages: Kennedy & Carpenter
-/// (2003), ARK4(3)6L[2]SA, the implicit half. Of the tables in ARKODE it gives the smallest error
-/// of the tip's history for its cost over β = 1…200 (docs/performance.md).
+/// (2003), ARK4(3)6L[2]SA, the implicit half. Order 4 with five implicit stages is the right class
+/// for the errors that a camera sees, over β = 1…200; docs/performance.md compares 19 tables and
+/// finds one of that class which is cheaper still.
 constexpr ARKODE_DIRKTableID method = ARKODE_ARK436L2SA_DIRK_6_3_4;
 /// ARKODE's number of the predictor that extrapolates the last step's interpolant at full order.
 /// Without it the simplified Newton iteration, and not accuracy, limits the step.

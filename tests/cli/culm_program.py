@@ -41,6 +41,9 @@ bond_youngs_modulus_gpa = [1, 2, 3, 4, 5, 6, 7, 8]
 # The stems with this damping creep back without swinging, so that Eq. 1 cannot be fitted.
 OVERDAMPED = QUICK.replace("[5, 10, 15]", "[5, 10, 30000]")
 
+# Text of a study -> its fits.
+UNDISTURBED: dict[str, str] = {}
+
 
 class CulmTest(unittest.TestCase):
     """Every test works in an empty folder, `self.folder`."""
@@ -107,5 +110,9 @@ class CulmTest(unittest.TestCase):
         return stored + text
 
     def fits_of_undisturbed_run(self, study: str) -> str:
-        self.assert_exit(self.culm("run", study, "-o", "undisturbed", "-q"), DONE)
-        return self.fits("undisturbed")
+        """On one rank; computed once for all tests of a file."""
+        text = (self.folder / study).read_text(encoding="utf-8")
+        if text not in UNDISTURBED:
+            self.assert_exit(self.culm("run", study, "-o", "undisturbed", "-q"), DONE)
+            UNDISTURBED[text] = self.fits("undisturbed")
+        return UNDISTURBED[text]

@@ -77,6 +77,20 @@ TEST(Plan, StepThatAMessageCalledTheLimitIsAccepted) {
               "accepted");
 }
 
+TEST(Plan, RefusalEndsWithTheStepThatSuitsEveryPoint) {
+    const std::string text =
+        explicit_in_steps_of("1e-8") + "[factors]\nbond_damping = [100, 200, 1]\n";
+    const Study study = small::unchecked(text);
+    const double limit = run::largest_stable_timestep(case_of_point(study.config, study.design, 1));
+    const std::string refusal = refusal_of_study(text);
+    const std::string words = "\n  every point is stable with integrator.timestep_s = ";
+    const auto where = refusal.find(words);
+    ASSERT_NE(where, std::string::npos) << refusal;
+    const double said = std::stod(refusal.substr(where + words.size()));
+    EXPECT_LE(said, limit);
+    EXPECT_GT(said, 0.99 * limit);
+}
+
 TEST(Plan, LimitHoldsAtEveryYoungsModulusOfTheDesign) {
     // The limit falls as 1/√Y: a step that 1 GPa allows is too long for 100 GPa.
     const std::string text =
