@@ -19,15 +19,17 @@ def rows(folder):
                 file = folder / f"{law}-{window}-{amplitude}.json"
                 regression = json.loads(file.read_text())["regression"]
                 root, damping = regression["sqrt_youngs_modulus"], regression["bond_damping"]
-                yield (law, window, amplitude,
-                       f"{root['slope']:.2f}", f"{root['intercept']:.1f}", f"{root['adjusted_r2']:.5f}",
-                       f"{damping['slope']:.2f}", f"{damping['intercept']:.2f}", f"{damping['adjusted_r2']:.5f}")
+                yield (law, window, amplitude, f"{root['slope']:.2f}",
+                       f"{root['intercept']:.1f}", f"{root['adjusted_r2']:.5f}",
+                       f"{damping['slope']:.2f}", f"{damping['intercept']:.2f}",
+                       f"{damping['adjusted_r2']:.5f}")
 
 
 def main():
     if len(sys.argv) != 2:
         sys.exit("usage: reproduction_table.py FOLDER")
-    print("| law | window s | b0 | √Y: slope | intercept | adj. R² | β: slope | intercept | adj. R² |")
+    print("| law | window s | b0 | √Y: slope | intercept | adj. R² "
+          "| β: slope | intercept | adj. R² |")
     print("|---|---|---|---|---|---|---|---|---|")
     for row in rows(pathlib.Path(sys.argv[1])):
         print("| " + " | ".join(row) + " |")

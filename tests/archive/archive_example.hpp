@@ -4,6 +4,7 @@
 
 #include "archive/point_record.hpp"
 #include "archive/study_description.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -14,33 +15,9 @@
 #include <string>
 #include <vector>
 
-#include <unistd.h>
-
 namespace culm::archive::example {
 
-/// An empty folder that goes away with the object.
-class TemporaryFolder {
-  public:
-    TemporaryFolder() {
-        std::string pattern =
-            (std::filesystem::temp_directory_path() / "culm-archive-XXXXXX").string();
-        if (::mkdtemp(pattern.data()) == nullptr)
-            throw std::runtime_error("no temporary folder");
-        path_ = pattern;
-    }
-    ~TemporaryFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    [[nodiscard]] std::filesystem::path operator/(const std::string& name) const {
-        return path_ / name;
-    }
-
-  private:
-    std::filesystem::path path_;
-};
+using tests::TemporaryFolder;
 
 inline std::string read_bytes(const std::filesystem::path& path) {
     std::ifstream stream(path, std::ios::binary);
