@@ -40,15 +40,12 @@ void reduce(const ReduceArguments& arguments, CommandResult& result) {
     }
     if (!arguments.amplitude.empty())
         options.is_amplitude_free = arguments.amplitude == "free";
-    if (arguments.significance)
-        options.significance = *arguments.significance;
     const bool fits_change = arguments.window_s.has_value() || !arguments.amplitude.empty();
-    study::StudySummary summary;
-    if (fits_change || archived.file.description().stored.tip) {
-        summary = study::reduce_study(archived, options);
-    } else {
-        summary = study::reduce_study(archived, std::nullopt);
-    }
+    std::optional<study::ReduceOptions> refit;
+    if (fits_change || archived.file.description().stored.tip)
+        refit = options;
+    const study::StudySummary summary =
+        study::reduce_study(archived, refit, arguments.significance);
     if (!arguments.keep)
         study::write_summary(folder, summary);
     if (!arguments.json.empty())

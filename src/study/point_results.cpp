@@ -92,8 +92,4 @@ archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome out
     return record;
 }
 
-FittedPoint fitted_point(const std::vector<double>& values) {
-    return {values.at(0), values.at(2), values.at(4), values.at(6)};
-}
-
 } // namespace culm::study

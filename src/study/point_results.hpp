@@ -12,14 +12,6 @@
 
 namespace culm::study {
 
-/// Eq. 1 as read from one history; NaN everywhere when it could not be fitted.
-struct FittedPoint {
-    double amplitude;       ///< b0, relative to the largest deflection
-    double decay_rate;      ///< b1, 1/s
-    double frequency;       ///< b2, Hz
-    double decay_per_cycle; ///< b1/b2
-};
-
 /// The result columns, in the order of PointRecord::values.
 [[nodiscard]] std::vector<archive::Column> result_columns();
 
@@ -34,8 +26,5 @@ struct FittedPoint {
 /// fit's columns are NaN. `wall_seconds` of the case is not recorded: it differs between runs.
 [[nodiscard]] archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome outcome,
                                                const ReduceOptions& options);
-
-/// The fit in a record's values.
-[[nodiscard]] FittedPoint fitted_point(const std::vector<double>& values);
 
 } // namespace culm::study

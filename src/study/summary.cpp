@@ -24,17 +24,19 @@ std::string provenance_text(const archive::StudyFile& file, const std::string& n
     return {};
 }
 
-constexpr FittedPoint no_fit{not_a_number, not_a_number, not_a_number, not_a_number};
+/// What the regressions need of a fit; NaN when there is none.
+struct FittedPoint {
+    double decay_per_cycle = not_a_number;
+    double frequency = not_a_number; ///< Hz
+};
 
 /// The fits as archived: (points).
 std::vector<FittedPoint> archived_fits(const archive::StudyFile& file) {
-    const std::vector<double> amplitude = file.result("amplitude");
-    const std::vector<double> decay_rate = file.result("decay_rate");
-    const std::vector<double> frequency = file.result("frequency");
     const std::vector<double> decay_per_cycle = file.result("decay_per_cycle");
+    const std::vector<double> frequency = file.result("frequency");
     std::vector<FittedPoint> fits;
     for (std::size_t k = 0; k < frequency.size(); ++k)
-        fits.push_back({amplitude[k], decay_rate[k], frequency[k], decay_per_cycle[k]});
+        fits.push_back({decay_per_cycle[k], frequency[k]});
     return fits;
 }
 
@@ -44,10 +46,10 @@ FittedPoint fit_again(const archive::StudyFile& file, std::int64_t point,
     try {
         const auto fit = reduce::fit_ring_down(file.description().times, file.tip_deflection(point),
                                                fit_options(options));
-        return {fit.amplitude, fit.decay_rate, fit.frequency, fit.decay_per_cycle};
+        return {fit.decay_per_cycle, fit.frequency};
     } catch (const core::NumericalError& error) {
         reason = error.what();
-        return no_fit;
+        return {};
     }
 }
 
@@ -70,8 +72,8 @@ ArchivedStudy open_archive(const StudyFolder& folder) {
     return {std::move(file), parse_study(config, name)};
 }
 
-StudySummary reduce_study(const ArchivedStudy& archived,
-                          const std::optional<ReduceOptions>& refit) {
+StudySummary reduce_study(const ArchivedStudy& archived, const std::optional<ReduceOptions>& refit,
+                          std::optional<double> significance) {
     const archive::StudyFile& file = archived.file;
     if (refit && !file.description().stored.tip)
         throw core::InputError(fmt::format("{}: the study stores no tip histories (study.store = "
@@ -82,6 +84,7 @@ StudySummary reduce_study(const ArchivedStudy& archived,
     summary.ranks = std::atoi(provenance_text(file, "ranks").c_str());
     summary.wall_s = std::atof(provenance_text(file, "wall_s").c_str());
     summary.reduce = refit.value_or(archived.study.config.reduce);
+    summary.reduce.significance = significance.value_or(summary.reduce.significance);
     const std::vector<FittedPoint> stored = archived_fits(file);
     for (std::int64_t point = 0; point < summary.points; ++point) {
         const run::CaseSpec spec =
@@ -98,7 +101,7 @@ StudySummary reduce_study(const ArchivedStudy& archived,
                 summary.failed.push_back(
                     {point, core::to_string(core::FailureKind::FitFailed), reason});
         } else {
-            fit = no_fit;
+            fit = {};
             summary.failed.push_back({point, file.failure_kind(point), file.failure_reason(point)});
         }
         summary.youngs_modulus.push_back(spec.stem.bond_youngs_modulus);

@@ -47,8 +47,10 @@ struct ArchivedStudy {
 
 /// Reduces a study. With `refit` the stored tip histories are fitted again under these options
 /// (core::InputError when the study stores none); without, the fits in the archive are used.
+/// `significance` is that of the F-tests in either case; by default the options' or the study's.
 [[nodiscard]] StudySummary reduce_study(const ArchivedStudy& archived,
-                                        const std::optional<ReduceOptions>& refit);
+                                        const std::optional<ReduceOptions>& refit,
+                                        std::optional<double> significance = std::nullopt);
 
 /// docs/summary-format.md.
 [[nodiscard]] nlohmann::json to_json(const StudySummary& summary);

@@ -241,6 +241,9 @@ TEST_F(ArchiveSummary, OfAStudyThatStoresFitsOnlyCannotBeFittedAgain) {
     run(text);
     const ArchivedStudy archived = open_archive(folder);
     EXPECT_EQ(reduce_study(archived, std::nullopt).completed, 11);
+    EXPECT_EQ(reduce_study(archived, std::nullopt).reduce.significance, 0.05);
+    EXPECT_EQ(reduce_study(archived, std::nullopt, 0.2).reduce.significance, 0.2)
+        << "the F-tests need no histories";
     try {
         (void)reduce_study(archived, archived.study.config.reduce);
         FAIL() << "accepted";
