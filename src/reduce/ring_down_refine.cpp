@@ -1,69 +1,63 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "reduce/ring_down_refine.hpp"
 
+#include "reduce/ring_down_basis.hpp"
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
-#include <vector>
+#include <numbers>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
-#include <ceres/ceres.h>
 
 namespace culm::reduce {
 
 namespace {
 
-/// Residuals of all samples in one block; parameters (b0) and (b1, b2) per `period`, so that all
-/// three are of order one.
-class RingDownCost final : public ceres::CostFunction {
+constexpr double two_pi = 2.0 * std::numbers::pi;
+
+/// Eq. 1 at all samples, and its gradient.
+class Linearisation {
   public:
-    RingDownCost(const RingDownSamples& samples, double period)
-        : samples_(samples), rate_(1.0 / period) {
-        set_num_residuals(static_cast<int>(samples.times.size()));
-        *mutable_parameter_block_sizes() = std::vector<std::int32_t>{1, 2};
+    explicit Linearisation(const RingDownSamples& samples)
+        : basis_(samples.times),
+          values_(Eigen::Map<const Eigen::ArrayXd>(samples.values.data(), basis_.times().size())),
+          jacobian_(basis_.times().size(), 3) {}
+
+    void evaluate_residuals(const RingDownParameters& at) {
+        basis_.evaluate(at.decay_rate, at.frequency);
+        residuals_ = at.amplitude * basis_.in_phase() - values_;
+    }
+    /// To be called after evaluate_residuals with the same parameters.
+    void evaluate_jacobian(const RingDownParameters& at) {
+        jacobian_.col(0) = basis_.in_phase();
+        jacobian_.col(1) = at.amplitude * basis_.times() * basis_.in_phase();
+        jacobian_.col(2) = -two_pi * at.amplitude * basis_.times() * basis_.quadrature();
     }
 
-    bool Evaluate(double const* const* parameters, double* residuals,
-                  double** jacobians) const override {
-        double* by_amplitude = jacobians != nullptr ? jacobians[0] : nullptr;
-        double* by_shape = jacobians != nullptr ? jacobians[1] : nullptr;
-        const RingDownParameters trial{parameters[0][0], parameters[1][0] * rate_,
-                                       parameters[1][1] * rate_};
-        for (std::size_t i = 0; i < samples_.times.size(); ++i) {
-            const RingDownPoint point = evaluate_ring_down(trial, samples_.times[i]);
-            residuals[i] = point.value - samples_.values[i];
-            if (!std::isfinite(residuals[i]))
-                return false;
-            if (by_amplitude != nullptr)
-                by_amplitude[i] = point.gradient[0];
-            if (by_shape != nullptr) {
-                by_shape[2 * i] = point.gradient[1] * rate_;
-                by_shape[2 * i + 1] = point.gradient[2] * rate_;
-            }
-        }
-        return true;
+    [[nodiscard]] const RingDownBasis& basis() const { return basis_; }
+    [[nodiscard]] const Eigen::ArrayXd& residuals() const { return residuals_; }
+    /// (samples, 3): by b0, b1, b2.
+    [[nodiscard]] const Eigen::Matrix<double, Eigen::Dynamic, 3>& jacobian() const {
+        return jacobian_;
+    }
+
+    /// JᵀJ; by single products, which for three columns are cheaper than a blocked one.
+    [[nodiscard]] Eigen::Matrix3d gram_matrix() const {
+        Eigen::Matrix3d gram;
+        for (Eigen::Index i = 0; i < 3; ++i)
+            for (Eigen::Index j = 0; j <= i; ++j)
+                gram(i, j) = gram(j, i) = jacobian_.col(i).dot(jacobian_.col(j));
+        return gram;
     }
 
   private:
-    const RingDownSamples& samples_;
-    double rate_;
+    RingDownBasis basis_;
+    Eigen::ArrayXd values_;
+    Eigen::ArrayXd residuals_;
+    Eigen::Matrix<double, Eigen::Dynamic, 3> jacobian_;
 };
-
-ceres::Solver::Options solver_options() {
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::DENSE_QR;
-    options.logging_type = ceres::SILENT;
-    options.max_num_iterations = 200;
-    // Loose enough to stop at rounding level; polish_ring_down does the last digits.
-    options.function_tolerance = 1e-14;
-    options.gradient_tolerance = 1e-14;
-    options.parameter_tolerance = 1e-12;
-    options.num_threads = 1;
-    return options;
-}
 
 /// First and second derivatives of half the sum of squares.
 struct Curvature {
@@ -73,26 +67,40 @@ struct Curvature {
     Eigen::Matrix3d newton = Eigen::Matrix3d::Zero();
 };
 
-Curvature curvature(const RingDownSamples& samples, const RingDownParameters& parameters,
-                    bool amplitude_is_free) {
+/// A fixed amplitude: its equation becomes "step = 0".
+void fix_amplitude(Eigen::Vector3d& gradient, Eigen::Matrix3d& matrix) {
+    gradient[0] = 0.0;
+    matrix.row(0).setZero();
+    matrix.col(0).setZero();
+    matrix(0, 0) = 1.0;
+}
+
+Curvature curvature(Linearisation& model, const RingDownParameters& at, bool amplitude_is_free) {
+    model.evaluate_residuals(at);
+    model.evaluate_jacobian(at);
+    const Eigen::ArrayXd& residuals = model.residuals();
+    const Eigen::ArrayXd& times = model.basis().times();
     Curvature sum;
-    for (std::size_t i = 0; i < samples.times.size(); ++i) {
-        const RingDownPoint point = evaluate_ring_down(parameters, samples.times[i]);
-        const double residual = point.value - samples.values[i];
-        sum.residual_sum_of_squares += residual * residual;
-        sum.gradient += residual * point.gradient;
-        sum.gauss_newton += point.gradient * point.gradient.transpose();
-        sum.newton += residual * ring_down_hessian(parameters, samples.times[i], point.gradient);
-    }
-    sum.newton += sum.gauss_newton;
-    if (amplitude_is_free)
-        return sum;
-    // A fixed amplitude: its equation becomes "step = 0".
-    sum.gradient[0] = 0.0;
-    for (Eigen::Matrix3d* matrix : {&sum.gauss_newton, &sum.newton}) {
-        matrix->row(0).setZero();
-        matrix->col(0).setZero();
-        (*matrix)(0, 0) = 1.0;
+    sum.residual_sum_of_squares = residuals.square().sum();
+    sum.gradient = model.jacobian().transpose() * residuals.matrix();
+    sum.gauss_newton = model.gram_matrix();
+    // What the residuals add: the sums of residual times second derivative (ring_down_hessian).
+    const double in_phase = (residuals * times * model.basis().in_phase()).sum();
+    const double quadrature = (residuals * times * model.basis().quadrature()).sum();
+    const double square_in_phase = (residuals * times.square() * model.basis().in_phase()).sum();
+    const double square_quadrature =
+        (residuals * times.square() * model.basis().quadrature()).sum();
+    Eigen::Matrix3d second;
+    second(0, 0) = 0.0;
+    second(0, 1) = second(1, 0) = in_phase;
+    second(0, 2) = second(2, 0) = -two_pi * quadrature;
+    second(1, 1) = at.amplitude * square_in_phase;
+    second(1, 2) = second(2, 1) = -two_pi * at.amplitude * square_quadrature;
+    second(2, 2) = -two_pi * two_pi * at.amplitude * square_in_phase;
+    sum.newton = sum.gauss_newton + second;
+    if (!amplitude_is_free) {
+        fix_amplitude(sum.gradient, sum.gauss_newton);
+        fix_amplitude(sum.gradient, sum.newton);
     }
     return sum;
 }
@@ -121,27 +129,109 @@ double relative_size(const Eigen::Vector3d& step, const RingDownParameters& at) 
                      std::abs(step[2] / at.frequency)});
 }
 
+/// Levenberg-Marquardt's trust region, in the form of Ceres Solver (Levenberg 1944, Marquardt 1963;
+/// the radius follows Nielsen 1999, "Damping parameter in Marquardt's method").
+class TrustRegion {
+  public:
+    [[nodiscard]] double damping(double diagonal) const {
+        return std::clamp(diagonal, 1e-6, 1e32) / radius_;
+    }
+    void widen(double quality) {
+        radius_ =
+            std::min(1e16, radius_ / std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * quality - 1.0, 3)));
+        shrink_factor_ = 2.0;
+    }
+    void shrink() {
+        radius_ /= shrink_factor_;
+        shrink_factor_ *= 2.0;
+    }
+    [[nodiscard]] bool has_collapsed() const { return radius_ < 1e-32; }
+
+  private:
+    double radius_ = 1e4;
+    double shrink_factor_ = 2.0;
+};
+
+/// b0 and, per period of the start, b1 and b2: all three are of order one.
+struct ScaledProblem {
+    double rate; ///< 1/period
+
+    [[nodiscard]] RingDownParameters parameters(const Eigen::Vector3d& x) const {
+        return {x[0], x[1] * rate, x[2] * rate};
+    }
+    [[nodiscard]] Eigen::Vector3d scale() const { return {1.0, rate, rate}; }
+};
+
+/// Normal equations at one place, in the scaled parameters.
+struct NormalEquations {
+    Eigen::Matrix3d matrix;
+    Eigen::Vector3d gradient;
+};
+
+NormalEquations normal_equations(const Linearisation& model, const Eigen::Vector3d& scale,
+                                 bool amplitude_is_free) {
+    NormalEquations equations;
+    equations.matrix = scale.asDiagonal() * model.gram_matrix() * scale.asDiagonal();
+    equations.gradient =
+        scale.cwiseProduct(model.jacobian().transpose() * model.residuals().matrix());
+    if (!amplitude_is_free)
+        fix_amplitude(equations.gradient, equations.matrix);
+    return equations;
+}
+
 } // namespace
 
 std::optional<RefinedRingDown> refine_ring_down(const RingDownSamples& samples,
                                                 const RingDownParameters& start,
                                                 bool amplitude_is_free) {
-    double amplitude = start.amplitude;
-    std::array<double, 2> shape = {start.decay_rate / start.frequency, 1.0};
-    ceres::Problem problem;
-    problem.AddResidualBlock(new RingDownCost(samples, 1.0 / start.frequency), nullptr, &amplitude,
-                             shape.data());
-    if (!amplitude_is_free)
-        problem.SetParameterBlockConstant(&amplitude);
-    ceres::Solver::Summary summary;
-    ceres::Solve(solver_options(), &problem, &summary);
-    if (!summary.IsSolutionUsable())
+    constexpr int most_iterations = 200;
+    constexpr double sufficient_quality = 1e-3;
+    // Rounding level; polish_ring_down does the last digits.
+    constexpr double smallest_decrease = 1e-14;
+    constexpr double smallest_step = 1e-12;
+    const ScaledProblem problem{start.frequency};
+    Eigen::Vector3d x(start.amplitude, start.decay_rate / start.frequency, 1.0);
+    Linearisation model(samples);
+    model.evaluate_residuals(problem.parameters(x));
+    double cost = 0.5 * model.residuals().square().sum();
+    if (!std::isfinite(cost))
         return std::nullopt;
+    model.evaluate_jacobian(problem.parameters(x));
+    NormalEquations here = normal_equations(model, problem.scale(), amplitude_is_free);
+    TrustRegion region;
+    int iterations = 0;
+    while (iterations < most_iterations && !region.has_collapsed()) {
+        ++iterations;
+        Eigen::Matrix3d damped = here.matrix;
+        for (Eigen::Index k = 0; k < 3; ++k)
+            damped(k, k) += region.damping(here.matrix(k, k));
+        const Eigen::Vector3d step = -damped.llt().solve(here.gradient);
+        const double expected =
+            -step.dot(here.gradient + 0.5 * (here.matrix * step)); // decrease of the linear model
+        if (step.norm() <= smallest_step * (x.norm() + smallest_step))
+            break;
+        model.evaluate_residuals(problem.parameters(x + step));
+        const double decrease = cost - 0.5 * model.residuals().square().sum();
+        if (!(expected > 0.0 && decrease > sufficient_quality * expected)) {
+            if (std::abs(decrease) <= smallest_decrease * cost)
+                break;
+            region.shrink();
+            continue;
+        }
+        x += step;
+        const bool is_converged = decrease <= smallest_decrease * cost;
+        cost -= decrease;
+        if (is_converged)
+            break;
+        region.widen(decrease / expected);
+        model.evaluate_jacobian(problem.parameters(x));
+        here = normal_equations(model, problem.scale(), amplitude_is_free);
+    }
     RefinedRingDown refined;
-    refined.parameters = {amplitude, shape[0] * start.frequency,
-                          std::abs(shape[1]) * start.frequency};
-    refined.residual_sum_of_squares = 2.0 * summary.final_cost;
-    refined.iterations = static_cast<int>(summary.iterations.size());
+    refined.parameters = problem.parameters(x);
+    refined.parameters.frequency = std::abs(refined.parameters.frequency);
+    refined.residual_sum_of_squares = 2.0 * cost;
+    refined.iterations = iterations;
     return refined;
 }
 
@@ -150,9 +240,10 @@ bool polish_ring_down(const RingDownSamples& samples, bool amplitude_is_free,
     constexpr int most_iterations = 12;
     constexpr double rounding = 1e-14;
     double previous = std::numeric_limits<double>::infinity();
+    Linearisation model(samples);
     for (int iteration = 0; iteration < most_iterations; ++iteration) {
         RingDownParameters& at = refined.parameters;
-        const Curvature here = curvature(samples, at, amplitude_is_free);
+        const Curvature here = curvature(model, at, amplitude_is_free);
         refined.residual_sum_of_squares = here.residual_sum_of_squares;
         const Eigen::Vector3d step = minimising_step(here);
         const double size = relative_size(step, at);
@@ -172,11 +263,10 @@ std::optional<Eigen::Matrix3d> ring_down_covariance(const RingDownSamples& sampl
     const int first = amplitude_is_free ? 0 : 1;
     const int free = 3 - first;
     const auto rows = static_cast<Eigen::Index>(samples.times.size());
-    Eigen::MatrixXd jacobian(rows, free);
-    for (Eigen::Index i = 0; i < rows; ++i)
-        jacobian.row(i) =
-            evaluate_ring_down(refined.parameters, samples.times[static_cast<std::size_t>(i)])
-                .gradient.tail(free);
+    Linearisation model(samples);
+    model.evaluate_residuals(refined.parameters);
+    model.evaluate_jacobian(refined.parameters);
+    const Eigen::MatrixXd jacobian = model.jacobian().rightCols(free);
     const Eigen::VectorXd scale = jacobian.colwise().norm();
     if (!(scale.minCoeff() > 0.0))
         return std::nullopt;

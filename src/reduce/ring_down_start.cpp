@@ -7,6 +7,7 @@
 #include <complex>
 #include <cstddef>
 #include <functional>
+#include <utility>
 
 #include <unsupported/Eigen/FFT>
 
@@ -47,57 +48,118 @@ struct Peak {
     double separation = 0.0; // peaks nearer than this in frequency are the same one
 };
 
-/// Spectrum of two real sequences packed as the real and imaginary part of one.
-std::vector<std::complex<double>> packed_spectrum(const BinnedHistory& history, double rate,
-                                                  std::size_t length) {
-    std::vector<std::complex<double>> packed(std::bit_ceil(std::max<std::size_t>(4 * length, 64)));
-    for (std::size_t k = 0; k < length; ++k) {
-        const double envelope = std::exp(-rate * static_cast<double>(k) * history.width);
-        packed[k] = {history.sum[k] * envelope, history.count[k] * envelope * envelope};
-    }
-    std::vector<std::complex<double>> spectrum;
-    Eigen::FFT<double> transform;
-    transform.fwd(spectrum, packed);
-    return spectrum;
-}
+/// Spectra of two real sequences packed as the real and imaginary part of one. Transforms of one
+/// length share their tables.
+class PackedSpectrum {
+  public:
+    using Sequence = std::vector<std::complex<double>>;
 
-/// Adds the local maxima over frequency for one decay rate (1/time, >= 0).
-void scan_decay(const BinnedHistory& history, double rate, double largest_decay_per_cycle,
-                std::vector<Peak>& peaks) {
-    // Beyond six decay times the envelope has nothing left to correlate.
-    const double reach = rate > 0.0 ? 6.0 / (rate * history.width) : 1e9;
-    const std::size_t length =
-        std::min(history.sum.size(), static_cast<std::size_t>(std::ceil(reach)) + 2);
-    const std::vector<std::complex<double>> spectrum = packed_spectrum(history, rate, length);
-    const std::size_t size = spectrum.size();
-
-    std::vector<double> amplitude(size / 2 + 1, 0.0);
-    std::vector<double> explained(size / 2 + 1, 0.0);
-    const double weight = spectrum[0].imag();
-    for (std::size_t k = 1; k <= size / 2; ++k) {
-        const double correlation = 0.5 * (spectrum[k].real() + spectrum[size - k].real());
-        const std::size_t twice = (2 * k) % size;
-        const std::size_t mirror = (size - twice) % size;
-        const double cosine = 0.5 * (spectrum[twice].imag() + spectrum[mirror].imag());
-        const double norm = 0.5 * (weight + cosine);
-        if (norm <= 1e-9 * weight)
-            continue;
-        amplitude[k] = correlation / norm;
-        explained[k] = correlation * amplitude[k];
+    /// Of the history under the envelope e^(-rate t), and of the squared envelope at the samples.
+    const Sequence& transform(const BinnedHistory& history, double rate, std::size_t length) {
+        packed_.assign(std::bit_ceil(std::max<std::size_t>(4 * length, 64)), {});
+        for (std::size_t k = 0; k < length; ++k) {
+            const double envelope = std::exp(-rate * static_cast<double>(k) * history.width);
+            packed_[k] = {history.sum[k] * envelope, history.count[k] * envelope * envelope};
+        }
+        transform_.fwd(spectrum_, packed_);
+        return spectrum_;
     }
 
-    const double step = 1.0 / (static_cast<double>(size) * history.width);
-    for (std::size_t k = 1; k <= size / 2; ++k) {
-        const bool above_left = k == 1 || explained[k] >= explained[k - 1];
-        const bool above_right = k == size / 2 || explained[k] > explained[k + 1];
-        const double frequency = static_cast<double>(k) * step;
-        if (above_left && above_right && explained[k] > 0.0 &&
-            rate <= largest_decay_per_cycle * frequency)
-            peaks.push_back({{amplitude[k], -rate, frequency},
-                             explained[k],
-                             0.5 / (static_cast<double>(length) * history.width)});
+  private:
+    Sequence packed_;
+    Sequence spectrum_;
+    Eigen::FFT<double> transform_;
+};
+
+/// What the trials at the frequencies k = 0 … half the size of a spectrum explain.
+class Explained {
+  public:
+    /// The size of the spectrum is a power of two.
+    void evaluate(const PackedSpectrum::Sequence& spectrum) {
+        const std::size_t size = spectrum.size();
+        const std::size_t half = size / 2;
+        resize(half + 1);
+        correlation_[0] = spectrum[0].real();
+        cosine_[0] = spectrum[0].imag();
+        for (std::size_t k = 1; k <= half; ++k) {
+            correlation_[k] = 0.5 * (spectrum[k].real() + spectrum[size - k].real());
+            cosine_[k] = 0.5 * (spectrum[k].imag() + spectrum[size - k].imag());
+        }
+        // Σ (e cos)² = (Σ e² + Σ e² cos 2x)/2; spectra of real sequences repeat mirrored.
+        const double weight = cosine_[0];
+        for (std::size_t k = 0; k <= half / 2; ++k)
+            norm_[k] = 0.5 * (weight + cosine_[2 * k]);
+        for (std::size_t k = half / 2 + 1; k <= half; ++k)
+            norm_[k] = 0.5 * (weight + cosine_[size - 2 * k]);
+        const double negligible = 1e-9 * weight;
+        for (std::size_t k = 0; k <= half; ++k)
+            sum_of_squares_[k] =
+                norm_[k] > negligible ? correlation_[k] * (correlation_[k] / norm_[k]) : 0.0;
+        sum_of_squares_[0] = 0.0; // no vibration
     }
-}
+
+    [[nodiscard]] double sum_of_squares(std::size_t k) const { return sum_of_squares_[k]; }
+    /// Where the sum of squares is positive.
+    [[nodiscard]] double amplitude(std::size_t k) const { return correlation_[k] / norm_[k]; }
+
+  private:
+    void resize(std::size_t size) {
+        for (std::vector<double>* list : {&correlation_, &cosine_, &norm_, &sum_of_squares_})
+            list->resize(size);
+    }
+
+    std::vector<double> correlation_;
+    std::vector<double> cosine_;
+    std::vector<double> norm_;
+    std::vector<double> sum_of_squares_;
+};
+
+/// The scan over decay rates, with what its transforms share.
+class Scan {
+  public:
+    Scan(const BinnedHistory& history, double largest_decay_per_cycle)
+        : history_(history), largest_decay_per_cycle_(largest_decay_per_cycle) {}
+
+    /// Adds the local maxima over frequency for one decay rate (1/time, >= 0) that are worthwhile
+    /// beside the best so far.
+    void add_decay(double rate) {
+        // Beyond six decay times the envelope has nothing left to correlate.
+        const double reach = rate > 0.0 ? 6.0 / (rate * history_.width) : 1e9;
+        const std::size_t length =
+            std::min(history_.sum.size(), static_cast<std::size_t>(std::ceil(reach)) + 2);
+        const auto& spectrum = spectrum_.transform(history_, rate, length);
+        explained_.evaluate(spectrum);
+        const double separation = 0.5 / (static_cast<double>(length) * history_.width);
+        const double step = 1.0 / (static_cast<double>(spectrum.size()) * history_.width);
+        const std::size_t last = spectrum.size() / 2;
+        for (std::size_t k = 1; k <= last; ++k) {
+            const double explained = explained_.sum_of_squares(k);
+            if (!(explained > 0.0 && explained >= worthwhile_share * best_))
+                continue;
+            const bool above_left = k == 1 || explained >= explained_.sum_of_squares(k - 1);
+            const bool above_right = k == last || explained > explained_.sum_of_squares(k + 1);
+            const double frequency = static_cast<double>(k) * step;
+            if (!above_left || !above_right || rate > largest_decay_per_cycle_ * frequency)
+                continue;
+            peaks_.push_back({{explained_.amplitude(k), -rate, frequency}, explained, separation});
+            best_ = std::max(best_, explained);
+        }
+    }
+
+    /// Best first.
+    [[nodiscard]] std::vector<Peak> take_peaks() {
+        std::ranges::sort(peaks_, std::ranges::greater{}, &Peak::explained);
+        return std::move(peaks_);
+    }
+
+  private:
+    const BinnedHistory& history_;
+    double largest_decay_per_cycle_;
+    PackedSpectrum spectrum_;
+    Explained explained_;
+    std::vector<Peak> peaks_;
+    double best_ = 0.0;
+};
 
 } // namespace
 
@@ -113,13 +175,13 @@ double median_interval(const std::vector<double>& times) {
 std::vector<RingDownParameters> ring_down_starts(const RingDownSamples& samples,
                                                  double largest_decay_per_cycle) {
     const BinnedHistory history = bin_history(samples);
-    std::vector<Peak> peaks;
-    scan_decay(history, 0.0, largest_decay_per_cycle, peaks);
+    Scan scan(history, largest_decay_per_cycle);
+    scan.add_decay(0.0);
     const double duration = samples.times.back();
     for (double rate = 1.0 / duration; rate * history.width < 2.0; rate *= 2.0)
-        scan_decay(history, rate, largest_decay_per_cycle, peaks);
+        scan.add_decay(rate);
 
-    std::ranges::sort(peaks, std::ranges::greater{}, &Peak::explained);
+    const std::vector<Peak> peaks = scan.take_peaks();
     std::vector<Peak> kept;
     for (const Peak& peak : peaks) {
         if (kept.size() == most_starts ||

@@ -60,6 +60,7 @@ inline ModalState first_mode_state(const physics::Chain<2, double>& chain,
         history.moment[0] = bond.bending_stiffness * (angle[k + 1] - angle[k]).real();
         layout.set_bond(result.state.data(), j, history);
     }
+    layout.set_geometry(result.state.data());
     return result;
 }
 

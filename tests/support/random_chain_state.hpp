@@ -41,6 +41,7 @@ std::vector<double> random_state(const physics::Chain<Dim, double>& chain, unsig
         history.shear_force = frame.turned_shear(history.shear_force);
         layout.set_bond(state.data(), j, history);
     }
+    layout.set_geometry(state.data());
     return state;
 }
 

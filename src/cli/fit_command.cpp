@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// culm fit MEASUREMENT...
+#include "cli/commands.hpp"
+#include "cli/fit_json.hpp"
+#include "cli/fit_table.hpp"
+#include "cli/json_output.hpp"
+#include "cli/number_range.hpp"
+#include "measure/measurement_folder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace culm::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct FitArguments {
+    std::vector<std::string> paths;
+    std::string json;
+    std::string output;
+    std::optional<double> window_s;
+    std::string phase = "fixed";
+    std::string offset = "auto";
+};
+
+/// Every measurement is read before the first fit, and all that is wrong is said at once.
+std::vector<measure::Measurement> read_all(const FitArguments& arguments, FitReport& report) {
+    std::vector<measure::Measurement> measurements;
+    std::string faults;
+    for (const std::string& path : arguments.paths)
+        for (const fs::path& folder : measure::find_measurements(path)) {
+            try {
+                measurements.push_back(measure::read_measurement(folder));
+                report.folders.push_back(folder.string());
+                for (const std::string& remark : measurements.back().remarks)
+                    report.remarks.push_back(remark);
+            } catch (const core::InputError& error) {
+                faults += (faults.empty() ? "" : "\n") + std::string(error.what());
+            }
+        }
+    if (!faults.empty())
+        throw core::InputError(faults);
+    return measurements;
+}
+
+reduce::StemHistories histories_of(const measure::Measurement& measurement) {
+    reduce::StemHistories stem;
+    stem.id = measurement.stem.id;
+    stem.length = measurement.stem.length;
+    stem.depth = measure::section_depth(measurement.stem.section);
+    stem.times = measurement.times;
+    stem.heights = measurement.heights;
+    for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
+        stem.histories.push_back(measurement.history(j));
+        stem.noise.push_back(measurement.noise_at(j));
+    }
+    return stem;
+}
+
+void write_file(const fs::path& file, const std::string& text) {
+    std::ofstream out(file);
+    out << text;
+    out.flush();
+    if (!out)
+        throw core::StorageError(fmt::format("{}: cannot be written", file.string()));
+}
+
+/// The paper's Fig. 3c: time in periods of the stem, deflection over the stem's largest one, from
+/// the position at rest.
+std::string normalised_csv(const measure::Measurement& measurement,
+                           const reduce::StemRingDowns& stem) {
+    std::string text = "cycles";
+    for (const double height : measurement.heights)
+        text += fmt::format(",h={:.10g}mm", 1e3 * height);
+    text += '\n';
+    for (std::size_t i = 0; i < measurement.times.size(); ++i) {
+        text += fmt::format("{:.8g}", measurement.times[i] * stem.frequency->value);
+        for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
+            const double offset = stem.heights[j].fit ? stem.heights[j].fit->offset.value : 0.0;
+            const double value = measurement.deflection(i, j) - offset;
+            text += std::isnan(value) ? std::string(",")
+                                      : fmt::format(",{:.6g}", value / stem.largest_deflection);
+        }
+        text += '\n';
+    }
+    return text;
+}
+
+void write_folder(const FitArguments& arguments, const FitReport& report,
+                  const std::vector<measure::Measurement>& measurements) {
+    const fs::path folder(arguments.output);
+    std::error_code failed;
+    fs::create_directories(folder / "normalised", failed);
+    if (failed)
+        throw core::StorageError(
+            fmt::format("{}: cannot be created: {}", folder.string(), failed.message()));
+    write_json((folder / "fit.json").string(), fit_json(report));
+    write_file(folder / "fits.csv", fit_csv(report));
+    for (std::size_t i = 0; i < report.stems.size(); ++i)
+        if (report.stems[i].frequency)
+            write_file(folder / "normalised" / fmt::format("{:03}.csv", i + 1),
+                       normalised_csv(measurements[i], report.stems[i]));
+}
+
+void fit(const FitArguments& arguments, CommandResult& result) {
+    FitReport report;
+    report.options.window = arguments.window_s;
+    report.options.has_phase = arguments.phase == "free";
+    const std::vector<measure::Measurement> measurements = read_all(arguments, report);
+    for (const measure::Measurement& measurement : measurements) {
+        reduce::RingDownAnalysisOptions options = report.options;
+        options.has_offset = arguments.offset == "auto"
+                                 ? measurement.release == measure::ReleaseKind::HeldStraight
+                                 : arguments.offset == "free";
+        report.has_offset.push_back(options.has_offset);
+        report.stems.push_back(reduce::fit_stem(histories_of(measurement), options));
+    }
+    if (report.stems.size() > 1)
+        report.population = reduce::summarise_population(report.stems);
+    else
+        static_cast<void>(reduce::summarise_population(report.stems));
+    for (const std::string& remark : report.remarks)
+        fmt::print(stderr, "culm: note: {}\n", remark);
+    if (!arguments.json.empty())
+        write_json(arguments.json, fit_json(report));
+    if (!arguments.output.empty())
+        write_folder(arguments, report, measurements);
+    if (arguments.json != "-")
+        fmt::print("{}", fit_table(report));
+    if (std::ranges::any_of(report.stems, [](const auto& stem) { return !stem.frequency; }))
+        result.exit_code = core::ExitCode::PointsFailed;
+}
+
+} // namespace
+
+void add_fit_command(CLI::App& app, CommandResult& result) {
+    CLI::App* command = app.add_subcommand(
+        "fit", "Fit Eq. 1 at every height of measured stems; mean and spread over many");
+    auto arguments = std::make_shared<FitArguments>();
+    command
+        ->add_option("measurements", arguments->paths,
+                     "Measurement folders, or folders that hold some")
+        ->required()
+        ->type_name("MEASUREMENT");
+    command->add_option("--json", arguments->json, "Write all results to this file (- for stdout)")
+        ->type_name("FILE");
+    command
+        ->add_option("-o,--output", arguments->output,
+                     "Folder for fit.json, fits.csv and the normalised histories")
+        ->type_name("DIR");
+    command
+        ->add_option("--window", arguments->window_s,
+                     "Fit only the first so many seconds after the release (default: all)")
+        ->type_name("SECONDS")
+        ->check(number_in({0.0, 1e6, true}));
+    command
+        ->add_option("--phase", arguments->phase,
+                     "\"fixed\" at 0 as in Eq. 1, or \"free\" for a stem that starts at rest or a "
+                     "release time that is not sure (default: fixed)")
+        ->check(CLI::IsMember({"fixed", "free"}));
+    command
+        ->add_option(
+            "--offset", arguments->offset,
+            "Position of rest: \"fixed\" at 0, \"free\", or \"auto\": free for a stem that "
+            "was held straight (default: auto)")
+        ->check(CLI::IsMember({"auto", "fixed", "free"}));
+    command->callback([arguments, &result] { fit(*arguments, result); });
+}
+
+} // namespace culm::cli

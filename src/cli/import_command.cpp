@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// culm import MAPPING.toml -o DIR
+#include "cli/commands.hpp"
+#include "measure/import_recording.hpp"
+#include "measure/measurement_folder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace culm::cli {
+namespace {
+
+struct ImportArguments {
+    std::string mapping;
+    std::string recording;
+    std::string output;
+};
+
+void import_measurement(const ImportArguments& arguments) {
+    const measure::ImportMapping mapping =
+        measure::read_import_mapping(arguments.mapping, arguments.recording);
+    const measure::Measurement measurement = measure::import_recording(mapping);
+    measure::write_measurement(arguments.output, measurement);
+    for (const std::string& remark : measurement.remarks)
+        fmt::print(stderr, "culm: note: {}\n", remark);
+    const auto before =
+        std::ranges::count_if(measurement.times, [](double time) { return time < 0.0; });
+    const auto gaps = std::ranges::count_if(measurement.deflections,
+                                            [](double value) { return std::isnan(value); });
+    fmt::print("{}: {} heights, {} frames ({} before the release), {} gaps\n", arguments.output,
+               measurement.heights.size(), measurement.times.size(), before, gaps);
+    for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
+        double largest = 0.0;
+        for (const double value : measurement.history(j))
+            if (!std::isnan(value))
+                largest = std::max(largest, std::abs(value));
+        const auto noise = measurement.noise_at(j);
+        fmt::print("  h = {:g} mm: largest deflection {:.3f} mm, noise {}\n",
+                   1e3 * measurement.heights[j], 1e3 * largest,
+                   noise ? fmt::format("{:.4f} mm", 1e3 * *noise) : "not known");
+    }
+    if (!measurement.noise_source.empty())
+        fmt::print("  noise: {}\n", measurement.noise_source);
+}
+
+} // namespace
+
+void add_import_command(CLI::App& app, CommandResult&) {
+    CLI::App* command = app.add_subcommand(
+        "import", "Make a measurement folder of a table or a C3D marker recording");
+    auto arguments = std::make_shared<ImportArguments>();
+    command
+        ->add_option("mapping", arguments->mapping,
+                     "What the recording's columns or markers are (docs/measurements.md)")
+        ->required()
+        ->type_name("MAPPING.toml");
+    command
+        ->add_option("--recording", arguments->recording,
+                     "The recording, instead of the one that the mapping names")
+        ->type_name("FILE");
+    command->add_option("-o,--output", arguments->output, "Measurement folder to write")
+        ->required()
+        ->type_name("DIR");
+    command->callback([arguments] { import_measurement(*arguments); });
+}
+
+} // namespace culm::cli

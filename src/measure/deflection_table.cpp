@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/deflection_table.hpp"
+
+#include "measure/decimal_text.hpp"
+#include "measure/deflection_header.hpp"
+#include "measure/delimited_text.hpp"
+#include "measure/file_faults.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <fmt/format.h>
+
+namespace culm::measure {
+
+namespace {
+
+constexpr double nothing_seen = std::numeric_limits<double>::quiet_NaN();
+
+bool is_gap(const std::string& cell) {
+    return cell.empty() || cell == "nan" || cell == "NaN" || cell == "NAN";
+}
+
+/// Checks the number of cells of a line; says when decimal commas made two cells of each number.
+bool has_right_length(const DelimitedLine& line, std::size_t columns,
+                      const DeflectionHeader& header, FileFaults& faults) {
+    if (line.cells.size() == columns || line.cells.size() == columns + header.unnamed)
+        return true;
+    const bool is_whole = std::ranges::all_of(line.cells, [](const std::string& cell) {
+        return cell.find_first_not_of("-+0123456789") == std::string::npos;
+    });
+    std::string hint;
+    if (is_whole && line.cells.size() > columns)
+        hint = " (decimal commas? write decimal points)";
+    else if (line.cells.size() == 1 && line.cells[0].find(';') != std::string::npos)
+        hint = " (cells are separated by semicolons; write commas)";
+    faults.add(line.number, fmt::format("has {} cells, but the header has {} columns{}",
+                                        line.cells.size(), columns, hint));
+    return false;
+}
+
+void read_time(const DelimitedLine& line, Measurement& measurement, FileFaults& faults) {
+    const std::string& cell = line.cells.front();
+    const std::optional<double> time = parse_decimal(cell);
+    if (!time) {
+        faults.add(line.number, fmt::format("time \"{}\" {}", cell, why_not_a_number(cell)));
+        return;
+    }
+    if (!measurement.times.empty() && *time <= measurement.times.back())
+        faults.add(line.number,
+                   fmt::format("time {} s does not come after {} s of the line before: times must "
+                               "ascend",
+                               cell, decimal_text(measurement.times.back())));
+    measurement.times.push_back(*time);
+}
+
+/// A deflection beyond what a stem clamped at one end can do hints at a wrong unit.
+double read_deflection(const DelimitedLine& line, std::size_t column, int power,
+                       const MeasuredStem& stem, FileFaults& faults) {
+    const std::string& cell = line.cells[column];
+    if (is_gap(cell))
+        return nothing_seen;
+    const std::optional<double> value = parse_decimal(cell, power);
+    if (!value)
+        faults.add(line.number,
+                   fmt::format("column {}: \"{}\" {}", column + 1, cell, why_not_a_number(cell)));
+    else if (std::abs(*value) > 1.05 * stem.length)
+        faults.add(line.number,
+                   fmt::format("column {}: a deflection of {} m is more than the stem's length, {} "
+                               "m: is the unit in the header right?",
+                               column + 1, decimal_text(*value), decimal_text(stem.length)));
+    return value.value_or(nothing_seen);
+}
+
+void read_line(const DelimitedLine& line, const DeflectionHeader& header, Measurement& measurement,
+               FileFaults& faults) {
+    const std::size_t columns = header.heights.size() + 1;
+    if (!has_right_length(line, columns, header, faults))
+        return;
+    const std::size_t before = measurement.times.size();
+    read_time(line, measurement, faults);
+    for (std::size_t i = columns; i < line.cells.size(); ++i)
+        if (!line.cells[i].empty())
+            faults.add(line.number, fmt::format("column {} has no name in the header", i + 1));
+    for (std::size_t i = 1; i < columns; ++i) {
+        const double value =
+            read_deflection(line, i, header.power_of_ten, measurement.stem, faults);
+        if (measurement.times.size() > before)
+            measurement.deflections.push_back(value);
+    }
+}
+
+double median_step(const std::vector<double>& times) {
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < times.size(); ++i)
+        steps.push_back(times[i] - times[i - 1]);
+    std::ranges::nth_element(steps, steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2));
+    return steps[steps.size() / 2];
+}
+
+/// Milliseconds or frame numbers instead of seconds are faults; any other disagreement with the
+/// camera's rate is a remark, for the times of the table count.
+void check_frame_rate(Measurement& measurement, FileFaults& faults) {
+    if (!measurement.frames_per_second || measurement.times.size() < 3)
+        return;
+    const double rate = *measurement.frames_per_second;
+    const double step = median_step(measurement.times);
+    const double frames = step * rate;
+    if (std::abs(frames - 1000.0) < 20.0)
+        faults.add(0,
+                   fmt::format("times advance by {:.4g}, which is a frame in ms at {:g} frames/s: "
+                               "time_s must be in s",
+                               step, rate));
+    else if (step == 1.0 && rate > 2.0)
+        faults.add(0,
+                   fmt::format("times advance by 1: these are frame numbers; divide them by {:g} "
+                               "frames/s",
+                               rate));
+    else if (std::abs(frames - std::round(frames)) > 0.03 * frames || frames < 0.5)
+        measurement.remarks.push_back(fmt::format(
+            "{}: times advance by {:.6g} s, but [camera] fps = {:g} means {:.6g} s; the "
+            "times of the table count",
+            faults.file(), step, rate, 1.0 / rate));
+}
+
+void check_times(Measurement& measurement, FileFaults& faults) {
+    const std::vector<double>& times = measurement.times;
+    if (times.empty())
+        faults.add(0, "there are no lines after the header");
+    else if (times.back() <= 0.0)
+        faults.add(0, fmt::format("the last time is {} s: nothing was recorded after the release, "
+                                  "which is t = 0",
+                                  decimal_text(times.back())));
+    check_frame_rate(measurement, faults);
+}
+
+void check_columns(const DeflectionHeader& header, const Measurement& measurement,
+                   FileFaults& faults) {
+    for (std::size_t j = 0; j < header.heights.size(); ++j) {
+        const std::vector<double> history = measurement.history(j);
+        if (std::ranges::all_of(history, [](double value) { return std::isnan(value); }))
+            faults.add(0, fmt::format("column {} is empty: delete it", j + 2));
+    }
+    const std::size_t noises = measurement.noise_by_height.size();
+    if (noises != 0 && noises != header.heights.size())
+        faults.add(0, fmt::format("has {} heights, but stem.toml gives noise_by_height for {}",
+                                  header.heights.size(), noises));
+}
+
+void sort_columns(Measurement& measurement) {
+    const Measurement unsorted = measurement;
+    std::vector<std::size_t> order(measurement.heights.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::sort(order, {}, [&](std::size_t j) { return unsorted.heights[j]; });
+    for (std::size_t j = 0; j < order.size(); ++j) {
+        measurement.heights[j] = unsorted.heights[order[j]];
+        if (!unsorted.noise_by_height.empty())
+            measurement.noise_by_height[j] = unsorted.noise_by_height[order[j]];
+        for (std::size_t i = 0; i < measurement.times.size(); ++i)
+            measurement.deflections[i * order.size() + j] = unsorted.deflection(i, order[j]);
+    }
+}
+
+} // namespace
+
+void read_deflection_file(const std::filesystem::path& file, Measurement& measurement) {
+    const std::vector<DelimitedLine> lines = split_table(read_text_file(file), ',');
+    FileFaults faults(file.string());
+    if (lines.empty())
+        faults.add(0, "there is no header: the first line must be \"time_s,h=<height>mm,...\"");
+    faults.throw_if_any();
+    const DeflectionHeader header = read_deflection_header(lines.front(), measurement.stem, faults);
+    // Without its header nothing can be said of a line.
+    faults.throw_if_any();
+    measurement.heights = header.heights;
+    for (std::size_t i = 1; i < lines.size(); ++i)
+        read_line(lines[i], header, measurement, faults);
+    faults.throw_if_any();
+    check_times(measurement, faults);
+    check_columns(header, measurement, faults);
+    faults.throw_if_any();
+    sort_columns(measurement);
+}
+
+std::string deflection_file_text(const Measurement& measurement) {
+    std::string text = "time_s";
+    for (const double height : measurement.heights)
+        text += fmt::format(",h={}mm", decimal_text(height, 3));
+    text += '\n';
+    for (std::size_t i = 0; i < measurement.times.size(); ++i) {
+        text += decimal_text(measurement.times[i]);
+        for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
+            const double value = measurement.deflection(i, j);
+            text += ',';
+            if (!std::isnan(value))
+                text += decimal_text(value, 3);
+        }
+        text += '\n';
+    }
+    return text;
+}
+
+} // namespace culm::measure

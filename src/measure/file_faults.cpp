@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/file_faults.hpp"
+
+#include "core/error.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace culm::measure {
+
+void FileFaults::add(std::size_t line, std::string_view text) {
+    faults_.push_back({line, line == 0 ? fmt::format("{}: {}", file_, text)
+                                       : fmt::format("{}:{}: {}", file_, line, text)});
+}
+
+void FileFaults::throw_if_any() const {
+    if (faults_.empty())
+        return;
+    constexpr std::size_t most_listed = 12;
+    auto ordered = faults_;
+    std::ranges::stable_sort(ordered, {}, &Fault::line);
+    std::string text;
+    for (std::size_t i = 0; i < std::min(ordered.size(), most_listed); ++i)
+        text += (i == 0 ? "" : "\n") + ordered[i].text;
+    if (ordered.size() > most_listed)
+        text += fmt::format("\n... and {} more faults in {}", ordered.size() - most_listed, file_);
+    throw core::InputError(text);
+}
+
+} // namespace culm::measure

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One frame of a recording as plain numbers, and the ways in which a stem may stand in it.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace culm::measure {
+
+/// Bands of a frame: a grey one has only `Red`, which then holds the grey values.
+enum class Band { Red = 0, Green = 1, Blue = 2 };
+
+/// Grey values of one or three bands on a scale where the format's largest value is 255.
+struct FrameImage {
+    int width = 0;
+    int height = 0;
+    int bands = 1;             ///< 1 (grey) or 3 (red, green, blue)
+    std::vector<float> values; ///< (bands, height, width) row-major
+
+    [[nodiscard]] const float* row(int band, int r) const {
+        return values.data() +
+               (std::size_t(band) * std::size_t(height) + std::size_t(r)) * std::size_t(width);
+    }
+};
+
+/// One band, turned so that the stem stands upright: its tip lies in a row above its clamp.
+struct BandImage {
+    int width = 0;
+    int height = 0;
+    std::vector<float> values; ///< (height, width) row-major
+
+    BandImage() = default;
+    BandImage(int columns, int rows, float value = 0.0F)
+        : width(columns), height(rows), values(std::size_t(columns) * std::size_t(rows), value) {}
+    [[nodiscard]] float* row(int r) { return values.data() + std::size_t(r) * std::size_t(width); }
+    [[nodiscard]] const float* row(int r) const {
+        return values.data() + std::size_t(r) * std::size_t(width);
+    }
+};
+
+/// Direction in the picture from the clamp to the tip.
+enum class Up { DecreasingRow, IncreasingRow, DecreasingColumn, IncreasingColumn };
+
+/// The band of a frame as an upright picture. Of a sideways stem the picture is transposed: the
+/// upright picture's columns are the frame's rows.
+[[nodiscard]] BandImage upright_band(const FrameImage& frame, Band band, Up up);
+
+/// A point of the upright picture of a frame (column, row) as a point of the frame.
+struct PixelPoint {
+    double column = 0.0;
+    double row = 0.0;
+};
+[[nodiscard]] PixelPoint in_frame(PixelPoint upright, int frame_width, int frame_height, Up up);
+/// The reverse of in_frame.
+[[nodiscard]] PixelPoint in_upright(PixelPoint frame, int frame_width, int frame_height, Up up);
+
+} // namespace culm::measure

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/import_mapping.hpp"
+
+#include "measure/decimal_text.hpp"
+#include "measure/stem_file.hpp"
+#include "measure/toml_table.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace culm::measure {
+
+namespace {
+
+constexpr NumberRange any_time{-1e9, 1e9};
+
+/// "tip" and ["tip", "top"] are both lists of names.
+std::vector<std::string> names(TomlTable& table, const std::string& key) {
+    return table.is_text(key) ? std::vector{table.text(key).value_or("")} : table.texts(key);
+}
+
+void read_source(TomlTable& table, const std::filesystem::path& folder, bool is_named_elsewhere,
+                 ImportMapping& mapping) {
+    const auto file = table.text("file");
+    if (!is_named_elsewhere) {
+        table.missing("file", "the recording, relative to this file");
+        mapping.source = folder / file.value_or("");
+    }
+    const std::array<std::string, 4> delimiters{",", ";", "tab", "space"};
+    constexpr std::array<char, 4> characters{',', ';', '\t', ' '};
+    if (const auto index = table.word("delimiter", delimiters))
+        mapping.delimiter = characters[*index];
+    const std::array<std::string, 2> decimals{".", ","};
+    mapping.has_decimal_comma = table.word("decimal", decimals).value_or(0) == 1;
+    if (mapping.has_decimal_comma && mapping.delimiter == ',')
+        table.fault("decimal", "the delimiter is a comma too");
+    mapping.skipped_lines =
+        static_cast<std::size_t>(table.whole_number("skip_lines", {0, 100000}).value_or(0));
+}
+
+void read_time(TomlTable& table, ImportMapping& mapping) {
+    const std::array<std::string, 4> units{"s", "ms", "us", "frame"};
+    mapping.time_column = table.text("column").value_or("");
+    if (mapping.is_c3d() && table.has("column"))
+        table.fault("column", "a C3D file has its own times");
+    if (!mapping.is_c3d())
+        table.missing("column", "the name or the number of the time column, in quotes");
+    mapping.time_unit = static_cast<TimeUnit>(table.word("unit", units).value_or(0));
+    if (mapping.time_unit == TimeUnit::Frame && !mapping.measurement.frames_per_second)
+        table.fault("unit", "frame numbers need [camera] fps");
+    if (!table.is_text("release_s"))
+        mapping.release = table.number("release_s", any_time);
+    else if (table.text("release_s") != "detect")
+        table.fault("release_s", "must be a number or \"detect\"");
+    table.missing("release_s", "time of the release in the recording, or \"detect\"");
+    mapping.before = table.number("before_s", {0.0, 1e6});
+    mapping.after = table.number("after_s", {0.0, 1e6, true});
+}
+
+void read_motion(TomlTable& table, ImportMapping& mapping) {
+    const std::array<std::string, 4> units{"mm", "cm", "m", "um"};
+    constexpr std::array powers{-3, -2, 0, -6};
+    if (const auto index = table.word("unit", units))
+        mapping.power_of_ten = powers[*index];
+    if (!mapping.is_c3d())
+        table.missing("unit", "of the deflections: \"mm\", \"cm\", \"m\" or \"um\"");
+    const std::array<std::string, 3> zeros{"before_release", "at_rest", "as_given"};
+    table.missing("zero", "\"before_release\" (held straight), \"at_rest\" or \"as_given\"");
+    mapping.zero = static_cast<ZeroDeflection>(table.word("zero", zeros).value_or(2));
+    const auto axis = table.numbers("axis", {-1e9, 1e9});
+    const double length = axis.size() == 3 ? std::hypot(axis[0], axis[1], axis[2]) : 0.0;
+    if (mapping.is_c3d()) {
+        table.missing("axis", "direction of positive deflection, [x, y, z]");
+        if (table.has("axis") && length == 0.0)
+            table.fault("axis", "must be three numbers, not all 0");
+        for (std::size_t i = 0; length > 0.0 && i < 3; ++i)
+            mapping.axis[i] = axis[i] / length;
+        if (table.has("sign"))
+            table.fault("sign", "belongs to tables; turn the axis round instead");
+    } else if (table.has("axis")) {
+        table.fault("axis", "belongs to C3D files; give the sign of a column by sign = -1");
+    }
+    const auto sign = table.whole_number("sign", {-1, 1});
+    if (sign == 0)
+        table.fault("sign", "must be 1 or -1");
+    mapping.sign = static_cast<double>(sign.value_or(1));
+}
+
+void read_heights(TomlTable& root, const std::string& key, ImportMapping& mapping) {
+    for (TomlTable& table : root.tables("height")) {
+        MappedHeight mapped;
+        mapped.height = table.required_length("height", {0.0, 100.0}, "above the clamp");
+        table.missing(key, fmt::format("the {} of the recording at this height; of several the "
+                                       "mean is taken",
+                                       key));
+        mapped.names = names(table, key);
+        if (mapping.measurement.stem.length > 0.0 &&
+            mapped.height > mapping.measurement.stem.length)
+            table.fault(table.key_of("height", length_unit),
+                        fmt::format("lies above the stem, which is {} mm long",
+                                    decimal_text(mapping.measurement.stem.length, 3)));
+        for (const MappedHeight& other : mapping.heights)
+            if (other.height == mapped.height)
+                table.fault(table.key_of("height", length_unit), "is given twice");
+        mapping.heights.push_back(std::move(mapped));
+        table.finish(mapping.measurement.remarks);
+    }
+    root.missing("height", fmt::format("write a table [[height]] with height_mm and {} for each "
+                                       "height",
+                                       key));
+}
+
+} // namespace
+
+bool ImportMapping::is_c3d() const {
+    std::string extension = source.extension().string();
+    std::ranges::transform(extension, extension.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension == ".c3d";
+}
+
+ImportMapping read_import_mapping(const std::filesystem::path& file,
+                                  const std::filesystem::path& source) {
+    const toml::table parsed = parse_toml_file(file);
+    FileFaults faults(file.string());
+    TomlTable root(&parsed, "", faults);
+    ImportMapping mapping;
+    mapping.source = source;
+    read_stem_tables(root, mapping.measurement);
+    TomlTable from = root.table("source");
+    if (from.exists() || source.empty())
+        read_source(from, file.parent_path(), !source.empty(), mapping);
+    if (!from.exists() && source.empty())
+        root.missing("source", "write a table [source] with file");
+    const std::string key = mapping.is_c3d() ? "markers" : "columns";
+    TomlTable time = root.table("time");
+    TomlTable motion = root.table("motion");
+    TomlTable clamp = root.table("clamp");
+    root.missing("time", "write a table [time] with release_s (and column for a table)");
+    root.missing("motion", "write a table [motion] with zero (and unit, or axis for a C3D file)");
+    if (time.exists())
+        read_time(time, mapping);
+    if (motion.exists())
+        read_motion(motion, mapping);
+    mapping.clamp = names(clamp, key);
+    read_heights(root, key, mapping);
+    for (const TomlTable* table : {&from, &time, &motion, &clamp, &root})
+        table->finish(mapping.measurement.remarks);
+    faults.throw_if_any();
+    return mapping;
+}
+
+} // namespace culm::measure

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One measured stem: what is known of it, and the deflections that a camera or markers saw.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace culm::measure {
+
+/// Round section, solid or hollow.
+struct CircularSection {
+    double diameter = 0.0;      ///< outer, m
+    std::optional<double> wall; ///< thickness of the wall, m; empty: solid
+};
+
+struct RectangularSection {
+    double width = 0.0;  ///< across the plane of motion, m
+    double height = 0.0; ///< in the direction of the motion, m
+};
+
+/// Any other section, by what bending needs of it.
+struct GeneralSection {
+    double area = 0.0;          ///< m²
+    double second_moment = 0.0; ///< for bending in the plane of motion, m⁴
+};
+
+using Section = std::variant<CircularSection, RectangularSection, GeneralSection>;
+
+[[nodiscard]] double section_area(const Section& section);          ///< m²
+[[nodiscard]] double second_moment_of_area(const Section& section); ///< m⁴
+/// Extent in the direction of the motion, m: diameter, height, or √(12 I/A) (a rectangle of the
+/// same radius of gyration). The aspect ratio of a stem is its length over this.
+[[nodiscard]] double section_depth(const Section& section);
+
+struct AddedMass {
+    double height = 0.0; ///< of its centre above the clamp, m
+    double mass = 0.0;   ///< kg
+};
+
+struct MeasuredStem {
+    std::string id;
+    double length = 0.0; ///< free length from the clamp to the tip, m
+    Section section = CircularSection{};
+    double density = 0.0;                 ///< kg/m³; see mass_per_length
+    std::optional<double> poissons_ratio; ///< empty: not known, the model's default counts
+    std::optional<int> spheres;           ///< wanted in the chain; empty: free to choose
+    std::vector<AddedMass> added_masses;  ///< by height
+};
+
+/// kg/m. A round stem weighs as its chain of touching spheres does, π ρ d²/6 (one sphere of the
+/// diameter d per length d, solid whatever the wall: the paper's density is the mass over the
+/// volume of a chain, Table 1); other sections weigh ρ A.
+[[nodiscard]] double mass_per_length(const MeasuredStem& stem);
+
+/// How the motion began.
+enum class ReleaseKind {
+    TipPull,     ///< the tip was pulled aside
+    HeldStraight ///< held in line with the clamp: gravity does the rest
+};
+
+/// Direction that gravity has relative to the stem; whether it acts is for the model to say.
+enum class GravityDirection {
+    None,
+    Axial,     ///< along the stem, toward the clamp (the stem stands upright)
+    Transverse ///< in the plane of motion, toward positive deflection
+};
+
+/// What a column of the table follows.
+enum class Reading {
+    Row,     ///< a fixed image row: the stem's material slides through it
+    Material ///< a mark on the stem: its height is that along the undeformed stem
+};
+
+/// A measurement folder in memory; SI units, heights ascending.
+struct Measurement {
+    MeasuredStem stem;
+    ReleaseKind release = ReleaseKind::TipPull;
+    GravityDirection gravity_direction = GravityDirection::None;
+    Reading reading = Reading::Row;
+    std::optional<double> frames_per_second; ///< of the camera
+    std::optional<double> noise;             ///< standard deviation of one reading, m
+    std::vector<double> noise_by_height;     ///< the same per height, m; empty: not known
+    std::string noise_source; ///< where the noise comes from, for example "40 frames at rest"
+
+    std::vector<double> times;       ///< s, strictly ascending; 0 is the release
+    std::vector<double> heights;     ///< above the clamp, m, strictly ascending
+    std::vector<double> deflections; ///< (times, heights) row-major, m; NaN where nothing was seen
+
+    /// What the reader thinks a person should know, one sentence each; not written to files.
+    std::vector<std::string> remarks;
+
+    [[nodiscard]] double deflection(std::size_t time, std::size_t height) const {
+        return deflections[time * heights.size() + height];
+    }
+    /// Deflections at one height, (times), m.
+    [[nodiscard]] std::vector<double> history(std::size_t height) const;
+    /// Standard deviation of one reading at a height, m: per height if known, else the common one.
+    [[nodiscard]] std::optional<double> noise_at(std::size_t height) const;
+};
+
+/// The words of stem.toml: "tip_pull", "held_straight"; "none", "axial", "transverse"; "row",
+/// "material".
+[[nodiscard]] std::string_view to_string(ReleaseKind kind);
+[[nodiscard]] std::string_view to_string(GravityDirection direction);
+[[nodiscard]] std::string_view to_string(Reading reading);
+
+} // namespace culm::measure

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Medians and robust spreads of small samples.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace culm::measure {
+
+/// Value at `fraction` (0 … 1) of the sorted sample, without interpolation; NaN of an empty one.
+/// Reorders its argument's copy only.
+template <class T>
+[[nodiscard]] T quantile(std::vector<T> sample, double fraction) {
+    if (sample.empty())
+        return std::numeric_limits<T>::quiet_NaN();
+    const auto position =
+        static_cast<std::ptrdiff_t>(std::lround(fraction * static_cast<double>(sample.size() - 1)));
+    std::nth_element(sample.begin(), sample.begin() + position, sample.end());
+    return sample[static_cast<std::size_t>(position)];
+}
+
+template <class T>
+[[nodiscard]] T median(std::vector<T> sample) {
+    return quantile(std::move(sample), 0.5);
+}
+
+/// Median absolute deviation from the median, times 1.4826: the standard deviation if the sample is
+/// normal. NaN of an empty sample.
+template <class T>
+[[nodiscard]] T robust_deviation(const std::vector<T>& sample) {
+    const T centre = median(sample);
+    std::vector<T> distances;
+    distances.reserve(sample.size());
+    for (const T value : sample)
+        distances.push_back(std::abs(value - centre));
+    return T(1.4826) * median(std::move(distances));
+}
+
+} // namespace culm::measure

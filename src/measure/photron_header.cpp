@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/error.hpp"
+#include "measure/photron_recording.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string_view>
+
+#include <fmt/core.h>
+
+namespace culm::measure {
+namespace {
+
+std::string_view trimmed(std::string_view text) {
+    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front())) != 0)
+        text.remove_prefix(1);
+    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())) != 0)
+        text.remove_suffix(1);
+    return text;
+}
+
+std::string lower_case(std::string_view text) {
+    std::string result(text);
+    std::ranges::transform(result, result.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return result;
+}
+
+/// Entries by their name in a .cih file.
+using Entries = std::map<std::string, std::string, std::less<>>;
+
+/// Lines "Name : value". Sections about the viewer program follow the camera's after a blank line
+/// and repeat names, so the first entry of a name counts.
+Entries entries_of_cih(const std::string& text) {
+    Entries entries;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+        if (const std::size_t colon = line.find(" : "); colon != std::string::npos)
+            entries.emplace(trimmed(line.substr(0, colon)), trimmed(line.substr(colon + 3)));
+    return entries;
+}
+
+/// Text of the first <name> inside `xml`; empty if there is none.
+std::string_view element(std::string_view xml, const std::string& name) {
+    const std::size_t begin = xml.find("<" + name + ">");
+    if (begin == std::string_view::npos)
+        return {};
+    const std::size_t content = begin + name.size() + 2;
+    const std::size_t end = xml.find("</" + name + ">", content);
+    return end == std::string_view::npos ? std::string_view{} : xml.substr(content, end - content);
+}
+
+/// The XML header of newer cameras, under the names that the older one uses.
+Entries entries_of_cihx(const std::string& text) {
+    const std::string_view root = element(text, "cih");
+    const std::string_view pixels = element(root, "imageDataInfo");
+    const std::string_view resolution = element(pixels, "resolution");
+    const std::string_view effective = element(pixels, "effectiveBit");
+    const std::string_view colour = element(pixels, "colorInfo");
+    const std::string_view frames = element(root, "frameInfo");
+    Entries entries;
+    const auto add = [&entries](const char* name, std::string_view value) {
+        if (!trimmed(value).empty())
+            entries.emplace(name, trimmed(value));
+    };
+    add("Record Rate(fps)", element(element(root, "recordInfo"), "recordRate"));
+    add("Total Frame", element(frames, "totalFrame"));
+    add("Start Frame", element(frames, "startFrame"));
+    add("Save Step", element(frames, "saveStep"));
+    add("Image Width", element(resolution, "width"));
+    add("Image Height", element(resolution, "height"));
+    add("EffectiveBit Depth", element(effective, "depth"));
+    add("EffectiveBit Side", element(effective, "side"));
+    add("Color Bit", element(colour, "bit"));
+    add("Color Type", element(colour, "type"));
+    add("File Format", element(element(root, "imageFileInfo"), "fileFormat"));
+    return entries;
+}
+
+class HeaderReader {
+  public:
+    HeaderReader(std::string file, Entries entries)
+        : file_(std::move(file)), entries_(std::move(entries)) {}
+
+    [[nodiscard]] std::string text(const char* name, const char* otherwise) const {
+        const auto found = entries_.find(name);
+        return found == entries_.end() ? otherwise : found->second;
+    }
+    /// Required unless `otherwise` is given.
+    [[nodiscard]] double number(const char* name, double lowest, double highest,
+                                const double* otherwise = nullptr) const {
+        const auto found = entries_.find(name);
+        if (found == entries_.end()) {
+            if (otherwise != nullptr)
+                return *otherwise;
+            throw core::InputError(fmt::format("{}: has no entry \"{}\"", file_, name));
+        }
+        const std::string& value = found->second;
+        double result = 0.0;
+        const auto [end, error] =
+            std::from_chars(value.data(), value.data() + value.size(), result);
+        if (error != std::errc{} || end != value.data() + value.size() || !(result >= lowest) ||
+            !(result <= highest))
+            throw core::InputError(fmt::format("{}: {} : {}: must be a number from {} to {}", file_,
+                                               name, value, lowest, highest));
+        return result;
+    }
+    [[nodiscard]] int whole(const char* name, int lowest, int highest) const {
+        return static_cast<int>(number(name, lowest, highest));
+    }
+    [[nodiscard]] int whole(const char* name, int lowest, int highest, int otherwise) const {
+        const double value = otherwise;
+        return static_cast<int>(number(name, lowest, highest, &value));
+    }
+    [[noreturn]] void refuse(const char* name, const std::string& allowed) const {
+        throw core::InputError(
+            fmt::format("{}: {} : {}: {}", file_, name, text(name, "(nothing)"), allowed));
+    }
+
+  private:
+    std::string file_;
+    Entries entries_;
+};
+
+} // namespace
+
+PhotronHeader read_photron_header(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    if (!stream)
+        throw core::InputError(fmt::format("{}: cannot be read", file.string()));
+    const bool is_xml = lower_case(file.extension().string()) == ".cihx";
+    const HeaderReader reader(file.string(),
+                              is_xml ? entries_of_cihx(text.str()) : entries_of_cih(text.str()));
+
+    PhotronHeader header;
+    header.width = reader.whole("Image Width", 1, 1 << 16);
+    header.height = reader.whole("Image Height", 1, 1 << 16);
+    header.frames = reader.whole("Total Frame", 1, 1 << 30);
+    header.record_rate = reader.number("Record Rate(fps)", 1e-3, 1e8);
+    header.save_step = reader.whole("Save Step", 1, 1 << 30, 1);
+    header.first_frame = reader.whole("Start Frame", -(1 << 30), 1 << 30, 0);
+    header.bits_per_pixel = reader.whole("Color Bit", 1, 64);
+    header.effective_bits = reader.whole("EffectiveBit Depth", 1, 16, 0 + header.bits_per_pixel);
+    const std::string side = lower_case(reader.text("EffectiveBit Side", "Lower"));
+    if (side != "lower" && side != "higher")
+        reader.refuse("EffectiveBit Side", "must be Lower or Higher");
+    header.is_high_aligned = side == "higher";
+    if (lower_case(reader.text("File Format", "MRaw")) != "mraw")
+        reader.refuse("File Format", "must be MRaw (of an image sequence, give the pictures)");
+    if (lower_case(reader.text("Color Type", "Mono")).starts_with("color"))
+        reader.refuse("Color Type", "must be Mono; export colour recordings as PNG or TIFF");
+    if (header.bits_per_pixel != 8 && header.bits_per_pixel != 10 && header.bits_per_pixel != 12 &&
+        header.bits_per_pixel != 16)
+        reader.refuse("Color Bit", "must be 8, 10, 12 or 16");
+    return header;
+}
+
+} // namespace culm::measure

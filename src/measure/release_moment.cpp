@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/release_moment.hpp"
+
+#include "core/error.hpp"
+#include "measure/order_statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/core.h>
+
+namespace culm::measure {
+namespace {
+
+/// Deflections by the sign of the pull, without the frames in which the stem was not seen.
+struct Deflections {
+    std::vector<std::size_t> frame;
+    std::vector<double> value;
+};
+
+Deflections deflections_of(const WatchedHistory& history, double rest, double sign) {
+    Deflections result;
+    for (std::size_t k = 0; k < history.column.size(); ++k)
+        if (!std::isnan(history.column[k])) {
+            result.frame.push_back(k);
+            result.value.push_back(sign * (history.column[k] - rest));
+        }
+    return result;
+}
+
+/// Crossings of the rest after position `from`, in frame numbers with fractions. A swing counts if
+/// it leaves the rest by more than `least` on the other side.
+std::vector<double> crossings(const Deflections& deflections, const std::vector<int>& numbers,
+                              std::size_t from, double least) {
+    std::vector<double> found;
+    double side = 1.0;
+    std::optional<double> pending;
+    for (std::size_t i = from + 1; i < deflections.value.size(); ++i) {
+        const double before = side * deflections.value[i - 1];
+        const double now = side * deflections.value[i];
+        if (before > 0.0 && now <= 0.0) {
+            const double begin = numbers[deflections.frame[i - 1]];
+            const double step = numbers[deflections.frame[i]] - begin;
+            pending = begin + step * before / (before - now);
+        }
+        if (pending && now < -least) {
+            found.push_back(*pending);
+            pending.reset();
+            side = -side;
+        }
+    }
+    return found;
+}
+
+/// Position (in the seen frames) of the first value below half the largest that follows it.
+std::optional<std::size_t> first_fall(const Deflections& deflections, double largest) {
+    const auto peak = std::ranges::find_if(deflections.value,
+                                           [&](double value) { return value >= 0.97 * largest; });
+    const auto fall = std::find_if(peak, deflections.value.end(),
+                                   [&](double value) { return value < 0.5 * largest; });
+    if (fall == deflections.value.end())
+        return std::nullopt;
+    return std::size_t(fall - deflections.value.begin());
+}
+
+/// The moment in [last held, next frame] from which the fall grows as (time)^(5/3) through the
+/// first three frames in motion, by least squares. An elastic beam let go at its tip begins with
+/// the exponent 3/2 there and comes to 2 as the whole of it moves.
+double moment_between(const Deflections& deflections, const std::vector<int>& numbers,
+                      std::size_t last_held, double held) {
+    std::vector<double> times;
+    std::vector<double> falls;
+    const double begin = numbers[deflections.frame[last_held]];
+    for (std::size_t i = last_held + 1; i < deflections.value.size() && times.size() < 3; ++i) {
+        times.push_back(numbers[deflections.frame[i]] - begin);
+        falls.push_back(held - deflections.value[i]);
+    }
+    double best = 0.5;
+    double least = std::numeric_limits<double>::infinity();
+    for (int step = 0; step <= 200; ++step) {
+        const double moment = 0.005 * step;
+        double square = 0.0;
+        double product = 0.0;
+        double total = 0.0;
+        for (std::size_t i = 0; i < times.size(); ++i) {
+            const double growth = std::pow(std::max(0.0, times[i] - moment), 5.0 / 3.0);
+            square += growth * growth;
+            product += growth * falls[i];
+            total += falls[i] * falls[i];
+        }
+        const double misfit = square > 0.0 ? total - product * product / square : total;
+        if (misfit < least) {
+            least = misfit;
+            best = moment;
+        }
+    }
+    return begin + best;
+}
+
+/// Position of the last held frame before `fall`, and the held level.
+struct Hold {
+    std::size_t last = 0;
+    std::size_t frames = 0;
+    double level = 0.0;
+    double noise = 0.0;
+};
+
+Hold find_hold(const Deflections& deflections, std::size_t fall, double largest) {
+    std::vector<double> near; // at most 50 frames before the fall, as long as they are held
+    for (std::size_t i = fall; i-- > 0 && near.size() < 50;)
+        if (deflections.value[i] > 0.9 * largest)
+            near.push_back(deflections.value[i]);
+        else if (!near.empty())
+            break;
+    // The first frames in motion are among them: at most a handful, so the median stays held if
+    // enough others are there; with fewer the frames furthest from the fall count.
+    if (near.size() <= 6)
+        std::ranges::reverse(near), near.resize(std::max<std::size_t>(1, (near.size() + 1) / 2));
+    Hold hold;
+    hold.level = median(near);
+    hold.noise = near.size() > 2 ? robust_deviation(near) : 0.0;
+    const double tolerance = std::max(4.0 * hold.noise, std::max(0.05, 0.005 * largest));
+    const auto is_held = [&](std::size_t i) {
+        return std::abs(deflections.value[i] - hold.level) <= tolerance;
+    };
+    hold.last = fall;
+    while (hold.last > 0 && !is_held(hold.last))
+        --hold.last;
+    for (std::size_t i = hold.last + 1; i-- > 0 && is_held(i);)
+        ++hold.frames;
+    return hold;
+}
+
+} // namespace
+
+ReleaseMoment find_release(const WatchedHistory& history, double rest,
+                           std::optional<std::size_t> given_last_held, const std::string& source) {
+    ReleaseMoment release;
+    // The pull comes first; the swing to the other side may look as wide while the rest is a guess.
+    double widest = 0.0;
+    for (const double column : history.column)
+        if (std::abs(column - rest) > widest)
+            widest = std::abs(column - rest);
+    const auto pulled = std::ranges::find_if(
+        history.column, [&](double column) { return std::abs(column - rest) >= 0.7 * widest; });
+    release.sign = *pulled >= rest ? 1.0 : -1.0;
+    const Deflections deflections = deflections_of(history, rest, release.sign);
+
+    const double largest = std::ranges::max(deflections.value);
+    const std::optional<std::size_t> fall = first_fall(deflections, largest);
+    if (!fall)
+        throw core::InputError(fmt::format(
+            "{}: the stem is never let go: it is pulled aside by {:.1f} pixels and does not come "
+            "back",
+            source, largest));
+    Hold hold = find_hold(deflections, *fall, largest);
+    if (given_last_held) {
+        const auto found = std::ranges::lower_bound(deflections.frame, *given_last_held);
+        hold.last =
+            std::min(std::size_t(found - deflections.frame.begin()), deflections.frame.size() - 1);
+        hold.level = deflections.value[hold.last];
+        hold.frames = std::max<std::size_t>(1, std::min(hold.frames, hold.last + 1));
+    } else if (hold.frames < 2) {
+        throw core::InputError(fmt::format(
+            "{}: no frame shows the stem held still before the release: the recording begins too "
+            "late (or say which frame is the last one held: release_frame)",
+            source));
+    }
+    release.last_held = deflections.frame[hold.last];
+    release.held_frames = hold.frames;
+    release.held_noise = hold.noise;
+    release.pull = hold.level;
+    release.number = moment_between(deflections, history.numbers, hold.last, hold.level);
+
+    const std::vector<double> passes = crossings(deflections, history.numbers, hold.last,
+                                                 std::max(6.0 * hold.noise, 0.01 * largest));
+    if (passes.size() < 2)
+        throw core::InputError(fmt::format(
+            "{}: the stem does not swing: after frame {} it passes its rest position {} instead of "
+            "at least 2 times, so no release was found (was it let go, is the recording long "
+            "enough?)",
+            source, history.numbers[release.last_held], passes.empty() ? "never" : "once"));
+    release.period = 2.0 * (passes.back() - passes.front()) / double(passes.size() - 1);
+    return release;
+}
+
+} // namespace culm::measure

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/stem_rows.hpp"
+
+#include "measure/order_statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include <Eigen/Dense>
+
+namespace culm::measure {
+namespace {
+
+constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+
+/// Column where the contrast passes `level` on the way out from `inside` in direction `step`.
+std::optional<double> crossing(const float* row, int width, int inside, int step, float level) {
+    for (int c = inside; c + step >= 0 && c + step < width; c += step) {
+        const float here = row[c];
+        const float next = row[c + step];
+        if (here >= level && next < level)
+            return c + step * double((here - level) / (here - next));
+    }
+    return std::nullopt;
+}
+
+/// Mean of the columns within `reach` of `edge`, weighted by the squared change from pixel to
+/// pixel in the edge's own direction.
+double weighted_edge(const float* row, int width, double edge, int step, double reach) {
+    const int begin = std::max(0, int(std::ceil(edge - 0.5 - reach)));
+    const int end = std::min(width - 2, int(std::floor(edge - 0.5 + reach)));
+    double weights = 0.0;
+    double sum = 0.0;
+    for (int c = begin; c <= end; ++c) {
+        const double change = step * double(row[c] - row[c + 1]);
+        const double weight = change > 0.0 ? change * change : 0.0;
+        weights += weight;
+        sum += weight * (c + 0.5);
+    }
+    return weights > 0.0 ? sum / weights : edge;
+}
+
+/// Contrast inside the stem on one side of the run's middle: the upper quartile there.
+float plateau(const float* row, int begin, int end) {
+    return quantile(std::vector<float>(row + begin, row + std::max(begin + 1, end)), 0.75);
+}
+
+/// Middle between the two edges; NaN if an edge is missing or too far off.
+double middle_of_edges(const BandImage& contrast, const RowRun& run, double stem_width) {
+    const float* row = contrast.row(run.row);
+    const int middle = (run.begin + run.end - 1) / 2;
+    const float left_plateau = plateau(row, run.begin, middle + 1);
+    const float right_plateau = plateau(row, middle, run.end);
+    const auto left = crossing(row, contrast.width, middle, -1, 0.5F * left_plateau);
+    const auto right = crossing(row, contrast.width, middle, +1, 0.5F * right_plateau);
+    if (!left || !right || *right - *left > 2.0 * run.width() + 4.0)
+        return nothing;
+    // Wide enough for the blur of lens and motion, short of the other edge.
+    const double reach = std::clamp(0.35 * (*right - *left), 1.0, 0.75 * stem_width + 1.0);
+    return 0.5 * (weighted_edge(row, contrast.width, *left, -1, reach) +
+                  weighted_edge(row, contrast.width, *right, +1, reach));
+}
+
+/// Whether the run or the two pixels beside it touch clutter: then an edge is not the stem's.
+bool touches_clutter(const RowRun& run, const BandImage& contrast, const TraceOptions& options) {
+    if (options.clutter.empty())
+        return false;
+    const std::size_t row = std::size_t(run.row) * std::size_t(contrast.width);
+    const int begin = std::max(0, run.begin - 2);
+    const int end = std::min(contrast.width, run.end + 2);
+    return std::any_of(options.clutter.begin() + std::ptrdiff_t(row) + begin,
+                       options.clutter.begin() + std::ptrdiff_t(row) + end,
+                       [](std::uint8_t mark) { return mark != 0; });
+}
+
+/// Removes single rows that disagree with the median of their neighbours, both taken relative to
+/// the quadratic.
+void remove_lone_rows(std::vector<double>& columns, const HeightQuadratic& quadratic) {
+    constexpr int neighbours = 8;
+    const std::vector<double> before = columns;
+    const int height = int(columns.size());
+    std::vector<double> around;
+    for (int r = 0; r < height; ++r) {
+        if (std::isnan(before[std::size_t(r)]))
+            continue;
+        around.clear();
+        for (int k = std::max(0, r - neighbours); k <= std::min(height - 1, r + neighbours); ++k)
+            if (!std::isnan(before[std::size_t(k)]))
+                around.push_back(before[std::size_t(k)] - quadratic.at(k));
+        const double off = before[std::size_t(r)] - quadratic.at(r) - median(around);
+        const bool is_alone = around.size() < 4;
+        if (is_alone || std::abs(off) > std::max(0.6, 5.0 * robust_deviation(around)))
+            columns[std::size_t(r)] = nothing;
+    }
+}
+
+} // namespace
+
+HeightQuadratic fit_quadratic(const std::vector<RowRun>& runs) {
+    HeightQuadratic fit;
+    fit.middle = 0.5 * (runs.front().row + runs.back().row);
+    fit.scale = std::max(1.0, 0.5 * (runs.front().row - runs.back().row));
+    std::vector<double> residuals(runs.size(), 0.0);
+    double limit = std::numeric_limits<double>::infinity();
+    for (int iteration = 0; iteration < 5; ++iteration) {
+        Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+        Eigen::Vector3d right = Eigen::Vector3d::Zero();
+        for (std::size_t i = 0; i < runs.size(); ++i) {
+            // Huber's weights: beyond the limit a row pulls with constant force only.
+            const double size = std::abs(residuals[i]);
+            const double weight = size > limit ? limit / size : 1.0;
+            const double t = (runs[i].row - fit.middle) / fit.scale;
+            const Eigen::Vector3d basis(1.0, t, t * t);
+            normal += weight * basis * basis.transpose();
+            right += weight * runs[i].median_column() * basis;
+        }
+        const Eigen::Vector3d solution = normal.ldlt().solve(right);
+        fit.coefficients = {solution[0], solution[1], solution[2]};
+        for (std::size_t i = 0; i < runs.size(); ++i)
+            residuals[i] = runs[i].median_column() - fit.at(runs[i].row);
+        fit.deviation = robust_deviation(residuals);
+        limit = std::max(0.5, 1.5 * fit.deviation);
+    }
+    return fit;
+}
+
+std::vector<double> axis_columns(const BandImage& contrast, const StemChain& chain,
+                                 const TraceOptions& options) {
+    std::vector<double> columns(std::size_t(contrast.height), nothing);
+    if (chain.runs.size() < 3)
+        return columns;
+    const HeightQuadratic quadratic = fit_quadratic(chain.runs);
+    // The second mode bends the stem away from a quadratic by more than the noise of a row.
+    const double gate = std::max(1.5 * options.stem_width, 6.0 * quadratic.deviation);
+    const int top = chain.runs.back().row;
+    const int oblique = top <= 1 ? 0 : int(std::ceil(0.3 * options.stem_width)) + 1;
+    for (const RowRun& run : chain.runs) {
+        if (run.row < top + oblique || touches_clutter(run, contrast, options) ||
+            std::abs(run.median_column() - quadratic.at(run.row)) > gate)
+            continue;
+        const double column = middle_of_edges(contrast, run, options.stem_width);
+        if (std::abs(column - run.median_column()) <= 0.5 * options.stem_width)
+            columns[std::size_t(run.row)] = column;
+    }
+    remove_lone_rows(columns, quadratic);
+    return columns;
+}
+
+} // namespace culm::measure

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/still_clutter.hpp"
+
+#include <algorithm>
+
+#include <opencv2/imgproc.hpp>
+
+namespace culm::measure {
+namespace {
+
+/// Connected pieces of what stands out in all pictures.
+struct StillPieces {
+    cv::Mat labels; ///< 32-bit, 0 = nothing
+    int count = 0;  ///< with label 0
+    std::vector<cv::Rect> boxes;
+};
+
+StillPieces still_pieces(const std::vector<BandImage>& contrasts, const TraceOptions& options) {
+    const int width = contrasts.front().width;
+    const int height = contrasts.front().height;
+    cv::Mat mask(height, width, CV_8U, cv::Scalar(0));
+    for (int r = 0; r < height; ++r)
+        for (int c = 0; c < width; ++c) {
+            const bool is_still = std::ranges::all_of(contrasts, [&](const BandImage& contrast) {
+                return contrast.row(r)[c] > options.threshold_by_row[std::size_t(r)];
+            });
+            mask.at<uchar>(r, c) = is_still ? 1 : 0;
+        }
+    StillPieces pieces;
+    // The stem's still part frays where the stem begins to move: its crumbs, above one another,
+    // belong together.
+    cv::Mat joined;
+    const int reach = 2 * static_cast<int>(options.stem_width) + 1;
+    cv::dilate(mask, joined, cv::Mat::ones(reach, 1, CV_8U));
+    cv::Mat stats;
+    cv::Mat centroids;
+    pieces.count = cv::connectedComponentsWithStats(joined, pieces.labels, stats, centroids, 8);
+    pieces.labels.setTo(0, mask == 0);
+    for (int label = 0; label < pieces.count; ++label)
+        pieces.boxes.emplace_back(
+            stats.at<int>(label, cv::CC_STAT_LEFT), stats.at<int>(label, cv::CC_STAT_TOP),
+            stats.at<int>(label, cv::CC_STAT_WIDTH), stats.at<int>(label, cv::CC_STAT_HEIGHT));
+    return pieces;
+}
+
+/// All pieces but those with these labels, grown by one pixel.
+std::vector<std::uint8_t> clutter_without(const StillPieces& pieces,
+                                          const std::vector<bool>& is_stem) {
+    cv::Mat mask(pieces.labels.size(), CV_8U, cv::Scalar(0));
+    for (int r = 0; r < mask.rows; ++r)
+        for (int c = 0; c < mask.cols; ++c) {
+            const int label = pieces.labels.at<int>(r, c);
+            mask.at<uchar>(r, c) = label > 0 && !is_stem[std::size_t(label)] ? 1 : 0;
+        }
+    cv::dilate(mask, mask, cv::Mat::ones(3, 3, CV_8U));
+    std::vector<std::uint8_t> clutter;
+    for (int r = 0; r < mask.rows; ++r)
+        clutter.insert(clutter.end(), mask.ptr<uchar>(r), mask.ptr<uchar>(r) + mask.cols);
+    return clutter;
+}
+
+/// Runs of `chain` that `other` has too.
+std::size_t shared_runs(const StemChain& chain, const StemChain& other) {
+    return std::size_t(std::ranges::count_if(chain.runs, [&](const RowRun& run) {
+        return std::ranges::any_of(other.runs, [&](const RowRun& candidate) {
+            return candidate.row == run.row && candidate.begin < run.end &&
+                   run.begin < candidate.end;
+        });
+    }));
+}
+
+/// Whether the stem seems to go on in the piece: the chain that may use it keeps the moving part
+/// and passes through a good part of the piece's rows (its box was grown with it).
+bool continues_stem(const StemChain& moving, const StemChain& with_piece, const StillPieces& pieces,
+                    int label) {
+    const cv::Rect& box = pieces.boxes[std::size_t(label)];
+    const auto inside = std::ranges::count_if(with_piece.runs, [&](const RowRun& run) {
+        return pieces.labels.at<int>(run.row, (run.begin + run.end - 1) / 2) == label;
+    });
+    return 10 * shared_runs(moving, with_piece) >= 7 * moving.runs.size() &&
+           3 * inside >= box.height;
+}
+
+} // namespace
+
+std::vector<std::uint8_t> find_still_clutter(const std::vector<BandImage>& contrasts,
+                                             const TraceOptions& options) {
+    const StillPieces pieces = still_pieces(contrasts, options);
+    std::vector<bool> is_stem(std::size_t(pieces.count), false);
+    TraceOptions trial = options;
+    trial.clutter = clutter_without(pieces, is_stem);
+
+    // A dozen frames decide about each piece; tracing all would only repeat the vote.
+    std::vector<std::pair<const BandImage*, StemChain>> moving;
+    const std::size_t step = std::max<std::size_t>(1, contrasts.size() / 12);
+    std::size_t looked_at = 0;
+    for (std::size_t i = 0; i < contrasts.size(); i += step, ++looked_at)
+        if (StemChain chain = trace_stem(contrasts[i], trial); !chain.runs.empty())
+            moving.emplace_back(&contrasts[i], std::move(chain));
+    if (3 * moving.size() < looked_at)
+        return {};
+
+    std::vector<int> large; // the rest is dust
+    for (int label = 1; label < pieces.count; ++label)
+        if (pieces.boxes[std::size_t(label)].height >= 4)
+            large.push_back(label);
+    std::ranges::sort(large, std::ranges::greater{},
+                      [&](int label) { return pieces.boxes[std::size_t(label)].height; });
+    if (large.size() > 8)
+        large.resize(8);
+    for (const int label : large) {
+        is_stem[std::size_t(label)] = true;
+        trial.clutter = clutter_without(pieces, is_stem);
+        const auto votes = std::ranges::count_if(moving, [&](const auto& frame) {
+            return continues_stem(frame.second, trace_stem(*frame.first, trial), pieces, label);
+        });
+        is_stem[std::size_t(label)] = 2 * std::size_t(votes) > moving.size();
+    }
+    return clutter_without(pieces, is_stem);
+}
+
+} // namespace culm::measure

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whether what video.toml says agrees with the recording.
+#pragma once
+
+#include "measure/frame_source.hpp"
+#include "measure/track.hpp"
+#include "measure/track_settings.hpp"
+
+#include <string>
+#include <vector>
+
+namespace culm::measure {
+
+/// The camera's frames per second: from video.toml, or from a recording that states it. Throws
+/// core::InputError if there is none or the two differ by more than a thousandth; a video file's
+/// own rate, if it differs, is taken for that of playback and gets a remark.
+[[nodiscard]] double camera_rate(const FrameSource& source, const TrackSettings& settings,
+                                 std::vector<std::string>& remarks);
+
+/// Adds remarks on what does not fit together: frames that are missing, a swing too fast for the
+/// frame rate, a stem of another width or length than the scale says, a modulus that no plant stem
+/// has (a wrong rate or scale), a rest position off the stated axis, a pull to the other side.
+void add_doubts(Track& track);
+
+} // namespace culm::measure

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Statistics of a sample of stems: mean and spread, correlation, several tests at once.
+#pragma once
+
+#include "reduce/histogram.hpp"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace culm::reduce {
+
+struct Bounds {
+    double lower = 0.0;
+    double upper = 0.0;
+};
+
+/// Intervals have a coverage of 95 % for a normal population.
+struct SampleSummary {
+    std::size_t count = 0;
+    double mean = 0.0;
+    Bounds mean_interval;               ///< Student's t
+    double standard_deviation = 0.0;    ///< with count − 1
+    Bounds standard_deviation_interval; ///< χ²
+    double lowest = 0.0;
+    double highest = 0.0;
+    double median = 0.0;
+    Bounds central_90_percent; ///< the 5 % and 95 % quantiles of the sample, interpolated
+    Histogram histogram;
+};
+
+/// Finite values; NaN where the sample is too small for a number (one value has no spread).
+[[nodiscard]] SampleSummary summarise(std::span<const double> values);
+
+/// Quantile of ascending values, interpolated between order statistics (type 7 of Hyndman & Fan
+/// 1996). `share` in 0 … 1; at least one value.
+[[nodiscard]] double quantile(std::span<const double> ascending, double share);
+
+/// Straight line y = intercept + slope x.
+struct LineFit {
+    std::size_t count = 0;
+    double intercept = 0.0;
+    double slope = 0.0;
+    double slope_error = 0.0;
+    Bounds slope_interval;
+    double correlation = 0.0; ///< Pearson's; of weighted points with the weights
+    double p_value = 1.0;     ///< of a slope of zero, Student's t
+};
+
+/// Least squares; `weights` (empty: equal) are inverse variances up to a common factor, which the
+/// scatter about the line settles. Fewer than three points or one x only: count 0.
+[[nodiscard]] LineFit fit_line(std::span<const double> x, std::span<const double> y,
+                               std::span<const double> weights = {});
+
+/// p-values adjusted for their number (Holm 1979): an adjusted value below α keeps the probability
+/// of any false alarm among them below α, whatever their dependence.
+[[nodiscard]] std::vector<double> holm_adjusted(std::span<const double> p_values);
+
+} // namespace culm::reduce

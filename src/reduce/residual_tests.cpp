@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "reduce/residual_tests.hpp"
+
+#include <cmath>
+
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/normal.hpp>
+
+namespace culm::reduce {
+
+namespace {
+
+double chi_squared_tail(double value, double degrees_of_freedom) {
+    if (!(value > 0.0))
+        return 1.0;
+    if (std::isinf(value))
+        return 0.0;
+    const boost::math::chi_squared distribution(degrees_of_freedom);
+    return boost::math::cdf(boost::math::complement(distribution, value));
+}
+
+} // namespace
+
+std::vector<double> autocovariance(std::span<const double> values, std::size_t largest_lag) {
+    std::vector<double> covariance(largest_lag + 1, 0.0);
+    for (std::size_t lag = 0; lag <= largest_lag && lag < values.size(); ++lag) {
+        for (std::size_t t = 0; t + lag < values.size(); ++t)
+            covariance[lag] += values[t] * values[t + lag];
+        covariance[lag] /= static_cast<double>(values.size());
+    }
+    return covariance;
+}
+
+double ljung_box_p_value(std::span<const double> residuals, std::size_t lags) {
+    const std::vector<double> covariance = autocovariance(residuals, lags);
+    if (residuals.size() <= lags || lags == 0 || !(covariance[0] > 0.0))
+        return 1.0;
+    const auto n = static_cast<double>(residuals.size());
+    double sum = 0.0;
+    for (std::size_t lag = 1; lag <= lags; ++lag) {
+        const double correlation = covariance[lag] / covariance[0];
+        sum += correlation * correlation / (n - static_cast<double>(lag));
+    }
+    return chi_squared_tail(n * (n + 2.0) * sum, static_cast<double>(lags));
+}
+
+double runs_p_value(std::span<const double> residuals) {
+    double positive = 0.0;
+    double negative = 0.0;
+    double runs = 0.0;
+    double last = 0.0;
+    for (const double residual : residuals) {
+        if (residual == 0.0)
+            continue;
+        (residual > 0.0 ? positive : negative) += 1.0;
+        if (residual * last <= 0.0)
+            runs += 1.0;
+        last = residual;
+    }
+    if (positive < 2.0 || negative < 2.0)
+        return 1.0;
+    const double n = positive + negative;
+    const double product = 2.0 * positive * negative;
+    const double expected = product / n + 1.0;
+    const double variance = product * (product - n) / (n * n * (n - 1.0));
+    if (!(variance > 0.0))
+        return 1.0;
+    const boost::math::normal distribution;
+    const double z = std::abs(runs - expected) / std::sqrt(variance);
+    return 2.0 * boost::math::cdf(boost::math::complement(distribution, z));
+}
+
+double chi_squared_p_value(double sum_of_squares, double sigma, std::size_t degrees_of_freedom) {
+    return chi_squared_tail(sum_of_squares / (sigma * sigma),
+                            static_cast<double>(degrees_of_freedom));
+}
+
+} // namespace culm::reduce

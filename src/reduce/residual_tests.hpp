@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whether residuals look like noise: tests of correlation, of runs, and against a known noise.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace culm::reduce {
+
+/// Autocovariance (1/n) Σ e_t e_{t+lag} of values of mean zero, for lags 0 … largest_lag; shape
+/// (largest_lag + 1). Lags that the values do not reach are 0.
+[[nodiscard]] std::vector<double> autocovariance(std::span<const double> values,
+                                                 std::size_t largest_lag);
+
+/// p-value of Ljung & Box (1978): that residuals are uncorrelated up to `lags`. 1 if all are equal
+/// or there are no more residuals than lags.
+[[nodiscard]] double ljung_box_p_value(std::span<const double> residuals, std::size_t lags);
+
+/// Two-sided p-value of Wald & Wolfowitz (1940), normal approximation: that the signs of residuals
+/// follow each other at random. Zeros are left out; 1 if fewer than two residuals of each sign.
+[[nodiscard]] double runs_p_value(std::span<const double> residuals);
+
+/// P(χ² >= sum_of_squares/sigma²): that residuals are no larger than noise of the deviation sigma.
+[[nodiscard]] double chi_squared_p_value(double sum_of_squares, double sigma,
+                                         std::size_t degrees_of_freedom);
+
+} // namespace culm::reduce

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "reduce/stem_ring_downs.hpp"
+
+#include "core/error.hpp"
+#include "reduce/distributions.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace culm::reduce {
+
+namespace {
+
+/// See StemRingDowns::frequency.
+std::optional<Estimate> weighted_mean(const std::vector<Estimate>& estimates) {
+    double weights = 0.0;
+    double sum = 0.0;
+    for (const Estimate& estimate : estimates) {
+        const double weight = 1.0 / (estimate.standard_error * estimate.standard_error);
+        weights += weight;
+        sum += weight * estimate.value;
+    }
+    if (!(weights > 0.0) || !std::isfinite(weights))
+        return std::nullopt;
+    const double mean = sum / weights;
+    double scatter = 0.0;
+    for (const Estimate& estimate : estimates)
+        scatter += std::pow((estimate.value - mean) / estimate.standard_error, 2);
+    const std::size_t freedom = estimates.size() - 1;
+    const double birge =
+        freedom > 0 ? std::sqrt(std::max(1.0, scatter / static_cast<double>(freedom))) : 1.0;
+    const double error = birge / std::sqrt(weights);
+    // Each height has many samples; the scatter between heights has few degrees of freedom.
+    const double factor = birge > 1.0 ? student_t_factor(freedom)
+                                      : (estimates.front().upper - estimates.front().value) /
+                                            estimates.front().standard_error;
+    return Estimate{mean, error, mean - factor * error, mean + factor * error};
+}
+
+std::optional<LineFit> banding_of(const StemRingDowns& stem) {
+    std::vector<double> places;
+    std::vector<double> decays;
+    std::vector<double> weights;
+    for (const HeightRingDown& height : stem.heights)
+        if (height.fit) {
+            places.push_back(height.height / stem.length);
+            decays.push_back(height.fit->decay_per_cycle.value);
+            weights.push_back(std::pow(height.fit->decay_per_cycle.standard_error, -2));
+        }
+    const LineFit line = fit_line(places, decays, weights);
+    return line.count > 0 ? std::optional(line) : std::nullopt;
+}
+
+HeightRingDown fit_height(const StemHistories& stem, std::size_t index,
+                          RingDownAnalysisOptions options) {
+    HeightRingDown result;
+    result.height = stem.heights[index];
+    options.noise = stem.noise[index];
+    try {
+        result.fit = analyse_ring_down(stem.times, stem.histories[index], options);
+    } catch (const core::NumericalError& error) {
+        result.failure = error.what();
+    }
+    return result;
+}
+
+} // namespace
+
+StemRingDowns fit_stem(const StemHistories& stem, const RingDownAnalysisOptions& options) {
+    StemRingDowns result;
+    result.id = stem.id;
+    result.length = stem.length;
+    result.aspect_ratio = stem.length / stem.depth;
+    std::vector<Estimate> frequencies;
+    std::vector<Estimate> decays;
+    for (std::size_t j = 0; j < stem.heights.size(); ++j) {
+        for (const double deflection : stem.histories[j])
+            if (!std::isnan(deflection))
+                result.largest_deflection =
+                    std::max(result.largest_deflection, std::abs(deflection));
+        result.heights.push_back(fit_height(stem, j, options));
+        const HeightRingDown& height = result.heights.back();
+        if (!height.fit)
+            continue;
+        frequencies.push_back(height.fit->frequency);
+        decays.push_back(height.fit->decay_per_cycle);
+        result.adequate_heights += height.fit->adequacy.is_adequate ? 1U : 0U;
+    }
+    if (!frequencies.empty()) {
+        result.frequency = weighted_mean(frequencies);
+        result.decay_per_cycle = weighted_mean(decays);
+    }
+    result.banding = banding_of(result);
+    return result;
+}
+
+namespace {
+
+void adjust_banding(std::vector<StemRingDowns>& stems, PopulationSummary& summary) {
+    std::vector<double> p_values;
+    std::vector<double> slopes;
+    for (const StemRingDowns& stem : stems)
+        if (stem.banding) {
+            p_values.push_back(stem.banding->p_value);
+            slopes.push_back(stem.banding->slope);
+        }
+    const std::vector<double> adjusted = holm_adjusted(p_values);
+    std::size_t next = 0;
+    for (StemRingDowns& stem : stems)
+        if (stem.banding) {
+            stem.banding_adjusted_p_value = adjusted[next++];
+            summary.banded_stems +=
+                stem.banding_adjusted_p_value < 1.0 - confidence_level ? 1U : 0U;
+        }
+    summary.banding_slopes = summarise(slopes);
+    if (slopes.size() > 1) {
+        const double error = summary.banding_slopes.standard_deviation /
+                             std::sqrt(static_cast<double>(slopes.size()));
+        summary.mean_slope_p_value =
+            student_t_p_value(summary.banding_slopes.mean / error, slopes.size() - 1);
+    }
+}
+
+LineFit pooled_decay_against_height(const std::vector<StemRingDowns>& stems) {
+    std::vector<double> places;
+    std::vector<double> decays;
+    for (const StemRingDowns& stem : stems)
+        for (const HeightRingDown& height : stem.heights)
+            if (height.fit) {
+                places.push_back(height.height / stem.length);
+                decays.push_back(height.fit->decay_per_cycle.value);
+            }
+    return places.empty() ? LineFit{} : fit_line(places, decays);
+}
+
+} // namespace
+
+PopulationSummary summarise_population(std::vector<StemRingDowns>& stems) {
+    PopulationSummary summary;
+    std::vector<double> frequencies;
+    std::vector<double> decays;
+    std::vector<double> deflections;
+    std::vector<double> lengths;
+    std::vector<double> aspect_ratios;
+    for (const StemRingDowns& stem : stems) {
+        if (!stem.frequency || !stem.decay_per_cycle)
+            continue;
+        frequencies.push_back(stem.frequency->value);
+        decays.push_back(stem.decay_per_cycle->value);
+        deflections.push_back(stem.largest_deflection);
+        lengths.push_back(stem.length);
+        aspect_ratios.push_back(stem.aspect_ratio);
+    }
+    summary.stems = frequencies.size();
+    summary.frequency = summarise(frequencies);
+    summary.decay_per_cycle = summarise(decays);
+    summary.largest_deflection = summarise(deflections);
+    summary.length = summarise(lengths);
+    summary.aspect_ratio = summarise(aspect_ratios);
+    if (!decays.empty())
+        summary.decay_against_aspect_ratio = fit_line(aspect_ratios, decays);
+    summary.decay_against_height = pooled_decay_against_height(stems);
+    adjust_banding(stems, summary);
+    return summary;
+}
+
+} // namespace culm::reduce

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/measurement_folder.hpp"
+
+#include "measure/measurement_files.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace culm;
+using namespace culm::measure;
+using namespace culm::tests;
+
+const std::filesystem::path examples = std::filesystem::path(CULM_TEST_DATA_DIR) / "measurements";
+
+void expect_same(const Measurement& a, const Measurement& b) {
+    EXPECT_EQ(a.stem.id, b.stem.id);
+    EXPECT_EQ(a.stem.length, b.stem.length);
+    EXPECT_EQ(a.stem.density, b.stem.density);
+    EXPECT_EQ(a.stem.poissons_ratio, b.stem.poissons_ratio);
+    EXPECT_EQ(a.stem.spheres, b.stem.spheres);
+    EXPECT_EQ(a.stem.section.index(), b.stem.section.index());
+    EXPECT_EQ(section_area(a.stem.section), section_area(b.stem.section));
+    EXPECT_EQ(second_moment_of_area(a.stem.section), second_moment_of_area(b.stem.section));
+    ASSERT_EQ(a.stem.added_masses.size(), b.stem.added_masses.size());
+    for (std::size_t i = 0; i < a.stem.added_masses.size(); ++i) {
+        EXPECT_EQ(a.stem.added_masses[i].height, b.stem.added_masses[i].height);
+        EXPECT_EQ(a.stem.added_masses[i].mass, b.stem.added_masses[i].mass);
+    }
+    EXPECT_EQ(a.release, b.release);
+    EXPECT_EQ(a.gravity_direction, b.gravity_direction);
+    EXPECT_EQ(a.reading, b.reading);
+    EXPECT_EQ(a.frames_per_second, b.frames_per_second);
+    EXPECT_EQ(a.noise, b.noise);
+    EXPECT_EQ(a.noise_by_height, b.noise_by_height);
+    EXPECT_EQ(a.noise_source, b.noise_source);
+    EXPECT_EQ(a.times, b.times);
+    EXPECT_EQ(a.heights, b.heights);
+    ASSERT_EQ(a.deflections.size(), b.deflections.size());
+    for (std::size_t i = 0; i < a.deflections.size(); ++i)
+        EXPECT_TRUE(a.deflections[i] == b.deflections[i] ||
+                    (std::isnan(a.deflections[i]) && std::isnan(b.deflections[i])))
+            << i;
+}
+
+/// Numbers with all their digits, as a tracker computes them.
+Measurement computed(const Section& section, bool is_shifted) {
+    std::mt19937_64 random(11);
+    std::uniform_real_distribution<double> share(0.1, 0.9);
+    Measurement measurement;
+    measurement.stem = {.id = "B \"2\" \\ ä",
+                        .length = 0.1 + 0.01 * share(random),
+                        .section = section,
+                        .density = 1070.0 * share(random),
+                        .poissons_ratio = 0.499,
+                        .spheres = 41,
+                        .added_masses = {{0.05 * share(random), 1e-3 * share(random)}}};
+    measurement.release = is_shifted ? ReleaseKind::HeldStraight : ReleaseKind::TipPull;
+    measurement.gravity_direction =
+        is_shifted ? GravityDirection::Transverse : GravityDirection::Axial;
+    measurement.reading = is_shifted ? Reading::Material : Reading::Row;
+    measurement.frames_per_second = 1000.0 / 3.0;
+    measurement.noise = 1e-5 * share(random);
+    measurement.noise_source = "40 frames at rest";
+    for (int i = 0; i < 40; ++i)
+        measurement.times.push_back((i - 5) / (1000.0 / 3.0));
+    for (int j = 0; j < 4; ++j) {
+        measurement.heights.push_back(0.02 * (j + share(random)));
+        measurement.noise_by_height.push_back(1e-5 * share(random));
+    }
+    for (int i = 0; i < 160; ++i)
+        measurement.deflections.push_back(i % 7 == 3 ? std::numeric_limits<double>::quiet_NaN()
+                                                     : 0.02 * (share(random) - 0.5));
+    return measurement;
+}
+
+TEST(MeasurementFolder, ReadsTheLaboratorysFormat) {
+    const Measurement measurement = read_measurement(examples / "T1-null");
+    EXPECT_EQ(measurement.stem.id, "T1");
+    EXPECT_EQ(measurement.stem.length, 0.157);
+    EXPECT_EQ(std::get<CircularSection>(measurement.stem.section).diameter, 2.83e-3);
+    EXPECT_FALSE(std::get<CircularSection>(measurement.stem.section).wall);
+    EXPECT_EQ(measurement.stem.density, 125.0);
+    EXPECT_EQ(measurement.frames_per_second, 960.0);
+    EXPECT_EQ(measurement.noise, 5e-5);
+    EXPECT_EQ(measurement.gravity_direction, GravityDirection::Axial);
+    EXPECT_EQ(measurement.reading, Reading::Row);
+    EXPECT_EQ(measurement.release, ReleaseKind::TipPull);
+    ASSERT_EQ(measurement.heights.size(), 10U);
+    EXPECT_EQ(measurement.heights[9], 0.148);
+    EXPECT_EQ(measurement.times[0], -0.00625);
+    EXPECT_EQ(measurement.deflection(0, 9), 17.6338e-3);
+    EXPECT_EQ(measurement.remarks, std::vector<std::string>{});
+}
+
+TEST(MeasurementFolder, WrittenAndReadAgainIsTheSameBitForBit) {
+    const std::vector<Section> sections{
+        CircularSection{2.83e-3 / 3.0, {}}, CircularSection{2.83e-3, 0.34e-3 / 7.0},
+        RectangularSection{0.03, 0.01 / 3.0}, GeneralSection{1e-6 / 3.0, 1e-13 / 7.0}};
+    for (const Section& section : sections)
+        for (const bool is_shifted : {false, true}) {
+            const TemporaryFolder folder;
+            const Measurement written = computed(section, is_shifted);
+            write_measurement(folder.path(), written);
+            expect_same(written, read_measurement(folder.path()));
+        }
+}
+
+TEST(MeasurementFolder, WrittenNumbersAreAsShortAsTheyCanBe) {
+    const TemporaryFolder folder;
+    write_measurement(folder.path(), read_texts(plain_stem, plain_table));
+    EXPECT_EQ(file_text(folder / "deflection.csv"), plain_table);
+    EXPECT_EQ(file_text(folder / "stem.toml"),
+              "[stem]\nid = \"A\"\nlength_mm = 157\ndiameter_mm = 2.83\ndensity_kg_m3 = 125\n\n"
+              "[release]\nkind = \"tip_pull\"\n\n[measurement]\ngravity_direction = \"none\"\n"
+              "reading = \"row\"\n");
+}
+
+TEST(MeasurementFolder, SortsHeightsAndTheirNoise) {
+    const Measurement measurement =
+        read_texts(plain_stem + "[measurement]\nnoise_by_height_mm = [0.3, 0.1, 0.2]\n",
+                   "time_s,h=148mm,h=14mm,h=100mm\n0,3,1,2\n0.001,,11,12\n");
+    EXPECT_EQ(measurement.heights, (std::vector<double>{0.014, 0.1, 0.148}));
+    EXPECT_EQ(measurement.noise_by_height, (std::vector<double>{1e-4, 2e-4, 3e-4}));
+    EXPECT_EQ(measurement.deflection(0, 0), 1e-3);
+    EXPECT_EQ(measurement.deflection(1, 1), 12e-3);
+    EXPECT_TRUE(std::isnan(measurement.deflection(1, 2)));
+}
+
+TEST(MeasurementFolder, UnitOfTheHeaderIsThatOfTheDeflections) {
+    const Measurement measurement =
+        read_texts(plain_stem, "time_s,h=0.014m,h=0.148m\n0,0.0001,0.0176\n0.001,0,0\n");
+    EXPECT_EQ(measurement.heights, (std::vector<double>{0.014, 0.148}));
+    EXPECT_EQ(measurement.deflection(0, 1), 0.0176);
+}
+
+TEST(MeasurementFolder, TakesWhatSpreadsheetsAddWithoutHarm) {
+    const Measurement expected = read_texts(plain_stem, plain_table);
+    const std::string bom = "\xEF\xBB\xBF";
+    expect_same(expected, read_texts(bom + plain_stem, bom + plain_table));
+    expect_same(expected,
+                read_texts(plain_stem, "time_s,h=14mm,h=148mm,,\r\n-0.001,0.182,17.6,,\r\n"
+                                       "0,\"0.18\", 17.5 ,,\r\n0.001,0.17,NaN,,\r\n,,,,\r\n\r\n"));
+    expect_same(expected, read_texts(plain_stem, "# tracked by hand\n" + plain_table));
+}
+
+TEST(MeasurementFolder, RemarksOnKeysItDoesNotKnowAndOnACameraThatDisagrees) {
+    const Measurement measurement = read_texts(
+        plain_stem + "moisture = 5.8\n[camera]\nfps = 700\n[harvest]\nyear = 2018\n", plain_table);
+    ASSERT_EQ(measurement.remarks.size(), 3U);
+    EXPECT_NE(measurement.remarks[0].find("stem.moisture is not a key"), std::string::npos);
+    EXPECT_NE(measurement.remarks[1].find("harvest is not a key"), std::string::npos);
+    EXPECT_NE(measurement.remarks[2].find("fps = 700 means 0.00142857 s"), std::string::npos);
+}
+
+TEST(MeasurementFolder, IsFoundAloneOrInAFolderOfStems) {
+    EXPECT_EQ(find_measurements(examples / "S01"), std::vector{examples / "S01"});
+    EXPECT_EQ(find_measurements(examples),
+              (std::vector{examples / "S01", examples / "S10", examples / "T1-null"}));
+    const TemporaryFolder empty;
+    EXPECT_NE(refusal([&] {
+                  static_cast<void>(find_measurements(empty.path()));
+              }).find("neither this folder nor a folder in it holds a deflection.csv"),
+              std::string::npos);
+}
+
+TEST(MeasurementFolder, IsNotWrittenIfItsReaderWouldRefuseIt) {
+    const TemporaryFolder folder;
+    Measurement measurement = read_texts(plain_stem, plain_table);
+    measurement.times[1] = measurement.times[0];
+    EXPECT_NE(refusal([&] {
+                  write_measurement(folder.path(), measurement);
+              }).find("times and heights must ascend"),
+              std::string::npos);
+    EXPECT_THROW(write_measurement("/proc/no-such-folder", read_texts(plain_stem, plain_table)),
+                 core::StorageError);
+}
+
+TEST(MeasuredStem, WeighsAsAChainOfSpheresIfRoundAndAsItsSectionOtherwise) {
+    MeasuredStem stem = read_texts(plain_stem, plain_table).stem;
+    EXPECT_DOUBLE_EQ(mass_per_length(stem), 125.0 * std::numbers::pi / 6.0 * 2.83e-3 * 2.83e-3);
+    stem.section = RectangularSection{0.03, 0.02};
+    EXPECT_DOUBLE_EQ(mass_per_length(stem), 125.0 * 6e-4);
+    EXPECT_DOUBLE_EQ(second_moment_of_area(stem.section), 0.03 * 8e-6 / 12.0);
+    EXPECT_DOUBLE_EQ(section_depth(stem.section), 0.02);
+    EXPECT_DOUBLE_EQ(section_depth(GeneralSection{6e-4, 0.03 * 8e-6 / 12.0}), 0.02);
+}
+
+TEST(MeasuredStem, HollowSectionLosesItsCore) {
+    const MeasuredStem stem = read_texts(plain_stem + "wall_mm = 0.34\n", plain_table).stem;
+    const double inner = 2.83e-3 - 0.68e-3;
+    EXPECT_NEAR(section_area(stem.section),
+                std::numbers::pi / 4.0 * (2.83e-3 * 2.83e-3 - inner * inner), 1e-20);
+}
+
+} // namespace

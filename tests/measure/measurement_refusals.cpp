@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the reader of measurement folders says of near misses.
+#include "measure/measurement_files.hpp"
+
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace culm::tests;
+
+void expect_contains(const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << "in: " << text << "\nmissing: " << part;
+}
+
+const std::string header = "time_s,h=14mm,h=148mm\n";
+
+TEST(DeflectionFile, RefusesOtherHeadersAndSaysWhatToWrite) {
+    const std::vector<std::pair<std::string, std::string>> cases{
+        {"time_s;h=14mm;h=148mm\n",
+         "deflection.csv:1: cells are separated by semicolons; write commas"},
+        {"sep=;\ntime_s;h=14mm\n", "deflection.csv:1: \"sep=\" is a note for a spreadsheet"},
+        {"time_s\th=14mm\n", "separated by tabulators"},
+        {"time_s h=14mm\n", "separated by spaces"},
+        {"time_s,h=14,h=148mm\n", "column \"h=14\": the unit is missing: write \"h=14mm\""},
+        {"time_s,14,148\n", "column \"14\" must be a height with its unit: write \"h=14mm\""},
+        {"time_s,h=1.4cm\n", "column \"h=1.4cm\": \"cm\" is not a unit known here; mm or m"},
+        {"time_s,h=14mm,h=0.148m\n", "all heights must have one unit"},
+        {"time_s,\"h=14,5mm\"\n", "column \"h=14,5mm\" has a decimal comma"},
+        {"time_s,h=14mm,h=100mm,h=14.0mm\n", "column \"h=14.0mm\": column 2 has the same height"},
+        {"time_s,h=14mm,h=158mm\n", "column \"h=158mm\" lies above the stem, which is 157 mm long"},
+        {"time_s,h=-3mm\n", "column \"h=-3mm\" lies below the clamp"},
+        {"time_s,tip\n", "column \"tip\" must be \"h=<height>mm\""},
+        {"time_ms,h=14mm\n", "\"time_ms\": time must be in s: divide by 1000"},
+        {"t,h=14mm\n", "\"t\": the first column must be \"time_s\""},
+        {"h=14mm,time_s\n", "the column \"time_s\" must be the first"},
+        {"0,0.18,17.5\n", "the file has no header"},
+        {"time_s\n", "there is no height"},
+        {"", "the file is empty"},
+        {std::string("\xFF\xFEt\0i\0", 6), "the text is UTF-16"},
+        {"PK\x03\x04...", "this is a workbook or an archive, not text"},
+        {"time_s,h=14mm,h=148mm\n", "there are no lines after the header"}};
+    for (const auto& [text, message] : cases)
+        expect_contains(refusal_of_table(text), message);
+}
+
+TEST(DeflectionFile, RefusesCellsThatASpreadsheetSpoiledAndSaysHow) {
+    const std::vector<std::pair<std::string, std::string>> cells{
+        {"\"17,6\"", "has a decimal comma; write a decimal point"},
+        {"\"1,017.6\"", "has a thousands separator"},
+        {"#REF!", "is an error value of a spreadsheet"},
+        {"#N/A", "is an error value of a spreadsheet"},
+        {"=B2*2", "is a formula"},
+        {"17. Jun", "is a date or a time of day"},
+        {"17.06.2024", "is a date or a time of day"},
+        {"17:36", "is a date or a time of day"},
+        {"17.6mm", "carries a unit or a note"},
+        {"\xE2\x88\x92"
+         "17.6",
+         "has a typographic minus sign"},
+        {"1'017.6", "has a thousands separator"},
+        {"1 017.6", "holds more than a number"},
+        {"lost", "is not a number; leave the cell empty where nothing was seen"},
+        {"inf", "is not a number"}};
+    for (const auto& [cell, message] : cells) {
+        const std::string text = refusal_of_table(header + "0,0.1,0.2\n0.001,0.1," + cell + "\n");
+        expect_contains(text, "deflection.csv:3: column 3: \"");
+        expect_contains(text, message);
+    }
+}
+
+TEST(DeflectionFile, RefusesLinesAndTimesThatDoNotFit) {
+    const std::vector<std::pair<std::string, std::string>> cases{
+        {"0,1,2\n0.001,1\n", "deflection.csv:3: has 2 cells, but the header has 3 columns"},
+        {"0,0,18,17,5\n",
+         "deflection.csv:2: has 5 cells, but the header has 3 columns (decimal commas?"},
+        {"0;0.18;17.5\n", "(cells are separated by semicolons; write commas)"},
+        {"0,1,2\n0.002,1,2\n0.001,1,2\n",
+         "deflection.csv:4: time 0.001 s does not come after 0.002 s"},
+        {"0,1,2\n0,1,2\n", "deflection.csv:3: time 0 s does not come after 0 s"},
+        {"0,1,2\n,1,2\n0.002,1,2\n", "deflection.csv:3: time \"\" is empty"},
+        {"-0.002,1,2\n-0.001,1,2\n", "nothing was recorded after the release"},
+        {"0,1,2\n0.001,1,200\n", "deflection.csv:3: column 3: a deflection of 0.2 m is more than"},
+        {"0,1,\n0.001,1,\n", "column 3 is empty: delete it"},
+        {"0,1,2\n0.001,1,2,3\n", "deflection.csv:3: has 4 cells"}};
+    for (const auto& [lines, message] : cases)
+        expect_contains(refusal_of_table(header + lines), message);
+}
+
+TEST(DeflectionFile, RefusesMillisecondsAndFrameNumbersIfTheCameraIsKnown) {
+    const std::string stem = plain_stem + "[camera]\nfps = 960\n";
+    expect_contains(refusal_of(stem, header + "0,1,2\n1.0417,1,2\n2.0833,1,2\n3.125,1,2\n"),
+                    "which is a frame in ms at 960 frames/s: time_s must be in s");
+    expect_contains(refusal_of(stem, header + "0,1,2\n1,1,2\n2,1,2\n3,1,2\n"),
+                    "these are frame numbers; divide them by 960 frames/s");
+}
+
+TEST(DeflectionFile, ListsADozenFaultsAndCountsTheOthers) {
+    std::string table = header;
+    for (int i = 0; i < 20; ++i)
+        table += "0.00" + std::to_string(10 + i) + ",x,1\n";
+    const std::string text = refusal_of_table(table);
+    expect_contains(text, "deflection.csv:2: column 2: \"x\" is not a number");
+    expect_contains(text, "deflection.csv:13: ");
+    expect_contains(text, "... and 8 more faults in deflection.csv");
+}
+
+TEST(StemFile, SaysWhichKeyIsWrongAndWhatIsAllowed) {
+    const std::string section = "[section]\nshape = \"rectangle\"\n";
+    const std::string no_diameter =
+        "[stem]\nid = \"A\"\nlength_mm = 157.0\ndensity_kg_m3 = 125.0\n";
+    const std::vector<std::pair<std::string, std::string>> cases{
+        {"", "stem.toml:1: stem is missing"},
+        {"[camera]\nfps = 960\n", "stem is missing: write a table [stem]"},
+        {no_diameter, "stem.toml:1: stem.diameter_mm is missing: outer diameter"},
+        {plain_stem + "wall_mm = 1.5\n",
+         "stem.toml:6: stem.wall_mm = 1.5: must be below half the diameter, 1.415 mm"},
+        {plain_stem + "lenght_mm = 3\n",
+         "stem.toml:6: stem.lenght_mm: unknown key (did you mean length_mm?)"},
+        {"[stem]\nid = \"A\"\nlength_cm = 15.7\ndiameter_mm = 2.83\ndensity_kg_m3 = 125\n",
+         "stem.length_cm: unknown key (did you mean length_mm?)"},
+        {"[stem]\nid = \"A\"\nlength_mm = 157,0\n", "(a decimal comma? write a point)"},
+        {"[stem]\nid = \"A\"\nlength_mm = \"157\"\ndiameter_mm = 2.83\ndensity_kg_m3 = 125\n",
+         "must be a number without quotes, with a decimal point"},
+        {"[stem]\nid = \"A\"\nlength_mm = 157\ndiameter_mm = 2.83e-3\ndensity_kg_m3 = 125\n",
+         "stem.diameter_mm = 0.00283: must be a number in [0.01, 10000]"},
+        {"[stem]\nid = \"A\"\nlength_mm = 157\nlength_m = 0.157\ndiameter_mm = 2\ndensity_kg_m3 = "
+         "125\n",
+         "stem.length_m = 0.157: stands beside length_mm"},
+        {plain_stem + section, "the file also has a [section]: one of them must go"},
+        {no_diameter + section, "section.width_mm is missing: across the plane of motion"},
+        {no_diameter + "[section]\nshape = \"rectangel\"\n", "(did you mean \"rectangle\"?)"},
+        {no_diameter + section + "width_mm = 3\nheight_mm = 3\narea_mm2 = 9\n",
+         "section.area_mm2 = 9: belongs to shape = \"general\""},
+        {plain_stem + "[release]\nkind = \"pulled\"\n",
+         "release.kind = 'pulled': must be one of \"tip_pull\", \"held_straight\""},
+        {plain_stem + "[measurement]\nreading = \"rows\"\n", "(did you mean \"row\"?)"},
+        {plain_stem + "[measurement]\nnoise_by_height_mm = [0.1]\n",
+         "has 2 heights, but stem.toml gives noise_by_height for 1"},
+        {plain_stem + "[measurment]\nnoise_mm = 1\n", "(did you mean measurement?)"},
+        {plain_stem + "[[added_mass]]\nheight_mm = 160\nmass_g = 1\n",
+         "stem.toml:7: added_mass.height_mm = 160: lies above the stem"},
+        {plain_stem + "[added_mass]\nheight_mm = 16\nmass_g = 1\n", "write [[added_mass]]"}};
+    for (const auto& [stem, message] : cases)
+        expect_contains(refusal_of(stem, plain_table), message);
+}
+
+TEST(MeasurementFolder, RefusesAMissingFileByName) {
+    const TemporaryFolder folder;
+    write_file(folder / "stem.toml", plain_stem);
+    expect_contains(
+        refusal([&] { static_cast<void>(culm::measure::read_measurement(folder.path())); }),
+        "there is no deflection.csv");
+    expect_contains(
+        refusal([&] { static_cast<void>(culm::measure::read_measurement(folder / "nothing")); }),
+        "there is no such folder");
+}
+
+} // namespace

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Data that lie outside the repository and may be absent.
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace culm::tests {
+
+/// A folder of the optional data: below the folder named by the environment variable
+/// CULM_OPTIONAL_DATA, by default ../shared/data beside the repository. Empty if it is not there:
+/// the test then skips.
+inline std::optional<std::filesystem::path> optional_data(const std::string& name) {
+    const char* place = std::getenv("CULM_OPTIONAL_DATA");
+    const std::filesystem::path folder =
+        (place != nullptr ? std::filesystem::path(place)
+                          : std::filesystem::path(CULM_SOURCE_DIR) / ".." / "shared" / "data") /
+        name;
+    if (!std::filesystem::exists(folder))
+        return std::nullopt;
+    return folder;
+}
+
+} // namespace culm::tests
