@@ -67,7 +67,19 @@ void FileDescriptor::write_at(std::span<const std::byte> bytes, std::uint64_t of
             throw_storage_error("write", path_, written < 0 ? errno : ENOSPC);
         bytes = bytes.subspan(static_cast<std::size_t>(written));
         offset += static_cast<std::uint64_t>(written);
+        unsent_bytes_ += static_cast<std::uint64_t>(written);
     }
+    if (unsent_bytes_ >= writeback_bytes)
+        start_writeback();
+}
+
+void FileDescriptor::start_writeback() {
+#ifdef SYNC_FILE_RANGE_WRITE
+    // Only begins and does not wait; what goes wrong is for sync_data to find. A length of zero
+    // means to the end of the file.
+    (void)::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
+#endif
+    unsent_bytes_ = 0;
 }
 
 std::size_t FileDescriptor::read_at(std::span<std::byte> bytes, std::uint64_t offset) const {

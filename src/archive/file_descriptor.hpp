@@ -29,7 +29,9 @@ class FileDescriptor {
     [[nodiscard]] bool is_open() const { return descriptor_ >= 0; }
     [[nodiscard]] std::uint64_t size() const;
 
-    /// Writes all bytes at the offset; interrupted and short writes are continued.
+    /// Writes all bytes at the offset; interrupted and short writes are continued. From time to
+    /// time the kernel is asked to begin sending to the disk what it has, so that sync_data finds
+    /// little left to wait for.
     void write_at(std::span<const std::byte> bytes, std::uint64_t offset);
     /// Reads up to bytes.size() bytes; fewer only at the end of the file.
     [[nodiscard]] std::size_t read_at(std::span<std::byte> bytes, std::uint64_t offset) const;
@@ -42,6 +44,11 @@ class FileDescriptor {
     void close();
 
   private:
+    static constexpr std::uint64_t writeback_bytes = std::uint64_t{8} << 20U;
+
+    void start_writeback();
+
+    std::uint64_t unsent_bytes_ = 0; ///< written since the last start_writeback
     std::filesystem::path path_;
     int descriptor_ = -1;
 };

@@ -5,6 +5,7 @@
 #include "archive/hdf5_handle.hpp"
 #include "archive/hdf5_write_driver.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -55,6 +56,9 @@ class Hdf5Output {
     /// The block [start, start + count) of a dataset from memory of the type `memory_type`.
     void write_block(const DatasetHandle& dataset, std::span<const hsize_t> start,
                      std::span<const hsize_t> count, hid_t memory_type, const void* values) const;
+    /// The whole chunk that begins at `start`, as the dataset's filters would have made it.
+    void write_filtered_chunk(const DatasetHandle& dataset, std::span<const hsize_t> start,
+                              std::span<const std::byte> bytes) const;
     /// All of a one-dimensional dataset of doubles, created and written.
     void write_series(hid_t parent, const std::string& name, const std::string& unit,
                       std::span<const double> values) const;

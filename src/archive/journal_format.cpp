@@ -5,6 +5,7 @@
 #include "archive/little_endian.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace culm::archive {
 
@@ -17,19 +18,22 @@ std::vector<std::byte> encode_journal_header(std::string_view identity) {
     return {writer.bytes().begin(), writer.bytes().end()};
 }
 
-std::vector<std::byte> encode_record(const PointRecord& record) {
-    const std::vector<std::byte> payload = encode_payload(record);
-    ByteWriter writer;
-    writer.reserve(record_header_size + payload.size());
-    writer.put_bytes(record_magic);
-    writer.put(static_cast<std::uint64_t>(payload.size()));
-    writer.put(record.point);
-    writer.put(static_cast<std::uint32_t>(record.status()));
-    writer.put(std::uint32_t{0});
-    writer.put(crc32(payload));
-    writer.put(crc32(writer.bytes()));
-    writer.put_bytes(payload);
-    return {writer.bytes().begin(), writer.bytes().end()};
+void encode_record(const PointRecord& record, std::vector<std::byte>& bytes) {
+    bytes.resize(record_header_size);
+    ByteWriter payload(std::move(bytes));
+    put_payload(record, payload);
+    bytes = payload.take();
+    const auto content = std::span<const std::byte>(bytes).subspan(record_header_size);
+
+    ByteWriter header;
+    header.put_bytes(record_magic);
+    header.put(static_cast<std::uint64_t>(content.size()));
+    header.put(record.point);
+    header.put(static_cast<std::uint32_t>(record.status()));
+    header.put(std::uint32_t{0});
+    header.put(crc32(content));
+    header.put(crc32(header.bytes()));
+    std::copy(header.bytes().begin(), header.bytes().end(), bytes.begin());
 }
 
 std::optional<RecordHeader> decode_record_header(std::span<const std::byte> bytes) {

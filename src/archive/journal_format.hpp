@@ -36,8 +36,9 @@ struct RecordHeader {
 /// Magic, version, length and text of the study's identity, CRC-32 of all that.
 [[nodiscard]] std::vector<std::byte> encode_journal_header(std::string_view identity);
 
-/// Header and payload of a record in one block, ready for one write.
-[[nodiscard]] std::vector<std::byte> encode_record(const PointRecord& record);
+/// Header and payload of a record in one block, ready for one write. Replaces what `bytes` held;
+/// its memory is used again.
+void encode_record(const PointRecord& record, std::vector<std::byte>& bytes);
 
 /// The header in these record_header_size bytes, or nothing if magic or checksum are wrong.
 [[nodiscard]] std::optional<RecordHeader> decode_record_header(std::span<const std::byte> bytes);

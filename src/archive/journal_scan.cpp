@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -154,7 +156,7 @@ void scan_records(const FileDescriptor& file, JournalScan& scan) {
             scan.skipped_bytes += offset - scan.valid_end;
         }
         const std::uint64_t length = record_header_size + header->payload_size;
-        scan.entries.push_back({header->point, header->status, scan.file, offset, length});
+        scan.entries.push_back({header->point, header->status, offset, length});
         offset += length;
         scan.valid_end = offset;
     }
@@ -205,9 +207,9 @@ std::string read_journal_identity(const std::filesystem::path& path) {
     return read_header(FileDescriptor(path, FileDescriptor::Access::Read)).identity;
 }
 
-PointRecord read_record(const JournalEntry& entry) {
-    const FileDescriptor file(entry.file, FileDescriptor::Access::Read);
-    const std::string where = fmt::format("{}, record at byte {}", entry.file, entry.offset);
+PointRecord read_record(const FileDescriptor& file, const JournalEntry& entry) {
+    const std::string where =
+        fmt::format("{}, record at byte {}", file.path().string(), entry.offset);
     std::vector<std::byte> bytes(static_cast<std::size_t>(entry.length));
     bytes.resize(file.read_at(bytes, entry.offset));
     const std::optional<RecordHeader> header = decode_record_header(bytes);
@@ -221,26 +223,6 @@ PointRecord read_record(const JournalEntry& entry) {
     record.point = header->point;
     record.completed = header->status == PointStatus::Completed;
     return record;
-}
-
-JournalIndex index_by_point(std::span<const JournalScan> scans) {
-    JournalIndex index;
-    for (const JournalScan& scan : scans) {
-        for (const JournalEntry& entry : scan.entries) {
-            const auto known = index.find(entry.point);
-            if (known == index.end() || entry.status == PointStatus::Completed ||
-                known->second.status == PointStatus::Failed)
-                index.insert_or_assign(entry.point, entry);
-        }
-    }
-    return index;
-}
-
-std::optional<PointRecord> find_record(const JournalIndex& index, std::int64_t point) {
-    const auto found = index.find(point);
-    if (found == index.end())
-        return std::nullopt;
-    return read_record(found->second);
 }
 
 } // namespace culm::archive

@@ -7,20 +7,16 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <map>
-#include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace culm::archive {
 
-/// Where a whole record stands.
+/// Where a whole record stands in its journal.
 struct JournalEntry {
     std::int64_t point = 0;
     PointStatus status = PointStatus::Completed;
-    std::string file;
     std::uint64_t offset = 0; ///< of the record's header in the file, bytes
     std::uint64_t length = 0; ///< of header and payload, bytes
 };
@@ -54,14 +50,6 @@ struct JournalScan {
 [[nodiscard]] std::string read_journal_identity(const std::filesystem::path& path);
 
 /// One record, its checksums verified again. StorageError if it is no longer what was scanned.
-[[nodiscard]] PointRecord read_record(const JournalEntry& entry);
-
-/// The entry to be used for each point that the journals know: a completed one before a failed one,
-/// else the later one in the order given.
-using JournalIndex = std::map<std::int64_t, JournalEntry>;
-[[nodiscard]] JournalIndex index_by_point(std::span<const JournalScan> scans);
-
-/// The record of a point, or nothing if the index does not know it.
-[[nodiscard]] std::optional<PointRecord> find_record(const JournalIndex& index, std::int64_t point);
+[[nodiscard]] PointRecord read_record(const FileDescriptor& file, const JournalEntry& entry);
 
 } // namespace culm::archive

@@ -66,11 +66,11 @@ void JournalWriter::append(const PointRecord& record) {
         file_.truncate(end_);
         tail_is_dirty_ = false;
     }
-    const std::vector<std::byte> bytes = encode_record(record);
+    encode_record(record, buffer_);
     const std::uint64_t before = end_;
     try {
-        file_.write_at(bytes, before);
-        end_ = before + bytes.size();
+        file_.write_at(buffer_, before);
+        end_ = before + buffer_.size();
         is_unsynced_ = true;
         if (std::chrono::steady_clock::now() - last_sync_ >= options_.sync_interval)
             sync();

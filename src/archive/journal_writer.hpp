@@ -6,9 +6,11 @@
 #include "archive/point_record.hpp"
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string_view>
+#include <vector>
 
 namespace culm::archive {
 
@@ -54,7 +56,8 @@ class JournalWriter {
 
     FileDescriptor file_;
     JournalOptions options_;
-    std::uint64_t end_ = 0; ///< behind the last committed record, bytes
+    std::vector<std::byte> buffer_; ///< of the last record: its memory is used again
+    std::uint64_t end_ = 0;         ///< behind the last committed record, bytes
     std::uint64_t discarded_bytes_ = 0;
     bool tail_is_dirty_ = false; ///< a failed append could not be cut off yet
     bool is_unsynced_ = false;

@@ -13,6 +13,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace culm::archive {
@@ -20,6 +21,10 @@ namespace culm::archive {
 /// Appends values to a growing block of bytes.
 class ByteWriter {
   public:
+    ByteWriter() = default;
+    /// Goes on behind these bytes.
+    explicit ByteWriter(std::vector<std::byte> bytes) : bytes_(std::move(bytes)) {}
+
     template <std::integral T>
     void put(T value) {
         for (std::size_t i = 0; i < sizeof(T); ++i)
@@ -36,6 +41,10 @@ class ByteWriter {
     /// Count (u64) and the values (IEEE 754 binary64).
     void put_doubles(std::span<const double> values) {
         put(static_cast<std::uint64_t>(values.size()));
+        put_values(values);
+    }
+    /// The values alone.
+    void put_values(std::span<const double> values) {
         if constexpr (std::endian::native == std::endian::little) {
             put_bytes(std::as_bytes(values));
         } else {
@@ -43,8 +52,11 @@ class ByteWriter {
                 put(std::bit_cast<std::uint64_t>(value));
         }
     }
-    void reserve(std::size_t size) { bytes_.reserve(size); }
+    void clear() { bytes_.clear(); }
+    /// Makes room for so many more bytes.
+    void reserve(std::size_t size) { bytes_.reserve(bytes_.size() + size); }
     [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
+    [[nodiscard]] std::vector<std::byte> take() { return std::move(bytes_); }
 
   private:
     std::vector<std::byte> bytes_;

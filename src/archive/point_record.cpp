@@ -5,8 +5,7 @@
 
 namespace culm::archive {
 
-std::vector<std::byte> encode_payload(const PointRecord& record) {
-    ByteWriter writer;
+void put_payload(const PointRecord& record, ByteWriter& writer) {
     const std::size_t doubles = record.values.size() + record.tip_deflection.size() +
                                 record.height_deflection.size() + record.positions.size();
     writer.reserve(64 + record.failure_kind.size() + record.failure_reason.size() +
@@ -17,7 +16,6 @@ std::vector<std::byte> encode_payload(const PointRecord& record) {
     writer.put_doubles(record.tip_deflection);
     writer.put_doubles(record.height_deflection);
     writer.put_doubles(record.positions);
-    return {writer.bytes().begin(), writer.bytes().end()};
 }
 
 PointRecord decode_payload(std::span<const std::byte> payload, std::string_view where) {

@@ -31,9 +31,11 @@ struct PointRecord {
     bool operator==(const PointRecord&) const = default;
 };
 
-/// The payload of a journal record (docs/archive-format.md): all but point and status, which stand
-/// in the record's header.
-[[nodiscard]] std::vector<std::byte> encode_payload(const PointRecord& record);
+class ByteWriter;
+
+/// Appends the payload of a journal record (docs/archive-format.md): all but point and status,
+/// which stand in the record's header.
+void put_payload(const PointRecord& record, ByteWriter& writer);
 
 /// Fills all but point and status from a payload. StorageError, beginning with `where`, if the
 /// bytes do not have the documented form.

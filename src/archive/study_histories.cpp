@@ -13,6 +13,7 @@ namespace culm::archive {
 
 namespace {
 
+constexpr int table_compression = 1; ///< deflate level of tip and height histories
 constexpr hsize_t largest_chunk_bytes =
     hsize_t{512} * 1024; ///< two fit HDF5's default chunk cache, 1 MiB
 
@@ -32,7 +33,8 @@ std::string particle_group_name(std::int64_t point) {
 }
 
 HistoriesWriter::HistoriesWriter(const Hdf5Output& output, const StudyDescription& description)
-    : output_(output), description_(description) {
+    : output_(output), description_(description), table_filter_(table_compression),
+      trajectory_filter_(description.trajectory_compression) {
     const StoredHistories& stored = description.stored;
     if (!stored.tip && !stored.heights && !stored.positions)
         return;
@@ -65,7 +67,7 @@ void HistoriesWriter::create_tables() {
                                       {H5T_IEEE_F64LE,
                                        {points, samples},
                                        {1, chunk_samples(samples, 1)},
-                                       1,
+                                       table_compression,
                                        "m",
                                        "lateral deflection of the tip; NaN where there is none"});
     if (!description_.stored.heights)
@@ -76,45 +78,55 @@ void HistoriesWriter::create_tables() {
                                       {H5T_IEEE_F64LE,
                                        {points, samples, heights},
                                        {1, chunk_samples(samples, heights), heights},
-                                       1,
+                                       table_compression,
                                        "m",
                                        "lateral deflection at /histories/heights; NaN where there "
                                        "is none"});
 }
 
 void HistoriesWriter::append(const PointRecord* record) {
-    const hsize_t samples = description_.times.size();
     if (tip_.is_open())
-        append_row(tip_, {samples}, record == nullptr ? nullptr : &record->tip_deflection);
+        append_row(tip_, 1, record == nullptr ? nullptr : &record->tip_deflection);
     if (heights_.is_open())
-        append_row(heights_, {samples, description_.heights.size()},
+        append_row(heights_, description_.heights.size(),
                    record == nullptr ? nullptr : &record->height_deflection);
     if (particles_.is_open() && record != nullptr)
         write_trajectory(*record);
     ++next_point_;
 }
 
-void HistoriesWriter::append_row(const DatasetHandle& dataset,
-                                 const std::vector<hsize_t>& row_shape,
-                                 const std::vector<double>* row) const {
-    const hsize_t size =
-        std::accumulate(row_shape.begin(), row_shape.end(), hsize_t{1}, std::multiplies<>());
-    std::vector<hsize_t> start(row_shape.size() + 1, 0);
-    start[0] = next_point_;
-    std::vector<hsize_t> count{1};
-    count.insert(count.end(), row_shape.begin(), row_shape.end());
-    if (row != nullptr) {
-        output_.write_block(dataset, start, count, H5T_NATIVE_DOUBLE, row->data());
-        return;
-    }
+void HistoriesWriter::append_row(const DatasetHandle& dataset, hsize_t doubles_per_sample,
+                                 const std::vector<double>* row) {
     // NaN is written, not left to the fill value: a chunk that is absent then always means damage.
-    const std::vector<double> nothing(size, std::numeric_limits<double>::quiet_NaN());
-    output_.write_block(dataset, start, count, H5T_NATIVE_DOUBLE, nothing.data());
+    if (row == nullptr)
+        nothing_.assign(description_.times.size() * doubles_per_sample,
+                        std::numeric_limits<double>::quiet_NaN());
+    constexpr std::size_t sample_dimension = 1;
+    write_samples(dataset, {{next_point_, 0, 0}, sample_dimension},
+                  row == nullptr ? nothing_ : *row, table_filter_);
+}
+
+void HistoriesWriter::write_samples(const DatasetHandle& dataset, FirstSample place,
+                                    std::span<const double> values, ChunkFilter& filter) {
+    const hsize_t samples = description_.times.size();
+    const std::size_t per_sample = values.size() / samples;
+    const hsize_t chunk = chunk_samples(samples, per_sample);
+    for (hsize_t first = 0; first < samples; first += chunk) {
+        const hsize_t count = std::min(chunk, samples - first);
+        std::span<const double> part = values.subspan(first * per_sample, count * per_sample);
+        if (count < chunk) {
+            partial_chunk_.assign(chunk * per_sample, std::numeric_limits<double>::quiet_NaN());
+            std::ranges::copy(part, partial_chunk_.begin());
+            part = partial_chunk_;
+        }
+        place.offset[place.sample_dimension] = first;
+        output_.write_filtered_chunk(dataset, place.offset, filter.apply(part));
+    }
 }
 
 /// One H5MD 1.1 particle group. All share the sample times and numbers through hard links, as H5MD
 /// proposes for elements that are sampled together.
-void HistoriesWriter::write_trajectory(const PointRecord& record) const {
+void HistoriesWriter::write_trajectory(const PointRecord& record) {
     const GroupHandle group =
         output_.create_group(particles_.get(), particle_group_name(record.point));
     const GroupHandle box = output_.create_group(group.get(), "box");
@@ -135,8 +147,7 @@ void HistoriesWriter::write_trajectory(const PointRecord& record) const {
                                 description_.trajectory_compression,
                                 "m",
                                 "centres of the spheres: axial, lateral, out of plane"});
-    const std::vector<hsize_t> start{0, 0, 0};
-    output_.write_block(value, start, shape, H5T_NATIVE_DOUBLE, record.positions.data());
+    write_samples(value, {{0, 0, 0}, 0}, record.positions, trajectory_filter_);
 }
 
 } // namespace culm::archive

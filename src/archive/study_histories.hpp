@@ -2,11 +2,15 @@
 // The groups /histories and /particles: deflections over time and H5MD trajectories.
 #pragma once
 
+#include "archive/chunk_filter.hpp"
 #include "archive/hdf5_write.hpp"
 #include "archive/point_record.hpp"
 #include "archive/study_description.hpp"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,13 +30,24 @@ class HistoriesWriter {
 
   private:
     void create_tables();
-    void append_row(const DatasetHandle& dataset, const std::vector<hsize_t>& row_shape,
-                    const std::vector<double>* row) const;
-    void write_trajectory(const PointRecord& record) const;
+    void append_row(const DatasetHandle& dataset, hsize_t doubles_per_sample,
+                    const std::vector<double>* row);
+    void write_trajectory(const PointRecord& record);
+    /// Where a history begins in a dataset of at most three dimensions.
+    struct FirstSample {
+        std::array<hsize_t, 3> offset;
+        std::size_t sample_dimension; ///< along which its samples lie
+    };
+    void write_samples(const DatasetHandle& dataset, FirstSample place,
+                       std::span<const double> values, ChunkFilter& filter);
 
     const Hdf5Output& output_;
     const StudyDescription& description_;
     hsize_t next_point_ = 0;
+    ChunkFilter table_filter_;
+    ChunkFilter trajectory_filter_;
+    std::vector<double> partial_chunk_; ///< filled up behind the last sample
+    std::vector<double> nothing_;       ///< a row without a history
     GroupHandle histories_;
     GroupHandle particles_;
     DatasetHandle tip_;

@@ -32,9 +32,10 @@ ResultsWriter::ResultsWriter(const Hdf5Output& output, const StudyDescription& d
 void ResultsWriter::append(const PointRecord* record) {
     const PointStatus status = record == nullptr ? PointStatus::Missing : record->status();
     statuses_.push_back(static_cast<std::uint8_t>(status));
-    const bool failed = status == PointStatus::Failed;
-    failure_kinds_.push_back(failed ? shortened(record->failure_kind) : std::string());
-    failure_reasons_.push_back(failed ? shortened(record->failure_reason) : std::string());
+    if (status == PointStatus::Failed) {
+        failure_kinds_.emplace(statuses_.size() - 1, shortened(record->failure_kind));
+        failure_reasons_.emplace(statuses_.size() - 1, shortened(record->failure_reason));
+    }
     table_.append(status == PointStatus::Completed ? record->values : no_values_);
 }
 
@@ -55,13 +56,13 @@ void ResultsWriter::finish() {
     write_texts("failure_reason", failure_reasons_, "why the point has no answer, else empty");
 }
 
-void ResultsWriter::write_texts(const std::string& name, const std::vector<std::string>& texts,
+void ResultsWriter::write_texts(const std::string& name, const Texts& texts,
                                 const std::string& description) {
     std::size_t width = 1;
-    for (const std::string& text : texts)
+    for (const auto& [row, text] : texts)
         width = std::max(width, text.size());
     constexpr std::size_t chunk_bytes = 65536;
-    const hsize_t rows = texts.size();
+    const hsize_t rows = statuses_.size();
     const hsize_t chunk = std::min<hsize_t>(rows, std::max<hsize_t>(1, chunk_bytes / width));
     const DatatypeHandle type = fixed_text_type(width);
     const DatasetHandle dataset = output_.create_dataset(
@@ -70,11 +71,10 @@ void ResultsWriter::write_texts(const std::string& name, const std::vector<std::
         const std::vector<hsize_t> start{begin};
         const std::vector<hsize_t> count{std::min(chunk, rows - begin)};
         std::string block(count[0] * width, '\0');
-        for (hsize_t row = 0; row < count[0]; ++row) {
-            const std::string& text = texts[begin + row];
-            std::copy(text.begin(), text.end(),
-                      block.begin() + static_cast<std::ptrdiff_t>(row * width));
-        }
+        const auto end = texts.lower_bound(begin + count[0]);
+        for (auto text = texts.lower_bound(begin); text != end; ++text)
+            std::ranges::copy(text->second, block.begin() + static_cast<std::ptrdiff_t>(
+                                                                (text->first - begin) * width));
         output_.write_block(dataset, start, count, type.get(), block.data());
     }
 }

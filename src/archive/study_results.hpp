@@ -8,6 +8,7 @@
 #include "archive/study_table.hpp"
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -27,16 +28,17 @@ class ResultsWriter {
     void finish();
 
   private:
-    void write_texts(const std::string& name, const std::vector<std::string>& texts,
-                     const std::string& description);
+    using Texts = std::map<std::size_t, std::string>; ///< by row; the other rows are empty
+
+    void write_texts(const std::string& name, const Texts& texts, const std::string& description);
 
     const Hdf5Output& output_;
     GroupHandle group_;
     TableWriter table_;
     std::vector<double> no_values_; ///< a row of NaN
     std::vector<std::uint8_t> statuses_;
-    std::vector<std::string> failure_kinds_;
-    std::vector<std::string> failure_reasons_;
+    Texts failure_kinds_;
+    Texts failure_reasons_;
 };
 
 } // namespace culm::archive

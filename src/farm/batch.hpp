@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace culm::farm {
@@ -22,6 +23,9 @@ struct BatchReport {
     std::int64_t completed = 0; ///< points with a result
     std::int64_t failed = 0;    ///< points without, their reason recorded by the work function
     double seconds = 0.0;       ///< computing time, s; summed up in the summary
+    /// Not empty: why results can no longer be stored. The farm stops as for a StorageError, but
+    /// the points of the batch that are counted here have been kept.
+    std::string storage_failure = {};
 };
 
 /// Computes one batch. An exception means that the batch is lost, see Farm::map.

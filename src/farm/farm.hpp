@@ -35,6 +35,9 @@ struct FarmOptions {
     std::chrono::microseconds poll_interval{100};
     /// Batches much shorter than this are handed out several at a time, s; 0: always one by one.
     double chunk_seconds = 0.01;
+    /// What a unit of the batches' cost is expected to take, s: for the first ranges, before
+    /// reports tell. 0: unknown.
+    double seconds_per_cost = 0.0;
     /// A rank that has not been heard of for so long is given up; 0: never. Must be well above the
     /// longest time that a work function goes without a beat.
     std::chrono::milliseconds silence_until_dead{0};
@@ -62,7 +65,8 @@ class Farm {
     /// results are whatever `work` stores).
     ///
     /// * If `work` throws, the batch is listed as lost with the exception's text; the farm goes on.
-    /// * If it throws core::StorageError, or if a function in the options throws, the farm stops on
+    /// * If it throws core::StorageError or reports a storage failure, or if a function in the
+    /// options throws, the farm stops on
     ///   all ranks as for a stop, and Summary::failure holds the text.
     /// * After a stop no batch is begun any more; those in work are finished, or left early if
     ///   `work` heeds Heartbeat::stop_requested. Summary::stopped_early: points are missing.

@@ -48,7 +48,7 @@ struct MapCall {
         costs.reserve(order.size());
         for (const std::size_t index : order)
             costs.push_back(batches[index].cost);
-        Scheduler scheduler(costs, size, options.chunk_seconds);
+        Scheduler scheduler(costs, size, options.chunk_seconds, options.seconds_per_cost);
         scheduler.deal();
         return scheduler;
     }

@@ -19,6 +19,8 @@ void run_batch(const MapCall& call, std::int64_t place, Heartbeat& heartbeat,
         outcome.tally.completed += report.completed;
         outcome.tally.failed += report.failed;
         outcome.tally.seconds += report.seconds;
+        if (!report.storage_failure.empty())
+            outcome.failure = report.storage_failure;
     } catch (const FarmError&) {
         throw;
     } catch (const core::StorageError& error) {
@@ -52,7 +54,9 @@ void put(WireWriter& out, const RangeOutcome& outcome) {
     out.put(outcome.range)
         .put(outcome.executed)
         .put(outcome.seconds)
-        .put(outcome.tally)
+        .put(outcome.tally.completed)
+        .put(outcome.tally.failed)
+        .put(outcome.tally.seconds)
         .put_text(outcome.failure)
         .put(outcome.lost.size());
     for (const LostBatch& lost : outcome.lost)
@@ -64,7 +68,9 @@ RangeOutcome get_range_outcome(WireReader& in, int source) {
     in.get(outcome.range);
     in.get(outcome.executed);
     in.get(outcome.seconds);
-    in.get(outcome.tally);
+    in.get(outcome.tally.completed);
+    in.get(outcome.tally.failed);
+    in.get(outcome.tally.seconds);
     in.get_text(outcome.failure);
     const auto count = in.get<std::size_t>();
     for (std::size_t i = 0; i < count; ++i) {

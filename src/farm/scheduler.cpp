@@ -17,8 +17,12 @@ constexpr std::size_t depth(int rank) {
 
 } // namespace
 
-Scheduler::Scheduler(std::span<const double> costs, int ranks, double chunk_seconds)
-    : remaining_(static_cast<std::int64_t>(costs.size())), chunk_seconds_(chunk_seconds) {
+Scheduler::Scheduler(std::span<const double> costs, int ranks, double chunk_seconds,
+                     double seconds_per_cost)
+    : remaining_(static_cast<std::int64_t>(costs.size())),
+      chunk_seconds_(chunk_seconds > 0.0 ? std::max(chunk_seconds, ranks * coordinator_seconds)
+                                         : 0.0),
+      expected_seconds_per_cost_(seconds_per_cost) {
     if (ranks < 1)
         throw FarmError(fmt::format("a scheduler for {} ranks: there must be at least one", ranks));
     held_.resize(static_cast<std::size_t>(ranks));
@@ -102,15 +106,16 @@ std::int64_t Scheduler::chunk_length() const {
     const auto shares = 2 * static_cast<std::int64_t>(held_.size());
     const auto batches = static_cast<std::int64_t>(cost_before_.size()) - 1;
     const std::int64_t longest = (batches - next_) / shares;
-    if (longest <= 1 || finished_cost_ <= 0.0)
+    const bool is_known = finished_cost_ > 0.0;
+    if (longest <= 1 || (!is_known && expected_seconds_per_cost_ <= 0.0))
         return 1;
     const double start = cost_before_[static_cast<std::size_t>(next_)];
     const double share = (total_cost() - start) / static_cast<double>(shares);
+    const double seconds_per_cost =
+        is_known ? finished_seconds_ / finished_cost_ : expected_seconds_per_cost_;
     // Written without a division by the seconds, which are zero for work that costs nothing.
-    const double seconds_of_share = share * finished_seconds_ / finished_cost_;
-    const double budget = seconds_of_share <= chunk_seconds_
-                              ? share
-                              : chunk_seconds_ * finished_cost_ / finished_seconds_;
+    const double budget =
+        share * seconds_per_cost <= chunk_seconds_ ? share : chunk_seconds_ / seconds_per_cost;
     const auto first = cost_before_.begin() + next_;
     const auto end = std::upper_bound(first + 1, first + longest + 1, start + budget);
     return std::max<std::int64_t>(1, end - first - 1);

@@ -21,18 +21,24 @@ struct Range {
 /// * A rank holds at most two ranges: the one it computes and one queued behind it (prefetch).
 ///   Rank 0 holds one: it sits next to the list.
 /// * No prefetch once fewer batches remain than there are ranks: the last ones are not hoarded.
-/// * A range is a single batch unless batches are known, from the reports so far, to be so short
-///   that messages would dominate. Then it is as many as take `chunk_seconds`, but never more than
-///   the share 1/(2 ranks) of what remains, by number and by cost (guided self-scheduling,
-///   Polychronopoulos & Kuck 1987), so that ranges shrink towards the end.
+/// * A range is a single batch unless batches are known, from the reports so far or beforehand, to
+///   be so short that messages would dominate. Then it is as many as take `chunk_seconds`, but
+///   never more than the share 1/(2 ranks) of what remains, by number and by cost (guided
+///   self-scheduling, Polychronopoulos & Kuck 1987), so that ranges shrink towards the end.
+/// * With many ranks a range takes longer, `coordinator_seconds` times their number: all of them
+///   together must not send more than rank 0 can answer.
 ///
 /// The object is deterministic: the same calls give the same answers on every rank.
 class Scheduler {
   public:
-    /// `costs`: of the batches in the plan's order, any unit. Ranges are single batches until a
-    /// report has told how many seconds a unit of cost takes; always if `chunk_seconds` is 0.
-    /// Throws FarmError if `ranks` < 1.
-    Scheduler(std::span<const double> costs, int ranks, double chunk_seconds);
+    /// Shortest mean time between two reports to rank 0, s: some ten times what it needs for one.
+    static constexpr double coordinator_seconds = 50e-6;
+
+    /// `costs`: of the batches in the plan's order, any unit. `seconds_per_cost`: what a unit of it
+    /// is expected to take until reports tell; 0: unknown, and ranges are single batches until
+    /// then. They always are if `chunk_seconds` is 0. Throws FarmError if `ranks` < 1.
+    Scheduler(std::span<const double> costs, int ranks, double chunk_seconds,
+              double seconds_per_cost = 0.0);
 
     /// Deals the opening hand: a range for every rank in turn, then the prefetched ones. Since
     /// every rank can deal it for itself, the farm starts without a message.
@@ -83,6 +89,7 @@ class Scheduler {
     std::int64_t remaining_ = 0;
     std::int64_t ranges_held_ = 0;
     double chunk_seconds_;
+    double expected_seconds_per_cost_;
     double finished_cost_ = 0.0;
     double finished_seconds_ = 0.0;
     bool stopped_ = false;

@@ -16,6 +16,10 @@
 namespace culm::archive {
 namespace {
 
+FileDescriptor open_for_reading(const std::filesystem::path& path) {
+    return {path, FileDescriptor::Access::Read};
+}
+
 using example::identity;
 using example::record_of;
 
@@ -61,7 +65,7 @@ TEST(JournalOnAFullDisk, CutsAPartialRecordOffAndGoesOnWhenThereIsRoomAgain) {
     writer.close();
     const JournalScan found = scan_journal(path, identity);
     ASSERT_EQ(found.entries.size(), 2U);
-    EXPECT_EQ(read_record(found.entries[1]), record_of(3));
+    EXPECT_EQ(read_record(open_for_reading(path), found.entries[1]), record_of(3));
     EXPECT_EQ(found.damaged_regions, 0);
 }
 
@@ -137,7 +141,8 @@ TEST(JournalOfAKilledProcess, HoldsEveryPointThatWasReportedCommitted) {
     ASSERT_GT(static_cast<std::int64_t>(found.entries.size()), committed);
     for (std::int64_t point = 0; point <= committed; ++point)
         EXPECT_EQ(found.entries[static_cast<std::size_t>(point)].point, point);
-    EXPECT_EQ(read_record(found.entries.back()).values, record_of(0).values);
+    EXPECT_EQ(read_record(open_for_reading(path), found.entries.back()).values,
+              record_of(0).values);
 }
 
 } // namespace

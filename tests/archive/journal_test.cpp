@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "archive/archive_example.hpp"
+#include "archive/journal_index.hpp"
 #include "archive/journal_scan.hpp"
 #include "archive/journal_writer.hpp"
 #include "core/error.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,6 +30,9 @@ class Journal : public testing::Test {
         writer.close();
     }
     [[nodiscard]] JournalScan scan() const { return scan_journal(path_, identity); }
+    [[nodiscard]] PointRecord read(const JournalEntry& entry) const {
+        return read_record(FileDescriptor(path_, FileDescriptor::Access::Read), entry);
+    }
     [[nodiscard]] std::vector<std::int64_t> points() const {
         std::vector<std::int64_t> found;
         for (const JournalEntry& entry : scan().entries)
@@ -45,7 +51,7 @@ TEST_F(Journal, GivesBackWhatWasAppended) {
     for (std::int64_t point = 0; point < 4; ++point) {
         const JournalEntry& entry = found.entries[static_cast<std::size_t>(point)];
         EXPECT_EQ(entry.status, record_of(point).status());
-        EXPECT_EQ(read_record(entry), record_of(point));
+        EXPECT_EQ(read(entry), record_of(point));
     }
     EXPECT_EQ(found.damaged_regions, 0);
     EXPECT_EQ(found.torn_tail_bytes, 0U);
@@ -57,7 +63,7 @@ TEST_F(Journal, KeepsNotANumberAndSignedZeroBitForBit) {
     record.values = {std::numeric_limits<double>::quiet_NaN(), -0.0,
                      std::numeric_limits<double>::denorm_min()};
     JournalWriter(path_, identity).append(record);
-    const PointRecord found = read_record(scan().entries.at(0));
+    const PointRecord found = read(scan().entries.at(0));
     EXPECT_TRUE(std::isnan(found.values.at(0)));
     EXPECT_TRUE(std::signbit(found.values.at(1)));
     EXPECT_EQ(found.values.at(2), std::numeric_limits<double>::denorm_min());
@@ -161,7 +167,7 @@ TEST_F(Journal, NeverReturnsARecordWithAFlippedBit) {
         ASSERT_THAT(points(), testing::ElementsAre(0, 2)) << "byte " << place;
         ASSERT_EQ(found.damaged_regions, 1);
         ASSERT_EQ(found.corrupt_records, place < 40 ? 0 : 1);
-        ASSERT_THROW((void)read_record(middle), core::StorageError);
+        ASSERT_THROW((void)read(middle), core::StorageError);
     }
 }
 
@@ -225,7 +231,7 @@ TEST_F(Journal, OfAnotherVersionOrOtherContentIsRefused) {
 
 TEST_F(Journal, IndexPrefersCompletedPointsAndThenTheLaterOnes) {
     const auto entry = [](std::int64_t point, PointStatus status, std::uint64_t offset) {
-        return JournalEntry{point, status, "file", offset, 1};
+        return JournalEntry{point, status, offset, 1};
     };
     JournalScan first;
     first.entries = {entry(0, PointStatus::Completed, 1), entry(1, PointStatus::Failed, 2),
@@ -233,11 +239,28 @@ TEST_F(Journal, IndexPrefersCompletedPointsAndThenTheLaterOnes) {
     JournalScan second;
     second.entries = {entry(0, PointStatus::Failed, 4), entry(1, PointStatus::Completed, 5),
                       entry(2, PointStatus::Failed, 6)};
-    const JournalIndex index = index_by_point(std::vector{first, second});
+    JournalIndex index(std::vector{first, second});
     EXPECT_EQ(index.at(0).offset, 1U);
     EXPECT_EQ(index.at(1).offset, 5U);
     EXPECT_EQ(index.at(2).offset, 6U);
-    EXPECT_FALSE(find_record(index, 3).has_value());
+    EXPECT_FALSE(index.contains(3));
+    EXPECT_THROW((void)index.at(3), std::out_of_range);
+    EXPECT_FALSE(index.find_record(3).has_value());
+}
+
+TEST_F(Journal, IndexFindsTheRecordsOfMoreJournalsThanItKeepsOpen) {
+    constexpr std::int64_t journals = 200;
+    for (std::int64_t point = 0; point < journals; ++point) {
+        PointRecord record = record_of(0);
+        record.point = point;
+        JournalWriter(folder_ / "j" / fmt::format("rank-{:05}.culmj", journals - point), identity)
+            .append(record);
+    }
+    JournalIndex index(scan_journal_folder(folder_ / "j", identity));
+    EXPECT_EQ(index.size(), static_cast<std::size_t>(journals));
+    for (int round = 0; round < 2; ++round)
+        for (std::int64_t point = 0; point < journals; ++point)
+            ASSERT_EQ(index.find_record(point).value().point, point);
 }
 
 TEST_F(Journal, FolderIsScannedInOrderOfNames) {

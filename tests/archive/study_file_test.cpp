@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "archive/archive_example.hpp"
-#include "archive/journal_scan.hpp"
+#include "archive/journal_index.hpp"
 #include "archive/journal_writer.hpp"
 #include "archive/study_file.hpp"
 #include "archive/study_verify.hpp"
@@ -96,9 +96,9 @@ TEST_F(Study, IsTheSameBytesWhicheverRankWroteWhichPointWhen) {
             JournalWriter(journals / ("rank-" + std::to_string(rank) + ".culmj"), example::identity)
                 .append(record_of(orders[run][i]));
         }
-        const JournalIndex index = index_by_point(scan_journal_folder(journals, example::identity));
+        JournalIndex index(scan_journal_folder(journals, example::identity));
         write_study_file(path_, example::description(), example::design(),
-                         [&index](std::int64_t point) { return find_record(index, point); });
+                         [&index](std::int64_t point) { return index.find_record(point); });
         contents.push_back(read_bytes(path_));
     }
     EXPECT_EQ(contents[0], contents[1]);

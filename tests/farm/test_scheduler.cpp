@@ -200,6 +200,36 @@ TEST(Scheduler, ranges_shrink_towards_the_tail) {
     EXPECT_EQ(last, 1);
 }
 
+TEST(Scheduler, the_first_ranges_are_long_when_the_cost_is_known_in_seconds) {
+    // 2 ranks, batches of 1 ms, ranges of 10 ms.
+    Scheduler scheduler(std::vector<double>(1000, 1.0), 2, 0.01, 1e-3);
+    scheduler.deal();
+    EXPECT_EQ(scheduler.held_by(0).front().count, 10);
+    EXPECT_EQ(scheduler.held_by(1).front().count, 10);
+    // Reports count for more than what was expected: batches turn out to take 10 ms.
+    ASSERT_TRUE(scheduler.report(0, {0, 10}, 10, 0.1));
+    EXPECT_EQ(scheduler.hand_out(0)->count, 1);
+}
+
+TEST(Scheduler, long_batches_stay_single_when_the_cost_is_known_in_seconds) {
+    Scheduler scheduler(std::vector<double>(1000, 0.1), 2, 0.01, 1.0);
+    scheduler.deal();
+    for (const int rank : {0, 1})
+        EXPECT_EQ(scheduler.held_by(rank).front().count, 1);
+}
+
+TEST(Scheduler, many_ranks_together_do_not_report_more_than_rank_0_can_answer) {
+    // 4096 ranks, 400 000 batches of 10 ms: one by one 409 600 reports per second.
+    const int ranks = 4096;
+    PaperFarm farm{std::vector<double>(400'000, 1.0), ranks, 0.01, 0.01};
+    (void)farm.play();
+    // A range may take 4096 * 50 µs = 0.2 s, 20 batches; the opening hand and the ranges that halve
+    // towards the end leave 7 on average. 5: the rule must be at work, not be exact.
+    EXPECT_LT(farm.ranges, 400'000 / 5);
+    // And nobody waits for it: 97.7 batches for each rank, one more at the end.
+    EXPECT_LE(farm.makespan, 0.01 * (400'000.0 / ranks + 2.0));
+}
+
 TEST(Scheduler, hands_out_nothing_after_a_stop) {
     Scheduler scheduler(falling_costs(10), 2, one_by_one);
     scheduler.deal();

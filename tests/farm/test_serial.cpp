@@ -99,6 +99,19 @@ TEST(SerialFarm, a_progress_function_that_throws_stops_the_farm) {
     EXPECT_TRUE(summary.stopped_early);
 }
 
+TEST(SerialFarm, points_stored_before_the_disk_was_full_are_counted) {
+    const std::vector<Batch> batches = {{{0, 1, 2, 3}, 1.0}, {{4}, 1.0}};
+    const Summary summary = Farm().map(batches, [](const Batch&, Heartbeat&) {
+        BatchReport report;
+        report.completed = 3;
+        report.storage_failure = "no space left on device";
+        return report;
+    });
+    EXPECT_EQ(summary.points_completed, 3);
+    EXPECT_EQ(summary.failure, "rank 0: no space left on device");
+    EXPECT_TRUE(summary.stopped_early);
+}
+
 TEST(SerialFarm, progress_ends_with_all_points_and_nothing_left_to_wait_for) {
     std::vector<Progress> seen;
     FarmOptions options;
