@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// SIMD lanes as a scalar type: one stem per lane.
+// SIMD lanes as a scalar type: one stem per lane; and what code over either scalar needs.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <concepts>
 #include <cstddef>
 
 #include <experimental/simd>
@@ -12,5 +15,36 @@ namespace culm::core {
 using Lanes = std::experimental::native_simd<double>;
 
 inline constexpr std::size_t lane_count = Lanes::size();
+
+/// Numbers in a scalar: one in a double, lane_count in Lanes.
+template <class T>
+inline constexpr std::size_t lanes_of = 1;
+template <>
+inline constexpr std::size_t lanes_of<Lanes> = lane_count;
+
+/// Lane `lane` of a scalar.
+[[nodiscard]] inline double lane(double value, std::size_t) {
+    return value;
+}
+[[nodiscard]] inline double lane(const Lanes& value, std::size_t index) {
+    return value[index];
+}
+
+/// Calls f(lane) for every lane and returns the results as one scalar.
+template <class T, std::invocable<std::size_t> F>
+[[nodiscard]] T by_lane(F&& f) {
+    if constexpr (std::same_as<T, double>)
+        return f(std::size_t{0});
+    else
+        return T([&f](auto lane) { return f(std::size_t{lane}); });
+}
+
+/// Is every lane a finite number?
+[[nodiscard]] inline bool all_finite(double value) {
+    return std::isfinite(value);
+}
+[[nodiscard]] inline bool all_finite(const Lanes& value) {
+    return std::experimental::all_of(value - value == 0.0);
+}
 
 } // namespace culm::core

@@ -2,20 +2,23 @@
 // Block-tridiagonal linear systems: one small block per sphere, coupled to its neighbours.
 #pragma once
 
+#include "integrate/lanes_eigen.hpp"
+#include "integrate/small_inverse.hpp"
+
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 
 namespace culm::integrate {
 
 /// A x = b with blocks of size Size: lower(i) x(i−1) + diagonal(i) x(i) + upper(i) x(i+1) = b(i).
-/// Block elimination from the first block to the last, with partial pivoting inside the blocks.
-template <int Size>
+/// T is double, or SIMD lanes: one system per lane.
+/// Block elimination from the first block to the last, without pivoting (small_inverse.hpp).
+template <int Size, class T = double>
 class BlockTridiagonal {
   public:
-    using Block = Eigen::Matrix<double, Size, Size>;
-    using Column = Eigen::Matrix<double, Size, 1>;
+    using Block = Eigen::Matrix<T, Size, Size>;
+    using Column = Eigen::Matrix<T, Size, 1>;
 
     explicit BlockTridiagonal(int block_count)
         : lower_(static_cast<std::size_t>(block_count)),
@@ -29,41 +32,46 @@ class BlockTridiagonal {
 
     void set_zero() {
         for (std::size_t i = 0; i < block_count(); ++i) {
-            lower_[i].setZero();
-            diagonal_[i].setZero();
-            upper_[i].setZero();
+            lower_[i].setConstant(T(0.0));
+            diagonal_[i].setConstant(T(0.0));
+            upper_[i].setConstant(T(0.0));
         }
     }
 
-    /// Eliminates in place. Returns false when a pivot block is singular or not finite.
-    [[nodiscard]] bool factorise() {
+    /// Eliminates in place. Returns false when a pivot is zero or not finite, in any lane.
+    [[nodiscard]] [[gnu::flatten]] bool factorise() {
+        T finite = T(0.0);
         for (std::size_t i = 0; i < block_count(); ++i) {
+            Block pivot = diagonal_[i];
             if (i > 0) {
-                lower_[i] = (lower_[i] * diagonal_[i - 1]).eval();
-                diagonal_[i].noalias() -= lower_[i] * upper_[i - 1];
+                const Block factor = lower_[i].lazyProduct(diagonal_[i - 1]);
+                pivot -= lower_[i].lazyProduct(upper_[i - 1]);
+                lower_[i] = factor;
             }
-            diagonal_[i] = Eigen::PartialPivLU<Block>(diagonal_[i]).inverse().eval();
-            if (!diagonal_[i].allFinite())
-                return false;
+            invert_in_place(pivot);
+            diagonal_[i] = pivot;
+            upper_[i] = pivot.lazyProduct(upper_[i]).eval();
+            finite += pivot(Size - 1, Size - 1);
         }
-        return true;
+        return core::all_finite(finite);
     }
 
     /// Solves in place after factorise().
-    void solve(std::vector<Column>& b) const {
+    [[gnu::flatten]] void solve(std::vector<Column>& b) const {
+        // The substitutions are chains of dependent operations: everything that does not belong to
+        // the chain (the product with the inverse pivot) is kept out of it.
         for (std::size_t i = 1; i < block_count(); ++i)
-            b[i].noalias() -= lower_[i] * b[i - 1];
-        for (std::size_t i = block_count(); i-- > 0;) {
-            if (i + 1 < block_count())
-                b[i].noalias() -= upper_[i] * b[i + 1];
-            b[i] = (diagonal_[i] * b[i]).eval();
-        }
+            b[i] -= lower_[i].lazyProduct(b[i - 1]);
+        for (std::size_t i = 0; i < block_count(); ++i)
+            b[i] = diagonal_[i].lazyProduct(b[i]).eval();
+        for (std::size_t i = block_count() - 1; i-- > 0;)
+            b[i] -= upper_[i].lazyProduct(b[i + 1]);
     }
 
   private:
-    std::vector<Block> lower_;
+    std::vector<Block> lower_;    ///< after factorise(): times the inverse pivot before it
     std::vector<Block> diagonal_; ///< after factorise(): inverses of the pivot blocks
-    std::vector<Block> upper_;
+    std::vector<Block> upper_;    ///< after factorise(): inverse pivot times it
 };
 
 } // namespace culm::integrate

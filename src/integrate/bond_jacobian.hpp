@@ -2,6 +2,7 @@
 // Exact derivatives of one bond's response, by dual numbers through the one force law.
 #pragma once
 
+#include "integrate/lanes_eigen.hpp"
 #include "physics/chain.hpp"
 
 #include <Eigen/Core>
@@ -14,30 +15,39 @@ template <int Dim>
 struct BondJacobianLayout {
     static constexpr int rotation = physics::rotation_dimension<Dim>;
     // Inputs (columns).
-    static constexpr int separation = 0;
-    static constexpr int velocity = Dim;
-    static constexpr int spin_1 = 2 * Dim;
-    static constexpr int spin_2 = 2 * Dim + rotation;
-    static constexpr int history = 2 * Dim + 2 * rotation; ///< shear force, then moment
-    static constexpr int history_size = 2 * rotation;
-    static constexpr int inputs = history + history_size;
+    static constexpr int velocity = 0;
+    static constexpr int spin_1 = Dim;
+    static constexpr int spin_2 = Dim + rotation;
+    /// What belongs to the bond alone: shear force, moment, length, direction.
+    static constexpr int local = Dim + 2 * rotation;
+    static constexpr int local_size = 2 * rotation + 1 + Dim;
+    static constexpr int length = local + 2 * rotation;
+    static constexpr int direction = length + 1;
+    static constexpr int inputs = local + local_size;
     // Outputs (rows).
     static constexpr int force = 0;
     static constexpr int torque_1 = Dim;
     static constexpr int torque_2 = Dim + rotation;
-    static constexpr int history_rate = Dim + 2 * rotation; ///< turning with the bond included
-    static constexpr int outputs = history_rate + history_size;
+    static constexpr int local_rate = Dim + 2 * rotation; ///< turning with the bond included
+    static constexpr int outputs = local_rate + local_size;
 };
 
-/// d(force, torques, history rates)/d(separation, relative velocity, spins, history).
-template <int Dim>
+/// Everything that the response of a bond depends on.
+template <int Dim, class T>
+struct BondInputs {
+    physics::BondMotion<Dim, T> motion;
+    physics::BondState<Dim, T> state;
+    physics::BondGeometry<Dim, T> geometry;
+};
+
+/// d(force, torques, rates of what is local)/d(relative velocity, spins, what is local).
+template <int Dim, class T = double>
 using BondJacobian =
-    Eigen::Matrix<double, BondJacobianLayout<Dim>::outputs, BondJacobianLayout<Dim>::inputs>;
+    Eigen::Matrix<T, BondJacobianLayout<Dim>::outputs, BondJacobianLayout<Dim>::inputs>;
 
 /// Coefficients of a bond as dual numbers that depend on nothing.
-template <class Dual>
-[[nodiscard]] physics::BondCoefficients<Dual>
-as_dual(const physics::BondCoefficients<double>& bond) {
+template <class Dual, class T>
+[[nodiscard]] physics::BondCoefficients<Dual> as_dual(const physics::BondCoefficients<T>& bond) {
     return {Dual(bond.length),
             Dual(bond.radius_1),
             Dual(bond.radius_2),
@@ -51,52 +61,72 @@ as_dual(const physics::BondCoefficients<double>& bond) {
             Dual(bond.bending_damping)};
 }
 
-/// Evaluates Jacobians of bonds that share their coefficients.
-template <int Dim>
+/// Evaluates Jacobians of bonds that share their coefficients; T is double or SIMD lanes.
+template <int Dim, class T = double>
 class BondDifferentiator {
     using Layout = BondJacobianLayout<Dim>;
-    using Dual = ceres::Jet<double, Layout::inputs>;
+    /// Directions of a dual number: few enough that its arithmetic stays in registers (measured).
+    static constexpr int directions = Dim == 2 ? 3 : 2;
+    using Dual = ceres::Jet<T, directions>;
 
   public:
-    BondDifferentiator(const physics::BondCoefficients<double>& bond,
-                       const physics::BondLawOptions& law)
+    BondDifferentiator(const physics::BondCoefficients<T>& bond, const physics::BondLawOptions& law)
         : bond_(as_dual<Dual>(bond)), law_(law) {}
 
-    void evaluate(const physics::BondMotion<Dim, double>& motion,
-                  const physics::BondState<Dim, double>& state, BondJacobian<Dim>& out) const {
-        const physics::BondMotion<Dim, Dual> dual_motion{
-            seeded(motion.separation, Layout::separation),
-            seeded(motion.velocity, Layout::velocity), seeded(motion.spin_1, Layout::spin_1),
-            seeded(motion.spin_2, Layout::spin_2)};
-        const physics::BondState<Dim, Dual> dual_state{
-            seeded(state.shear_force, Layout::history),
-            seeded(state.moment, Layout::history + Layout::rotation)};
-        const physics::BondFrame<Dim, Dual> frame(dual_motion.separation);
-        physics::BondResponse<Dim, Dual> response =
-            physics::bond_response(bond_, law_, frame, dual_motion, dual_state);
-        response.rate.shear_force +=
-            frame.shear_turning_rate(dual_state.shear_force, dual_motion.velocity);
-        response.rate.moment += frame.moment_turning_rate(dual_state.moment, dual_motion.velocity);
-
-        store(response.force, Layout::force, out);
-        store(response.torque_1, Layout::torque_1, out);
-        store(response.torque_2, Layout::torque_2, out);
-        store(response.rate.shear_force, Layout::history_rate, out);
-        store(response.rate.moment, Layout::history_rate + Layout::rotation, out);
+    void evaluate(const BondInputs<Dim, T>& bond, BondJacobian<Dim, T>& out) const {
+        for (int first = 0; first < Layout::inputs; first += directions)
+            evaluate_columns(bond, first, out);
     }
 
   private:
+    /// The columns from `first` on, as many as a dual number has directions.
+    [[gnu::flatten]] void evaluate_columns(const BondInputs<Dim, T>& bond, int first,
+                                           BondJacobian<Dim, T>& out) const {
+        physics::BondMotion<Dim, Dual> motion;
+        motion.velocity = seeded(bond.motion.velocity, Layout::velocity - first);
+        motion.spin_1 = seeded(bond.motion.spin_1, Layout::spin_1 - first);
+        motion.spin_2 = seeded(bond.motion.spin_2, Layout::spin_2 - first);
+        const physics::BondState<Dim, Dual> state{
+            seeded(bond.state.shear_force, Layout::local - first),
+            seeded(bond.state.moment, Layout::local + Layout::rotation - first)};
+        const core::Vec<1, Dual> length =
+            seeded(core::Vec<1, T>{{bond.geometry.length}}, Layout::length - first);
+        const physics::BondFrame<Dim, Dual> frame(
+            length[0], seeded(bond.geometry.direction, Layout::direction - first));
+        physics::BondResponse<Dim, Dual> response =
+            physics::bond_response(bond_, law_, frame, motion, state);
+        response.rate.shear_force += frame.shear_turning_rate(state.shear_force, motion.velocity);
+        response.rate.moment += frame.moment_turning_rate(state.moment, motion.velocity);
+        const physics::BondGeometry<Dim, Dual> geometry =
+            physics::Chain<Dim, Dual>::geometry_rate(frame, motion.velocity);
+
+        store(response.force, Layout::force, first, out);
+        store(response.torque_1, Layout::torque_1, first, out);
+        store(response.torque_2, Layout::torque_2, first, out);
+        store(response.rate.shear_force, Layout::local_rate, first, out);
+        store(response.rate.moment, Layout::local_rate + Layout::rotation, first, out);
+        store(core::Vec<1, Dual>{{geometry.length}}, Layout::local_rate + 2 * Layout::rotation,
+              first, out);
+        store(geometry.direction, Layout::local_rate + 2 * Layout::rotation + 1, first, out);
+    }
+
+    /// `v` as dual numbers, its first component in direction `first` if that is one of them.
     template <int N>
-    [[nodiscard]] static core::Vec<N, Dual> seeded(const core::Vec<N, double>& v, int first) {
+    [[nodiscard]] static core::Vec<N, Dual> seeded(const core::Vec<N, T>& v, int first) {
         core::Vec<N, Dual> out;
-        for (int i = 0; i < N; ++i)
-            out[i] = Dual(v[i], first + i);
+        for (int i = 0; i < N; ++i) {
+            out[i].a = v[i];
+            for (int k = 0; k < directions; ++k)
+                out[i].v(k) = T(first + i == k ? 1.0 : 0.0);
+        }
         return out;
     }
     template <int N>
-    static void store(const core::Vec<N, Dual>& v, int first_row, BondJacobian<Dim>& out) {
+    static void store(const core::Vec<N, Dual>& v, int first_row, int first_column,
+                      BondJacobian<Dim, T>& out) {
         for (int i = 0; i < N; ++i)
-            out.row(first_row + i) = v[i].v.transpose();
+            for (int k = 0; k < directions && first_column + k < Layout::inputs; ++k)
+                out(first_row + i, first_column + k) = v[i].v(k);
     }
 
     physics::BondCoefficients<Dual> bond_;

@@ -2,6 +2,7 @@
 // Positions at equidistant sample times from an integrator's own, uneven steps.
 #pragma once
 
+#include "core/lanes.hpp"
 #include "physics/chain_layout.hpp"
 
 #include <algorithm>
@@ -37,7 +38,11 @@ class HistorySampler {
     }
 
     /// Takes the state at the end of a step; times must increase.
-    void observe(double time, std::span<const double> state) {
+    void observe(double time, std::span<const double> state) { observe(time, state, 0); }
+
+    /// The same for the stem in lane `lane`.
+    template <class T>
+    void observe(double time, std::span<const T> state, std::size_t lane) {
         std::rotate(nodes_.begin(), nodes_.begin() + 1, nodes_.end());
         Node& node = nodes_.back();
         node.time = time;
@@ -45,8 +50,8 @@ class HistorySampler {
         for (int i = first_sphere_; i <= last_sphere_; ++i) {
             const auto sphere = layout_.sphere(state.data(), i);
             for (int d = 0; d < Dim; ++d, ++k) {
-                node.positions[k] = sphere.position[d];
-                node.velocities[k] = sphere.velocity[d];
+                node.positions[k] = core::lane(sphere.position[d], lane);
+                node.velocities[k] = core::lane(sphere.velocity[d], lane);
             }
         }
         if (++seen_ >= 3)

@@ -1,119 +1,108 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "integrate/implicit.hpp"
 
-#include "integrate/sundials_newton.hpp"
+#include "integrate/rosenbrock.hpp"
 
-#include <cmath>
-#include <cstdlib>
-#include <memory>
-#include <string>
+#include <algorithm>
 
-#include <arkode/arkode_arkstep.h>
+#include <fmt/core.h>
 
 namespace culm::integrate {
 namespace {
 
-/// L-stable, stiffly accurate, order 4 with an embedded order 3, six stages: Kennedy & Carpenter
-/// (2003), ARK4(3)6L[2]SA, the implicit half. Order 4 with five implicit stages is the right class
-/// for the errors that a camera sees, over β = 1…200; docs/performance.md compares 19 tables and
-/// finds one of that class which is cheaper still.
-constexpr ARKODE_DIRKTableID method = ARKODE_ARK436L2SA_DIRK_6_3_4;
-/// ARKODE's number of the predictor that extrapolates the last step's interpolant at full order.
-/// Without it the simplified Newton iteration, and not accuracy, limits the step.
-constexpr int full_order_predictor = 1;
+/// Which lanes are under way, and how the others ended.
+template <int Dim, class T>
+class LaneProgress {
+    static constexpr std::size_t lanes = core::lanes_of<T>;
 
-/// What SUNDIALS hands back to its callbacks.
-template <int Dim>
-struct Callbacks {
-    const physics::Chain<Dim, double>& chain;
-    CondensedNewton<Dim>& newton;
-    std::int64_t jacobian_evaluations = 0;
-    std::int64_t factorisations = 0;
-
-    static int evaluate_rate(realtype, N_Vector state, N_Vector rate, void* user) {
-        auto& self = *static_cast<Callbacks*>(user);
-        self.chain.evaluate_rate(N_VGetArrayPointer(state), N_VGetArrayPointer(rate));
-        return 0;
+  public:
+    LaneProgress(const std::array<double, lanes>& durations, std::int64_t step_limit)
+        : durations_(durations), step_limit_(step_limit) {
+        for (std::size_t lane = 0; lane < lanes; ++lane)
+            runs_[lane] = durations[lane] > 0.0;
     }
 
-    static int set_up_newton(realtype, N_Vector state, N_Vector, SUNMatrix, SUNMatrix,
-                             booleantype jacobian_is_usable, booleantype* jacobian_is_new,
-                             realtype gamma, void* user, N_Vector, N_Vector, N_Vector) {
-        auto& self = *static_cast<Callbacks*>(user);
-        if (!jacobian_is_usable) {
-            self.newton.set_state(N_VGetArrayPointer(state));
-            ++self.jacobian_evaluations;
+    [[nodiscard]] const std::array<bool, lanes>& running() const { return runs_; }
+    [[nodiscard]] bool any_runs() const {
+        return std::any_of(runs_.begin(), runs_.end(), [](bool lane) { return lane; });
+    }
+
+    /// Takes note of what lane `lane` has reached.
+    void update(std::size_t lane, const StepController& controller) {
+        const std::int64_t steps = controller.accepted_steps();
+        const std::int64_t attempts = steps + controller.rejected_steps();
+        outcomes_[lane].work = work_of(attempts, steps);
+        if (controller.time() >= durations_[lane]) {
+            runs_[lane] = false;
+        } else if (controller.has_failed()) {
+            fail(lane, core::FailureKind::SolverFailed,
+                 fmt::format("no step of the implicit solver is short enough at t = {:.6g} s",
+                             controller.time()));
+        } else if (steps >= step_limit_) {
+            fail(lane, core::FailureKind::StepLimit,
+                 fmt::format("the implicit solver used up its {} steps at t = {:.6g} s", steps,
+                             controller.time()));
         }
-        *jacobian_is_new = !jacobian_is_usable;
-        ++self.factorisations;
-        return self.newton.factorise(gamma) ? 0 : 1;
     }
+
+    [[nodiscard]] std::array<LaneOutcome, lanes> outcomes() const { return outcomes_; }
+
+  private:
+    [[nodiscard]] static SolveSummary work_of(std::int64_t attempts, std::int64_t steps) {
+        constexpr std::int64_t stages = Rodas5::stages;
+        SolveSummary work;
+        work.steps = steps;
+        work.rejected_steps = attempts - steps;
+        work.rhs_evaluations = stages * attempts;
+        work.jacobian_evaluations = steps;
+        work.factorisations = attempts;
+        work.linear_solves = stages * attempts;
+        return work;
+    }
+    void fail(std::size_t lane, core::FailureKind kind, const std::string& reason) {
+        runs_[lane] = false;
+        outcomes_[lane].failure = core::NumericalError(kind, reason);
+    }
+
+    std::array<double, lanes> durations_;
+    std::int64_t step_limit_;
+    std::array<bool, lanes> runs_{};
+    std::array<LaneOutcome, lanes> outcomes_{};
 };
-
-template <int Dim>
-std::vector<double> absolute_tolerances(const physics::ChainLayout<Dim>& layout,
-                                        const ErrorScales& scales, const ImplicitOptions& options) {
-    const double other = options.relative_tolerance / options.bond_error_weight;
-    physics::SphereState<Dim, double> sphere;
-    sphere.position.component.fill(options.relative_tolerance * scales.displacement);
-    sphere.velocity.component.fill(options.relative_tolerance * scales.velocity);
-    sphere.spin.component.fill(other * scales.spin);
-    physics::BondState<Dim, double> bond;
-    bond.shear_force.component.fill(other * scales.shear_force);
-    bond.moment.component.fill(other * scales.moment);
-    std::vector<double> tolerances(layout.size());
-    for (int i = 0; i < layout.sphere_count(); ++i)
-        layout.set_sphere(tolerances.data(), i, sphere);
-    for (int j = 0; j < layout.bond_count(); ++j)
-        layout.set_bond(tolerances.data(), j, bond);
-    return tolerances;
-}
-
-struct ArkodeDeleter {
-    void operator()(void* memory) const { ARKStepFree(&memory); }
-};
-using Arkode = std::unique_ptr<void, ArkodeDeleter>;
-
-/// ARKODE's name of a return flag.
-std::string flag_name(int flag) {
-    char* const name = ARKStepGetReturnFlagName(flag);
-    std::string text(name);
-    std::free(name);
-    return text;
-}
-
-template <int Dim>
-SolveSummary summary_of(void* arkode, const Callbacks<Dim>& callbacks) {
-    long int steps = 0;
-    long int error_failures = 0;
-    long int explicit_rhs = 0;
-    long int implicit_rhs = 0;
-    long int newton = 0;
-    ARKStepGetNumSteps(arkode, &steps);
-    ARKStepGetNumErrTestFails(arkode, &error_failures);
-    ARKStepGetNumRhsEvals(arkode, &explicit_rhs, &implicit_rhs);
-    ARKStepGetNumNonlinSolvIters(arkode, &newton);
-    return {steps,
-            error_failures,
-            implicit_rhs,
-            newton,
-            callbacks.jacobian_evaluations,
-            callbacks.factorisations};
-}
 
 } // namespace
 
-ErrorScales cantilever_scales(const physics::StemParameters<double>& stem, double tip_deflection) {
-    // Euler-Bernoulli cantilever: ω1 = 1.8751² √(EI/(m' L⁴)), tip force 3EIδ/L³.
-    constexpr double first_wave_number_squared = 3.5160;
-    const double length = stem.free_length();
-    const double bending = stem.bond_youngs_modulus * stem.second_moment_of_area();
-    const double mass_per_length = stem.sphere_mass() / stem.bond_length;
-    const double omega = first_wave_number_squared *
-                         std::sqrt(bending / (mass_per_length * length * length * length * length));
-    const double deflection = std::abs(tip_deflection);
-    const double force = 3.0 * bending * deflection / (length * length * length);
-    return {deflection, omega * deflection, omega * deflection / length, force, force * length};
+template <int Dim, class T>
+std::array<LaneOutcome, core::lanes_of<T>>
+integrate_lanes(const physics::Chain<Dim, T>& chain, const std::vector<T>& released,
+                const ErrorScalesOf<T>& scales,
+                const std::array<double, core::lanes_of<T>>& durations,
+                const LaneObserver<T>& observe, const ImplicitOptions& options) {
+    constexpr std::size_t lanes = core::lanes_of<T>;
+    Rosenbrock<Dim, T> rosenbrock(chain, released, scales, options.relative_tolerance,
+                                  options.rate_error_weight);
+    if (options.fixed_step > 0.0)
+        rosenbrock.fix_step(options.fixed_step);
+    if (options.follow_first_lane)
+        rosenbrock.follow_first_lane();
+    LaneProgress<Dim, T> progress(durations, options.step_limit);
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+        observe(lane, 0.0, rosenbrock.state());
+
+    while (progress.any_runs()) {
+        const std::array<bool, lanes> tried = progress.running();
+        const std::array<bool, lanes> accepted = rosenbrock.try_step(tried);
+        for (std::size_t lane = 0; lane < lanes; ++lane) {
+            if (!tried[lane])
+                continue;
+            if (accepted[lane])
+                observe(lane, rosenbrock.controller(lane).time(), rosenbrock.state());
+            progress.update(lane, rosenbrock.controller(lane));
+        }
+        if (options.heartbeat && !options.heartbeat())
+            throw Interrupted{};
+    }
+    return progress.outcomes();
 }
 
 template <int Dim>
@@ -121,58 +110,18 @@ SolveSummary integrate_implicit(const physics::Chain<Dim, double>& chain,
                                 std::vector<double>& state, const ErrorScales& scales,
                                 double duration, const StepObserver& observe,
                                 const ImplicitOptions& options) {
-    const sundials::Context context;
-    CondensedNewton<Dim> newton(chain);
-    Callbacks<Dim> callbacks{chain, newton};
-    std::vector<double> tolerances = absolute_tolerances(chain.layout(), scales, options);
-    const auto y = sundials::view_of(state.data(), state.size(), context);
-    const auto absolute = sundials::view_of(tolerances.data(), tolerances.size(), context);
-    const auto matrix = sundials::newton_matrix(newton, context);
-    const auto solver = sundials::newton_solver(newton, context);
-
-    const Arkode arkode(
-        ARKStepCreate(nullptr, Callbacks<Dim>::evaluate_rate, 0.0, y.get(), context.get()));
-    void* const ark = arkode.get();
-    using sundials::check;
-    // Failures reach the caller as exceptions; ARKODE's own text on stderr would come from any
-    // rank.
-    check(ARKStepSetErrHandlerFn(
-              ark, [](int, const char*, const char*, char*, void*) {}, nullptr),
-          "ARKStepSetErrHandlerFn");
-    check(ARKStepSetUserData(ark, &callbacks), "ARKStepSetUserData");
-    const auto table = static_cast<ARKODE_DIRKTableID>(options.butcher_table.value_or(method));
-    check(ARKStepSetTableNum(ark, table, ARKODE_ERK_NONE), "ARKStepSetTableNum");
-    check(ARKStepSVtolerances(ark, 1e-14, absolute.get()), "ARKStepSVtolerances");
-    check(ARKStepSetLinearSolver(ark, solver.get(), matrix.get()), "ARKStepSetLinearSolver");
-    check(ARKStepSetLinSysFn(ark, Callbacks<Dim>::set_up_newton), "ARKStepSetLinSysFn");
-    check(ARKStepSetPredictorMethod(ark, full_order_predictor), "ARKStepSetPredictorMethod");
-    // A stage's rate taken from the right-hand side carries the Newton iteration's error times the
-    // stiffness (1e9 1/s); deduced from the stage's own equation it does not.
-    check(ARKStepSetDeduceImplicitRhs(ark, SUNTRUE), "ARKStepSetDeduceImplicitRhs");
-    if (options.fixed_step > 0.0) {
-        check(ARKStepSetFixedStep(ark, options.fixed_step), "ARKStepSetFixedStep");
-        // A step that may not shrink must converge as it is.
-        check(ARKStepSetMaxNonlinIters(ark, 20), "ARKStepSetMaxNonlinIters");
-    }
-
-    double time = 0.0;
-    observe(time, state);
-    for (std::int64_t step = 0; time < duration; ++step) {
-        if (step == options.step_limit)
-            throw core::NumericalError(
-                core::FailureKind::StepLimit,
-                fmt::format("the implicit solver used up its {} steps at t = {:.6g} s", step,
-                            time));
-        const int flag = ARKStepEvolve(ark, duration, y.get(), &time, ARK_ONE_STEP);
-        if (flag < 0)
-            throw core::NumericalError(core::FailureKind::SolverFailed,
-                                       fmt::format("the implicit solver failed at t = {:.6g} s: {}",
-                                                   time, flag_name(flag)));
-        observe(time, state);
-        if (options.heartbeat && !options.heartbeat())
-            throw Interrupted{};
-    }
-    return summary_of(ark, callbacks);
+    const std::vector<double> released = state;
+    const auto outcome = integrate_lanes<Dim, double>(
+                             chain, released, scales, {duration},
+                             [&](std::size_t, double time, std::span<const double> at) {
+                                 observe(time, at);
+                                 state.assign(at.begin(), at.end());
+                             },
+                             options)
+                             .front();
+    if (outcome.failure)
+        throw *outcome.failure;
+    return outcome.work;
 }
 
 template SolveSummary integrate_implicit<2>(const physics::Chain<2, double>&, std::vector<double>&,
@@ -181,5 +130,16 @@ template SolveSummary integrate_implicit<2>(const physics::Chain<2, double>&, st
 template SolveSummary integrate_implicit<3>(const physics::Chain<3, double>&, std::vector<double>&,
                                             const ErrorScales&, double, const StepObserver&,
                                             const ImplicitOptions&);
+
+template std::array<LaneOutcome, core::lane_count>
+integrate_lanes<2, core::Lanes>(const physics::Chain<2, core::Lanes>&,
+                                const std::vector<core::Lanes>&, const ErrorScalesOf<core::Lanes>&,
+                                const std::array<double, core::lane_count>&,
+                                const LaneObserver<core::Lanes>&, const ImplicitOptions&);
+template std::array<LaneOutcome, core::lane_count>
+integrate_lanes<3, core::Lanes>(const physics::Chain<3, core::Lanes>&,
+                                const std::vector<core::Lanes>&, const ErrorScalesOf<core::Lanes>&,
+                                const std::array<double, core::lane_count>&,
+                                const LaneObserver<core::Lanes>&, const ImplicitOptions&);
 
 } // namespace culm::integrate

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Implicit integration of a chain: steps over the stiffness that the bonds' damping causes.
+// Implicit integration of chains: steps over the stiffness that the bonds' damping causes.
 #pragma once
 
+#include "core/error.hpp"
+#include "core/lanes.hpp"
+#include "integrate/error_scales.hpp"
 #include "integrate/solve_summary.hpp"
 #include "physics/chain.hpp"
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -13,44 +17,52 @@
 namespace culm::integrate {
 
 struct ImplicitOptions {
-    /// Error of displacements and velocities allowed per step, relative to their scales.
+    /// Error of the positions allowed per step: the root mean square over the chain, relative to
+    /// the displacement's scale.
     double relative_tolerance = 1e-6;
-    /// Weight of the errors of spins and bond histories beside those of displacements and
-    /// velocities. High modes that the camera never sees dominate them; at equal weight a run takes
-    /// several times more steps for the same history. Set 1 to account for energy.
-    double bond_error_weight = 1e-4;
+    /// Weight of the errors of velocities, spins and bond histories, relative to their scales,
+    /// beside those of the positions. High modes that the camera never sees dominate them; with
+    /// weight a run takes several times more steps for the same deflections. Set 1 to account for
+    /// energy.
+    double rate_error_weight = 0.0;
     /// > 0: every step has this length (s) and errors are not controlled; for convergence studies.
     double fixed_step = 0.0;
+    /// All lanes take the steps of lane 0 (Rosenbrock::follow_first_lane).
+    bool follow_first_lane = false;
     std::int64_t step_limit = 2'000'000;
-    /// Number of another of ARKODE's DIRK tables instead of the chosen one; for bench/.
-    std::optional<int> butcher_table;
     Heartbeat heartbeat;
 };
-
-/// Sizes of displacement, velocity, spin, shear force and moment against which errors are weighed.
-struct ErrorScales {
-    double displacement; ///< m
-    double velocity;     ///< m/s
-    double spin;         ///< rad/s
-    double shear_force;  ///< N
-    double moment;       ///< N m
-};
-
-/// Scales of a clamped stem that is released from a tip deflection: the deflection itself, and with
-/// Euler-Bernoulli's first mode its velocity, spin, tip force and root moment.
-[[nodiscard]] ErrorScales cantilever_scales(const physics::StemParameters<double>& stem,
-                                            double tip_deflection);
 
 /// One accepted step: time (s) and state at its end, in the chain's layout.
 using StepObserver = std::function<void(double time, std::span<const double> state)>;
 
 /// Integrates from t = 0 to `duration`, at the end of which `state` is the last state; calls
 /// `observe` at t = 0 and after every step, the last one ending at or beyond `duration`.
-/// Throws core::NumericalError (StepLimit, SolverFailed, NotANumber) or Interrupted.
+/// Throws core::NumericalError (StepLimit, SolverFailed) or Interrupted.
 template <int Dim>
 SolveSummary integrate_implicit(const physics::Chain<Dim, double>& chain,
                                 std::vector<double>& state, const ErrorScales& scales,
                                 double duration, const StepObserver& observe,
                                 const ImplicitOptions& options);
+
+/// How one lane's integration ended.
+struct LaneOutcome {
+    SolveSummary work;
+    std::optional<core::NumericalError> failure;
+};
+
+/// An accepted step of one lane; `state` holds all lanes, of which only `lane` is at `time`.
+template <class T>
+using LaneObserver = std::function<void(std::size_t lane, double time, std::span<const T> state)>;
+
+/// The same for one stem per lane, each with its own steps and `durations`. Lanes do not influence
+/// one another: a failed one stops and reports, the others go on, and each result is bit for bit
+/// what it is beside any other neighbours. Throws only Interrupted.
+template <int Dim, class T>
+std::array<LaneOutcome, core::lanes_of<T>>
+integrate_lanes(const physics::Chain<Dim, T>& chain, const std::vector<T>& released,
+                const ErrorScalesOf<T>& scales,
+                const std::array<double, core::lanes_of<T>>& durations,
+                const LaneObserver<T>& observe, const ImplicitOptions& options);
 
 } // namespace culm::integrate

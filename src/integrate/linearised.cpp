@@ -131,17 +131,13 @@ BondMatrices<Dim> bond_matrices(const BondJacobian<Dim>& jacobian) {
     by_motion.template rightCols<L::rotation>() =
         jacobian.template middleCols<L::rotation>(L::spin_2);
 
-    // Small displacements change the histories by their rates' derivatives, and the separation.
-    Eigen::Matrix<double, L::history_rate, 2 * block> by_displacement =
-        jacobian.template block<L::history_rate, L::history_size>(0, L::history) *
-        by_motion.template bottomRows<L::history_size>();
-    const Eigen::Matrix<double, L::history_rate, Dim> by_separation =
-        jacobian.template block<L::history_rate, Dim>(0, L::separation);
-    by_displacement.template leftCols<Dim>() -= by_separation;
-    by_displacement.template middleCols<Dim>(block) += by_separation;
+    // Small displacements change what is local to the bond by its rates' derivatives.
+    Eigen::Matrix<double, L::local_rate, 2 * block> by_displacement =
+        jacobian.template block<L::local_rate, L::local_size>(0, L::local) *
+        by_motion.template bottomRows<L::local_size>();
 
-    const Eigen::Matrix<double, L::history_rate, 2 * block> by_velocity =
-        by_motion.template topRows<L::history_rate>();
+    const Eigen::Matrix<double, L::local_rate, 2 * block> by_velocity =
+        by_motion.template topRows<L::local_rate>();
     return {resistance<Dim>(by_velocity), resistance<Dim>(by_displacement)};
 }
 
@@ -175,9 +171,10 @@ LinearisedChain linearise(const physics::Chain<Dim, double>& chain,
     const BondDifferentiator<Dim> differentiator(chain.bond_coefficients(), chain.law());
     BondJacobian<Dim> jacobian;
     for (int j = 0; j < layout.bond_count(); ++j) {
-        const auto motion = chain.motion_between(layout.sphere(state.data(), j),
-                                                 layout.sphere(state.data(), j + 1));
-        differentiator.evaluate(motion, layout.bond(state.data(), j), jacobian);
+        differentiator.evaluate({chain.motion_between(layout.sphere(state.data(), j),
+                                                      layout.sphere(state.data(), j + 1)),
+                                 layout.bond(state.data(), j), layout.geometry(state.data(), j)},
+                                jacobian);
         const BondMatrices<Dim> bond = bond_matrices<Dim>(jacobian);
         add_bond<Dim>(bond.damping, j - first, result.damping);
         add_bond<Dim>(bond.stiffness, j - first, result.stiffness);

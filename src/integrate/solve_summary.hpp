@@ -12,7 +12,7 @@ struct SolveSummary {
     std::int64_t steps = 0;
     std::int64_t rejected_steps = 0;
     std::int64_t rhs_evaluations = 0;
-    std::int64_t newton_iterations = 0;
+    std::int64_t linear_solves = 0;
     std::int64_t jacobian_evaluations = 0;
     std::int64_t factorisations = 0;
 };

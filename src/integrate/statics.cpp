@@ -91,7 +91,8 @@ class LoadStep {
         physics::BondResponse<Dim, Dual> response;
     };
 
-    [[nodiscard]] BondAtRest evaluate(const std::vector<double>& state, int j) const {
+    [[nodiscard]] [[gnu::flatten]] BondAtRest evaluate(const std::vector<double>& state,
+                                                       int j) const {
         const auto& layout = chain_.layout();
         const auto start = chain_.motion_between(layout.sphere(state.data(), j),
                                                  layout.sphere(state.data(), j + 1));

@@ -72,6 +72,7 @@ class VelocityVerlet {
         }
         for (int j = 0; j < layout.bond_count(); ++j)
             layout.set_bond(out.data(), j, bonds_[static_cast<std::size_t>(j)]);
+        layout.set_geometry(out.data());
         return out;
     }
 

@@ -35,6 +35,11 @@ class BondFrame<2, T> {
         length_ = sqrt(dot(separation, separation));
         direction_ = (T(1.0) / length_) * separation;
     }
+    /// `direction` need not be a unit vector.
+    BondFrame(const T& length, const Vec<2, T>& direction) : length_(length) {
+        using std::sqrt;
+        direction_ = (T(1.0) / sqrt(dot(direction, direction))) * direction;
+    }
     [[nodiscard]] const T& length() const { return length_; }
     /// Unit vector n from sphere 1 to sphere 2.
     [[nodiscard]] const Vec<2, T>& direction() const { return direction_; }
@@ -87,6 +92,11 @@ class BondFrame<3, T> {
         using std::sqrt;
         length_ = sqrt(dot(separation, separation));
         direction_ = (T(1.0) / length_) * separation;
+    }
+    /// `direction` need not be a unit vector.
+    BondFrame(const T& length, const Vec<3, T>& direction) : length_(length) {
+        using std::sqrt;
+        direction_ = (T(1.0) / sqrt(dot(direction, direction))) * direction;
     }
     [[nodiscard]] const T& length() const { return length_; }
     [[nodiscard]] const Vec<3, T>& direction() const { return direction_; }

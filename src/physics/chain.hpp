@@ -22,7 +22,9 @@ class Chain {
     Chain(const StemParameters<T>& stem, const BondLawOptions& law,
           Support support = Support::Clamped)
         : layout_(stem.sphere_count), law_(law), support_(support),
-          bond_(make_bond_coefficients(stem, law)), inertia_(make_sphere_inertia(stem)),
+          bond_(make_bond_coefficients(stem, law)),
+          inertia_(make_sphere_inertia(stem)), inverse_inertia_{T(1.0) / inertia_.mass,
+                                                                T(1.0) / inertia_.moment},
           acceleration_(Vec<Dim, T>::zero()) {
         acceleration_[0] = stem.axial_acceleration_of_gravity;
     }
@@ -48,11 +50,13 @@ class Chain {
         std::vector<T> state(layout_.size(), T(0.0));
         for (int i = 0; i < layout_.sphere_count(); ++i)
             state[layout_.sphere_offset(i)] = T(double(i)) * bond_.length;
+        layout_.set_geometry(state.data());
         return state;
     }
 
-    /// d(state)/dt. `state` and `rate` hold layout().size() numbers and must not overlap.
-    void evaluate_rate(const T* state, T* rate) const {
+    /// d(state)/dt. `state` and `rate` hold layout().size() numbers and must not overlap. The
+    /// bonds' geometry must be set.
+    [[gnu::flatten]] void evaluate_rate(const T* state, T* rate) const {
         SphereState<Dim, T> sphere_1 = layout_.sphere(state, 0);
         Vec<Dim, T> force = Vec<Dim, T>::zero();
         Rotational<Dim, T> torque = Rotational<Dim, T>::zero();
@@ -60,7 +64,8 @@ class Chain {
             const SphereState<Dim, T> sphere_2 = layout_.sphere(state, j + 1);
             const BondState<Dim, T> elastic = layout_.bond(state, j);
             const BondMotion<Dim, T> motion = motion_between(sphere_1, sphere_2);
-            const BondFrame<Dim, T> frame(motion.separation);
+            const BondGeometry<Dim, T> geometry = layout_.geometry(state, j);
+            const BondFrame<Dim, T> frame(geometry.length, geometry.direction);
             BondResponse<Dim, T> response = bond_response(bond_, law_, frame, motion, elastic);
 
             set_sphere_rate(rate, j, sphere_1, force + response.force, torque + response.torque_1);
@@ -71,9 +76,18 @@ class Chain {
                 frame.shear_turning_rate(elastic.shear_force, motion.velocity);
             response.rate.moment += frame.moment_turning_rate(elastic.moment, motion.velocity);
             layout_.set_bond(rate, j, response.rate);
+            layout_.set_geometry(rate, j, geometry_rate(frame, motion.velocity));
             sphere_1 = sphere_2;
         }
         set_sphere_rate(rate, layout_.bond_count(), sphere_1, force, torque);
+    }
+
+    /// l̇ = n·u and ṅ = (u − n l̇)/l, with u the relative velocity of the bond's spheres.
+    [[nodiscard]] static BondGeometry<Dim, T> geometry_rate(const BondFrame<Dim, T>& frame,
+                                                            const Vec<Dim, T>& velocity) {
+        const T stretching = dot(velocity, frame.direction());
+        return {stretching,
+                (T(1.0) / frame.length()) * (velocity - stretching * frame.direction())};
     }
 
   private:
@@ -86,8 +100,8 @@ class Chain {
             derivative.spin = Rotational<Dim, T>::zero();
         } else {
             derivative.position = sphere.velocity;
-            derivative.velocity = (T(1.0) / inertia_.mass) * force + acceleration_;
-            derivative.spin = (T(1.0) / inertia_.moment) * torque;
+            derivative.velocity = inverse_inertia_.mass * force + acceleration_;
+            derivative.spin = inverse_inertia_.moment * torque;
         }
         layout_.set_sphere(rate, i, derivative);
     }
@@ -97,6 +111,7 @@ class Chain {
     Support support_;
     BondCoefficients<T> bond_;
     SphereInertia<T> inertia_;
+    SphereInertia<T> inverse_inertia_; ///< 1/kg and 1/(kg m²)
     Vec<Dim, T> acceleration_;
 };
 

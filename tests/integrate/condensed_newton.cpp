@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 namespace culm::integrate {

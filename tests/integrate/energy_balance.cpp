@@ -42,7 +42,7 @@ TEST(ReleasedStem, StoredPlusDissipatedEnergyStaysTheInitialOne) {
         double stored = 0.0;
         ImplicitOptions options;
         options.relative_tolerance = 1e-9;
-        options.bond_error_weight = 1.0;
+        options.rate_error_weight = 1.0;
         integrate_implicit(
             chain, state, cantilever_scales(stem, 5e-3), 4e-3,
             [&](double time, std::span<const double> at) {

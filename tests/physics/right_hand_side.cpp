@@ -55,6 +55,8 @@ std::vector<double> kind_scales(const ChainLayout<Dim>& layout, const std::vecto
     fill(2 * Dim, rotation, ChainLayout<Dim>::sphere_size, spheres);
     fill(layout.bond_offset(0), rotation, ChainLayout<Dim>::bond_size, bonds);
     fill(layout.bond_offset(0) + rotation, rotation, ChainLayout<Dim>::bond_size, bonds);
+    fill(layout.geometry_offset(0), 1, ChainLayout<Dim>::geometry_size, bonds);
+    fill(layout.geometry_offset(0) + 1, Dim, ChainLayout<Dim>::geometry_size, bonds);
     return scales;
 }
 
@@ -167,31 +169,34 @@ TYPED_TEST(RightHandSide, BondJacobianEqualsCentralDifferences) {
     const auto motion =
         chain.motion_between(layout.sphere(state.data(), 3), layout.sphere(state.data(), 4));
     const auto history = layout.bond(state.data(), 3);
+    const auto geometry = layout.geometry(state.data(), 3);
     integrate::BondJacobian<Dim> jacobian;
     integrate::BondDifferentiator<Dim>(chain.bond_coefficients(), chain.law())
-        .evaluate(motion, history, jacobian);
+        .evaluate({motion, history, geometry}, jacobian);
 
     Eigen::Matrix<double, L::inputs, 1> inputs;
+    inputs(L::length) = geometry.length;
     for (int d = 0; d < Dim; ++d) {
-        inputs(L::separation + d) = motion.separation[d];
+        inputs(L::direction + d) = geometry.direction[d];
         inputs(L::velocity + d) = motion.velocity[d];
     }
     for (int k = 0; k < L::rotation; ++k) {
         inputs(L::spin_1 + k) = motion.spin_1[k];
         inputs(L::spin_2 + k) = motion.spin_2[k];
-        inputs(L::history + k) = history.shear_force[k];
-        inputs(L::history + L::rotation + k) = history.moment[k];
+        inputs(L::local + k) = history.shear_force[k];
+        inputs(L::local + L::rotation + k) = history.moment[k];
     }
     const auto respond = [&](const Eigen::Matrix<double, L::inputs, 1>& x) {
         BondMotion<Dim, double> m;
         BondState<Dim, double> q;
-        std::copy_n(x.data(), Dim, m.separation.component.begin());
+        core::Vec<Dim, double> direction;
+        std::copy_n(x.data() + L::direction, Dim, direction.component.begin());
         std::copy_n(x.data() + L::velocity, Dim, m.velocity.component.begin());
         std::copy_n(x.data() + L::spin_1, L::rotation, m.spin_1.component.begin());
         std::copy_n(x.data() + L::spin_2, L::rotation, m.spin_2.component.begin());
-        std::copy_n(x.data() + L::history, L::rotation, q.shear_force.component.begin());
-        std::copy_n(x.data() + L::history + L::rotation, L::rotation, q.moment.component.begin());
-        const BondFrame<Dim, double> frame(m.separation);
+        std::copy_n(x.data() + L::local, L::rotation, q.shear_force.component.begin());
+        std::copy_n(x.data() + L::local + L::rotation, L::rotation, q.moment.component.begin());
+        const BondFrame<Dim, double> frame(x(L::length), direction);
         auto r = bond_response(chain.bond_coefficients(), chain.law(), frame, m, q);
         r.rate.shear_force += frame.shear_turning_rate(q.shear_force, m.velocity);
         r.rate.moment += frame.moment_turning_rate(q.moment, m.velocity);
@@ -199,14 +204,17 @@ TYPED_TEST(RightHandSide, BondJacobianEqualsCentralDifferences) {
         std::copy_n(r.force.component.begin(), Dim, out.data());
         std::copy_n(r.torque_1.component.begin(), L::rotation, out.data() + L::torque_1);
         std::copy_n(r.torque_2.component.begin(), L::rotation, out.data() + L::torque_2);
-        std::copy_n(r.rate.shear_force.component.begin(), L::rotation,
-                    out.data() + L::history_rate);
+        std::copy_n(r.rate.shear_force.component.begin(), L::rotation, out.data() + L::local_rate);
         std::copy_n(r.rate.moment.component.begin(), L::rotation,
-                    out.data() + L::history_rate + L::rotation);
+                    out.data() + L::local_rate + L::rotation);
+        const auto g = Chain<Dim, double>::geometry_rate(frame, m.velocity);
+        out(L::local_rate + 2 * L::rotation) = g.length;
+        std::copy_n(g.direction.component.begin(), Dim,
+                    out.data() + L::local_rate + 2 * L::rotation + 1);
         return out;
     };
     for (int column = 0; column < L::inputs; ++column) {
-        const double scale = std::max(std::abs(inputs(column)), column < Dim ? 1e-3 : 1e-2);
+        const double scale = std::max(std::abs(inputs(column)), column >= L::length ? 1e-3 : 1e-2);
         const double step = 1e-6 * scale;
         auto ahead = inputs;
         auto behind = inputs;
@@ -254,6 +262,7 @@ TEST(SpatialChain, MovesInATiltedPlaneAsThePlanarChainDoes) {
                 tilted.data(), j,
                 BondState<3, double>{lifted(frame.to_world(q.shear_force)), q.moment[0] * normal});
         }
+        space.set_geometry(tilted.data());
         const auto planar_rate = rate_of(planar, state);
         const auto spatial_rate = rate_of(spatial, tilted);
         const auto scale = kind_scales(flat, planar_rate);

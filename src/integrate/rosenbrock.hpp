@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Linearly implicit integration of a chain: one stem, or one stem per SIMD lane with its own step.
+#pragma once
+
+#include "core/lanes.hpp"
+#include "integrate/condensed_newton.hpp"
+#include "integrate/error_scales.hpp"
+#include "integrate/rosenbrock_methods.hpp"
+#include "integrate/step_controller.hpp"
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace culm::integrate {
+
+/// A Rosenbrock method solves, in stage i with increments U of the stages before it,
+///   (I − γhJ) U_i = γ (h f(y + Σ a_ij U_j) + Σ c_ij U_j)
+/// (Hairer & Wanner 1996, Eq. IV.7.25, times γh). The Jacobian J is exact and of the step's start:
+/// there is no iteration that could fail, and every lane does the same work.
+template <int Dim, class T, class Method = Rodas5>
+class Rosenbrock {
+  public:
+    static constexpr std::size_t lanes = core::lanes_of<T>;
+
+    /// Starts from `state` (the chain's layout) at t = 0. The error of a step is the root mean
+    /// square of the positions' errors over `tolerance` × displacement scale; the errors of
+    /// velocities, spins and bond histories count with the weight `rate_error_weight`.
+    Rosenbrock(const physics::Chain<Dim, T>& chain, std::vector<T> state,
+               const ErrorScalesOf<T>& scales, double tolerance, double rate_error_weight)
+        : chain_(chain), newton_(chain), state_(std::move(state)), argument_(state_.size()),
+          rate_(state_.size()), weights_(error_weights(scales, tolerance, rate_error_weight)),
+          only_positions_(rate_error_weight == 0.0) {
+        chain.layout().set_geometry(state_.data());
+        increments_.fill(std::vector<T>(state_.size()));
+        for (std::size_t lane = 0; lane < lanes; ++lane) {
+            const double period = 6.283185307179586 * core::lane(scales.displacement, lane) /
+                                  core::lane(scales.velocity, lane);
+            controllers_.emplace_back(1e-3 * period, Method::embedded_order);
+        }
+    }
+
+    void fix_step(double step) {
+        for (StepController& controller : controllers_)
+            controller.fix_step(step);
+    }
+    /// All lanes take the steps of lane 0: their differences are then smooth in what distinguishes
+    /// them, and give derivatives.
+    void follow_first_lane() { follows_first_lane_ = true; }
+
+    [[nodiscard]] const StepController& controller(std::size_t lane) const {
+        return controllers_[follows_first_lane_ ? 0 : lane];
+    }
+    [[nodiscard]] const std::vector<T>& state() const { return state_; }
+
+    /// Tries one step in every lane that `wanted` names; a lane's state changes if its step is
+    /// accepted. Returns which were.
+    std::array<bool, lanes> try_step(const std::array<bool, lanes>& wanted) {
+        if (state_is_new_)
+            newton_.set_state(state_.data());
+        step_ = core::by_lane<T>([this](std::size_t lane) { return controller(lane).step(); });
+        // A lane whose matrix is singular gets an error that is not a number, and a shorter step.
+        (void)newton_.factorise(T(Method::gamma) * step_);
+        run_stages(std::make_index_sequence<Method::stages>());
+        const T error = error_of_step();
+        std::array<bool, lanes> accepted{};
+        if (follows_first_lane_) {
+            accepted.fill(controllers_[0].judge(core::lane(error, 0)));
+        } else {
+            for (std::size_t lane = 0; lane < lanes; ++lane)
+                accepted[lane] = wanted[lane] && controllers_[lane].judge(core::lane(error, lane));
+        }
+        state_is_new_ = take_over(accepted);
+        return accepted;
+    }
+
+  private:
+    /// Reciprocal allowed errors in the state's layout, divided by the root of their number.
+    [[nodiscard]] std::vector<T> error_weights(const ErrorScalesOf<T>& scales, double tolerance,
+                                               double rate_error_weight) const {
+        using std::sqrt;
+        const auto& layout = chain_.layout();
+        const T share = T(1.0 / (tolerance * std::sqrt(double(Dim * layout.sphere_count()))));
+        const T rate_share = T(rate_error_weight) * share;
+        physics::SphereState<Dim, T> sphere;
+        sphere.position.component.fill(share / scales.displacement);
+        sphere.velocity.component.fill(rate_share / scales.velocity);
+        sphere.spin.component.fill(rate_share / scales.spin);
+        physics::BondState<Dim, T> bond;
+        bond.shear_force.component.fill(rate_share / scales.shear_force);
+        bond.moment.component.fill(rate_share / scales.moment);
+        // Errors of the bonds' geometry show in the positions.
+        std::vector<T> weights(layout.size(), T(0.0));
+        for (int i = 0; i < layout.sphere_count(); ++i)
+            layout.set_sphere(weights.data(), i, sphere);
+        for (int j = 0; j < layout.bond_count(); ++j)
+            layout.set_bond(weights.data(), j, bond);
+        return weights;
+    }
+
+    template <std::size_t... Stage>
+    void run_stages(std::index_sequence<Stage...>) {
+        (run_stage<Stage>(), ...);
+    }
+
+    template <std::size_t Stage>
+    [[gnu::flatten]] void run_stage() {
+        constexpr auto& a = Method::argument[Stage];
+        constexpr auto& c = Method::coupling[Stage];
+        const std::size_t size = state_.size();
+        if constexpr (Stage > 0) {
+            for (std::size_t k = 0; k < size; ++k)
+                argument_[k] = combined<Stage>(a, state_[k], k);
+        }
+        chain_.evaluate_rate(Stage > 0 ? argument_.data() : state_.data(), rate_.data());
+        const T scaled_step = T(Method::gamma) * step_;
+        T* const increment = increments_[Stage].data();
+        for (std::size_t k = 0; k < size; ++k)
+            increment[k] =
+                scaled_step * rate_[k] + T(Method::gamma) * combined<Stage>(c, T(0.0), k);
+        newton_.solve(increment, increment);
+    }
+
+    /// start + Σ factors_j U_j at place `k`, over the first `Count` stages.
+    template <std::size_t Count>
+    [[nodiscard]] T combined(const std::array<double, Method::stages>& factors, const T& start,
+                             std::size_t k) const {
+        return [&]<std::size_t... J>(std::index_sequence<J...>) {
+            T sum = start;
+            ((sum += T(factors[J]) * increments_[J][k]), ...);
+            return sum;
+        }
+        (std::make_index_sequence<Count>());
+    }
+
+    /// The method is stiffly accurate: its last increment is the error estimate.
+    [[nodiscard]] T error_of_step() const {
+        using std::sqrt;
+        const std::vector<T>& increment = increments_[Method::stages - 1];
+        T sum = T(0.0);
+        const auto add = [&](std::size_t k) {
+            const T part = weights_[k] * increment[k];
+            sum += part * part;
+        };
+        if (only_positions_) {
+            for (int i = 0; i < chain_.layout().sphere_count(); ++i)
+                for (std::size_t d = 0; d < Dim; ++d)
+                    add(chain_.layout().sphere_offset(i) + d);
+        } else {
+            for (std::size_t k = 0; k < increment.size(); ++k)
+                add(k);
+        }
+        return sqrt(sum);
+    }
+
+    /// Adds the last increment to the last stage's argument, which gives the new state. Returns
+    /// whether any lane took it.
+    bool take_over(const std::array<bool, lanes>& accepted) {
+        bool any = false;
+        bool all = true;
+        for (const bool lane : accepted) {
+            any = any || lane;
+            all = all && lane;
+        }
+        if (!any)
+            return false;
+        const std::vector<T>& last = increments_[Method::stages - 1];
+        for (std::size_t k = 0; k < argument_.size(); ++k)
+            argument_[k] = argument_[k] + last[k];
+        if (all) {
+            std::swap(state_, argument_);
+        } else if constexpr (lanes > 1) {
+            const T choice =
+                core::by_lane<T>([&](std::size_t lane) { return accepted[lane] ? 1.0 : 0.0; });
+            for (std::size_t k = 0; k < argument_.size(); ++k)
+                where(choice > T(0.5), state_[k]) = argument_[k];
+        }
+        return true;
+    }
+
+    const physics::Chain<Dim, T>& chain_;
+    CondensedNewton<Dim, T> newton_;
+    std::vector<T> state_;
+    std::vector<T> argument_;
+    std::vector<T> rate_;
+    std::array<std::vector<T>, Method::stages> increments_;
+    std::vector<T> weights_;
+    bool only_positions_;
+    std::vector<StepController> controllers_; ///< one a lane
+    T step_ = T(0.0);
+    bool state_is_new_ = true;
+    bool follows_first_lane_ = false;
+};
+
+} // namespace culm::integrate
