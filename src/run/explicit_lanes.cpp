@@ -2,9 +2,9 @@
 #include "run/explicit_lanes.hpp"
 
 #include "core/lanes.hpp"
-#include "integrate/statics.hpp"
 #include "integrate/velocity_verlet.hpp"
 #include "physics/energy.hpp"
+#include "run/lane_packing.hpp"
 #include "run/recorder.hpp"
 
 #include <algorithm>
@@ -27,37 +27,12 @@ constexpr std::int64_t steps_per_beat = 1000;
 /// error stays far below at any stable step.
 constexpr double unstable_energy_gain = 0.05;
 
-/// The specification in lane `lane`; lanes beyond the cases repeat the first.
-const CaseSpec& in_lane(std::span<const CaseSpec> specs, std::size_t lane) {
-    return specs[lane < specs.size() ? lane : 0];
-}
-
-/// One number of every lane's stem.
-Lanes gathered(std::span<const CaseSpec> specs, double physics::StemParameters<double>::*member) {
-    return Lanes([&](auto lane) { return in_lane(specs, lane).stem.*member; });
-}
-
-physics::StemParameters<Lanes> gathered_stems(std::span<const CaseSpec> specs) {
-    using Stem = physics::StemParameters<double>;
-    physics::StemParameters<Lanes> stems;
-    stems.sphere_count = specs.front().stem.sphere_count;
-    stems.sphere_diameter = gathered(specs, &Stem::sphere_diameter);
-    stems.bond_length = gathered(specs, &Stem::bond_length);
-    stems.bond_outer_diameter = gathered(specs, &Stem::bond_outer_diameter);
-    stems.bond_inner_diameter = gathered(specs, &Stem::bond_inner_diameter);
-    stems.density = gathered(specs, &Stem::density);
-    stems.poissons_ratio = gathered(specs, &Stem::poissons_ratio);
-    stems.bond_youngs_modulus = gathered(specs, &Stem::bond_youngs_modulus);
-    stems.bond_damping = gathered(specs, &Stem::bond_damping);
-    stems.axial_acceleration_of_gravity = gathered(specs, &Stem::axial_acceleration_of_gravity);
-    return stems;
-}
-
 /// The batch while it runs.
 template <int Dim>
 class LaneBatch {
   public:
-    explicit LaneBatch(std::span<const CaseSpec> specs) : specs_(specs), failures_(specs.size()) {
+    explicit LaneBatch(std::span<const CaseSpec> specs)
+        : specs_(specs), released_(released_lanes<Dim>(specs)), failures_(released_.failures) {
         for (const CaseSpec& spec : specs)
             recorders_.emplace_back(spec);
     }
@@ -65,8 +40,8 @@ class LaneBatch {
     [[nodiscard]] std::vector<CaseOutcome> run(const Heartbeat& heartbeat) {
         const auto start = std::chrono::steady_clock::now();
         const CaseSpec& first = specs_.front();
-        const physics::Chain<Dim, Lanes> chain(gathered_stems(specs_), first.law);
-        integrate::VelocityVerlet<Dim, Lanes> verlet(chain, released_states(),
+        const physics::Chain<Dim, Lanes> chain(packed_stems<Lanes>(specs_), first.law);
+        integrate::VelocityVerlet<Dim, Lanes> verlet(chain, released_.state,
                                                      first.integrator.timestep);
         const std::int64_t steps_per_sample =
             std::llround(first.sample_interval / first.integrator.timestep);
@@ -89,27 +64,6 @@ class LaneBatch {
     }
 
   private:
-    /// The equilibria that the lanes are released from; a lane without one fails here and goes on
-    /// with the first lane's state, or at rest.
-    [[nodiscard]] std::vector<Lanes> released_states() {
-        std::vector<std::vector<double>> states;
-        for (std::size_t lane = 0; lane < specs_.size(); ++lane) {
-            const physics::Chain<Dim, double> chain(specs_[lane].stem, specs_[lane].law);
-            try {
-                states.push_back(
-                    integrate::deflected_equilibrium(chain, specs_[lane].tip_deflection).state);
-            } catch (const core::NumericalError& error) {
-                failures_[lane] = CaseFailure{error.kind(), error.what()};
-                states.push_back(chain.straight_state());
-            }
-        }
-        std::vector<Lanes> packed(states.front().size());
-        for (std::size_t k = 0; k < packed.size(); ++k)
-            packed[k] =
-                Lanes([&](auto lane) { return states[lane < states.size() ? lane : 0][k]; });
-        return packed;
-    }
-
     void record(std::size_t sample, const integrate::VelocityVerlet<Dim, Lanes>& verlet) {
         const int tip = specs_.front().stem.sphere_count - 1;
         for (std::size_t lane = 0; lane < specs_.size(); ++lane) {
@@ -171,30 +125,14 @@ class LaneBatch {
     }
 
     std::span<const CaseSpec> specs_;
-    std::vector<Recorder> recorders_;
+    ReleasedLanes released_;
     std::vector<std::optional<CaseFailure>> failures_;
+    std::vector<Recorder> recorders_;
     std::vector<double> positions_;
     Lanes released_energy_ = 0.0;
 };
 
 } // namespace
-
-std::size_t lanes_per_batch() {
-    return core::lane_count;
-}
-
-bool can_share_lanes(const CaseSpec& a, const CaseSpec& b) {
-    const auto same_law = [](const physics::BondLawOptions& p, const physics::BondLawOptions& q) {
-        return p.shear_damping_torque == q.shear_damping_torque &&
-               p.lever_arms_follow_bond == q.lever_arms_follow_bond &&
-               p.damping_factor == q.damping_factor && p.damping_inertia == q.damping_inertia;
-    };
-    return a.integrator.method == IntegrationMethod::Explicit &&
-           b.integrator.method == IntegrationMethod::Explicit &&
-           a.stem.sphere_count == b.stem.sphere_count && a.dimensions == b.dimensions &&
-           same_law(a.law, b.law) && a.integrator.timestep == b.integrator.timestep &&
-           a.duration == b.duration && a.sample_interval == b.sample_interval;
-}
 
 std::vector<CaseOutcome> simulate_explicit_lanes(std::span<const CaseSpec> specs,
                                                  const Heartbeat& heartbeat) {

@@ -21,14 +21,15 @@ struct Abandoned {};
 /// A case that cannot be computed comes back as a CaseFailure.
 [[nodiscard]] CaseOutcome simulate(const CaseSpec& spec, const Heartbeat& heartbeat = {});
 
-/// The same for several cases that can share SIMD lanes (see can_share_lanes); explicit cases
-/// advance together, implicit ones one after the other. One outcome per case, in order. A case's
-/// result does not depend on its neighbours.
+/// The same for several cases, those that can share SIMD lanes side by side (see can_share_lanes).
+/// One outcome per case, in order. A case's result does not depend on its neighbours, bit for bit;
+/// it agrees with simulate()'s to rounding.
 [[nodiscard]] std::vector<CaseOutcome> simulate_together(std::span<const CaseSpec> specs,
                                                          const Heartbeat& heartbeat = {});
 
-/// Whether two cases may run in neighbouring lanes: explicit, equal numbers of spheres and
-/// dimensions, law, step, duration and samples.
+/// Whether two cases may run in neighbouring lanes: equal numbers of spheres and dimensions, law
+/// and method; implicit ones with equal tolerance, explicit ones with equal step, duration and
+/// samples.
 [[nodiscard]] bool can_share_lanes(const CaseSpec& a, const CaseSpec& b);
 
 /// Cases that fill the lanes of this machine.

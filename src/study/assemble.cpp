@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/assemble.hpp"
 
-#include "archive/journal_scan.hpp"
+#include "archive/journal_index.hpp"
 #include "archive/study_file.hpp"
 #include "archive/study_writer.hpp"
 #include "core/error.hpp"
@@ -27,7 +27,7 @@ description_of(const Study& study,
                                        unit.empty() ? "1" : std::string(unit),
                                        std::string(factor.parameter->meaning)});
     }
-    description.results = result_columns();
+    description.results = result_columns(study.config);
     description.stored.tip = base.store >= run::StoreLevel::Tip;
     description.stored.heights = base.store >= run::StoreLevel::Heights && !base.heights.empty();
     description.stored.positions = base.store == run::StoreLevel::Full;
@@ -59,8 +59,7 @@ std::vector<double> design_in_config_units(const Design& design) {
 bool assemble_archive(const Study& study, const StudyFolder& folder,
                       const std::vector<std::pair<std::string, std::string>>& provenance) {
     const std::string identity = study.config.identity();
-    const archive::JournalIndex index =
-        archive::index_by_point(archive::scan_journal_folder(folder.journals(), identity));
+    archive::JournalIndex index(archive::scan_journal_folder(folder.journals(), identity));
     std::optional<archive::StudyFile> older;
     if (is_there(folder.archive()))
         older.emplace(folder.archive());
@@ -75,7 +74,7 @@ bool assemble_archive(const Study& study, const StudyFolder& folder,
                               design_in_config_units(study.design),
                               [&](std::int64_t point) -> std::optional<archive::PointRecord> {
                                   if (index.contains(point))
-                                      return archive::find_record(index, point);
+                                      return index.find_record(point);
                                   return older->record(point);
                               });
     std::error_code error;

@@ -116,6 +116,7 @@ StudyConfig parse_config(std::string_view text, const std::string& file) {
     read_vibration(context);
     read_reduce(context);
     read_archive(context);
+    read_timestep(context);
     read_design(context);
     read_factors(context);
     const bool is_given_twice = !check_exclusive_keys(context);

@@ -15,6 +15,12 @@
 
 namespace culm::study {
 
+/// What is computed at each point.
+enum class StudyKind {
+    Vibration, ///< the free vibration, to which Eq. 1 is fitted
+    Timestep,  ///< the limit of the explicit step, and what smaller steps do to b1 and b2
+};
+
 /// How design points are made from the factors; design.hpp defines each.
 enum class DesignType { Factorial, LatinHypercube, Sobol, List };
 
@@ -31,7 +37,20 @@ struct ReduceOptions {
     double significance = 0.05;    ///< of the nested F-tests
 };
 
+/// Of a study of kind Timestep.
+struct TimestepOptions {
+    double limit_tolerance = 0.01;     ///< of the bisected limit
+    std::int64_t trial_steps = 20'000; ///< of every run of the bisection
+    /// Steps, as shares of the linearised limit, whose b1 and b2 are compared; ascending. Empty:
+    /// the limits alone.
+    std::vector<double> fractions;
+    double record_cycles = 2.0;          ///< of each such run, in periods of the undamped stem
+    std::int64_t samples_per_cycle = 40; ///< of its history
+    double reference_tolerance = 1e-9;   ///< of the implicit run beside it
+};
+
 struct StudyConfig {
+    StudyKind kind = StudyKind::Vibration;
     std::string name;
     std::uint64_t seed = 1;
     ParameterValues given;       ///< by [stem] and [release]
@@ -39,6 +58,7 @@ struct StudyConfig {
     std::vector<Factor> factors; ///< in the order of the file
     DesignOptions design;
     ReduceOptions reduce;
+    TimestepOptions timestep;
     int trajectory_compression = 0; ///< 0 (none) to 9
     std::string file;               ///< name for messages
     std::string text;               ///< the file as it was read

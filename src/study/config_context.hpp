@@ -44,7 +44,8 @@ void read_integrator(ConfigContext& context);
 void read_vibration(ConfigContext& context); ///< after the integrator, whose step must fit
 void read_reduce(ConfigContext& context);    ///< after the vibration, whose duration it needs
 void read_archive(ConfigContext& context);
-void read_design(ConfigContext& context);  ///< before the factors
-void read_factors(ConfigContext& context); ///< the [[design.point]] tables included
+void read_timestep(ConfigContext& context); ///< after the study, whose kind decides
+void read_design(ConfigContext& context);   ///< before the factors
+void read_factors(ConfigContext& context);  ///< the [[design.point]] tables included
 
 } // namespace culm::study

@@ -102,6 +102,8 @@ void add_model(const StudyConfig& config, Lines& lines) {
     lines["law.damping_inertia"] =
         base.law.damping_inertia == physics::DampingInertia::Reduced ? "reduced" : "individual";
     lines["integrator.dimensions"] = fmt::format("{}", base.dimensions);
+    if (config.kind == StudyKind::Timestep)
+        return;
     if (base.integrator.method == run::IntegrationMethod::Explicit) {
         lines["integrator.method"] = "explicit";
         lines["integrator.timestep_s"] = fmt::format("{}", base.integrator.timestep);
@@ -117,6 +119,9 @@ void add_model(const StudyConfig& config, Lines& lines) {
 void add_outputs(const StudyConfig& config, Lines& lines) {
     constexpr const char* levels[] = {"fit", "tip", "heights", "full"};
     lines["study.seed"] = fmt::format("{}", config.seed);
+    lines["reduce.amplitude"] = config.reduce.is_amplitude_free ? "free" : "fixed";
+    if (config.kind == StudyKind::Timestep)
+        return;
     lines["study.store"] = levels[static_cast<int>(config.base.store)];
     if (!config.base.heights.empty()) {
         std::vector<std::string> heights;
@@ -126,8 +131,22 @@ void add_outputs(const StudyConfig& config, Lines& lines) {
     }
     lines["reduce.window_s"] =
         fmt::format("{}", config.reduce.window.value_or(config.base.duration));
-    lines["reduce.amplitude"] = config.reduce.is_amplitude_free ? "free" : "fixed";
     lines["reduce.significance"] = fmt::format("{}", config.reduce.significance);
+}
+
+void add_timestep(const StudyConfig& config, Lines& lines) {
+    if (config.kind != StudyKind::Timestep)
+        return; // studies of older versions keep their identity
+    const TimestepOptions& options = config.timestep;
+    lines["study.kind"] = "timestep";
+    lines["timestep.limit_tolerance"] = fmt::format("{}", options.limit_tolerance);
+    lines["timestep.trial_steps"] = fmt::format("{}", options.trial_steps);
+    lines["timestep.fractions"] = fmt::format("[{}]", fmt::join(options.fractions, ", "));
+    if (options.fractions.empty())
+        return;
+    lines["timestep.record_cycles"] = fmt::format("{}", options.record_cycles);
+    lines["timestep.samples_per_cycle"] = fmt::format("{}", options.samples_per_cycle);
+    lines["timestep.reference_tolerance"] = fmt::format("{}", options.reference_tolerance);
 }
 
 Lines lines_of(std::string_view identity) {
@@ -150,6 +169,7 @@ std::string StudyConfig::identity() const {
     add_factors_and_design(*this, lines);
     add_model(*this, lines);
     add_outputs(*this, lines);
+    add_timestep(*this, lines);
     std::string canonical;
     for (const auto& [key, value] : lines)
         canonical += fmt::format("{} = {}\n", key, value);

@@ -27,6 +27,15 @@ Keys study_keys() {
          {},
          "how the study is called in reports"},
         {"study",
+         "kind",
+         ValueKind::Word,
+         "",
+         "\"vibration\"",
+         {},
+         {"vibration", "timestep"},
+         "what is computed at each point: the free vibration, or how large explicit steps may be "
+         "(docs/timestep.md)"},
+        {"study",
          "store",
          ValueKind::Word,
          "",
@@ -288,19 +297,73 @@ Keys output_keys() {
     };
 }
 
+Keys timestep_keys() {
+    return {
+        {"timestep",
+         "limit_tolerance",
+         ValueKind::Number,
+         "",
+         "0.01",
+         {1e-5, 0.5},
+         {},
+         "the largest stable step is bisected until it is known this closely"},
+        {"timestep",
+         "trial_steps",
+         ValueKind::WholeNumber,
+         "",
+         "20000, or 20/limit_tolerance if that is more",
+         {100.0, 1e9},
+         {},
+         "steps of every run of the bisection; at least 20/limit_tolerance, or a weak instability "
+         "would not show"},
+        {"timestep",
+         "fractions",
+         ValueKind::NumberList,
+         "",
+         "none: the limits alone",
+         {0.0, 1.0, true, true},
+         {},
+         "steps whose b1 and b2 are compared, as shares of the linearised chain's limit"},
+        {"timestep",
+         "record_cycles",
+         ValueKind::Number,
+         "",
+         "2",
+         {1.0, 1000.0},
+         {},
+         "length of the compared histories, in periods of the undamped stem"},
+        {"timestep",
+         "samples_per_cycle",
+         ValueKind::WholeNumber,
+         "",
+         "40",
+         {8.0, 1000.0},
+         {},
+         "of the compared histories"},
+        {"timestep",
+         "reference_tolerance",
+         ValueKind::Number,
+         "",
+         "1e-09",
+         {1e-12, 1e-2},
+         {},
+         "of the implicit run whose b1 and b2 are put beside the explicit ones"},
+    };
+}
+
 } // namespace
 
 const std::vector<std::string>& config_sections() {
     static const std::vector<std::string> sections{"study",      "stem",      "release", "law",
                                                    "integrator", "vibration", "factors", "design",
-                                                   "reduce",     "archive"};
+                                                   "reduce",     "timestep",  "archive"};
     return sections;
 }
 
 std::vector<ConfigKey> config_keys() {
     Keys keys;
     for (const Keys& part : {study_keys(), parameter_keys("stem"), parameter_keys("release"),
-                             model_keys(), factor_keys(), output_keys()})
+                             model_keys(), factor_keys(), output_keys(), timestep_keys()})
         keys.insert(keys.end(), part.begin(), part.end());
     return keys;
 }

@@ -77,8 +77,10 @@ void read_study(ConfigContext& context) {
     StudyConfig& config = context.config;
     config.name = reader.text("name").value_or(std::filesystem::path(config.file).stem().string());
     config.seed = static_cast<std::uint64_t>(reader.whole_number("seed").value_or(1));
+    const bool is_vibration = reader.word("kind").value_or("vibration") == "vibration";
+    config.kind = is_vibration ? StudyKind::Vibration : StudyKind::Timestep;
     const auto store = reader.word("store");
-    config.base.store = store_level(store.value_or("tip"));
+    config.base.store = store_level(store.value_or(is_vibration ? "tip" : "fit"));
     if (store || !reader.has("store"))
         read_heights(reader, context);
 }

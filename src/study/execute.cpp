@@ -6,6 +6,7 @@
 #include "run/simulate.hpp"
 #include "study/assemble.hpp"
 #include "study/point_results.hpp"
+#include "study/timestep_point.hpp"
 
 #include <array>
 #include <chrono>
@@ -77,29 +78,43 @@ std::string host_name() {
 /// Computes batches and commits each point to this rank's journal.
 class PointWorker {
   public:
-    PointWorker(const Study& study, archive::JournalWriter& journal)
-        : study_(study), journal_(journal) {}
+    PointWorker(const Study& study, archive::JournalWriter& journal,
+                const ComputePoint& compute_point)
+        : study_(study), journal_(journal), compute_point_(compute_point) {}
 
     farm::BatchReport operator()(const farm::Batch& batch, farm::Heartbeat& heartbeat) {
         const auto start = Clock::now();
         std::vector<run::CaseSpec> specs;
         for (const std::int64_t point : batch.points)
             specs.push_back(case_of_point(study_.config, study_.design, point));
+        const auto commit = [&](const archive::PointRecord& record, farm::BatchReport& report) {
+            journal_.append(record);
+            ++(record.completed ? report.completed : report.failed);
+            heartbeat.beat();
+        };
+        const auto go_on = [&heartbeat] {
+            heartbeat.beat();
+            return !heartbeat.stop_requested();
+        };
         farm::BatchReport report;
         try {
-            std::vector<run::CaseOutcome> outcomes = run::simulate_together(specs, [&heartbeat] {
-                heartbeat.beat();
-                return !heartbeat.stop_requested();
-            });
-            for (std::size_t k = 0; k < specs.size(); ++k) {
-                const archive::PointRecord record =
-                    make_record(specs[k], std::move(outcomes[k]), study_.config.reduce);
-                journal_.append(record);
-                ++(record.completed ? report.completed : report.failed);
-                heartbeat.beat();
+            if (compute_point_) {
+                for (const run::CaseSpec& spec : specs)
+                    commit(compute_point_(spec), report);
+            } else if (study_.config.kind == StudyKind::Timestep) {
+                for (const run::CaseSpec& spec : specs)
+                    commit(compute_timestep_point(study_.config, spec, go_on), report);
+            } else {
+                std::vector<run::CaseOutcome> outcomes = run::simulate_together(specs, go_on);
+                for (std::size_t k = 0; k < specs.size(); ++k)
+                    commit(make_record(specs[k], std::move(outcomes[k]), study_.config.reduce),
+                           report);
             }
         } catch (const run::Abandoned&) {
             // The batch stays uncomputed; a later run with --resume takes it up again.
+        } catch (const core::StorageError& error) {
+            // What was appended before stays in the journal, so it is counted.
+            report.storage_failure = error.what();
         }
         report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
         return report;
@@ -108,6 +123,7 @@ class PointWorker {
   private:
     const Study& study_;
     archive::JournalWriter& journal_;
+    const ComputePoint& compute_point_;
 };
 
 farm::Summary compute(const Study& study, const std::vector<std::int64_t>& pending,
@@ -128,15 +144,17 @@ farm::Summary compute(const Study& study, const std::vector<std::int64_t>& pendi
                                                    : complaint);
 
     const std::vector<farm::Batch> batches = make_batches(study, pending);
-    PointWorker worker(study, *journal);
+    PointWorker worker(study, *journal, options.compute_point);
     const auto work = [&worker](const farm::Batch& batch, farm::Heartbeat& heartbeat) {
         return worker(batch, heartbeat);
     };
+    farm::FarmOptions farm_options = options.farm;
+    farm_options.seconds_per_cost = 1.0; // make_batches plans in seconds
     farm::Summary summary;
     if (communicator == nullptr)
-        summary = farm::Farm().map(batches, work, options.farm);
+        summary = farm::Farm().map(batches, work, farm_options);
     else
-        summary = farm::Farm(*communicator).map(batches, work, options.farm);
+        summary = farm::Farm(*communicator).map(batches, work, farm_options);
     journal->close();
     if (communicator != nullptr)
         communicator->barrier();
@@ -182,9 +200,11 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
     provenance.emplace_back("start", start);
     provenance.emplace_back("end", now_text());
     provenance.emplace_back("wall_s", fmt::format("{:.3f}", outcome.farm.elapsed_s));
+    const auto assembly_start = Clock::now();
     const std::string is_complete = on_root(communicator, [&]() -> std::string {
         return assemble_archive(study, folder, provenance) ? "yes" : "no";
     });
+    outcome.assembly_s = std::chrono::duration<double>(Clock::now() - assembly_start).count();
     outcome.archive_is_complete = is_complete == "yes";
     return outcome;
 }

@@ -2,6 +2,7 @@
 // Runs a study over the ranks of a farm and writes its archive.
 #pragma once
 
+#include "archive/point_record.hpp"
 #include "farm/farm.hpp"
 #include "study/plan.hpp"
 #include "study/study_folder.hpp"
@@ -13,17 +14,24 @@
 
 namespace culm::study {
 
+/// The record of one case.
+using ComputePoint = std::function<archive::PointRecord(const run::CaseSpec& spec)>;
+
 struct ExecuteOptions {
     bool resume = false;
     farm::FarmOptions farm;
     /// Facts about this program for the archive's provenance: name and text.
     std::vector<std::pair<std::string, std::string>> provenance;
+    /// Called instead of the simulation and the fit, to test and to measure everything around them;
+    /// may be empty.
+    ComputePoint compute_point;
 };
 
 struct ExecuteOutcome {
     farm::Summary farm;              ///< of this run: points computed before are not in it
     std::int64_t resumed_points = 0; ///< found computed when the run began
     bool archive_is_complete = false;
+    double assembly_s = 0.0; ///< wall time from the journals to the study file
 };
 
 /// Computes the points that `folder` lacks and, once none is missing, writes the study file from

@@ -3,8 +3,10 @@
 
 #include "core/error.hpp"
 #include "run/simulate.hpp"
+#include "run/timestep_theory.hpp"
 #include "study/design_check.hpp"
 #include "study/point_results.hpp"
+#include "study/timestep_point.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +14,7 @@
 #include <map>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include <fmt/core.h>
 
@@ -20,23 +23,46 @@ namespace {
 
 /// Time per bond and explicit step of all lanes together, and per implicit step of a 56-sphere
 /// chain, s: measured by bench/ on the reference machine (docs/performance.md).
-constexpr double explicit_bond_step_seconds = 2.7e-8;
-constexpr double implicit_bond_step_seconds = 2.6e-6;
+constexpr double explicit_bond_step_seconds = 9.2e-9;
+constexpr double implicit_bond_step_seconds = 7e-7;
 /// Spatial chains cost about this much more (2.9 explicit, 2.3 implicit).
 constexpr double spatial_factor = 2.5;
 
 /// Steps that the implicit integrator takes per period of the first mode: lightly damped stems
 /// need more of them, because their higher modes ring longer (docs/performance.md).
 double implicit_steps_per_period(double bond_damping) {
-    return 15.0 + 200.0 / (1.0 + bond_damping / 20.0);
+    return 15.0 + 180.0 / (1.0 + bond_damping / 30.0);
 }
 
-double first_frequency(const run::CaseSpec& spec) {
-    const auto& stem = spec.stem;
-    const double length = stem.free_length();
-    const double bending = stem.bond_youngs_modulus * stem.second_moment_of_area();
-    const double mass_per_length = stem.sphere_mass() / stem.bond_length;
-    return 0.5596 * std::sqrt(bending / mass_per_length) / (length * length);
+/// Seconds of a point of this study in one lane of its batch.
+double seconds_of_point(const StudyConfig& config, const run::CaseSpec& spec) {
+    if (config.kind != StudyKind::Timestep)
+        return estimated_seconds(spec);
+    const double dimensions = spec.dimensions == 2 ? 1.0 : spatial_factor;
+    return dimensions * (spec.stem.sphere_count - 1) * explicit_steps_of_point(config, spec) *
+           explicit_bond_step_seconds / static_cast<double>(run::lanes_per_batch());
+}
+
+/// `points` in the order in which they fill lanes. Explicit ones all take the same steps. Implicit
+/// ones choose their own, and a batch is done when its longest is: the longest first, equals as
+/// they come.
+std::vector<std::int64_t> in_lane_order(const Study& study,
+                                        const std::vector<std::int64_t>& points) {
+    if (study.config.base.integrator.method == run::IntegrationMethod::Explicit)
+        return points;
+    std::vector<std::pair<double, std::int64_t>> by_cost;
+    by_cost.reserve(points.size());
+    for (const std::int64_t point : points)
+        by_cost.emplace_back(
+            -seconds_of_point(study.config, case_of_point(study.config, study.design, point)),
+            point);
+    std::stable_sort(by_cost.begin(), by_cost.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<std::int64_t> ordered;
+    ordered.reserve(points.size());
+    for (const auto& [cost, point] : by_cost)
+        ordered.push_back(point);
+    return ordered;
 }
 
 /// To three digits, so that the printed limit is itself allowed.
@@ -119,27 +145,27 @@ double estimated_seconds(const run::CaseSpec& spec) {
                explicit_bond_step_seconds / static_cast<double>(run::lanes_per_batch());
     // The order of the method is four: ten times the accuracy takes 10^(1/4) times the steps.
     const double accuracy = std::pow(1e-6 / spec.integrator.relative_tolerance, 0.25);
-    return dimensions * bonds * spec.duration * first_frequency(spec) *
+    return dimensions * bonds * spec.duration / run::cantilever_period(spec.stem) *
            implicit_steps_per_period(spec.stem.bond_damping) * accuracy *
-           implicit_bond_step_seconds;
+           implicit_bond_step_seconds / static_cast<double>(run::lanes_per_batch());
 }
 
 std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std::int64_t>& points) {
     std::vector<farm::Batch> batches;
     std::optional<run::CaseSpec> first;
-    for (const std::int64_t point : points) {
+    const auto lanes = static_cast<double>(run::lanes_per_batch());
+    for (const std::int64_t point : in_lane_order(study, points)) {
         run::CaseSpec spec = case_of_point(study.config, study.design, point);
-        const double seconds = estimated_seconds(spec);
-        const bool joins = first && batches.back().points.size() < run::lanes_per_batch() &&
-                           run::can_share_lanes(*first, spec);
-        // Lanes step together: a batch costs the same however many of them are used.
-        if (joins) {
+        // A point of a time-step study fills the lanes alone, with its steps.
+        if (first && study.config.kind == StudyKind::Vibration &&
+            batches.back().points.size() < run::lanes_per_batch() &&
+            run::can_share_lanes(*first, spec)) {
             batches.back().points.push_back(point);
             continue;
         }
-        const bool has_lanes = spec.integrator.method == run::IntegrationMethod::Explicit;
-        const double lanes = has_lanes ? static_cast<double>(run::lanes_per_batch()) : 1.0;
-        batches.push_back({{point}, lanes * seconds});
+        // Lanes step together: a batch costs what its longest lane costs, the first one, however
+        // many others are used.
+        batches.push_back({{point}, lanes * seconds_of_point(study.config, spec)});
         first = std::move(spec);
     }
     return batches;
@@ -155,7 +181,7 @@ Estimate estimate(const Study& study, const std::vector<farm::Batch>& batches) {
     }
     const run::CaseSpec& base = study.config.base;
     const auto samples = static_cast<double>(base.sample_count());
-    double numbers_per_point = static_cast<double>(result_columns().size());
+    double numbers_per_point = static_cast<double>(result_columns(study.config).size());
     if (base.store >= run::StoreLevel::Tip)
         numbers_per_point += samples;
     if (base.store >= run::StoreLevel::Heights)

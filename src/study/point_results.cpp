@@ -2,6 +2,7 @@
 #include "study/point_results.hpp"
 
 #include "core/error.hpp"
+#include "study/timestep_point.hpp"
 
 #include <cmath>
 #include <limits>
@@ -32,7 +33,9 @@ archive::PointRecord failed_record(std::int64_t point, core::FailureKind kind,
 
 } // namespace
 
-std::vector<archive::Column> result_columns() {
+std::vector<archive::Column> result_columns(const StudyConfig& config) {
+    if (config.kind == StudyKind::Timestep)
+        return timestep_columns(config.timestep);
     return {
         {"amplitude", "1", "b0 of Eq. 1 over the largest deflection"},
         {"amplitude_standard_error", "1", "standard error of b0"},

@@ -12,8 +12,8 @@
 
 namespace culm::study {
 
-/// The result columns, in the order of PointRecord::values.
-[[nodiscard]] std::vector<archive::Column> result_columns();
+/// The result columns of a study of this kind, in the order of PointRecord::values.
+[[nodiscard]] std::vector<archive::Column> result_columns(const StudyConfig& config);
 
 /// The options of the fit that a study asks for.
 [[nodiscard]] reduce::RingDownFitOptions fit_options(const ReduceOptions& options);

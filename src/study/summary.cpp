@@ -17,13 +17,6 @@ namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-std::string provenance_text(const archive::StudyFile& file, const std::string& name) {
-    for (const auto& [key, text] : file.description().provenance)
-        if (key == name)
-            return text;
-    return {};
-}
-
 /// What the regressions need of a fit; NaN when there is none.
 struct FittedPoint {
     double decay_per_cycle = not_a_number;
@@ -55,6 +48,13 @@ FittedPoint fit_again(const archive::StudyFile& file, std::int64_t point,
 
 } // namespace
 
+std::string provenance_text(const archive::StudyFile& file, const std::string& name) {
+    for (const auto& [key, text] : file.description().provenance)
+        if (key == name)
+            return text;
+    return {};
+}
+
 ArchivedStudy open_archive(const StudyFolder& folder) {
     if (!is_there(folder.archive())) {
         const bool has_journals = is_there(folder.journals());
@@ -75,6 +75,10 @@ ArchivedStudy open_archive(const StudyFolder& folder) {
 StudySummary reduce_study(const ArchivedStudy& archived, const std::optional<ReduceOptions>& refit,
                           std::optional<double> significance) {
     const archive::StudyFile& file = archived.file;
+    if (archived.study.config.kind != StudyKind::Vibration)
+        throw core::InputError(fmt::format("{}: a time-step study holds no fits from which stems "
+                                           "could be calibrated (study.kind = \"timestep\")",
+                                           file.path().string()));
     if (refit && !file.description().stored.tip)
         throw core::InputError(fmt::format("{}: the study stores no tip histories (study.store = "
                                            "\"fit\"), so they cannot be fitted again",

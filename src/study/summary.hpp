@@ -45,9 +45,13 @@ struct ArchivedStudy {
 /// Throws core::InputError when the folder holds no complete archive (and says what to do).
 [[nodiscard]] ArchivedStudy open_archive(const StudyFolder& folder);
 
-/// Reduces a study. With `refit` the stored tip histories are fitted again under these options
-/// (core::InputError when the study stores none); without, the fits in the archive are used.
-/// `significance` is that of the F-tests in either case; by default the options' or the study's.
+/// A text of the archive's provenance; empty if there is none of that name.
+[[nodiscard]] std::string provenance_text(const archive::StudyFile& file, const std::string& name);
+
+/// Reduces a study of kind Vibration (core::InputError for another). With `refit` the stored tip
+/// histories are fitted again under these options (core::InputError when the study stores none);
+/// without, the fits in the archive are used. `significance` is that of the F-tests in either case;
+/// by default the options' or the study's.
 [[nodiscard]] StudySummary reduce_study(const ArchivedStudy& archived,
                                         const std::optional<ReduceOptions>& refit,
                                         std::optional<double> significance = std::nullopt);

@@ -8,21 +8,8 @@ namespace {
 
 using nlohmann::json;
 
-/// JSON has no infinity or NaN.
-json number(double value) {
-    return std::isfinite(value) ? json(value) : json(nullptr);
-}
-
 json interval(const reduce::Coefficient& coefficient) {
-    return json::array({number(coefficient.lower), number(coefficient.upper)});
-}
-
-json term(const reduce::Coefficient& coefficient) {
-    return {{"term", coefficient.name},
-            {"coefficient", number(coefficient.value)},
-            {"standard_error", number(coefficient.standard_error)},
-            {"interval", interval(coefficient)},
-            {"p_value", number(coefficient.p_value)}};
+    return json::array({number_json(coefficient.lower), number_json(coefficient.upper)});
 }
 
 json histogram(const reduce::ResidualSummary& residuals) {
@@ -30,6 +17,18 @@ json histogram(const reduce::ResidualSummary& residuals) {
 }
 
 } // namespace
+
+json number_json(double value) {
+    return std::isfinite(value) ? json(value) : json(nullptr);
+}
+
+json term_json(const reduce::Coefficient& coefficient) {
+    return {{"term", coefficient.name},
+            {"coefficient", number_json(coefficient.value)},
+            {"standard_error", number_json(coefficient.standard_error)},
+            {"interval", interval(coefficient)},
+            {"p_value", number_json(coefficient.p_value)}};
+}
 
 json to_json(const reduce::RegressionOutcome& outcome, const char* predictor, const char* unit) {
     if (!outcome.regression)
@@ -39,24 +38,25 @@ json to_json(const reduce::RegressionOutcome& outcome, const char* predictor, co
         {"predictor", predictor},
         {"unit", unit},
         {"points", response.points},
-        {"intercept", number(response.single.intercept.value)},
-        {"slope", number(response.single.slope.value)},
+        {"intercept", number_json(response.single.intercept.value)},
+        {"slope", number_json(response.single.slope.value)},
         {"interval",
          {{"intercept", interval(response.single.intercept)},
           {"slope", interval(response.single.slope)}}},
-        {"adjusted_r2", number(response.single.regression.adjusted_r_squared)},
+        {"adjusted_r2", number_json(response.single.regression.adjusted_r_squared)},
         {"residuals_percent", histogram(response.single.residuals)},
     };
     json terms = json::array();
     if (response.reduced) {
         for (const auto& coefficient : response.reduced->model.regression.coefficients)
-            terms.push_back(term(coefficient));
-        out["terms_adjusted_r2"] = number(response.reduced->model.regression.adjusted_r_squared);
-        out["adjusted_r2_full"] = number(response.reduced->model.full_adjusted_r_squared);
+            terms.push_back(term_json(coefficient));
+        out["terms_adjusted_r2"] =
+            number_json(response.reduced->model.regression.adjusted_r_squared);
+        out["adjusted_r2_full"] = number_json(response.reduced->model.full_adjusted_r_squared);
         out["terms_residuals_percent"] = histogram(response.reduced->residuals);
         const auto& test = response.reduced->single_predictor_against_full;
-        out["single_against_full"] = {{"f", number(test.f_statistic)},
-                                      {"p_value", number(test.p_value)}};
+        out["single_against_full"] = {{"f", number_json(test.f_statistic)},
+                                      {"p_value", number_json(test.p_value)}};
     } else {
         out["terms_reason"] = response.no_reduced_reason;
     }

@@ -49,6 +49,22 @@ sample_interval_s = 1e-5
 bond_damping = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]
 )";
 
+/// Limits of the explicit step, and two periods at three steps below each, of 2 × 2 short stems.
+inline const std::string timestep_study = R"(
+[study]
+name = "timestep"
+kind = "timestep"
+[stem]
+spheres = 8
+[release]
+tip_deflection_mm = 1
+[factors]
+bond_damping = [1, 4]
+bond_youngs_modulus_gpa = [1, 9]
+[timestep]
+fractions = [0.2, 0.5, 0.9]
+)";
+
 /// A study that is not checked for stability, as one that load_study has missed would be.
 inline Study unchecked(const std::string& text) {
     Study study{parse_config(text, "s.toml"), {}};

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How large explicit steps may be, and what they do to b1 and b2: the figure of a time-step study."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import matplotlib
+import numpy as np
+
+from culm_archive import Study, StudyError
+from figure_style import (
+    BLACK,
+    BLUE,
+    COLOUR_MAP,
+    VERMILLION,
+    mark,
+    new_figure,
+    number,
+    styled,
+)
+from study_points import DAMPING_KEY, YOUNGS_MODULUS_KEY, conditions
+
+MOST_MODULI_IN_HEADING = 4
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Largest stable steps of the completed points, M of them; s."""
+
+    damping: np.ndarray
+    bond_time: np.ndarray  # √(m/k_n)
+    bisected: np.ndarray
+    linearised: np.ndarray
+    rule: np.ndarray
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Relative errors of the completed points over F fractions of the limit, NaN where unknown."""
+
+    fractions: np.ndarray  # (M, F), steps as taken over the linearised limit
+    decay: np.ndarray  # (M, F)
+    frequency: np.ndarray  # (M, F)
+    predicted_decay: np.ndarray  # (M, F)
+    predicted_frequency: np.ndarray  # (M, F)
+
+
+def is_timestep_study(study: Study) -> bool:
+    return study.settings.get("study.kind") == "timestep"
+
+
+def limits_of(study: Study) -> Limits:
+    """StudyError if no point was completed."""
+    done = study.is_completed
+    if not done.any():
+        raise StudyError(f"{study.path}: no point was completed.")
+    of = {name: study[name][done] for name in study.result_names if name.startswith("limit_")}
+    return Limits(
+        damping=study.parameter(DAMPING_KEY)[done],
+        bond_time=study["bond_time"][done],
+        bisected=0.5 * (of["limit_stable"] + of["limit_unstable"]),
+        linearised=np.minimum(of["limit_transverse"], of["limit_axial"]),
+        rule=of["limit_rule"],
+    )
+
+
+def fraction_names(study: Study) -> list[str]:
+    """The fractions as they stand in the names of the columns, in their order."""
+    start = "timestep_at_"
+    return [name.removeprefix(start) for name in study.result_names if name.startswith(start)]
+
+
+def extrapolated_to_zero(steps: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values at step zero of the parabolas (lines) through the three (two) smallest steps that have
+    a value, row by row; NaN with fewer. As `culm reduce` does it. Shapes (M, F); returns (M)."""
+    found = np.full(len(steps), np.nan)
+    for row, (h, y) in enumerate(zip(steps, values)):
+        known = np.isfinite(y)
+        order = np.argsort(h[known])[:3]
+        h, y = h[known][order], y[known][order]
+        if h.size < 2:
+            continue
+        weights = [np.prod(np.delete(h, k) / (np.delete(h, k) - h[k])) for k in range(h.size)]
+        found[row] = y[0] + np.dot(weights, y - y[0])
+    return found
+
+
+def errors_of(study: Study, limits: Limits) -> Errors | None:
+    """None if the study compared no steps."""
+    names = fraction_names(study)
+    if not names:
+        return None
+    done = study.is_completed
+
+    def table(quantity):
+        return np.column_stack([study[f"{quantity}_at_{name}"][done] for name in names])
+
+    steps = table("timestep")
+
+    def relative_error(quantity):
+        values = table(quantity)
+        return values / extrapolated_to_zero(steps, values)[:, None] - 1.0
+
+    return Errors(
+        fractions=steps / limits.linearised[:, None],
+        decay=relative_error("decay_per_cycle"),
+        frequency=relative_error("frequency"),
+        predicted_decay=table("predicted_decay_error"),
+        predicted_frequency=table("predicted_frequency_error"),
+    )
+
+
+def fitted_law(study: Study) -> tuple[float, float] | None:
+    """A and B of (τ/Δt)² = A + B β (τ/Δt) from summary.json; None if the points do not tell."""
+    try:
+        entry = study.summary["regression"]["damped_oscillator"]
+        if "reason" in entry:
+            return None
+        by_name = {c["term"]: float(c["coefficient"]) for c in entry["coefficients"]}
+        return by_name["A"], by_name["B"]
+    except (KeyError, TypeError, ValueError) as fault:
+        raise StudyError(
+            f"{study.directory / 'summary.json'}: the law of the time step is malformed: {fault}."
+        ) from None
+
+
+def law_of(coefficients: tuple[float, float], damping: np.ndarray) -> np.ndarray:
+    """Δt/τ."""
+    a, b = coefficients
+    return 2.0 / (b * damping + np.sqrt((b * damping) ** 2 + 4.0 * a))
+
+
+def drawn_damping(damping: np.ndarray) -> np.ndarray:
+    """Undamped stems at the left end of the logarithmic axis."""
+    positive = damping[damping > 0.0]
+    smallest = positive.min() if positive.size else 1.0
+    return np.where(damping > 0.0, damping, 0.5 * smallest)
+
+
+def damping_label(damping: np.ndarray) -> str:
+    label = "Bond damping β (–)"
+    return label if damping.min() > 0.0 else label + ", left end: 0"
+
+
+def draw_limits(axes, study: Study, limits: Limits):
+    """Δt/τ against β: one curve for every Y."""
+    x = drawn_damping(limits.damping)
+    order = np.argsort(x)
+    axes.loglog(
+        x, limits.bisected / limits.bond_time, "o", color=BLUE, markersize=4, label="bisected runs"
+    )
+    axes.plot(
+        x[order],
+        (limits.linearised / limits.bond_time)[order],
+        color=BLACK,
+        linewidth=0.8,
+        label="linearised chain",
+    )
+    axes.plot(
+        x[order],
+        (limits.rule / limits.bond_time)[order],
+        color=VERMILLION,
+        linestyle=(0, (4, 2)),
+        label="authors' rule",
+    )
+    law = fitted_law(study)
+    if law is not None:
+        axes.text(
+            0.04,
+            0.04,
+            rf"$(\tau/\Delta t)^2$ = {number(law[0])} + {number(law[1])} $\beta\,\tau/\Delta t$",
+            transform=axes.transAxes,
+            fontsize=6,
+        )
+    axes.set_xlabel(damping_label(limits.damping))
+    axes.set_ylabel(r"Limit $\Delta t/\tau$ with $\tau=\sqrt{m/k_n}$ (–)")
+    axes.legend(loc="upper right")
+
+
+def draw_ratios(axes, limits: Limits):
+    """What the logarithmic panel hides: both predictions against the bisected limit."""
+    x = drawn_damping(limits.damping)
+    rule, linearised = limits.rule / limits.bisected, limits.linearised / limits.bisected
+    axes.semilogx(x, rule, "s", color=VERMILLION, markersize=3.5, label="authors' rule")
+    axes.semilogx(x, linearised, "o", color=BLACK, markersize=2.5, label="linearised chain")
+    axes.axhline(1.0, color=BLACK, linewidth=0.6)
+    axes.legend(loc="center right")
+    axes.set_xlabel(damping_label(limits.damping))
+    axes.set_ylabel("Prediction / bisected limit (–)")
+
+
+def draw_errors(axes, errors: Errors, damping: np.ndarray, quantity: str, symbol: str):
+    """|error| against Δt over the limit; lines are the linearised first mode."""
+    measured = np.abs(getattr(errors, quantity))
+    predicted = np.abs(getattr(errors, f"predicted_{quantity}"))
+    levels = np.unique(damping)
+    colours = matplotlib.colormaps[COLOUR_MAP](np.linspace(0.0, 0.9, levels.size))
+    for level, colour in zip(levels, colours):
+        for row in np.flatnonzero(damping == level):
+            is_first = row == np.flatnonzero(damping == level)[0]
+            axes.loglog(
+                errors.fractions[row],
+                measured[row],
+                "o",
+                color=colour,
+                markersize=3,
+                label=f"β = {number(level)}" if is_first else None,
+            )
+            axes.plot(errors.fractions[row], predicted[row], color=colour, linewidth=0.7)
+    axes.set_xlabel(r"$\Delta t$ / linearised limit (–)")
+    axes.set_ylabel(f"|relative error| of {symbol}")
+
+
+@styled
+def timestep_figure(study: Study):
+    """(a) the largest stable step over τ = √(m/k_n) against β: bisected, of the linearised chain, and
+    the authors' rule; (b) both predictions over the bisected limit; (c) and (d) the errors of b1 and
+    b2 against the step, lines: the linearised first mode. Without compared steps (a) and (b) only.
+    """
+    limits = limits_of(study)
+    errors = errors_of(study, limits)
+    moduli = np.unique(study.parameter(YOUNGS_MODULUS_KEY)[study.is_completed])
+    heading = conditions(study)
+    if moduli.size <= MOST_MODULI_IN_HEADING:
+        heading += f"; Y = {', '.join(number(y) for y in moduli)} GPa"
+    figure = new_figure(2.8 if errors is None else 5.2, heading)
+    all_axes = figure.subplots(1 if errors is None else 2, 2, squeeze=False)
+    draw_limits(all_axes[0, 0], study, limits)
+    draw_ratios(all_axes[0, 1], limits)
+    if errors is not None:
+        draw_errors(all_axes[1, 0], errors, limits.damping, "decay", "$b_1$ per cycle")
+        draw_errors(all_axes[1, 1], errors, limits.damping, "frequency", "$b_2$")
+        all_axes[1, 1].legend(loc="upper left", ncols=2)
+    for letter, axes in zip("abcd", all_axes.flat):
+        mark(axes, letter)
+    return figure

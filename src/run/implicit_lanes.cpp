@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "run/implicit_lanes.hpp"
+
+#include "integrate/history_sampler.hpp"
+#include "integrate/implicit.hpp"
+#include "run/lane_packing.hpp"
+#include "run/recorder.hpp"
+
+#include <chrono>
+#include <cmath>
+
+#include <fmt/core.h>
+
+namespace culm::run {
+namespace {
+
+/// The first sample that is not a number, if any.
+std::optional<CaseFailure> not_a_number(const CaseResult& result, double sample_interval) {
+    for (std::size_t k = 0; k < result.tip_deflection.size(); ++k)
+        if (!std::isfinite(result.tip_deflection[k]))
+            return CaseFailure{core::FailureKind::NotANumber,
+                               fmt::format("the tip's position is not a number at t = {:.6g} s",
+                                           static_cast<double>(k) * sample_interval)};
+    return std::nullopt;
+}
+
+template <int Dim, class T>
+class ImplicitBatch {
+    static constexpr std::size_t lanes = core::lanes_of<T>;
+
+  public:
+    explicit ImplicitBatch(std::span<const CaseSpec> specs) : specs_(specs) {
+        recorders_.reserve(specs.size());
+        samplers_.reserve(specs.size());
+        const physics::ChainLayout<Dim> layout(specs.front().stem.sphere_count);
+        for (const CaseSpec& spec : specs) {
+            Recorder& recorder = recorders_.emplace_back(spec);
+            samplers_.emplace_back(
+                layout, recorder.first_watched_sphere(), spec.stem.sphere_count - 1,
+                spec.sample_interval, spec.sample_count(),
+                [&recorder](std::size_t index, std::span<const double> positions) {
+                    recorder.record(index, positions);
+                });
+        }
+    }
+
+    [[nodiscard]] std::vector<CaseOutcome> run(const Heartbeat& heartbeat, bool on_common_steps) {
+        const auto start = std::chrono::steady_clock::now();
+        const physics::StemParameters<T> stems = packed_stems<T>(specs_);
+        const physics::Chain<Dim, T> chain(stems, specs_.front().law);
+        const ReleasedState<T> released = released_lanes<Dim, T>(specs_);
+        const T tip_deflection = core::by_lane<T>(
+            [this](std::size_t lane) { return in_lane(specs_, lane).tip_deflection; });
+        std::array<double, lanes> durations{};
+        for (std::size_t lane = 0; lane < specs_.size(); ++lane)
+            durations[lane] = released.failures[lane] ? 0.0 : specs_[lane].duration;
+        integrate::ImplicitOptions options;
+        options.relative_tolerance = specs_.front().integrator.relative_tolerance;
+        options.follow_first_lane = on_common_steps;
+        options.heartbeat = heartbeat;
+        const auto ends = integrate::integrate_lanes<Dim, T>(
+            chain, released.state, integrate::cantilever_scales(stems, tip_deflection), durations,
+            [this](std::size_t lane, double time, std::span<const T> state) {
+                if (lane < samplers_.size())
+                    samplers_[lane].observe(time, state, lane);
+            },
+            options);
+
+        const double wall =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        std::vector<CaseOutcome> outcomes;
+        for (std::size_t lane = 0; lane < specs_.size(); ++lane)
+            outcomes.push_back(
+                released.failures[lane]
+                    ? CaseOutcome(*released.failures[lane])
+                    : outcome(lane, ends[lane], wall / static_cast<double>(specs_.size())));
+        return outcomes;
+    }
+
+  private:
+    [[nodiscard]] CaseOutcome outcome(std::size_t lane, const integrate::LaneOutcome& end,
+                                      double wall_seconds) {
+        if (end.failure)
+            return CaseFailure{end.failure->kind(), end.failure->what()};
+        samplers_[lane].finish();
+        CaseResult& result = recorders_[lane].result();
+        if (auto failure = not_a_number(result, specs_[lane].sample_interval))
+            return *failure;
+        result.work = end.work;
+        result.wall_seconds = wall_seconds;
+        return std::move(result);
+    }
+
+    std::span<const CaseSpec> specs_;
+    std::vector<Recorder> recorders_;
+    std::vector<integrate::HistorySampler<Dim>> samplers_;
+};
+
+template <class T>
+std::vector<CaseOutcome> run_batch(std::span<const CaseSpec> specs, const Heartbeat& heartbeat,
+                                   bool on_common_steps) {
+    try {
+        return specs.front().dimensions == 2
+                   ? ImplicitBatch<2, T>(specs).run(heartbeat, on_common_steps)
+                   : ImplicitBatch<3, T>(specs).run(heartbeat, on_common_steps);
+    } catch (const integrate::Interrupted&) {
+        throw Abandoned{};
+    }
+}
+
+} // namespace
+
+template <class T>
+std::vector<CaseOutcome> simulate_implicit_lanes(std::span<const CaseSpec> specs,
+                                                 const Heartbeat& heartbeat) {
+    return run_batch<T>(specs, heartbeat, false);
+}
+
+template std::vector<CaseOutcome> simulate_implicit_lanes<double>(std::span<const CaseSpec>,
+                                                                  const Heartbeat&);
+template std::vector<CaseOutcome> simulate_implicit_lanes<core::Lanes>(std::span<const CaseSpec>,
+                                                                       const Heartbeat&);
+
+std::vector<CaseOutcome> simulate_on_common_steps(std::span<const CaseSpec> specs,
+                                                  const Heartbeat& heartbeat) {
+    return run_batch<core::Lanes>(specs, heartbeat, true);
+}
+
+} // namespace culm::run

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "run/lane_packing.hpp"
+
+#include "integrate/statics.hpp"
+
+namespace culm::run {
+namespace {
+
+/// One number of every lane's stem.
+template <class T>
+T packed(std::span<const CaseSpec> specs, double physics::StemParameters<double>::*member) {
+    return core::by_lane<T>([&](std::size_t lane) { return in_lane(specs, lane).stem.*member; });
+}
+
+} // namespace
+
+template <class T>
+physics::StemParameters<T> packed_stems(std::span<const CaseSpec> specs) {
+    using Stem = physics::StemParameters<double>;
+    physics::StemParameters<T> stems;
+    stems.sphere_count = specs.front().stem.sphere_count;
+    stems.sphere_diameter = packed<T>(specs, &Stem::sphere_diameter);
+    stems.bond_length = packed<T>(specs, &Stem::bond_length);
+    stems.bond_outer_diameter = packed<T>(specs, &Stem::bond_outer_diameter);
+    stems.bond_inner_diameter = packed<T>(specs, &Stem::bond_inner_diameter);
+    stems.density = packed<T>(specs, &Stem::density);
+    stems.poissons_ratio = packed<T>(specs, &Stem::poissons_ratio);
+    stems.bond_youngs_modulus = packed<T>(specs, &Stem::bond_youngs_modulus);
+    stems.bond_damping = packed<T>(specs, &Stem::bond_damping);
+    stems.axial_acceleration_of_gravity = packed<T>(specs, &Stem::axial_acceleration_of_gravity);
+    return stems;
+}
+
+template <int Dim, class T>
+ReleasedState<T> released_lanes(std::span<const CaseSpec> specs) {
+    ReleasedState<T> released;
+    released.failures.resize(specs.size());
+    std::vector<std::vector<double>> states;
+    for (std::size_t lane = 0; lane < specs.size(); ++lane) {
+        const physics::Chain<Dim, double> chain(specs[lane].stem, specs[lane].law);
+        try {
+            states.push_back(
+                integrate::deflected_equilibrium(chain, specs[lane].tip_deflection).state);
+        } catch (const core::NumericalError& error) {
+            released.failures[lane] = CaseFailure{error.kind(), error.what()};
+            states.push_back(chain.straight_state());
+        }
+    }
+    released.state.resize(states.front().size());
+    for (std::size_t k = 0; k < released.state.size(); ++k)
+        released.state[k] = core::by_lane<T>(
+            [&](std::size_t lane) { return states[lane < states.size() ? lane : 0][k]; });
+    return released;
+}
+
+template physics::StemParameters<double> packed_stems(std::span<const CaseSpec>);
+template physics::StemParameters<core::Lanes> packed_stems(std::span<const CaseSpec>);
+template ReleasedState<double> released_lanes<2, double>(std::span<const CaseSpec>);
+template ReleasedState<double> released_lanes<3, double>(std::span<const CaseSpec>);
+template ReleasedState<core::Lanes> released_lanes<2, core::Lanes>(std::span<const CaseSpec>);
+template ReleasedState<core::Lanes> released_lanes<3, core::Lanes>(std::span<const CaseSpec>);
+
+} // namespace culm::run

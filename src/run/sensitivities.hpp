@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A case's deflections together with their derivatives by its parameters.
+#pragma once
+
+#include "run/simulate.hpp"
+
+#include <functional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace culm::run {
+
+/// A number of a case that can be varied, in SI units.
+struct CaseParameter {
+    std::string name;
+    std::function<double(const CaseSpec&)> get;
+    std::function<void(CaseSpec&, double)> set;
+    /// A size of the number for parameters that may be zero; 0: its own value is the size.
+    double scale = 0.0;
+};
+
+/// Y (Pa), β and the tip's deflection before the release (m).
+[[nodiscard]] std::vector<CaseParameter> baseline_parameters();
+
+/// A case and its derivatives. Both have the samples and the tip or heights of
+/// CaseResult::tip_deflection and ::height_deflection, as far as the case stores them.
+struct CaseWithSensitivities {
+    CaseResult result;
+    std::vector<std::vector<double>> tip_derivatives;    ///< (parameters)(samples), m per unit
+    std::vector<std::vector<double>> height_derivatives; ///< (parameters)(samples × heights)
+};
+using SensitivityOutcome = std::variant<CaseWithSensitivities, CaseFailure>;
+
+/// Simulates an implicit case and differentiates what the camera sees by every parameter.
+///
+/// The case and its neighbours, each with one parameter changed by 1e-6 of its size, go through
+/// the same steps in SIMD lanes (internal numerical differentiation: Bock 1981). A method without
+/// iteration is a smooth function of the parameters, so the difference of two lanes is their
+/// derivative to about 1e-5, at the cost of one run of full lanes for every lane_count − 1
+/// parameters. The result is bit for bit the same whatever the parameters are.
+[[nodiscard]] SensitivityOutcome
+simulate_with_sensitivities(const CaseSpec& spec, std::span<const CaseParameter> parameters,
+                            const Heartbeat& heartbeat = {});
+
+} // namespace culm::run

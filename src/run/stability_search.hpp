@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The largest stable explicit step of a stem, found by running it.
+#pragma once
+
+#include "run/simulate.hpp"
+
+#include <cstdint>
+
+namespace culm::run {
+
+struct StabilitySearchOptions {
+    double tolerance = 0.01; ///< of the limit: unstable/stable − 1 at the end
+    /// Steps after which a motion that has not gained energy counts as stable. A step that exceeds
+    /// the limit by the share e makes the fastest mode grow by about 2e a step, from rounding
+    /// (1e-16) to the size that is noticed: some 20/e steps.
+    std::int64_t trial_steps = 20'000;
+};
+
+/// What the search found. Both steps were run with the nonlinear chain.
+struct StabilityBracket {
+    double stable = 0.0;   ///< s; the largest step that was run without gaining energy
+    double unstable = 0.0; ///< s; the smallest step that was run and gained energy
+    std::int64_t trials = 0;
+
+    /// Middle of the bracket, s.
+    [[nodiscard]] double limit() const { return 0.5 * (stable + unstable); }
+};
+
+/// Nests the limit between runs of the case's stem, released from its deflection: geometric
+/// sections of the bracket, eight at once in SIMD lanes, beginning at `start` (s, any guess). The
+/// predicted limit plays no part. Throws core::NumericalError (StaticFailed, or Instability if no
+/// step within a factor of 1e6 around the start is stable or unstable) and Abandoned.
+[[nodiscard]] StabilityBracket search_stable_step(const CaseSpec& spec, double start,
+                                                  const StabilitySearchOptions& options,
+                                                  const Heartbeat& heartbeat = {});
+
+} // namespace culm::run

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One stem at several explicit steps: the same motion as in ordinary runs, and its order.
+#include "run/step_comparison.hpp"
+
+#include "reduce/ring_down_fit.hpp"
+#include "run/timestep_theory.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace culm::run {
+namespace {
+
+/// Two undamped periods of a short stem.
+CaseSpec stem_of(double damping, double deflection) {
+    CaseSpec spec;
+    spec.stem.sphere_count = 10;
+    spec.stem.bond_damping = damping;
+    spec.tip_deflection = deflection;
+    spec.sample_interval = undamped_period(spec) / 40;
+    spec.duration = 80 * spec.sample_interval;
+    return spec;
+}
+
+std::int64_t steps_per_sample(const CaseSpec& spec, double fraction) {
+    return static_cast<std::int64_t>(
+        std::ceil(spec.sample_interval / (fraction * timestep_limits(spec).linearised())));
+}
+
+TEST(StepComparison, GivesTheHistoriesOfOrdinaryRuns) {
+    const CaseSpec spec = stem_of(3.0, 3e-3);
+    std::vector<std::int64_t> counts;
+    for (const double fraction : {0.2, 0.5, 0.9})
+        counts.push_back(steps_per_sample(spec, fraction));
+    const auto outcomes = simulate_with_steps(spec, counts);
+    ASSERT_EQ(outcomes.size(), 3U);
+    for (std::size_t k = 0; k < 3; ++k) {
+        CaseSpec ordinary = spec;
+        ordinary.integrator.method = IntegrationMethod::Explicit;
+        ordinary.integrator.timestep = spec.sample_interval / static_cast<double>(counts[k]);
+        const auto expected = std::get<CaseResult>(simulate(ordinary));
+        const auto found = std::get<CaseResult>(outcomes[k]);
+        ASSERT_EQ(found.tip_deflection.size(), 81U);
+        ASSERT_EQ(expected.tip_deflection.size(), 81U);
+        for (std::size_t s = 0; s < 81; ++s)
+            // The units of time differ, hence the roundings of some 1e5 stable steps.
+            EXPECT_NEAR(found.tip_deflection[s], expected.tip_deflection[s], 1e-10 * 3e-3);
+        EXPECT_EQ(found.work.steps, 80 * counts[k]);
+    }
+}
+
+TEST(StepComparison, TakesMoreStepsThanTheMachineHasLanes) {
+    const CaseSpec spec = stem_of(1.0, 1e-3);
+    std::vector<std::int64_t> counts;
+    for (int k = 0; k < 11; ++k)
+        counts.push_back(steps_per_sample(spec, 0.9) + 3 * k);
+    const auto outcomes = simulate_with_steps(spec, counts);
+    ASSERT_EQ(outcomes.size(), 11U);
+    for (std::size_t k = 0; k < 11; ++k)
+        EXPECT_EQ(std::get<CaseResult>(outcomes[k]).work.steps, 80 * counts[k]);
+}
+
+TEST(StepComparison, UnstableStepFailsAloneAndSaysWhen) {
+    const CaseSpec spec = stem_of(3.0, 3e-3);
+    const std::vector<std::int64_t> counts{steps_per_sample(spec, 0.9), steps_per_sample(spec, 1.2),
+                                           steps_per_sample(spec, 0.5)};
+    const auto outcomes = simulate_with_steps(spec, counts);
+    EXPECT_TRUE(std::holds_alternative<CaseResult>(outcomes[0]));
+    EXPECT_TRUE(std::holds_alternative<CaseResult>(outcomes[2]));
+    const auto* failure = std::get_if<CaseFailure>(&outcomes[1]);
+    ASSERT_NE(failure, nullptr);
+    EXPECT_EQ(failure->kind, core::FailureKind::Instability);
+    EXPECT_NE(failure->reason.find("gained energy by t = "), std::string::npos);
+}
+
+/// b1 per cycle and b2 at each step.
+std::vector<reduce::RingDownFit> fits(const CaseSpec& spec,
+                                      const std::vector<std::int64_t>& counts) {
+    std::vector<double> times;
+    for (std::size_t s = 0; s < spec.sample_count(); ++s)
+        times.push_back(static_cast<double>(s) * spec.sample_interval);
+    std::vector<reduce::RingDownFit> found;
+    for (const CaseOutcome& outcome : simulate_with_steps(spec, counts))
+        found.push_back(reduce::fit_ring_down(times, std::get<CaseResult>(outcome).tip_deflection));
+    return found;
+}
+
+TEST(StepComparison, FittedDecayAndFrequencyErrInFirstOrderOfTheStepWithDamping) {
+    const CaseSpec spec = stem_of(5.0, 3e-3);
+    const std::int64_t coarse = steps_per_sample(spec, 0.9);
+    const auto found = fits(spec, {coarse, 2 * coarse, 4 * coarse});
+    const auto order = [&](double reduce::RingDownFit::*number) {
+        return std::log2((found[0].*number - found[1].*number) /
+                         (found[1].*number - found[2].*number));
+    };
+    // Halving the step halves the error; its second-order part is some per cent of it here.
+    EXPECT_NEAR(order(&reduce::RingDownFit::decay_per_cycle), 1.0, 0.1);
+    EXPECT_NEAR(order(&reduce::RingDownFit::frequency), 1.0, 0.1);
+}
+
+TEST(StepComparison, FittedFrequencyErrsAsTheLinearisedFirstModeSays) {
+    // Small amplitude, light damping: Eq. 1 sees the first mode with little of the others.
+    const CaseSpec spec = stem_of(1.0, 1e-4);
+    const std::int64_t coarse = steps_per_sample(spec, 0.9);
+    const auto found = fits(spec, {coarse, 2 * coarse, 4 * coarse});
+    const double converged =
+        found[2].frequency + (found[2].frequency - found[1].frequency); // first order
+    const auto theory = step_error(spec);
+    ASSERT_TRUE(theory);
+    const double step = spec.sample_interval / static_cast<double>(coarse);
+    const double measured = found[0].frequency / converged - 1.0;
+    EXPECT_GT(measured, 1e-6);
+    // 2.6 % of the released shape belongs to higher modes, whose errors enter the fit.
+    EXPECT_NEAR(measured / theory->at(step).frequency, 1.0, 0.05);
+}
+
+} // namespace
+} // namespace culm::run
