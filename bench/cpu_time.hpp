@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Processor time of this process: what a shared machine's other users disturb least.
+// Processor time of this process, what a shared machine's other users disturb least; wall time.
 #pragma once
 
 #include <algorithm>
@@ -13,6 +13,13 @@ namespace culm::bench {
 [[nodiscard]] inline double cpu_seconds() {
     std::timespec now{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Seconds on a clock that only moves forward.
+[[nodiscard]] inline double wall_seconds() {
+    std::timespec now{};
+    clock_gettime(CLOCK_MONOTONIC, &now);
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 

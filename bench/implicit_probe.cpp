@@ -3,6 +3,7 @@
 
 #include "bench/cpu_time.hpp"
 #include "core/error.hpp"
+#include "integrate/arkode.hpp"
 #include "integrate/history_sampler.hpp"
 #include "integrate/implicit.hpp"
 #include "integrate/statics.hpp"
@@ -26,15 +27,25 @@ Probe integrate_once(const ReleasedStem& released, const ProbeOptions& options) 
                                          [&probe](std::size_t, std::span<const double> position) {
                                              probe.tip.push_back(position[1]);
                                          });
-    integrate::ImplicitOptions implicit;
-    implicit.relative_tolerance = options.relative_tolerance;
-    implicit.bond_error_weight = options.bond_error_weight;
-    implicit.butcher_table = options.butcher_table;
-    implicit.heartbeat = [&] { return cpu_seconds() - start < options.cpu_budget; };
-    probe.cost = integrate::integrate_implicit(
-        chain, state, integrate::cantilever_scales(released.stem, tip_deflection), record_length,
-        [&sampler](double time, std::span<const double> at) { sampler.observe(time, at); },
-        implicit);
+    const auto scales = integrate::cantilever_scales(released.stem, tip_deflection);
+    const auto observe = [&sampler](double time, std::span<const double> at) {
+        sampler.observe(time, at);
+    };
+    const auto heartbeat = [&] { return cpu_seconds() - start < options.cpu_budget; };
+    if (options.butcher_table) {
+        integrate::ArkodeOptions arkode;
+        arkode.relative_tolerance = options.relative_tolerance;
+        arkode.butcher_table = options.butcher_table;
+        arkode.heartbeat = heartbeat;
+        probe.cost =
+            integrate::integrate_arkode(chain, state, scales, record_length, observe, arkode);
+    } else {
+        integrate::ImplicitOptions implicit;
+        implicit.relative_tolerance = options.relative_tolerance;
+        implicit.heartbeat = heartbeat;
+        probe.cost =
+            integrate::integrate_implicit(chain, state, scales, record_length, observe, implicit);
+    }
     sampler.finish();
     probe.cpu_seconds = cpu_seconds() - start;
     return probe;

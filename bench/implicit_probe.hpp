@@ -26,9 +26,8 @@ inline constexpr double sample_interval = 5e-5;
 struct ProbeOptions {
     std::optional<int> butcher_table{}; ///< ARKODE's number; empty: culm's choice
     double relative_tolerance = 1e-6;
-    double bond_error_weight = 1e-4; ///< see integrate::ImplicitOptions
-    double cpu_budget = 2.0;         ///< s; beyond it the run is given up
-    int repeats = 3;                 ///< runs above a quarter of the budget are not repeated
+    double cpu_budget = 2.0; ///< s; beyond it the run is given up
+    int repeats = 3;         ///< runs above a quarter of the budget are not repeated
 };
 
 struct Probe {

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Draws the figures of a study from its result folder: figures.py DIR [-o OUT] [--format png,pdf].
 
-Writes regression, residuals, tip_history and design to OUT (default: DIR) and prints each path.
+Writes regression, residuals, tip_history and design (of a time-step study: timestep) to OUT
+(default: DIR) and prints each path.
 Exit codes: 0 done, 2 bad input. In a notebook call the functions; each returns a matplotlib Figure:
 
     from culm_archive import Study
@@ -20,6 +21,7 @@ from culm_archive import Study, StudyError
 from design_figure import design_figure
 from figure_style import FigureSkipped, save
 from regression_figures import regression_figure, residual_figure
+from timestep_figure import is_timestep_study, timestep_figure
 from tip_history_figure import tip_history_figure
 
 FIGURES = {
@@ -28,6 +30,7 @@ FIGURES = {
     "tip_history": tip_history_figure,
     "design": design_figure,
 }
+TIMESTEP_FIGURES = {"timestep": timestep_figure}
 FORMATS = ("png", "pdf", "svg")
 EXIT_BAD_INPUT = 2
 
@@ -61,7 +64,8 @@ def write_figures(study: Study, folder: Path, formats: list[str]):
     """Draws every figure that the study has the data for; prints the paths, and what was skipped
     to the standard error."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, make_figure in FIGURES.items():
+    drawn = TIMESTEP_FIGURES if is_timestep_study(study) else FIGURES
+    for name, make_figure in drawn.items():
         try:
             figure = make_figure(study)
         except FigureSkipped as reason:

@@ -18,5 +18,8 @@ struct CommandResult {
 void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 void add_reduce_command(CLI::App& app, CommandResult& result);
 void add_simulate_command(CLI::App& app, CommandResult& result);
+void add_import_command(CLI::App& app, CommandResult& result);
+void add_fit_command(CLI::App& app, CommandResult& result);
+void add_track_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 
 } // namespace culm::cli

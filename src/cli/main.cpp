@@ -49,6 +49,9 @@ int run(int argc, char** argv) {
     culm::cli::add_run_command(app, result, argc, argv);
     culm::cli::add_reduce_command(app, result);
     culm::cli::add_simulate_command(app, result);
+    culm::cli::add_import_command(app, result);
+    culm::cli::add_fit_command(app, result);
+    culm::cli::add_track_command(app, result, argc, argv);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

@@ -4,6 +4,7 @@
 #include "cli/json_output.hpp"
 #include "cli/number_range.hpp"
 #include "cli/regression_table.hpp"
+#include "cli/timestep_table.hpp"
 #include "study/summary.hpp"
 
 #include <memory>
@@ -26,9 +27,38 @@ struct ReduceArguments {
     bool keep = false;
 };
 
+/// Writes and prints a summary where the arguments say.
+template <class Summary>
+void hand_out(const ReduceArguments& arguments, const Summary& summary, const std::string& table,
+              CommandResult& result) {
+    if (!arguments.keep)
+        study::write_summary(study::StudyFolder(arguments.folder), summary);
+    if (!arguments.json.empty())
+        write_json(arguments.json, study::to_json(summary));
+    if (arguments.json != "-")
+        fmt::print("{}", table);
+    if (!summary.failed.empty())
+        result.exit_code = core::ExitCode::PointsFailed;
+}
+
+void reduce_timesteps(const ReduceArguments& arguments, const study::ArchivedStudy& archived,
+                      CommandResult& result) {
+    if (arguments.window_s || !arguments.amplitude.empty() || arguments.significance)
+        throw core::InputError(fmt::format("{}: a time-step study keeps no histories to fit again; "
+                                           "--window, --amplitude and --significance are for "
+                                           "vibrations",
+                                           arguments.folder));
+    const study::TimestepSummary summary = study::reduce_timestep_study(archived);
+    hand_out(arguments, summary, timestep_table(summary), result);
+}
+
 void reduce(const ReduceArguments& arguments, CommandResult& result) {
     const study::StudyFolder folder(arguments.folder);
     const study::ArchivedStudy archived = study::open_archive(folder);
+    if (archived.study.config.kind == study::StudyKind::Timestep) {
+        reduce_timesteps(arguments, archived, result);
+        return;
+    }
     study::ReduceOptions options = archived.study.config.reduce;
     const double duration = archived.study.config.base.duration;
     if (arguments.window_s) {
@@ -46,14 +76,7 @@ void reduce(const ReduceArguments& arguments, CommandResult& result) {
         refit = options;
     const study::StudySummary summary =
         study::reduce_study(archived, refit, arguments.significance);
-    if (!arguments.keep)
-        study::write_summary(folder, summary);
-    if (!arguments.json.empty())
-        write_json(arguments.json, study::to_json(summary));
-    if (arguments.json != "-")
-        fmt::print("{}", regression_table(summary));
-    if (!summary.failed.empty())
-        result.exit_code = core::ExitCode::PointsFailed;
+    hand_out(arguments, summary, regression_table(summary), result);
 }
 
 } // namespace

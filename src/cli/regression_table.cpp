@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/regression_table.hpp"
 
+#include "cli/failed_points.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -8,9 +10,6 @@
 
 namespace culm::cli {
 namespace {
-
-/// Failed points that are listed on the screen; summary.json has them all.
-constexpr std::size_t listed_failures = 10;
 
 std::string law(const char* response, const char* predictor, const char* published,
                 const reduce::RegressionOutcome& outcome) {
@@ -54,16 +53,7 @@ std::string regression_table(const study::StudySummary& summary) {
     text += law("sqrt(Y)", "b2", "574.3 b2 + 91.4 (Eq. 12; Y in Pa)",
                 summary.regression.sqrt_youngs_modulus);
     text += law("beta", "b1", "-261.4 b1 + 2.5 (Eq. 13)", summary.regression.bond_damping);
-    if (summary.failed.empty())
-        return text;
-    text += fmt::format("\n{} of {} points failed:\n", summary.failed.size(), summary.points);
-    for (std::size_t k = 0; k < std::min(listed_failures, summary.failed.size()); ++k)
-        text += fmt::format("    point {}: {}: {}\n", summary.failed[k].point,
-                            summary.failed[k].kind, summary.failed[k].reason);
-    if (summary.failed.size() > listed_failures)
-        text += fmt::format("    … and {} more, see summary.json\n",
-                            summary.failed.size() - listed_failures);
-    return text;
+    return text + failed_points_text(summary.failed, summary.points);
 }
 
 } // namespace culm::cli

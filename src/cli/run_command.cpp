@@ -4,6 +4,7 @@
 #include "cli/progress_display.hpp"
 #include "cli/regression_table.hpp"
 #include "cli/stop_signal.hpp"
+#include "cli/timestep_table.hpp"
 #include "cli/version.hpp"
 #include "farm/environment.hpp"
 #include "run/simulate.hpp"
@@ -35,12 +36,22 @@ std::string amount(double bytes) {
                          : fmt::format("{:.3g} GB", bytes * 1e-9);
 }
 
+std::string integrator_text(const study::StudyConfig& config) {
+    const run::CaseSpec& base = config.base;
+    if (config.kind == study::StudyKind::Timestep)
+        return fmt::format("explicit, the limit bisected to {:.3g}, b1 and b2 at {} steps below it",
+                           config.timestep.limit_tolerance, config.timestep.fractions.size());
+    if (base.integrator.method == run::IntegrationMethod::Explicit)
+        return fmt::format("explicit, time step {:.4g} s, {:.4g} steps a point",
+                           base.integrator.timestep, base.duration / base.integrator.timestep);
+    return fmt::format("implicit, relative tolerance {:.3g}", base.integrator.relative_tolerance);
+}
+
 std::string plan_text(const study::Study& study, const std::vector<std::int64_t>& points,
                       int ranks) {
     const auto batches = study::make_batches(study, points);
     const study::Estimate plan = study::estimate(study, batches);
-    const run::CaseSpec& base = study.config.base;
-    const bool is_explicit = base.integrator.method == run::IntegrationMethod::Explicit;
+    const bool fills_lanes = study.config.kind == study::StudyKind::Vibration;
     std::string text = fmt::format(
         "study          {}\n"
         "points         {} in {} batch{}{}\n"
@@ -49,14 +60,9 @@ std::string plan_text(const study::Study& study, const std::vector<std::int64_t>
         "memory         {} per rank\n"
         "archive        {} before compression\n",
         study.config.name, plan.points, plan.batches, plan.batches == 1 ? "" : "es",
-        is_explicit ? fmt::format(", up to {} SIMD lanes each", run::lanes_per_batch()) : "",
-        is_explicit
-            ? fmt::format("explicit, time step {:.4g} s, {:.4g} steps a point",
-                          base.integrator.timestep, base.duration / base.integrator.timestep)
-            : fmt::format("implicit, relative tolerance {:.3g}",
-                          base.integrator.relative_tolerance),
-        plan.core_seconds, plan.core_seconds / ranks, ranks, ranks == 1 ? "" : "s",
-        amount(plan.memory_bytes_per_rank), amount(plan.archive_bytes));
+        fills_lanes ? fmt::format(", up to {} SIMD lanes each", run::lanes_per_batch()) : "",
+        integrator_text(study.config), plan.core_seconds, plan.core_seconds / ranks, ranks,
+        ranks == 1 ? "" : "s", amount(plan.memory_bytes_per_rank), amount(plan.archive_bytes));
     return text;
 }
 
@@ -86,17 +92,29 @@ core::ExitCode report_early_stop(const study::Study& study, const study::StudyFo
     return core::ExitCode::StoppedEarly;
 }
 
-/// After the computation, on rank 0: reduce, write, print. Returns the command's exit code.
-core::ExitCode report(const study::StudyFolder& folder) {
-    const study::StudySummary summary =
-        study::reduce_study(study::open_archive(folder), std::nullopt);
-    study::write_summary(folder, summary);
+/// Prints what a reduced study found and where it is; returns the command's exit code.
+template <class Summary>
+core::ExitCode print_summary(const study::StudyFolder& folder, const Summary& summary,
+                             const std::string& table) {
+    const auto failed = static_cast<std::int64_t>(summary.failed.size());
     fmt::print("{}\n{} of {} points completed, computed in {:.2f} s on {} rank{}\narchive {}\n"
                "summary {}\n",
-               regression_table(summary), summary.completed, summary.points, summary.wall_s,
-               summary.ranks, summary.ranks == 1 ? "" : "s", folder.archive().string(),
-               folder.summary().string());
-    return summary.failed.empty() ? core::ExitCode::Done : core::ExitCode::PointsFailed;
+               table, summary.points - failed, summary.points, summary.wall_s, summary.ranks,
+               summary.ranks == 1 ? "" : "s", folder.archive().string(), folder.summary().string());
+    return failed == 0 ? core::ExitCode::Done : core::ExitCode::PointsFailed;
+}
+
+/// After the computation, on rank 0: reduce, write, print. Returns the command's exit code.
+core::ExitCode report(const study::StudyFolder& folder) {
+    const study::ArchivedStudy archived = study::open_archive(folder);
+    if (archived.study.config.kind == study::StudyKind::Timestep) {
+        const study::TimestepSummary summary = study::reduce_timestep_study(archived);
+        study::write_summary(folder, summary);
+        return print_summary(folder, summary, timestep_table(summary));
+    }
+    const study::StudySummary summary = study::reduce_study(archived, std::nullopt);
+    study::write_summary(folder, summary);
+    return print_summary(folder, summary, regression_table(summary));
 }
 
 core::ExitCode run(const RunArguments& arguments, const farm::Communicator* communicator) {

@@ -9,7 +9,7 @@ from culm_program import BAD_INPUT, DONE, CulmTest
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "cli.md"
 OPTION = re.compile(r"(?<![\w-])--?[a-z][a-z-]*")
-COMMANDS = ("run", "reduce", "simulate")
+COMMANDS = ("run", "reduce", "simulate", "import", "fit", "track")
 
 
 def documented_options(command: str) -> set[str]:
@@ -38,7 +38,7 @@ class Help(CulmTest):
     def test_of_every_command_has_the_documented_options(self):
         for command in COMMANDS:
             documented = documented_options(command)
-            self.assertGreater(len(documented), 3, command)
+            self.assertGreater(len(documented), 1, command)
             finished = self.culm(command, "--help")
             self.assert_exit(finished, DONE)
             offered = {name for names in options_in(finished.stdout) for name in names}

@@ -73,8 +73,10 @@ class GivenParameters(CulmTest):
         self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), DONE)
         with open(self.folder / "out/fits.csv", encoding="utf-8", newline="") as file:
             point = list(csv.DictReader(file))[4]
-        self.assertEqual(one["frequency_hz"], float(point["frequency_hz"]))
-        self.assertEqual(one["decay_per_cycle"], float(point["decay_per_cycle"]))
+        # A study integrates in SIMD lanes, whose last digits round differently.
+        for key in ("frequency_hz", "decay_per_cycle"):
+            of_study = float(point[key])
+            self.assertAlmostEqual(one[key] / of_study, 1.0, delta=1e-10)
 
     def test_history_begins_at_the_release_and_has_every_sample(self):
         self.assert_exit(self.simulate("--bond-youngs-modulus-gpa", "4", "--bond-damping", "10",

@@ -32,6 +32,7 @@ class Synthetic:
     store: str = "full"  # "fit", "tip" or "full"
     frequency_factor: float = 1.0
     extra_factors: dict = field(default_factory=dict)
+    extra_settings: dict = field(default_factory=dict)
 
     def __post_init__(self):
         damping, modulus = np.meshgrid(self.dampings, self.moduli_gpa, indexing="ij")
@@ -189,6 +190,7 @@ def add_provenance(group, study):
     add_text(group, "config", "[factors]\n# β\n")
     settings = {"law.name": "schramm2019", "reduce.window_s": DURATION, "study.store": study.store}
     settings |= {"stem.density_kg_m3": 125, "release.tip_deflection_mm": 15}
+    settings |= study.extra_settings
     add_text(group, "identity", "".join(f"{k} = {v}\n" for k, v in sorted(settings.items())))
 
 

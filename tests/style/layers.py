@@ -35,6 +35,7 @@ LIBRARIES = {
         r"SUNDIALS::",
         {"integrate"},
     ),
+    "OpenCV": (r"opencv2/", r"OpenC[vV]::", {"measure"}),
 }
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)

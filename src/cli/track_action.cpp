@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/track_action.hpp"
+
+#include "farm/environment.hpp"
+#include "farm/farm.hpp"
+#include "measure/track_report.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <thread>
+
+#include <fmt/core.h>
+
+namespace culm::cli {
+namespace {
+
+/// What became of one video.
+struct VideoOutcome {
+    std::string text;
+    bool is_tracked = false;
+};
+
+/// Settings of all videos, each with a folder of its own; checked before any work begins.
+struct TrackPlan {
+    std::vector<measure::TrackSettings> settings;
+    std::vector<std::filesystem::path> folders;
+};
+
+TrackPlan make_plan(const TrackArguments& arguments) {
+    TrackPlan plan;
+    for (const std::string& video : arguments.videos) {
+        plan.settings.push_back(measure::read_track_settings(video));
+        const std::filesystem::path folder = arguments.videos.size() == 1
+                                                 ? std::filesystem::path(arguments.output)
+                                                 : std::filesystem::path(arguments.output) /
+                                                       plan.settings.back().description.stem.id;
+        if (const auto same = std::ranges::find(plan.folders, folder); same != plan.folders.end())
+            throw core::InputError(fmt::format(
+                "{}: stem.id = \"{}\" is that of {} too; each stem gets a folder of its name",
+                video, plan.settings.back().description.stem.id,
+                arguments.videos[std::size_t(same - plan.folders.begin())]));
+        plan.folders.push_back(folder);
+    }
+    return plan;
+}
+
+int threads_per_rank(int wanted, int ranks) {
+    if (wanted > 0)
+        return wanted;
+    // Ranks on one machine would each take all cores; on several machines this is cautious.
+    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    return std::max(1, cores / ranks);
+}
+
+VideoOutcome track_one(const TrackPlan& plan, std::size_t index, int threads, bool with_video) {
+    try {
+        const measure::Track track = measure::track_video(plan.settings[index], {threads});
+        measure::write_track(plan.folders[index], track, with_video);
+        return {fmt::format("{}    written  {}\n", measure::summary_text(track),
+                            plan.folders[index].string()),
+                true};
+    } catch (const core::InputError& error) {
+        return {fmt::format("culm: {}\n", error.what()), false};
+    }
+}
+
+/// Every rank's outcomes, in the order of the videos, on rank 0.
+std::vector<VideoOutcome> gather(std::vector<VideoOutcome> outcomes,
+                                 const farm::Communicator* communicator) {
+    if (communicator == nullptr)
+        return outcomes;
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+        // A letter that tells what follows: nothing was done here, tracked, or refused.
+        const VideoOutcome& own = outcomes[i];
+        const char mark = own.text.empty() ? '-' : own.is_tracked ? 't' : 'r';
+        for (const std::string& told : communicator->gather(mark + own.text))
+            if (told.front() != '-')
+                outcomes[i] = {told.substr(1), told.front() == 't'};
+    }
+    return outcomes;
+}
+
+core::ExitCode print(const std::vector<VideoOutcome>& outcomes, const farm::Summary& summary) {
+    std::size_t tracked = 0;
+    for (const VideoOutcome& outcome : outcomes) {
+        tracked += outcome.is_tracked ? 1 : 0;
+        fmt::print(outcome.is_tracked ? stdout : stderr, "{}", outcome.text);
+    }
+    if (summary.failure.empty()) // which would be the same
+        for (const farm::LostBatch& lost : summary.lost)
+            fmt::print(stderr, "culm: {}\n", lost.reason);
+    if (tracked == outcomes.size())
+        return core::ExitCode::Done;
+    if (outcomes.size() > 1)
+        fmt::print(stderr, "culm: {} of {} videos gave a measurement\n", tracked, outcomes.size());
+    return tracked == 0 ? core::ExitCode::BadInput : core::ExitCode::PointsFailed;
+}
+
+core::ExitCode track(const TrackArguments& arguments, const farm::Communicator* communicator) {
+    const TrackPlan plan = make_plan(arguments);
+    const int ranks = communicator == nullptr ? 1 : communicator->size();
+    const auto busy = std::min(ranks, static_cast<int>(plan.settings.size()));
+    const int threads = threads_per_rank(arguments.threads, busy);
+    std::vector<VideoOutcome> outcomes(plan.settings.size());
+    std::vector<farm::Batch> batches(plan.settings.size());
+    for (std::size_t i = 0; i < batches.size(); ++i)
+        batches[i].points = {static_cast<std::int64_t>(i)};
+    const auto work = [&](const farm::Batch& batch, farm::Heartbeat& heartbeat) {
+        const auto index = static_cast<std::size_t>(batch.points.front());
+        heartbeat.beat();
+        outcomes[index] = track_one(plan, index, threads, arguments.with_video);
+        farm::BatchReport report;
+        ++(outcomes[index].is_tracked ? report.completed : report.failed);
+        return report;
+    };
+    farm::FarmOptions options;
+    options.chunk_seconds = 0.0; // a video is never short
+    const farm::Summary summary = communicator == nullptr
+                                      ? farm::Farm().map(batches, work, options)
+                                      : farm::Farm(*communicator).map(batches, work, options);
+    outcomes = gather(std::move(outcomes), communicator);
+    core::ExitCode code = core::ExitCode::Done;
+    if (communicator == nullptr || communicator->rank() == 0)
+        code = print(outcomes, summary);
+    if (communicator != nullptr)
+        code = static_cast<core::ExitCode>(
+            std::stoi(communicator->broadcast(std::to_string(static_cast<int>(code)))));
+    if (!summary.failure.empty())
+        throw core::StorageError(summary.failure);
+    return code;
+}
+
+core::ExitCode track_under_launcher(const TrackArguments& arguments, int& argc, char**& argv) {
+    const farm::Environment environment(argc, argv);
+    const farm::Communicator communicator = environment.world();
+    try {
+        return track(arguments, &communicator);
+    } catch (const std::runtime_error& error) { // every rank meets the same
+        if (communicator.rank() == 0)
+            fmt::print(stderr, "culm: {}\n", error.what());
+        return core::ExitCode::BadInput;
+    }
+}
+
+} // namespace
+
+core::ExitCode run_track(const TrackArguments& arguments, int& argc, char**& argv) {
+    return farm::Environment::is_under_launcher() ? track_under_launcher(arguments, argc, argv)
+                                                  : track(arguments, nullptr);
+}
+
+} // namespace culm::cli

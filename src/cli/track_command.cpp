@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// culm track VIDEO.toml... -o DIR
+#include "cli/commands.hpp"
+#include "cli/track_action.hpp"
+
+#include <memory>
+
+#include <CLI/CLI.hpp>
+
+namespace culm::cli {
+
+void add_track_command(CLI::App& app, CommandResult& result, int& argc, char**& argv) {
+    CLI::App* command = app.add_subcommand(
+        "track", "Measure a stem's deflections in a high-speed video (docs/tracking.md)");
+    auto arguments = std::make_shared<TrackArguments>();
+    command
+        ->add_option("videos", arguments->videos,
+                     "Descriptions of recordings; several are spread over the ranks of mpirun")
+        ->required()
+        ->type_name("VIDEO.toml");
+    command
+        ->add_option("-o,--output", arguments->output,
+                     "Folder for stem.toml, deflection.csv, track.json and contact_sheet.png; of "
+                     "several videos each gets a folder in it, named by its stem's id")
+        ->required()
+        ->type_name("DIR");
+    command
+        ->add_option("--threads", arguments->threads,
+                     "Threads that share the frames of one video (default: all cores)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1024));
+    command->add_flag("--overlay", arguments->with_video,
+                      "Also write overlay.avi: every kept frame with the tracked axis");
+    command->callback([arguments, &result, &argc, &argv] {
+        result.exit_code = run_track(*arguments, argc, argv);
+    });
+}
+
+} // namespace culm::cli

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The laboratory figures hold the numbers of fit.json: checked on matplotlib's objects."""
+import contextlib
+import io
+import json
+import tempfile
+import unittest
+from pathlib import Path
+
+import fit_figures
+from figure_style import FigureSkipped
+from fit_results import FitError, FitResults
+from matplotlib.patches import StepPatch
+
+
+def estimate(value):
+    return {"value": value, "stderr": 0.01, "interval": [value - 0.02, value + 0.02]}
+
+
+def sample(mean):
+    return {"mean": mean, "standard_deviation": 0.1,
+            "histogram": {"edges": [mean - 1, mean, mean + 1], "counts": [1, 2]}}
+
+
+def stem(number):
+    heights = [{"height_mm": 50.0 * j, "b1_per_cycle": estimate(-0.1 * number - 0.01 * j)}
+               for j in (1, 2)]
+    return {"measurement": f"S{number}", "length_mm": 150.0, "aspect_ratio": 50.0 + number,
+            "b1_per_cycle": estimate(-0.1 * number), "b2_hz": estimate(60.0 + number),
+            "heights": [*heights, {"height_mm": 120.0, "failure": "no"}]}
+
+
+class FitFigures(unittest.TestCase):
+    def setUp(self):
+        place = tempfile.TemporaryDirectory()
+        self.addCleanup(place.cleanup)
+        self.folder = Path(place.name)
+        self.write(stems=[stem(1), stem(2), stem(3)],
+                   population={"b1_per_cycle": sample(-0.2), "b2_hz": sample(62.0)})
+        (self.folder / "normalised").mkdir()
+        (self.folder / "normalised/001.csv").write_text(
+            "cycles,h=50mm,h=100mm\n-0.1,0.3,1\n0,0.3,1\n0.5,-0.2,\n1,0.1,0.6\n", "utf-8")
+
+    def write(self, **content):
+        (self.folder / "fit.json").write_text(
+            json.dumps({"format": "culm-fit", "version": 1, **content}), "utf-8")
+
+    def test_histories_show_every_height_over_cycles(self):
+        axes = fit_figures.histories_figure(FitResults(self.folder)).axes[0]
+        self.assertEqual(list(axes.lines[0].get_xdata()), [-0.1, 0, 0.5, 1])
+        self.assertEqual(list(axes.lines[0].get_ydata()), [0.3, 0.3, -0.2, 0.1])
+        self.assertNotEqual(axes.lines[1].get_ydata()[2], axes.lines[1].get_ydata()[2])  # a gap
+
+    def test_population_shows_both_histograms(self):
+        figure = fit_figures.population_figure(FitResults(self.folder))
+        for axes, mean in zip(figure.axes, (-0.2, 62.0)):
+            stairs, = (patch for patch in axes.patches if isinstance(patch, StepPatch))
+            self.assertEqual(list(stairs.get_data().values), [1, 2])
+            self.assertEqual(axes.lines[0].get_xdata()[0], mean)
+
+    def test_banding_shows_fitted_heights_and_aspect_ratios(self):
+        left, right = fit_figures.banding_figure(FitResults(self.folder)).axes
+        self.assertEqual(len(left.containers), 3)
+        line = left.containers[1].lines[0]
+        self.assertEqual([round(y, 6) for y in line.get_ydata()], [-0.21, -0.22])
+        self.assertEqual([round(x, 6) for x in line.get_xdata()], [0.333333, 0.666667])
+        self.assertEqual(list(right.containers[0].lines[0].get_xdata()), [51.0, 52.0, 53.0])
+
+    def test_of_one_stem_are_left_out(self):
+        self.write(stems=[stem(1)], population=None)
+        results = FitResults(self.folder)
+        for make_figure in (fit_figures.population_figure, fit_figures.banding_figure):
+            self.assertRaises(FigureSkipped, make_figure, results)
+
+    def test_of_a_folder_of_something_else_are_refused(self):
+        self.write(stems=[])
+        (self.folder / "fit.json").write_text("{}", "utf-8")
+        self.assertRaises(FitError, FitResults, self.folder)
+        with contextlib.redirect_stderr(io.StringIO()) as said:
+            self.assertEqual(fit_figures.main([str(self.folder / "nowhere")]), 2)
+        self.assertIn("fit.json", said.getvalue())
+
+    def test_program_writes_and_names_the_files(self):
+        with contextlib.redirect_stdout(io.StringIO()) as said:
+            self.assertEqual(fit_figures.main([str(self.folder), "-o", str(self.folder / "a")]), 0)
+        for name in ("histories", "population", "banding"):
+            self.assertTrue((self.folder / "a" / f"{name}.png").stat().st_size > 5000)
+            self.assertIn(f"{name}.png", said.getvalue())
+
+
+if __name__ == "__main__":
+    unittest.main()
