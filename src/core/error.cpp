@@ -17,6 +17,8 @@ const char* to_string(FailureKind kind) {
         return "static_failed";
     case FailureKind::FitFailed:
         return "fit_failed";
+    case FailureKind::UserExpression:
+        return "user_expression";
     }
     return "unknown";
 }

@@ -30,12 +30,13 @@ class StorageError : public std::runtime_error {
 
 /// Why the computation of one case gave no answer; recorded with the point, never fatal to a study.
 enum class FailureKind {
-    Instability,  ///< the explicit step is too large: the motion grew without bound
-    NotANumber,   ///< a NaN or an infinity appeared
-    StepLimit,    ///< the solver used up its steps
-    SolverFailed, ///< Newton iteration or error test failed repeatedly
-    StaticFailed, ///< no static equilibrium was found for the prescribed tip deflection
-    FitFailed,    ///< Eq. 1 could not be fitted to the history
+    Instability,    ///< the explicit step is too large: the motion grew without bound
+    NotANumber,     ///< a NaN or an infinity appeared
+    StepLimit,      ///< the solver used up its steps
+    SolverFailed,   ///< Newton iteration or error test failed repeatedly
+    StaticFailed,   ///< no static equilibrium was found for the prescribed tip deflection
+    FitFailed,      ///< Eq. 1 could not be fitted to the history
+    UserExpression, ///< a user's formula gave no number
 };
 
 /// Short stable name of a failure kind, as it is written to the archive.

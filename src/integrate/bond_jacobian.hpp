@@ -5,6 +5,8 @@
 #include "integrate/lanes_eigen.hpp"
 #include "physics/chain.hpp"
 
+#include <optional>
+
 #include <Eigen/Core>
 #include <ceres/jet.h>
 
@@ -38,6 +40,7 @@ struct BondInputs {
     physics::BondMotion<Dim, T> motion;
     physics::BondState<Dim, T> state;
     physics::BondGeometry<Dim, T> geometry;
+    physics::BondExtras<Dim, T> extras = {};
 };
 
 /// d(force, torques, rates of what is local)/d(relative velocity, spins, what is local).
@@ -61,7 +64,16 @@ template <class Dual, class T>
             Dual(bond.bending_damping)};
 }
 
-/// Evaluates Jacobians of bonds that share their coefficients; T is double or SIMD lanes.
+/// A bending law as dual numbers that depend on nothing.
+template <class Dual, class T>
+[[nodiscard]] std::optional<physics::BendingLaw<Dual>>
+as_dual(const std::optional<physics::BendingLaw<T>>& law) {
+    if (!law)
+        return std::nullopt;
+    return physics::BendingLaw<Dual>{Dual(law->cubic), Dual(law->split), Dual(law->angle)};
+}
+
+/// Evaluates Jacobians of bonds; T is double or SIMD lanes.
 template <int Dim, class T = double>
 class BondDifferentiator {
     using Layout = BondJacobianLayout<Dim>;
@@ -70,16 +82,32 @@ class BondDifferentiator {
     using Dual = ceres::Jet<T, directions>;
 
   public:
-    BondDifferentiator(const physics::BondCoefficients<T>& bond, const physics::BondLawOptions& law)
-        : bond_(as_dual<Dual>(bond)), law_(law) {}
+    explicit BondDifferentiator(const physics::Chain<Dim, T>& chain)
+        : chain_(chain), bond_(as_dual<Dual>(chain.bond_coefficients())),
+          bending_(as_dual<Dual>(chain.model().bending)) {}
 
-    void evaluate(const BondInputs<Dim, T>& bond, BondJacobian<Dim, T>& out) const {
+    /// The Jacobian of bond `j` at `state` (the chain's layout) and `time`. The moments of Maxwell
+    /// branches count as constants: whoever solves with it eliminates them.
+    void evaluate(const T* state, int j, const T& time, BondJacobian<Dim, T>& out) {
+        const auto& layout = chain_.layout();
+        BondInputs<Dim, T> bond{
+            chain_.motion_between(layout.sphere(state, j), layout.sphere(state, j + 1)),
+            layout.bond(state, j), layout.geometry(state, j)};
+        if (chain_.is_plain()) {
+            for (int first = 0; first < Layout::inputs; first += directions)
+                evaluate_columns<true>(bond, first, out);
+            return;
+        }
+        bond.extras = chain_.bond_extras(state, j, time, true);
+        if (chain_.model().bonds.size() > 1)
+            bond_ = as_dual<Dual>(chain_.bond_coefficients(j));
         for (int first = 0; first < Layout::inputs; first += directions)
-            evaluate_columns(bond, first, out);
+            evaluate_columns<false>(bond, first, out);
     }
 
   private:
     /// The columns from `first` on, as many as a dual number has directions.
+    template <bool IsPlain>
     [[gnu::flatten]] void evaluate_columns(const BondInputs<Dim, T>& bond, int first,
                                            BondJacobian<Dim, T>& out) const {
         physics::BondMotion<Dim, Dual> motion;
@@ -93,8 +121,12 @@ class BondDifferentiator {
             seeded(core::Vec<1, T>{{bond.geometry.length}}, Layout::length - first);
         const physics::BondFrame<Dim, Dual> frame(
             length[0], seeded(bond.geometry.direction, Layout::direction - first));
+        physics::BondState<Dim, Dual> loaded = state;
+        if constexpr (!IsPlain)
+            loaded.moment =
+                physics::loaded_moment(bending_, bond_, frame, motion, state.moment, bond.extras);
         physics::BondResponse<Dim, Dual> response =
-            physics::bond_response(bond_, law_, frame, motion, state);
+            physics::bond_response(bond_, chain_.law(), frame, motion, loaded);
         response.rate.shear_force += frame.shear_turning_rate(state.shear_force, motion.velocity);
         response.rate.moment += frame.moment_turning_rate(state.moment, motion.velocity);
         const physics::BondGeometry<Dim, Dual> geometry =
@@ -129,8 +161,9 @@ class BondDifferentiator {
                 out(first_row + i, first_column + k) = v[i].v(k);
     }
 
+    const physics::Chain<Dim, T>& chain_;
     physics::BondCoefficients<Dual> bond_;
-    physics::BondLawOptions law_;
+    std::optional<physics::BendingLaw<Dual>> bending_;
 };
 
 } // namespace culm::integrate

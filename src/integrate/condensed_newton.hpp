@@ -4,6 +4,7 @@
 
 #include "integrate/block_tridiagonal.hpp"
 #include "integrate/bond_jacobian.hpp"
+#include "integrate/effect_jacobians.hpp"
 
 #include <algorithm>
 #include <vector>
@@ -14,7 +15,8 @@ namespace culm::integrate {
 /// eliminated exactly; what remains couples velocity and spin of neighbouring spheres: 3×3 blocks
 /// in the plane, 6×6 in space. With relative velocity u and spins ω each bond gives
 ///   δz = P [b_z + γ (ρ_u δu + ρ_ω δω)],   P = (I − γ ρ_z)⁻¹;
-/// subscripts are derivatives.
+/// subscripts are derivatives. So are the Maxwell branches of effects, whose turning with the bond
+/// is left out of J, and the rotation of a clamp that turns.
 template <int Dim, class T = double>
 class CondensedNewton {
     using Layout = BondJacobianLayout<Dim>;
@@ -26,20 +28,17 @@ class CondensedNewton {
 
   public:
     explicit CondensedNewton(const physics::Chain<Dim, T>& chain)
-        : chain_(chain), differentiator_(chain.bond_coefficients(), chain.law()),
+        : chain_(chain), differentiator_(chain),
           jacobians_(static_cast<std::size_t>(chain.layout().bond_count())),
           condensed_(jacobians_.size()), blocks_(chain.layout().sphere_count()),
           right_hand_side_(blocks_.block_count()) {}
 
-    /// Evaluates the bonds' Jacobians at `state`.
-    void set_state(const T* state) {
-        const auto& layout = chain_.layout();
-        for (int j = 0; j < layout.bond_count(); ++j) {
-            const BondInputs<Dim, T> inputs{
-                chain_.motion_between(layout.sphere(state, j), layout.sphere(state, j + 1)),
-                layout.bond(state, j), layout.geometry(state, j)};
-            differentiator_.evaluate(inputs, jacobians_[static_cast<std::size_t>(j)]);
-        }
+    /// Evaluates all Jacobians at `state` and `time`.
+    void set_state(const T* state, const T& time = T(0.0)) {
+        for (int j = 0; j < chain_.layout().bond_count(); ++j)
+            differentiator_.evaluate(state, j, time, jacobians_[static_cast<std::size_t>(j)]);
+        if (!chain_.is_plain())
+            effects_.set_state(chain_, state, time);
     }
 
     [[nodiscard]] const std::vector<BondJacobian<Dim, T>>& bond_jacobians() const {
@@ -67,8 +66,15 @@ class CondensedNewton {
     };
 
     void condense(std::size_t j);
+    void fix_clamped_rows();
     void fill_right_hand_side(const T* b);
     void recover(const T* b, T* x);
+
+    /// Is row `row` of sphere 0's block an equation of motion?
+    [[nodiscard]] bool base_moves_in(int row) const {
+        return chain_.first_moving_sphere() == 0 ||
+               (chain_.base_turns() && row == Dim + physics::bending_axis<Dim>);
+    }
 
     /// The places of bond `j`'s history and geometry in an array of the chain's layout, as one.
     [[nodiscard]] Local local_part(const T* array, std::size_t j) const {
@@ -86,6 +92,7 @@ class CondensedNewton {
     std::vector<CondensedBond> condensed_;
     Blocks blocks_;
     std::vector<typename Blocks::Column> right_hand_side_;
+    EffectJacobians<Dim, T> effects_;
     T gamma_ = T(0.0);
 };
 
@@ -118,6 +125,13 @@ template <int Dim, class T>
     Eigen::Matrix<T, forces, 2 * block> response;
     response << -f_u, f_w.template leftCols<rotation>(), f_u, f_w.template rightCols<rotation>();
     response += f_z.lazyProduct(bond.local_from_motion);
+    if (!chain_.is_plain()) {
+        const auto branches = effects_.branch_response(chain_, static_cast<int>(j), gamma_);
+        response.template block<rotation, rotation>(Dim, Dim) -= branches;
+        response.template block<rotation, rotation>(Dim, block + Dim) += branches;
+        response.template block<rotation, rotation>(Dim + rotation, Dim) += branches;
+        response.template block<rotation, rotation>(Dim + rotation, block + Dim) -= branches;
+    }
     bond.from_local = (gamma_ * f_z).eval().lazyProduct(inverse);
 
     // Sphere 1 receives (force, torque_1), sphere 2 (−force, torque_2).
@@ -132,46 +146,60 @@ template <int Dim, class T>
 }
 
 template <int Dim, class T>
+void CondensedNewton<Dim, T>::fix_clamped_rows() {
+    for (int row = 0; row < block; ++row) {
+        if (base_moves_in(row))
+            continue;
+        blocks_.diagonal(0).row(row).setConstant(T(0.0));
+        blocks_.upper(0).row(row).setConstant(T(0.0));
+        blocks_.diagonal(0)(row, row) = T(1.0);
+    }
+}
+
+template <int Dim, class T>
 bool CondensedNewton<Dim, T>::factorise(const T& gamma) {
     gamma_ = gamma;
     blocks_.diagonal(0).setConstant(T(0.0));
     for (std::size_t j = 0; j < jacobians_.size(); ++j)
         condense(j);
-    const physics::SphereInertia<T>& inertia = chain_.sphere_inertia();
     for (std::size_t i = 0; i < blocks_.block_count(); ++i) {
-        const bool moves = static_cast<int>(i) >= chain_.first_moving_sphere();
-        if (!moves) {
-            blocks_.diagonal(i).setConstant(T(0.0));
-            blocks_.upper(i).setConstant(T(0.0));
-        }
+        const physics::SphereInertia<T>& inertia = chain_.sphere_inertia(static_cast<int>(i));
         for (int k = 0; k < block; ++k)
-            blocks_.diagonal(i)(k, k) += !moves ? T(1.0) : k < Dim ? inertia.mass : inertia.moment;
+            blocks_.diagonal(i)(k, k) += k < Dim ? inertia.mass : inertia.moment;
+        if (!chain_.is_plain())
+            blocks_.diagonal(i) += effects_.node_resistance(i, gamma_);
     }
+    fix_clamped_rows();
     return blocks_.factorise();
 }
 
 template <int Dim, class T>
 [[gnu::flatten]] void CondensedNewton<Dim, T>::fill_right_hand_side(const T* b) {
     const auto& layout = chain_.layout();
-    const physics::SphereInertia<T>& inertia = chain_.sphere_inertia();
-    const auto first_moving = static_cast<std::size_t>(chain_.first_moving_sphere());
     for (std::size_t i = 0; i < blocks_.block_count(); ++i) {
         const T* const sphere = b + layout.sphere_offset(static_cast<int>(i));
+        const physics::SphereInertia<T>& inertia = chain_.sphere_inertia(static_cast<int>(i));
         for (int k = 0; k < block; ++k)
-            right_hand_side_[i](k) = i < first_moving ? sphere[Dim + k]
-                                     : k < Dim        ? inertia.mass * sphere[Dim + k]
-                                                      : inertia.moment * sphere[Dim + k];
+            right_hand_side_[i](k) = (k < Dim ? inertia.mass : inertia.moment) * sphere[Dim + k];
     }
     for (std::size_t j = 0; j < condensed_.size(); ++j) {
-        const Eigen::Matrix<T, forces, 1> load =
-            condensed_[j].from_local.lazyProduct(local_part(b, j));
-        if (j >= first_moving) {
-            right_hand_side_[j].template head<Dim>() += load.template head<Dim>();
-            right_hand_side_[j].template tail<rotation>() += load.template segment<rotation>(Dim);
+        Eigen::Matrix<T, forces, 1> load = condensed_[j].from_local.lazyProduct(local_part(b, j));
+        if (!chain_.is_plain()) {
+            const auto branches = effects_.branch_load(chain_, b, static_cast<int>(j), gamma_);
+            load.template segment<rotation>(Dim) += branches;
+            load.template tail<rotation>() -= branches;
         }
+        right_hand_side_[j].template head<Dim>() += load.template head<Dim>();
+        right_hand_side_[j].template tail<rotation>() += load.template segment<rotation>(Dim);
         right_hand_side_[j + 1].template head<Dim>() -= load.template head<Dim>();
         right_hand_side_[j + 1].template tail<rotation>() += load.template tail<rotation>();
     }
+    if (!chain_.is_plain())
+        effects_.add_node_loads(chain_, b, gamma_, right_hand_side_);
+    for (int row = 0; row < block; ++row)
+        if (!base_moves_in(row))
+            right_hand_side_[0](row) =
+                b[layout.sphere_offset(0) + Dim + static_cast<std::size_t>(row)];
 }
 
 template <int Dim, class T>
@@ -187,6 +215,8 @@ template <int Dim, class T>
         std::copy_n(increment.data() + 2 * rotation, 1 + Dim,
                     x + layout.geometry_offset(static_cast<int>(j)));
     }
+    if (!chain_.is_plain())
+        effects_.recover(chain_, b, gamma_, right_hand_side_, x);
     for (std::size_t i = 0; i < blocks_.block_count(); ++i) {
         const std::size_t offset = layout.sphere_offset(static_cast<int>(i));
         const bool moves = static_cast<int>(i) >= chain_.first_moving_sphere();

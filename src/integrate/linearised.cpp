@@ -165,16 +165,14 @@ LinearisedChain linearise(const physics::Chain<Dim, double>& chain,
     LinearisedChain result{Eigen::VectorXd(dof), Eigen::MatrixXd::Zero(dof, dof),
                            Eigen::MatrixXd::Zero(dof, dof)};
     for (Eigen::Index k = 0; k < dof; ++k)
-        result.mass(k) =
-            k % block < Dim ? chain.sphere_inertia().mass : chain.sphere_inertia().moment;
+        result.mass(k) = k % block < Dim
+                             ? chain.sphere_inertia(first + static_cast<int>(k) / block).mass
+                             : chain.sphere_inertia(first + static_cast<int>(k) / block).moment;
 
-    const BondDifferentiator<Dim> differentiator(chain.bond_coefficients(), chain.law());
+    BondDifferentiator<Dim> differentiator(chain);
     BondJacobian<Dim> jacobian;
     for (int j = 0; j < layout.bond_count(); ++j) {
-        differentiator.evaluate({chain.motion_between(layout.sphere(state.data(), j),
-                                                      layout.sphere(state.data(), j + 1)),
-                                 layout.bond(state.data(), j), layout.geometry(state.data(), j)},
-                                jacobian);
+        differentiator.evaluate(state.data(), j, 0.0, jacobian);
         const BondMatrices<Dim> bond = bond_matrices<Dim>(jacobian);
         add_bond<Dim>(bond.damping, j - first, result.damping);
         add_bond<Dim>(bond.stiffness, j - first, result.stiffness);

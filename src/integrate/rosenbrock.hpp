@@ -31,8 +31,10 @@ class Rosenbrock {
     Rosenbrock(const physics::Chain<Dim, T>& chain, std::vector<T> state,
                const ErrorScalesOf<T>& scales, double tolerance, double rate_error_weight)
         : chain_(chain), newton_(chain), state_(std::move(state)), argument_(state_.size()),
-          rate_(state_.size()), weights_(error_weights(scales, tolerance, rate_error_weight)),
-          only_positions_(rate_error_weight == 0.0) {
+          rate_(state_.size()), time_derivative_(state_.size()),
+          weights_(error_weights(scales, tolerance, rate_error_weight)),
+          only_positions_(rate_error_weight == 0.0),
+          depends_on_time_(chain.model().depends_on_time()) {
         chain.layout().set_geometry(state_.data());
         increments_.fill(std::vector<T>(state_.size()));
         for (std::size_t lane = 0; lane < lanes; ++lane) {
@@ -58,9 +60,12 @@ class Rosenbrock {
     /// Tries one step in every lane that `wanted` names; a lane's state changes if its step is
     /// accepted. Returns which were.
     std::array<bool, lanes> try_step(const std::array<bool, lanes>& wanted) {
+        time_ = core::by_lane<T>([this](std::size_t lane) { return controller(lane).time(); });
         if (state_is_new_)
-            newton_.set_state(state_.data());
+            newton_.set_state(state_.data(), time_);
         step_ = core::by_lane<T>([this](std::size_t lane) { return controller(lane).step(); });
+        if (depends_on_time_)
+            set_time_derivative();
         // A lane whose matrix is singular gets an error that is not a number, and a shorter step.
         (void)newton_.factorise(T(Method::gamma) * step_);
         run_stages(std::make_index_sequence<Method::stages>());
@@ -114,13 +119,29 @@ class Rosenbrock {
             for (std::size_t k = 0; k < size; ++k)
                 argument_[k] = combined<Stage>(a, state_[k], k);
         }
-        chain_.evaluate_rate(Stage > 0 ? argument_.data() : state_.data(), rate_.data());
+        chain_.evaluate_rate(Stage > 0 ? argument_.data() : state_.data(), rate_.data(),
+                             time_ + T(stage_times<Method>[Stage].argument) * step_);
         const T scaled_step = T(Method::gamma) * step_;
         T* const increment = increments_[Stage].data();
         for (std::size_t k = 0; k < size; ++k)
             increment[k] =
                 scaled_step * rate_[k] + T(Method::gamma) * combined<Stage>(c, T(0.0), k);
+        if (depends_on_time_) {
+            const T factor = scaled_step * step_ * T(stage_times<Method>[Stage].increment);
+            for (std::size_t k = 0; k < size; ++k)
+                increment[k] += factor * time_derivative_[k];
+        }
         newton_.solve(increment, increment);
+    }
+
+    /// ∂f/∂t at the step's start, over a small part of the step. A change of the state that is
+    /// none of its own (time) must not be missed by the Jacobian, or the method loses its order.
+    void set_time_derivative() {
+        const T change = T(1e-4) * step_;
+        chain_.evaluate_rate(state_.data(), rate_.data(), time_);
+        chain_.evaluate_rate(state_.data(), time_derivative_.data(), time_ + change);
+        for (std::size_t k = 0; k < rate_.size(); ++k)
+            time_derivative_[k] = (time_derivative_[k] - rate_[k]) / change;
     }
 
     /// start + Σ factors_j U_j at place `k`, over the first `Count` stages.
@@ -186,10 +207,13 @@ class Rosenbrock {
     std::vector<T> argument_;
     std::vector<T> rate_;
     std::array<std::vector<T>, Method::stages> increments_;
+    std::vector<T> time_derivative_;
     std::vector<T> weights_;
     bool only_positions_;
+    bool depends_on_time_;
     std::vector<StepController> controllers_; ///< one a lane
     T step_ = T(0.0);
+    T time_ = T(0.0);
     bool state_is_new_ = true;
     bool follows_first_lane_ = false;
 };

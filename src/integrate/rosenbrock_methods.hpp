@@ -135,4 +135,25 @@ struct Rodas5p {
     }};
 };
 
+/// Of an equation whose right-hand side depends on time, with time as one more unknown: where a
+/// stage evaluates it, and time's own increment, in steps.
+struct StageTime {
+    double argument = 0.0;
+    double increment = 0.0;
+};
+
+template <class Method>
+inline constexpr auto stage_times = [] {
+    std::array<StageTime, Method::stages> times{};
+    for (std::size_t i = 0; i < Method::stages; ++i) {
+        double coupled = 1.0;
+        for (std::size_t j = 0; j < i; ++j) {
+            times[i].argument += Method::argument[i][j] * times[j].increment;
+            coupled += Method::coupling[i][j] * times[j].increment;
+        }
+        times[i].increment = Method::gamma * coupled;
+    }
+    return times;
+}();
+
 } // namespace culm::integrate

@@ -19,7 +19,7 @@ constexpr double load_steps_per_slope = 200.0;
 constexpr int least_load_steps = 10;
 /// Newton has converged when the largest displacement or rotation of an iteration, relative to the
 /// bond length or one radian, falls below this; one more iteration then squares what is left.
-constexpr double newton_tolerance = 1e-10;
+constexpr double newton_tolerance = 1e-6;
 constexpr int newton_limit = 30;
 constexpr int halving_limit = 12;
 
@@ -34,20 +34,48 @@ class LoadStep {
 
   public:
     explicit LoadStep(const physics::Chain<Dim, double>& chain)
-        : chain_(chain), bond_(as_dual<Dual>(chain.bond_coefficients())),
+        : chain_(chain), bending_(as_dual<Dual>(chain.model().bending)),
           blocks_(chain.layout().sphere_count()), increment_(blocks_.block_count(), Column::Zero()),
           residual_(blocks_.block_count(), Column::Zero()) {}
 
     /// Moves `state` to the equilibrium under `load` times gravity with the tip at
     /// `tip_deflection`. Returns the iterations used, or 0 without touching `state` on failure.
     [[nodiscard]] int advance(std::vector<double>& state, double tip_deflection, double load) {
+        const double load_at_start = load_;
+        const int iterations = iterate(state, tip_deflection, load);
+        if (iterations == 0) {
+            load_ = load_at_start;
+            std::fill(increment_.begin(), increment_.end(), Column::Zero());
+        }
+        return iterations;
+    }
+
+    /// Lateral force that the last bond exerts on the tip's support after advance().
+    [[nodiscard]] double holding_force(const std::vector<double>& state) const {
         const auto& layout = chain_.layout();
+        const int last = layout.bond_count() - 1;
+        auto motion = chain_.motion_between(layout.sphere(state.data(), last),
+                                            layout.sphere(state.data(), last + 1));
+        const physics::BondFrame<Dim, double> frame(motion.separation);
+        // Only the normal and the shear force count, which no effect changes.
+        const auto response =
+            physics::bond_response(chain_.bond_coefficients(last), chain_.law(), frame, motion,
+                                   layout.bond(state.data(), last));
+        const auto tip = layout.sphere(state.data(), last + 1);
+        return response.force[1] - chain_.sphere_inertia(last + 1).mass * chain_.gravity()[1] -
+               node_load_at_rest(last + 1, tip, state).force[1];
+    }
+
+  private:
+    [[nodiscard]] int iterate(std::vector<double>& state, double tip_deflection, double load) {
+        const auto& layout = chain_.layout();
+        load_before_ = load_;
+        load_ = load;
         const double to_go =
             tip_deflection - layout.sphere(state.data(), layout.bond_count()).position[1];
-        std::fill(increment_.begin(), increment_.end(), Column::Zero());
-        bool converged = false;
+        bool converged = false; // starts from what the load step before brought
         for (int iteration = 1; iteration <= newton_limit; ++iteration) {
-            assemble(state, load, to_go);
+            assemble(state, to_go);
             if (!blocks_.factorise())
                 return 0;
             blocks_.solve(residual_);
@@ -70,20 +98,6 @@ class LoadStep {
         return 0;
     }
 
-    /// Lateral force that the last bond exerts on the tip's support after advance().
-    [[nodiscard]] double holding_force(const std::vector<double>& state) const {
-        const auto& layout = chain_.layout();
-        const int last = layout.bond_count() - 1;
-        auto motion = chain_.motion_between(layout.sphere(state.data(), last),
-                                            layout.sphere(state.data(), last + 1));
-        const physics::BondFrame<Dim, double> frame(motion.separation);
-        const auto response =
-            physics::bond_response(chain_.bond_coefficients(), chain_.law(), frame, motion,
-                                   layout.bond(state.data(), last));
-        return response.force[1] - chain_.sphere_inertia().mass * chain_.gravity()[1];
-    }
-
-  private:
     /// Forces of bond `j` at the end of the step, and its new history, as functions of the
     /// displacements and rotations of its two spheres.
     struct BondAtRest {
@@ -94,6 +108,7 @@ class LoadStep {
     [[nodiscard]] [[gnu::flatten]] BondAtRest evaluate(const std::vector<double>& state,
                                                        int j) const {
         const auto& layout = chain_.layout();
+        const physics::BondCoefficients<Dual> bond = as_dual<Dual>(chain_.bond_coefficients(j));
         const auto start = chain_.motion_between(layout.sphere(state.data(), j),
                                                  layout.sphere(state.data(), j + 1));
         const auto old = layout.bond(state.data(), j);
@@ -113,6 +128,10 @@ class LoadStep {
             history.shear_force[k] = Dual(old.shear_force[k]);
             history.moment[k] = Dual(old.moment[k]);
         }
+        if (!chain_.model().straight_moments.empty())
+            history.moment[physics::bending_axis<Dim>] +=
+                (load_ - load_before_) *
+                chain_.model().straight_moments[static_cast<std::size_t>(j)];
         const core::Vec<Dim, Dual> new_separation = old_separation + motion.velocity;
         motion.separation = old_separation + Dual(0.5) * motion.velocity;
 
@@ -121,7 +140,7 @@ class LoadStep {
         const physics::BondFrame<Dim, Dual> after(new_separation);
         history.shear_force = middle.turned_shear(history.shear_force);
         history.moment = middle.turned_moment(history.moment, before.direction());
-        const auto rates = physics::bond_response(bond_, chain_.law(), middle, motion, history);
+        const auto rates = physics::bond_response(bond, chain_.law(), middle, motion, history);
         history.shear_force = after.turned_shear(history.shear_force + rates.rate.shear_force);
         history.moment =
             after.turned_moment(history.moment + rates.rate.moment, middle.direction());
@@ -131,28 +150,90 @@ class LoadStep {
         rest.velocity = core::Vec<Dim, Dual>::zero();
         rest.spin_1 = physics::Rotational<Dim, Dual>::zero();
         rest.spin_2 = physics::Rotational<Dim, Dual>::zero();
-        return {history, physics::bond_response(bond_, chain_.law(), after, rest, history)};
+        if (chain_.is_plain())
+            return {history, physics::bond_response(bond, chain_.law(), after, rest, history)};
+        physics::BondState<Dim, Dual> loaded = history;
+        loaded.moment = physics::loaded_moment(bending_, bond, after, rest, history.moment,
+                                               extras_at_rest(state, j, history));
+        return {history, physics::bond_response(bond, chain_.law(), after, rest, loaded)};
+    }
+
+    /// User's moments at the end of the step; Maxwell branches have relaxed.
+    [[nodiscard]] physics::BondExtras<Dim, double>
+    extras_at_rest(const std::vector<double>& state, int j,
+                   const physics::BondState<Dim, Dual>& history) const {
+        const auto& layout = chain_.layout();
+        physics::Rotational<Dim, double> moment;
+        for (int k = 0; k < rotation; ++k)
+            moment[k] = history.moment[k].a;
+        physics::BondMotion<Dim, double> rest{};
+        return chain_.bond_extras(j, layout.sphere(state.data(), j),
+                                  layout.sphere(state.data(), j + 1), rest,
+                                  {moment, state.data() + layout.branch_offset(j)}, 0.0, true);
+    }
+
+    /// A user's force on sphere `i` at rest; neither finger nor moving support belong here.
+    [[nodiscard]] physics::NodeLoad<Dim, double>
+    node_load_at_rest(int i, physics::SphereState<Dim, double> sphere,
+                      const std::vector<double>& state) const {
+        physics::NodeLoad<Dim, double> load;
+        if (chain_.model().user_laws.empty())
+            return load;
+        sphere.velocity = core::Vec<Dim, double>::zero();
+        const auto below = i > 0 ? chain_.bond_extras(state.data(), i - 1, 0.0, false)
+                                 : physics::BondExtras<Dim, double>{};
+        return chain_.user_load(i, sphere, below, 0.0, true);
     }
 
     /// Out-of-balance forces and their derivatives at the present increment.
-    void assemble(const std::vector<double>& state, double load, double to_go) {
+    void assemble(const std::vector<double>& state, double to_go) {
         blocks_.set_zero();
         const std::size_t last = blocks_.block_count() - 1;
         for (std::size_t i = 0; i <= last; ++i) {
             residual_[i].setZero();
-            for (int k = 0; k < Dim; ++k)
-                residual_[i](k) = load * chain_.sphere_inertia().mass * chain_.gravity()[k];
+            add_outer_load(state, i);
         }
         for (std::size_t j = 0; j < last; ++j)
             add_bond(j, evaluate(state, static_cast<int>(j)).response);
 
-        blocks_.diagonal(0).setIdentity();
-        blocks_.upper(0).setZero();
-        residual_[0] = increment_[0];
+        if (chain_.base_turns())
+            add_hinge(state);
+        for (int row = 0; row < block; ++row) {
+            if (chain_.base_turns() && row == Dim + physics::bending_axis<Dim>)
+                continue;
+            blocks_.diagonal(0).row(row).setZero();
+            blocks_.diagonal(0)(row, row) = 1.0;
+            blocks_.upper(0).row(row).setZero();
+            residual_[0](row) = increment_[0](row);
+        }
         blocks_.diagonal(last).row(1).setZero();
         blocks_.lower(last).row(1).setZero();
         blocks_.diagonal(last)(1, 1) = 1.0;
         residual_[last](1) = increment_[last](1) - to_go;
+    }
+
+    void add_outer_load(const std::vector<double>& state, std::size_t i) {
+        const int sphere = static_cast<int>(i);
+        for (int k = 0; k < Dim; ++k)
+            residual_[i](k) = load_ * chain_.sphere_inertia(sphere).mass * chain_.gravity()[k];
+        if (chain_.model().user_laws.empty())
+            return;
+        auto displaced = chain_.layout().sphere(state.data(), sphere);
+        for (int k = 0; k < Dim; ++k)
+            displaced.position[k] += increment_[i](k);
+        const auto outer = node_load_at_rest(sphere, displaced, state);
+        residual_[i](1) += load_ * outer.force[1];
+        blocks_.diagonal(i)(1, 1) += load_ * outer.by_deflection;
+    }
+
+    /// The clamp's spring; dry friction does not act at rest, where it could take any value.
+    void add_hinge(const std::vector<double>& state) {
+        constexpr int row = Dim + physics::bending_axis<Dim>;
+        const double rotation_now =
+            state[chain_.layout().base_rotation_offset()] + increment_[0](row);
+        const auto clamp = chain_.clamp_moment(rotation_now, 0.0, 0.0, true);
+        residual_[0](row) += clamp.moment;
+        blocks_.diagonal(0)(row, row) += clamp.by_rotation;
     }
 
     void add_bond(std::size_t j, const physics::BondResponse<Dim, Dual>& response) {
@@ -190,14 +271,32 @@ class LoadStep {
         }
         for (int j = 0; j < layout.bond_count(); ++j)
             layout.set_bond(state.data(), j, histories[static_cast<std::size_t>(j)]);
+        if (layout.base_turns())
+            state[layout.base_rotation_offset()] += increment_[0](Dim + physics::bending_axis<Dim>);
     }
 
     const physics::Chain<Dim, double>& chain_;
-    physics::BondCoefficients<Dual> bond_;
+    std::optional<physics::BendingLaw<Dual>> bending_;
     Blocks blocks_;
     std::vector<Column> increment_; ///< displacement (m) and rotation (rad) of each sphere
     std::vector<Column> residual_;
+    double load_ = 0.0;        ///< share of gravity and natural curvature at the end of the step
+    double load_before_ = 0.0; ///< and at its start
 };
+
+/// What is left in the Maxwell branches of a stem that was held for a while.
+template <int Dim>
+void set_held_branches(const physics::Chain<Dim, double>& chain, std::vector<double>& state) {
+    const auto& layout = chain.layout();
+    for (int j = 0; j < layout.bond_count(); ++j) {
+        for (int k = 0; k < layout.branch_count(); ++k) {
+            const auto& branch = chain.model().branches[static_cast<std::size_t>(k)];
+            const auto moment = layout.bond(state.data(), j).moment;
+            layout.set_branch_moment(state.data(), j, k,
+                                     (branch.held_share * branch.relative_stiffness) * moment);
+        }
+    }
+}
 
 } // namespace
 
@@ -230,6 +329,7 @@ StaticState deflected_equilibrium(const physics::Chain<Dim, double>& chain, doub
                             free_length * 1e3));
     }
     result.holding_force = step.holding_force(result.state);
+    set_held_branches(chain, result.state);
     return result;
 }
 

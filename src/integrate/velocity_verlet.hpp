@@ -4,6 +4,8 @@
 
 #include "physics/chain.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -16,11 +18,13 @@ namespace culm::integrate {
 /// code does.
 ///
 /// The two half kicks between successive force evaluations are one full kick: the state holds
-/// half-step velocities between calls, and state() takes the surplus back.
+/// half-step velocities between calls, and state() takes the surplus back. The moments of effects'
+/// Maxwell branches decay exactly over a step; forces that depend on time see its end.
 template <int Dim, class T>
 class VelocityVerlet {
     using Sphere = physics::SphereState<Dim, T>;
     using Bond = physics::BondState<Dim, T>;
+    static constexpr int rotation = physics::rotation_dimension<Dim>;
 
   public:
     /// Starts from `state` (the chain's layout) with velocities at rest or given.
@@ -37,18 +41,25 @@ class VelocityVerlet {
         for (std::size_t j = 0; j < bonds_.size(); ++j)
             directions_[j] = frame_of(j).direction();
         accelerations_.resize(spheres_.size());
+        if (!chain.is_plain())
+            take_effects(state);
         // The initial half kick sees the forces of the given state; no history advances.
-        sweep(T(0.0), T(0.5 * timestep));
+        if (chain.is_plain())
+            sweep<true>(T(0.0), T(0.5 * timestep));
+        else
+            sweep<false>(T(0.0), T(0.5 * timestep));
     }
 
     /// Takes `count` full steps; velocities are half a step ahead of positions afterwards.
     /// Flattened, because calls would pass vectors of SIMD lanes through memory: left to its own
     /// judgement the compiler calls the force law, and a step takes 2.4 times as long.
     [[gnu::flatten]] void advance(std::int64_t count) {
+        if (!chain_.is_plain())
+            return advance_with_effects(count);
         const T step = T(timestep_);
         for (std::int64_t k = 0; k < count; ++k) {
             drift(step);
-            sweep(step, step);
+            sweep<true>(step, step);
         }
     }
 
@@ -73,6 +84,10 @@ class VelocityVerlet {
         for (int j = 0; j < layout.bond_count(); ++j)
             layout.set_bond(out.data(), j, bonds_[static_cast<std::size_t>(j)]);
         layout.set_geometry(out.data());
+        std::copy(branches_.begin(), branches_.end(),
+                  out.begin() + static_cast<std::ptrdiff_t>(layout.branch_offset(0)));
+        if (layout.base_turns())
+            out[layout.base_rotation_offset()] = base_rotation_;
         return out;
     }
 
@@ -91,45 +106,133 @@ class VelocityVerlet {
             spheres_[i].position += step * spheres_[i].velocity;
     }
 
+    [[gnu::flatten, gnu::noinline]] void advance_with_effects(std::int64_t count) {
+        const T step = T(timestep_);
+        for (std::int64_t k = 0; k < count; ++k) {
+            drift(step);
+            base_rotation_ += step * spheres_[0].spin[physics::bending_axis<Dim>];
+            ++steps_;
+            sweep<false>(step, step);
+        }
+    }
+
+    /// Branch moments and clamp rotation of the given state.
+    void take_effects(const std::vector<T>& state) {
+        const auto& layout = chain_.layout();
+        branches_.assign(state.begin() + static_cast<std::ptrdiff_t>(layout.branch_offset(0)),
+                         state.begin() +
+                             static_cast<std::ptrdiff_t>(layout.base_rotation_offset()));
+        if (layout.base_turns())
+            base_rotation_ = state[layout.base_rotation_offset()];
+    }
+
     /// Forces along the chain; each sphere is kicked as soon as both of its bonds are known.
+    template <bool IsPlain>
     void sweep(const T& history_step, const T& kick) {
         core::Vec<Dim, T> force = core::Vec<Dim, T>::zero();
         physics::Rotational<Dim, T> torque = physics::Rotational<Dim, T>::zero();
+        if constexpr (!IsPlain) {
+            if (chain_.base_turns())
+                torque[physics::bending_axis<Dim>] =
+                    chain_
+                        .clamp_moment(base_rotation_, spheres_[0].spin[physics::bending_axis<Dim>],
+                                      time(), false)
+                        .moment;
+            below_ = {};
+        }
         for (std::size_t j = 0; j < bonds_.size(); ++j) {
             const auto motion = chain_.motion_between(spheres_[j], spheres_[j + 1]);
             const physics::BondFrame<Dim, T> frame(motion.separation);
-            const auto response = advance_bond(j, frame, motion, history_step);
-            apply(j, force + response.force, torque + response.torque_1, kick);
+            const auto response = advance_bond<IsPlain>(j, frame, motion, history_step);
+            apply<IsPlain>(j, force + response.force, torque + response.torque_1, kick);
             force = -response.force;
             torque = response.torque_2;
         }
-        apply(bonds_.size(), force, torque, kick);
+        apply<IsPlain>(bonds_.size(), force, torque, kick);
     }
 
     /// Advances the bond's history by its rates over `history_step` and returns the forces that
     /// follow: the new elastic parts and the damping of the same motion.
+    template <bool IsPlain>
     [[nodiscard]] physics::BondResponse<Dim, T>
     advance_bond(std::size_t j, const physics::BondFrame<Dim, T>& frame,
                  const physics::BondMotion<Dim, T>& motion, const T& history_step) {
         Bond& bond = bonds_[j];
+        const physics::BondCoefficients<T>& coefficients =
+            IsPlain ? chain_.bond_coefficients() : chain_.bond_coefficients(static_cast<int>(j));
         bond.shear_force = frame.turned_shear(bond.shear_force);
         bond.moment = frame.turned_moment(bond.moment, directions_[j]);
+        if constexpr (!IsPlain)
+            advance_branches(j, frame, motion, history_step);
         directions_[j] = frame.direction();
-        const auto rate =
-            physics::history_rate(chain_.bond_coefficients(), chain_.law(), frame, motion);
+        const auto rate = physics::history_rate(coefficients, chain_.law(), frame, motion);
         bond.shear_force += history_step * rate.shear_force;
         bond.moment += history_step * rate.moment;
-        return physics::bond_response(chain_.bond_coefficients(), chain_.law(), frame, motion,
-                                      bond);
+        Bond loaded = bond;
+        if constexpr (!IsPlain)
+            loaded.moment = physics::loaded_moment(chain_.model().bending, coefficients, frame,
+                                                   motion, bond.moment, extras_of(j, motion));
+        return physics::bond_response(coefficients, chain_.law(), frame, motion, loaded);
     }
 
+    /// q ← q e^(−h/τ) + g k_b τ (1 − e^(−h/τ)) ω_bend, turned with the bond.
+    void advance_branches(std::size_t j, const physics::BondFrame<Dim, T>& frame,
+                          const physics::BondMotion<Dim, T>& motion, const T& history_step) {
+        using std::exp;
+        const auto relative_spin = motion.spin_2 - motion.spin_1;
+        const auto bending = relative_spin - frame.twist(relative_spin);
+        const auto& model = chain_.model();
+        for (std::size_t k = 0; k < model.branches.size(); ++k) {
+            const physics::MaxwellBranch<T>& branch = model.branches[k];
+            const T kept = exp(-history_step / branch.relaxation_time);
+            const T stiffness = branch.relative_stiffness *
+                                chain_.bond_coefficients(static_cast<int>(j)).bending_stiffness;
+            T* const place = branch_moment(j, k);
+            physics::Rotational<Dim, T> moment;
+            std::copy_n(place, rotation, moment.component.begin());
+            moment = kept * frame.turned_moment(moment, directions_[j]) +
+                     (stiffness * branch.relaxation_time * (T(1.0) - kept)) * bending;
+            std::copy_n(moment.component.begin(), rotation, place);
+        }
+    }
+
+    [[nodiscard]] T* branch_moment(std::size_t j, std::size_t branch) {
+        return branches_.data() + (j * chain_.model().branches.size() + branch) * rotation;
+    }
+
+    /// As Chain::bond_extras, from the numbers that are kept here.
+    [[nodiscard]] const physics::BondExtras<Dim, T>&
+    extras_of(std::size_t j, const physics::BondMotion<Dim, T>& motion) {
+        const physics::BondMoments<Dim, T> sum{bonds_[j].moment, branch_moment(j, 0)};
+        below_ = chain_.bond_extras(static_cast<int>(j), spheres_[j], spheres_[j + 1], motion, sum,
+                                    time(), false);
+        return below_;
+    }
+
+    template <bool IsPlain>
     void apply(std::size_t i, const core::Vec<Dim, T>& force,
                const physics::Rotational<Dim, T>& torque, const T& kick) {
-        if (i < first_moving())
-            return;
         Acceleration& acceleration = accelerations_[i];
-        acceleration.linear = inverse_mass_ * force + chain_.gravity();
-        acceleration.angular = inverse_moment_ * torque;
+        if (i < first_moving()) {
+            if constexpr (!IsPlain) {
+                if (!chain_.base_turns())
+                    return;
+                constexpr int axis = physics::bending_axis<Dim>;
+                acceleration.angular[axis] = torque[axis] / chain_.sphere_inertia(0).moment;
+                spheres_[i].spin[axis] += kick * acceleration.angular[axis];
+            }
+            return;
+        }
+        if constexpr (IsPlain) {
+            acceleration.linear = inverse_mass_ * force + chain_.gravity();
+            acceleration.angular = inverse_moment_ * torque;
+        } else {
+            const int sphere = static_cast<int>(i);
+            const physics::SphereInertia<T>& inertia = chain_.sphere_inertia(sphere);
+            const auto load = chain_.node_load(sphere, spheres_[i], below_, time(), false);
+            acceleration.linear = (T(1.0) / inertia.mass) * (force + load.force) + chain_.gravity();
+            acceleration.angular = (T(1.0) / inertia.moment) * torque;
+        }
         spheres_[i].velocity += kick * acceleration.linear;
         spheres_[i].spin += kick * acceleration.angular;
     }
@@ -137,6 +240,7 @@ class VelocityVerlet {
     [[nodiscard]] std::size_t first_moving() const {
         return static_cast<std::size_t>(chain_.first_moving_sphere());
     }
+    [[nodiscard]] T time() const { return T(static_cast<double>(steps_) * timestep_); }
 
     const physics::Chain<Dim, T>& chain_;
     double timestep_;
@@ -146,6 +250,10 @@ class VelocityVerlet {
     std::vector<Bond> bonds_;
     std::vector<core::Vec<Dim, T>> directions_; ///< of the bonds at the last force evaluation
     std::vector<Acceleration> accelerations_;   ///< of the last force evaluation
+    std::vector<T> branches_;                   ///< Maxwell moments, as in the chain's layout
+    physics::BondExtras<Dim, T> below_;         ///< of the bond evaluated last
+    T base_rotation_ = T(0.0);
+    std::int64_t steps_ = 0;
 };
 
 } // namespace culm::integrate

@@ -2,50 +2,70 @@
 // The chain of bonded spheres and its one right-hand side.
 #pragma once
 
+#include "physics/bond_extras.hpp"
 #include "physics/chain_layout.hpp"
+#include "physics/node_load.hpp"
 
+#include <utility>
 #include <vector>
 
 namespace culm::physics {
 
 /// What holds the first sphere.
 enum class Support {
-    Clamped, ///< sphere 0 neither moves nor turns
+    Clamped, ///< sphere 0 does not move; it turns only if the model gives it a hinge
     Free,    ///< nothing does: for conservation laws
 };
 
-/// A chain of equal spheres. Dim is 2 (the cantilever moves in a plane) or 3; T is double, SIMD
-/// lanes (one stem per lane) or a dual number.
+/// A chain of spheres. Dim is 2 (the cantilever moves in a plane) or 3; T is double, SIMD lanes
+/// (one stem per lane) or a dual number.
 template <int Dim, class T>
 class Chain {
   public:
+    /// The published chain of equal spheres and bonds.
     Chain(const StemParameters<T>& stem, const BondLawOptions& law,
           Support support = Support::Clamped)
-        : layout_(stem.sphere_count), law_(law), support_(support),
-          bond_(make_bond_coefficients(stem, law)),
-          inertia_(make_sphere_inertia(stem)), inverse_inertia_{T(1.0) / inertia_.mass,
-                                                                T(1.0) / inertia_.moment},
-          acceleration_(Vec<Dim, T>::zero()) {
-        acceleration_[0] = stem.axial_acceleration_of_gravity;
+        : Chain(stem.sphere_count, plain_chain(stem, law), law, support) {}
+
+    /// A chain with effects.
+    Chain(int sphere_count, ChainModel<T> model, const BondLawOptions& law,
+          Support support = Support::Clamped)
+        : layout_(sphere_count, static_cast<int>(model.branches.size()), model.base_turns()),
+          law_(law), support_(support), is_plain_(model.is_plain()), bond_(model.bonds.front()),
+          inertia_(model.spheres.front()), inverse_inertia_{T(1.0) / inertia_.mass,
+                                                            T(1.0) / inertia_.moment},
+          gravity_(Vec<Dim, T>::zero()), model_(std::move(model)) {
+        for (int d = 0; d < Dim; ++d)
+            gravity_[d] = model_.gravity[d];
     }
 
     [[nodiscard]] const ChainLayout<Dim>& layout() const { return layout_; }
     [[nodiscard]] const BondLawOptions& law() const { return law_; }
-    [[nodiscard]] const BondCoefficients<T>& bond_coefficients() const { return bond_; }
-    [[nodiscard]] const SphereInertia<T>& sphere_inertia() const { return inertia_; }
+    [[nodiscard]] const ChainModel<T>& model() const { return model_; }
+    /// Equal spheres and bonds without effects: loops may keep one bond's coefficients at hand.
+    [[nodiscard]] bool is_plain() const { return is_plain_; }
+    [[nodiscard]] const BondCoefficients<T>& bond_coefficients(int j = 0) const {
+        return model_.bonds.size() == 1 ? bond_ : model_.bonds[static_cast<std::size_t>(j)];
+    }
+    [[nodiscard]] const SphereInertia<T>& sphere_inertia(int i = 0) const {
+        return model_.spheres.size() == 1 ? inertia_ : model_.spheres[static_cast<std::size_t>(i)];
+    }
     /// Acceleration of gravity in world axes, m/s².
-    [[nodiscard]] const Vec<Dim, T>& gravity() const { return acceleration_; }
+    [[nodiscard]] const Vec<Dim, T>& gravity() const { return gravity_; }
     /// The first sphere that moves: 1 when clamped, 0 when free.
     [[nodiscard]] int first_moving_sphere() const { return support_ == Support::Clamped ? 1 : 0; }
+    /// Does clamped sphere 0 turn in the plane of bending?
+    [[nodiscard]] bool base_turns() const { return layout_.base_turns(); }
 
-    /// Separation, relative velocity and spins of the two spheres of bond `j`.
+    /// Separation, relative velocity and spins of the two spheres of a bond.
     [[nodiscard]] static BondMotion<Dim, T> motion_between(const SphereState<Dim, T>& sphere_1,
                                                            const SphereState<Dim, T>& sphere_2) {
         return {sphere_2.position - sphere_1.position, sphere_2.velocity - sphere_1.velocity,
                 sphere_1.spin, sphere_2.spin};
     }
 
-    /// The straight, stress-free chain along axis 0 at rest, sphere 0 at the origin.
+    /// The straight chain along axis 0 at rest, sphere 0 at the origin; stress-free unless the stem
+    /// is curved by nature.
     [[nodiscard]] std::vector<T> straight_state() const {
         std::vector<T> state(layout_.size(), T(0.0));
         for (int i = 0; i < layout_.sphere_count(); ++i)
@@ -54,32 +74,24 @@ class Chain {
         return state;
     }
 
-    /// d(state)/dt. `state` and `rate` hold layout().size() numbers and must not overlap. The
-    /// bonds' geometry must be set.
-    [[gnu::flatten]] void evaluate_rate(const T* state, T* rate) const {
-        SphereState<Dim, T> sphere_1 = layout_.sphere(state, 0);
-        Vec<Dim, T> force = Vec<Dim, T>::zero();
-        Rotational<Dim, T> torque = Rotational<Dim, T>::zero();
-        for (int j = 0; j < layout_.bond_count(); ++j) {
-            const SphereState<Dim, T> sphere_2 = layout_.sphere(state, j + 1);
-            const BondState<Dim, T> elastic = layout_.bond(state, j);
-            const BondMotion<Dim, T> motion = motion_between(sphere_1, sphere_2);
-            const BondGeometry<Dim, T> geometry = layout_.geometry(state, j);
-            const BondFrame<Dim, T> frame(geometry.length, geometry.direction);
-            BondResponse<Dim, T> response = bond_response(bond_, law_, frame, motion, elastic);
-
-            set_sphere_rate(rate, j, sphere_1, force + response.force, torque + response.torque_1);
-            force = -response.force;
-            torque = response.torque_2;
-
-            response.rate.shear_force +=
-                frame.shear_turning_rate(elastic.shear_force, motion.velocity);
-            response.rate.moment += frame.moment_turning_rate(elastic.moment, motion.velocity);
-            layout_.set_bond(rate, j, response.rate);
-            layout_.set_geometry(rate, j, geometry_rate(frame, motion.velocity));
-            sphere_1 = sphere_2;
+    /// The straight chain as a hand holds it: with the moments of a stem that is curved by nature.
+    [[nodiscard]] std::vector<T> held_straight_state() const {
+        std::vector<T> state = straight_state();
+        for (std::size_t j = 0; j < model_.straight_moments.size(); ++j) {
+            BondState<Dim, T> bond = layout_.bond(state.data(), static_cast<int>(j));
+            bond.moment[bending_axis<Dim>] = model_.straight_moments[j];
+            layout_.set_bond(state.data(), static_cast<int>(j), bond);
         }
-        set_sphere_rate(rate, layout_.bond_count(), sphere_1, force, torque);
+        return state;
+    }
+
+    /// d(state)/dt at `time` (s, from the release). `state` and `rate` hold layout().size() numbers
+    /// and must not overlap. The bonds' geometry must be set.
+    void evaluate_rate(const T* state, T* rate, const T& time = T(0.0)) const {
+        if (is_plain_)
+            evaluate_plain(state, rate);
+        else
+            evaluate_with_effects(state, rate, time);
     }
 
     /// l̇ = n·u and ṅ = (u − n l̇)/l, with u the relative velocity of the bond's spheres.
@@ -90,18 +102,240 @@ class Chain {
                 (T(1.0) / frame.length()) * (velocity - stretching * frame.direction())};
     }
 
+    /// Forces on sphere `i` from outside the chain, gravity excepted; `bond_below` tells the
+    /// curvature and its rate that a user's law may ask for. Slopes of user laws only if wanted.
+    [[nodiscard]] NodeLoad<Dim, T> node_load(int i, const SphereState<Dim, T>& sphere,
+                                             const BondExtras<Dim, T>& bond_below, const T& time,
+                                             bool with_slopes) const {
+        NodeLoad<Dim, T> load;
+        for (auto& column : load.by_velocity)
+            column = Vec<Dim, T>::zero();
+        if (!model_.air.empty())
+            add_air_drag(model_.air[static_cast<std::size_t>(i)], sphere.velocity, load);
+        if (model_.base_motion)
+            load.force[1] = load.force[1] +
+                            sphere_inertia(i).mass * base_acceleration(*model_.base_motion, time);
+        if (model_.release && i == layout_.bond_count())
+            load.force[1] = load.force[1] + finger_force(*model_.release, time);
+        if (!model_.user_laws.empty()) {
+            const NodeLoad<Dim, T> user = user_load(i, sphere, bond_below, time, with_slopes);
+            load.force += user.force;
+            load.by_velocity[1] += user.by_velocity[1];
+            load.by_deflection = user.by_deflection;
+        }
+        return load;
+    }
+
+    /// The part of node_load that users' laws exert.
+    [[nodiscard]] NodeLoad<Dim, T> user_load(int i, const SphereState<Dim, T>& sphere,
+                                             const BondExtras<Dim, T>& bond_below, const T& time,
+                                             bool with_slopes) const {
+        NodeLoad<Dim, T> load;
+        for (auto& column : load.by_velocity)
+            column = Vec<Dim, T>::zero();
+        for (const UserLaw<T>& law : model_.user_laws)
+            if (law.kind == UserLawKind::ForcePerLength)
+                add_user_force(law, i, sphere, bond_below, time, with_slopes, load);
+        return load;
+    }
+
+    /// Moments of bond `j` beside the linear elastic one. Slopes of user laws only if wanted.
+    [[nodiscard]] BondExtras<Dim, T> bond_extras(const T* state, int j, const T& time,
+                                                 bool with_slopes) const {
+        const SphereState<Dim, T> sphere_1 = layout_.sphere(state, j);
+        const SphereState<Dim, T> sphere_2 = layout_.sphere(state, j + 1);
+        return bond_extras(j, sphere_1, sphere_2, motion_between(sphere_1, sphere_2),
+                           {layout_.bond(state, j).moment, state + layout_.branch_offset(j)}, time,
+                           with_slopes);
+    }
+    [[nodiscard]] BondExtras<Dim, T> bond_extras(int j, const SphereState<Dim, T>& sphere_1,
+                                                 const SphereState<Dim, T>& sphere_2,
+                                                 const BondMotion<Dim, T>& motion,
+                                                 const BondMoments<Dim, T>& moments, const T& time,
+                                                 bool with_slopes) const {
+        BondExtras<Dim, T> extras;
+        for (int k = 0; k < layout_.branch_count(); ++k)
+            for (int d = 0; d < ChainLayout<Dim>::rotation; ++d)
+                extras.branches[d] =
+                    extras.branches[d] + moments.branches[k * ChainLayout<Dim>::rotation + d];
+        if (model_.user_laws.empty())
+            return extras;
+        extras.curvature = bond_curvature<Dim>(bond_coefficients(j), moments.linear);
+        extras.curvature_rate = bond_curvature_rate<Dim>(bond_coefficients(j), motion);
+        const T half = T(0.5);
+        const UserLawInputsOf<T> inputs{T(j + 0.5) * bond_.length,
+                                        half * (sphere_1.position[1] + sphere_2.position[1]),
+                                        half * (sphere_1.velocity[1] + sphere_2.velocity[1]),
+                                        extras.curvature,
+                                        extras.curvature_rate,
+                                        time};
+        for (const UserLaw<T>& law : model_.user_laws)
+            if (law.kind == UserLawKind::BendingMoment)
+                add_user_moment(law, inputs, with_slopes, extras);
+        return extras;
+    }
+
+    /// Moment of the clamp on sphere 0 at rotation θ and rate ω.
+    [[nodiscard]] HingeMoment<T> clamp_moment(const T& rotation, const T& rate, const T& time,
+                                              bool with_slopes) const {
+        HingeMoment<T> sum;
+        if (model_.hinge)
+            sum = hinge_moment(*model_.hinge, rotation, rate);
+        for (const UserLaw<T>& law : model_.user_laws) {
+            if (law.kind != UserLawKind::BaseMoment)
+                continue;
+            using Inputs = UserLawInputsOf<T>;
+            const Inputs inputs{T(0.0), rotation, rate, T(0.0), T(0.0), time};
+            sum.moment = sum.moment + user_law_value(law, inputs);
+            if (!with_slopes)
+                continue;
+            sum.by_rotation =
+                sum.by_rotation + user_law_slope(law, inputs, &Inputs::deflection, 0.1);
+            sum.by_rate = sum.by_rate + user_law_slope(law, inputs, &Inputs::velocity, 10.0);
+        }
+        return sum;
+    }
+
   private:
+    [[gnu::flatten]] void evaluate_plain(const T* state, T* rate) const {
+        SphereState<Dim, T> sphere_1 = layout_.sphere(state, 0);
+        Vec<Dim, T> force = Vec<Dim, T>::zero();
+        Rotational<Dim, T> torque = Rotational<Dim, T>::zero();
+        for (int j = 0; j < layout_.bond_count(); ++j) {
+            const SphereState<Dim, T> sphere_2 = layout_.sphere(state, j + 1);
+            const BondMotion<Dim, T> motion = motion_between(sphere_1, sphere_2);
+            const BondFrame<Dim, T> frame = frame_of(state, j);
+            const BondState<Dim, T> elastic = layout_.bond(state, j);
+            const BondResponse<Dim, T> response =
+                bond_response(bond_, law_, frame, motion, elastic);
+            set_sphere_rate(rate, j, sphere_1, inverse_inertia_, force + response.force,
+                            torque + response.torque_1);
+            force = -response.force;
+            torque = response.torque_2;
+            set_bond_rate(rate, j, frame, motion, elastic, response.rate);
+            sphere_1 = sphere_2;
+        }
+        set_sphere_rate(rate, layout_.bond_count(), sphere_1, inverse_inertia_, force, torque);
+    }
+
+    [[gnu::flatten, gnu::noinline]] void evaluate_with_effects(const T* state, T* rate,
+                                                               const T& time) const {
+        SphereState<Dim, T> sphere_1 = layout_.sphere(state, 0);
+        Vec<Dim, T> force = Vec<Dim, T>::zero();
+        Rotational<Dim, T> torque = Rotational<Dim, T>::zero();
+        if (base_turns()) {
+            const std::size_t place = layout_.base_rotation_offset();
+            const T spin = sphere_1.spin[bending_axis<Dim>];
+            torque[bending_axis<Dim>] = clamp_moment(state[place], spin, time, false).moment;
+            rate[place] = spin;
+        }
+        BondExtras<Dim, T> below;
+        for (int j = 0; j < layout_.bond_count(); ++j) {
+            const SphereState<Dim, T> sphere_2 = layout_.sphere(state, j + 1);
+            const BondMotion<Dim, T> motion = motion_between(sphere_1, sphere_2);
+            const BondFrame<Dim, T> frame = frame_of(state, j);
+            const BondCoefficients<T>& bond = bond_coefficients(j);
+            const BondState<Dim, T> elastic = layout_.bond(state, j);
+            const BondExtras<Dim, T> extras = bond_extras(state, j, time, false);
+            BondState<Dim, T> loaded = elastic;
+            loaded.moment =
+                loaded_moment(model_.bending, bond, frame, motion, elastic.moment, extras);
+            const BondResponse<Dim, T> response = bond_response(bond, law_, frame, motion, loaded);
+            const NodeLoad<Dim, T> load = node_load(j, sphere_1, below, time, false);
+            set_sphere_rate(rate, j, sphere_1, inverse_of(j), force + response.force + load.force,
+                            torque + response.torque_1);
+            force = -response.force;
+            torque = response.torque_2;
+            set_bond_rate(rate, j, frame, motion, elastic, response.rate);
+            set_branch_rates(state, rate, j, frame, motion);
+            sphere_1 = sphere_2;
+            below = extras;
+        }
+        const int tip = layout_.bond_count();
+        const NodeLoad<Dim, T> load = node_load(tip, sphere_1, below, time, false);
+        set_sphere_rate(rate, tip, sphere_1, inverse_of(tip), force + load.force, torque);
+    }
+
+    [[nodiscard]] BondFrame<Dim, T> frame_of(const T* state, int j) const {
+        const BondGeometry<Dim, T> geometry = layout_.geometry(state, j);
+        return BondFrame<Dim, T>(geometry.length, geometry.direction);
+    }
+
+    [[nodiscard]] SphereInertia<T> inverse_of(int i) const {
+        const SphereInertia<T>& inertia = sphere_inertia(i);
+        return {T(1.0) / inertia.mass, T(1.0) / inertia.moment};
+    }
+
+    void set_bond_rate(T* rate, int j, const BondFrame<Dim, T>& frame,
+                       const BondMotion<Dim, T>& motion, const BondState<Dim, T>& elastic,
+                       BondState<Dim, T> bond_rate) const {
+        bond_rate.shear_force += frame.shear_turning_rate(elastic.shear_force, motion.velocity);
+        bond_rate.moment += frame.moment_turning_rate(elastic.moment, motion.velocity);
+        layout_.set_bond(rate, j, bond_rate);
+        layout_.set_geometry(rate, j, geometry_rate(frame, motion.velocity));
+    }
+
+    /// q̇ = g k_b ω_bend − q/τ, turned with the bond.
+    void set_branch_rates(const T* state, T* rate, int j, const BondFrame<Dim, T>& frame,
+                          const BondMotion<Dim, T>& motion) const {
+        const Rotational<Dim, T> relative_spin = motion.spin_2 - motion.spin_1;
+        const Rotational<Dim, T> bending = relative_spin - frame.twist(relative_spin);
+        for (int k = 0; k < layout_.branch_count(); ++k) {
+            const MaxwellBranch<T>& branch = model_.branches[static_cast<std::size_t>(k)];
+            const Rotational<Dim, T> moment = layout_.branch_moment(state, j, k);
+            const T stiffness = branch.relative_stiffness * bond_coefficients(j).bending_stiffness;
+            Rotational<Dim, T> branch_rate = stiffness * bending;
+            branch_rate -= (T(1.0) / branch.relaxation_time) * moment;
+            branch_rate += frame.moment_turning_rate(moment, motion.velocity);
+            layout_.set_branch_moment(rate, j, k, branch_rate);
+        }
+    }
+
+    void add_user_force(const UserLaw<T>& law, int i, const SphereState<Dim, T>& sphere,
+                        const BondExtras<Dim, T>& below, const T& time, bool with_slopes,
+                        NodeLoad<Dim, T>& load) const {
+        using Inputs = UserLawInputsOf<T>;
+        const Inputs inputs{T(double(i)) * bond_.length, sphere.position[1],
+                            sphere.velocity[1],          below.curvature,
+                            below.curvature_rate,        time};
+        const bool at_an_end = i == 0 || i == layout_.bond_count();
+        const T length = at_an_end ? T(0.5) * bond_.length : bond_.length;
+        load.force[1] = load.force[1] + length * user_law_value(law, inputs);
+        if (!with_slopes)
+            return;
+        T& by_velocity = load.by_velocity[1][1];
+        by_velocity = by_velocity + length * user_law_slope(law, inputs, &Inputs::velocity, 1.0);
+        load.by_deflection =
+            load.by_deflection + length * user_law_slope(law, inputs, &Inputs::deflection, 0.01);
+    }
+
+    static void add_user_moment(const UserLaw<T>& law, const UserLawInputsOf<T>& inputs,
+                                bool with_slopes, BondExtras<Dim, T>& extras) {
+        using Inputs = UserLawInputsOf<T>;
+        extras.user = extras.user + user_law_value(law, inputs);
+        if (!with_slopes)
+            return;
+        extras.user_by_curvature =
+            extras.user_by_curvature + user_law_slope(law, inputs, &Inputs::curvature, 1.0);
+        extras.user_by_curvature_rate = extras.user_by_curvature_rate +
+                                        user_law_slope(law, inputs, &Inputs::curvature_rate, 100.0);
+    }
+
     void set_sphere_rate(T* rate, int i, const SphereState<Dim, T>& sphere,
-                         const Vec<Dim, T>& force, const Rotational<Dim, T>& torque) const {
+                         const SphereInertia<T>& inverse_inertia, const Vec<Dim, T>& force,
+                         const Rotational<Dim, T>& torque) const {
         SphereState<Dim, T> derivative;
         if (i < first_moving_sphere()) {
             derivative.position = Vec<Dim, T>::zero();
             derivative.velocity = Vec<Dim, T>::zero();
             derivative.spin = Rotational<Dim, T>::zero();
+            if (base_turns())
+                derivative.spin[bending_axis<Dim>] =
+                    inverse_inertia.moment * torque[bending_axis<Dim>];
         } else {
             derivative.position = sphere.velocity;
-            derivative.velocity = inverse_inertia_.mass * force + acceleration_;
-            derivative.spin = inverse_inertia_.moment * torque;
+            derivative.velocity = inverse_inertia.mass * force + gravity_;
+            derivative.spin = inverse_inertia.moment * torque;
         }
         layout_.set_sphere(rate, i, derivative);
     }
@@ -109,10 +343,12 @@ class Chain {
     ChainLayout<Dim> layout_;
     BondLawOptions law_;
     Support support_;
-    BondCoefficients<T> bond_;
-    SphereInertia<T> inertia_;
+    bool is_plain_;
+    BondCoefficients<T> bond_;         ///< the first one
+    SphereInertia<T> inertia_;         ///< the first one
     SphereInertia<T> inverse_inertia_; ///< 1/kg and 1/(kg m²)
-    Vec<Dim, T> acceleration_;
+    Vec<Dim, T> gravity_;
+    ChainModel<T> model_;
 };
 
 } // namespace culm::physics

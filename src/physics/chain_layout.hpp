@@ -26,8 +26,9 @@ struct BondGeometry {
 
 /// The flat state: first every sphere (position, velocity, spin), from the clamp to the tip, then
 /// every bond's history (elastic shear force, elastic moment), then every bond's geometry. That is
-/// 10 numbers a link in the plane and 19 in space. Rotation angles of the spheres are not states.
-/// The same layout holds the rates.
+/// 10 numbers a link in the plane and 19 in space. Effects append the moments of the Maxwell
+/// branches, bond by bond, and the rotation of the clamp in the plane of bending. Rotation angles
+/// of the other spheres are not states. The same layout holds the rates.
 ///
 /// Length and direction follow from the positions; as states they let an implicit method take
 /// 2.6 times longer steps: a turning bond's |x2 − x1| is quadratic in the displacements, and times
@@ -41,11 +42,16 @@ class ChainLayout {
     static constexpr int bond_size = 2 * rotation;
     static constexpr int geometry_size = 1 + Dim;
 
-    explicit ChainLayout(int sphere_count) : sphere_count_(sphere_count) {}
+    explicit ChainLayout(int sphere_count, int branch_count = 0, bool base_turns = false)
+        : sphere_count_(sphere_count), branch_count_(branch_count), base_turns_(base_turns) {}
 
     [[nodiscard]] int sphere_count() const { return sphere_count_; }
     [[nodiscard]] int bond_count() const { return sphere_count_ - 1; }
-    [[nodiscard]] std::size_t size() const { return geometry_offset(bond_count()); }
+    [[nodiscard]] int branch_count() const { return branch_count_; }
+    [[nodiscard]] bool base_turns() const { return base_turns_; }
+    [[nodiscard]] std::size_t size() const {
+        return base_rotation_offset() + (base_turns_ ? 1U : 0U);
+    }
 
     [[nodiscard]] std::size_t sphere_offset(int sphere) const {
         return static_cast<std::size_t>(sphere) * sphere_size;
@@ -59,6 +65,14 @@ class ChainLayout {
     [[nodiscard]] std::size_t geometry_offset(int bond) const {
         return bond_offset(bond_count()) + static_cast<std::size_t>(bond) * geometry_size;
     }
+
+    /// Moments of bond `bond`'s Maxwell branches, `rotation` numbers each.
+    [[nodiscard]] std::size_t branch_offset(int bond) const {
+        return geometry_offset(bond_count()) +
+               static_cast<std::size_t>(bond) * static_cast<std::size_t>(branch_count_) * rotation;
+    }
+    /// Where the rotation of a clamp that turns stands, rad.
+    [[nodiscard]] std::size_t base_rotation_offset() const { return branch_offset(bond_count()); }
 
     template <class T>
     [[nodiscard]] SphereState<Dim, T> sphere(const T* state, int i) const {
@@ -115,8 +129,23 @@ class ChainLayout {
         }
     }
 
+    template <class T>
+    [[nodiscard]] Rotational<Dim, T> branch_moment(const T* state, int j, int branch) const {
+        Rotational<Dim, T> moment;
+        std::copy_n(state + branch_offset(j) + static_cast<std::size_t>(branch) * rotation,
+                    rotation, moment.component.begin());
+        return moment;
+    }
+    template <class T>
+    void set_branch_moment(T* state, int j, int branch, const Rotational<Dim, T>& moment) const {
+        std::copy_n(moment.component.begin(), rotation,
+                    state + branch_offset(j) + static_cast<std::size_t>(branch) * rotation);
+    }
+
   private:
     int sphere_count_;
+    int branch_count_;
+    bool base_turns_;
 };
 
 } // namespace culm::physics

@@ -49,12 +49,67 @@ struct ChainEnergy {
     [[nodiscard]] T stored() const { return kinetic + elastic + gravitational; }
 };
 
+/// What nonlinear or split bending stores beside the linear elastic energy, ∫ (M − m) dm/k_b, and
+/// what Maxwell branches store and dissipate: q²/2gk_b, q²/(gk_b τ).
+template <int Dim, class T>
+void add_bond_effects(const Chain<Dim, T>& chain, const T* state, int j,
+                      const BondFrame<Dim, T>& frame, ChainEnergy<T>& energy) {
+    const auto& layout = chain.layout();
+    const BondCoefficients<T>& bond = chain.bond_coefficients(j);
+    if (chain.model().bending) {
+        // The split part is linear in the moment, the cubic one of third order.
+        BendingLaw<T> split = *chain.model().bending;
+        BendingLaw<T> cubic = split;
+        split.cubic = T(0.0);
+        cubic.split = T(0.0);
+        const Rotational<Dim, T> linear = layout.bond(state, j).moment;
+        const T per_curvature = bond.bending_stiffness * bond.length;
+        const T by_split =
+            dot(linear, elastic_moment(split, per_curvature, frame, linear) - linear);
+        const T by_cubic =
+            dot(linear, elastic_moment(cubic, per_curvature, frame, linear) - linear);
+        energy.elastic =
+            energy.elastic + (T(0.5) * by_split + T(0.25) * by_cubic) / bond.bending_stiffness;
+    }
+    for (int k = 0; k < layout.branch_count(); ++k) {
+        const MaxwellBranch<T>& branch = chain.model().branches[static_cast<std::size_t>(k)];
+        const Rotational<Dim, T> moment = layout.branch_moment(state, j, k);
+        // A branch without stiffness carries no moment.
+        const T stored = T(0.5) * dot(moment, moment) /
+                         (branch.relative_stiffness * bond.bending_stiffness + T(1e-300));
+        energy.elastic = energy.elastic + stored;
+        energy.dissipated_power =
+            energy.dissipated_power + T(2.0) * stored / branch.relaxation_time;
+    }
+}
+
+/// Air resistance, and the clamp's spring and friction. Users' laws and forces that depend on time
+/// do work that is not accounted for.
+template <int Dim, class T>
+void add_outer_effects(const Chain<Dim, T>& chain, const T* state, ChainEnergy<T>& energy) {
+    const auto& layout = chain.layout();
+    const ChainModel<T>& model = chain.model();
+    for (std::size_t i = 0; i < model.air.size(); ++i) {
+        const Vec<Dim, T> velocity = layout.sphere(state, static_cast<int>(i)).velocity;
+        NodeLoad<Dim, T> load;
+        add_air_drag(model.air[i], velocity, load);
+        energy.dissipated_power = energy.dissipated_power - dot(load.force, velocity);
+    }
+    if (model.hinge) {
+        const T rotation = state[layout.base_rotation_offset()];
+        const T rate = layout.sphere(state, 0).spin[bending_axis<Dim>];
+        energy.elastic = energy.elastic + T(0.5) * model.hinge->stiffness * rotation * rotation;
+        energy.dissipated_power =
+            energy.dissipated_power - hinge_moment(*model.hinge, T(0.0), rate).moment * rate;
+    }
+}
+
 template <int Dim, class T>
 [[nodiscard]] ChainEnergy<T> chain_energy(const Chain<Dim, T>& chain, const T* state) {
     const auto& layout = chain.layout();
-    const SphereInertia<T>& inertia = chain.sphere_inertia();
     ChainEnergy<T> energy{T(0.0), T(0.0), T(0.0), T(0.0)};
     for (int i = 0; i < layout.sphere_count(); ++i) {
+        const SphereInertia<T>& inertia = chain.sphere_inertia(i);
         const SphereState<Dim, T> sphere = layout.sphere(state, i);
         energy.kinetic =
             energy.kinetic + T(0.5) * (inertia.mass * dot(sphere.velocity, sphere.velocity) +
@@ -66,11 +121,15 @@ template <int Dim, class T>
         const BondMotion<Dim, T> motion =
             chain.motion_between(layout.sphere(state, j), layout.sphere(state, j + 1));
         const BondFrame<Dim, T> frame(motion.separation);
-        const BondCoefficients<T>& bond = chain.bond_coefficients();
+        const BondCoefficients<T>& bond = chain.bond_coefficients(j);
         energy.elastic = energy.elastic + elastic_energy(bond, frame, layout.bond(state, j));
+        if (!chain.is_plain())
+            add_bond_effects(chain, state, j, frame, energy);
         energy.dissipated_power =
             energy.dissipated_power + dissipated_power(bond, chain.law(), frame, motion);
     }
+    if (!chain.is_plain())
+        add_outer_effects(chain, state, energy);
     return energy;
 }
 
@@ -79,7 +138,7 @@ template <int Dim, class T>
 [[nodiscard]] Vec<Dim, T> linear_momentum(const Chain<Dim, T>& chain, const T* state) {
     Vec<Dim, T> sum = Vec<Dim, T>::zero();
     for (int i = 0; i < chain.layout().sphere_count(); ++i)
-        sum += chain.sphere_inertia().mass * chain.layout().sphere(state, i).velocity;
+        sum += chain.sphere_inertia(i).mass * chain.layout().sphere(state, i).velocity;
     return sum;
 }
 
@@ -89,7 +148,7 @@ template <int Dim, class T>
     Rotational<Dim, T> sum = Rotational<Dim, T>::zero();
     for (int i = 0; i < chain.layout().sphere_count(); ++i) {
         const SphereState<Dim, T> sphere = chain.layout().sphere(state, i);
-        const SphereInertia<T>& inertia = chain.sphere_inertia();
+        const SphereInertia<T>& inertia = chain.sphere_inertia(i);
         if constexpr (Dim == 2)
             sum[0] = sum[0] + inertia.mass * cross(sphere.position, sphere.velocity);
         else

@@ -20,6 +20,9 @@ struct StemParameters {
     T bond_youngs_modulus = T(1.0e9);       ///< Y, Pa
     T bond_damping = T(25.0);               ///< β, dimensionless
     T axial_acceleration_of_gravity = T(0); ///< m/s², positive away from the clamp
+    /// Mass and moment of inertia of the last sphere over those of the others: 1 in the published
+    /// chain; 0.5 if the stem ends at its centre.
+    T tip_mass_share = T(1.0);
 
     /// Distance from the clamped centre to the tip's centre, m.
     [[nodiscard]] T free_length() const { return bond_length * T(double(sphere_count - 1)); }

@@ -2,7 +2,9 @@
 // One case: everything that a single free-vibration run needs, as plain data in SI units.
 #pragma once
 
+#include "measure/measurement.hpp"
 #include "physics/bond_law_options.hpp"
+#include "physics/effects/effect.hpp"
 #include "physics/stem.hpp"
 
 #include <cmath>
@@ -23,6 +25,18 @@ struct Integrator {
     double relative_tolerance = 1e-6; ///< implicit only
 };
 
+/// How the stem is let go.
+enum class Release {
+    TipPull,     ///< pulled aside at the tip, in equilibrium
+    HeldStraight ///< held in line with the clamp, at rest; gravity or its own curvature moves it
+};
+
+/// A known mass that sits on the stem.
+struct PointMass {
+    double height; ///< above the clamp, m
+    double mass;   ///< kg
+};
+
 struct CaseSpec {
     std::int64_t point = 0; ///< place in the study's design
     physics::StemParameters<double> stem;
@@ -34,6 +48,11 @@ struct CaseSpec {
     double sample_interval = 5e-5; ///< s; explicit steps must divide it
     StoreLevel store = StoreLevel::Tip;
     std::vector<double> heights; ///< above the clamp, m; for StoreLevel::Heights
+    /// Are the heights those of image rows, or of marks on the stem?
+    measure::Reading reading = measure::Reading::Row;
+    Release release = Release::TipPull;
+    std::vector<PointMass> added_masses;
+    std::vector<physics::ActiveEffect> effects; ///< beyond the published chain
 
     /// Samples in every stored history, the one at t = 0 included.
     [[nodiscard]] std::size_t sample_count() const {

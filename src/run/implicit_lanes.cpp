@@ -3,9 +3,11 @@
 
 #include "integrate/history_sampler.hpp"
 #include "integrate/implicit.hpp"
+#include "run/case_model.hpp"
 #include "run/lane_packing.hpp"
 #include "run/recorder.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -24,6 +26,20 @@ std::optional<CaseFailure> not_a_number(const CaseResult& result, double sample_
     return std::nullopt;
 }
 
+/// Against which errors are weighed, m: what the tip is pulled to, and what its weight would do.
+double largest_deflection(const CaseSpec& spec) {
+    double gravity = 0.0;
+    if (spec.release == Release::HeldStraight)
+        gravity = std::abs(case_model(spec).chain.gravity[1]);
+    const physics::StemParameters<double>& stem = spec.stem;
+    const double length = stem.free_length();
+    const double sag = stem.sphere_mass() / stem.bond_length * gravity * std::pow(length, 4) /
+                       (8.0 * stem.bond_youngs_modulus * stem.second_moment_of_area());
+    // A hundredth of the length, so that there is a scale where nothing is supposed to move.
+    return std::max(std::abs(spec.tip_deflection) + std::min(sag, length),
+                    spec.release == Release::HeldStraight ? 0.01 * length : 0.0);
+}
+
 template <int Dim, class T>
 class ImplicitBatch {
     static constexpr std::size_t lanes = core::lanes_of<T>;
@@ -37,7 +53,7 @@ class ImplicitBatch {
             Recorder& recorder = recorders_.emplace_back(spec);
             samplers_.emplace_back(
                 layout, recorder.first_watched_sphere(), spec.stem.sphere_count - 1,
-                spec.sample_interval, spec.sample_count(),
+                spec.sample_interval, recorder.recorded_samples(),
                 [&recorder](std::size_t index, std::span<const double> positions) {
                     recorder.record(index, positions);
                 });
@@ -47,13 +63,14 @@ class ImplicitBatch {
     [[nodiscard]] std::vector<CaseOutcome> run(const Heartbeat& heartbeat, bool on_common_steps) {
         const auto start = std::chrono::steady_clock::now();
         const physics::StemParameters<T> stems = packed_stems<T>(specs_);
-        const physics::Chain<Dim, T> chain(stems, specs_.front().law);
         const ReleasedState<T> released = released_lanes<Dim, T>(specs_);
+        const physics::Chain<Dim, T> chain(specs_.front().stem.sphere_count, released.model,
+                                           specs_.front().law);
         const T tip_deflection = core::by_lane<T>(
-            [this](std::size_t lane) { return in_lane(specs_, lane).tip_deflection; });
+            [this](std::size_t lane) { return largest_deflection(in_lane(specs_, lane)); });
         std::array<double, lanes> durations{};
         for (std::size_t lane = 0; lane < specs_.size(); ++lane)
-            durations[lane] = released.failures[lane] ? 0.0 : specs_[lane].duration;
+            durations[lane] = released.failures[lane] ? 0.0 : recorders_[lane].recorded_duration();
         integrate::ImplicitOptions options;
         options.relative_tolerance = specs_.front().integrator.relative_tolerance;
         options.follow_first_lane = on_common_steps;
@@ -83,6 +100,7 @@ class ImplicitBatch {
         if (end.failure)
             return CaseFailure{end.failure->kind(), end.failure->what()};
         samplers_[lane].finish();
+        recorders_[lane].finish();
         CaseResult& result = recorders_[lane].result();
         if (auto failure = not_a_number(result, specs_[lane].sample_interval))
             return *failure;
@@ -100,7 +118,7 @@ template <class T>
 std::vector<CaseOutcome> run_batch(std::span<const CaseSpec> specs, const Heartbeat& heartbeat,
                                    bool on_common_steps) {
     try {
-        return specs.front().dimensions == 2
+        return dimensions_of(specs.front()) == 2
                    ? ImplicitBatch<2, T>(specs).run(heartbeat, on_common_steps)
                    : ImplicitBatch<3, T>(specs).run(heartbeat, on_common_steps);
     } catch (const integrate::Interrupted&) {

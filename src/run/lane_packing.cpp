@@ -2,6 +2,7 @@
 #include "run/lane_packing.hpp"
 
 #include "integrate/statics.hpp"
+#include "run/case_model.hpp"
 
 namespace culm::run {
 namespace {
@@ -35,17 +36,28 @@ template <int Dim, class T>
 ReleasedState<T> released_lanes(std::span<const CaseSpec> specs) {
     ReleasedState<T> released;
     released.failures.resize(specs.size());
+    std::vector<CaseModel> models;
     std::vector<std::vector<double>> states;
     for (std::size_t lane = 0; lane < specs.size(); ++lane) {
-        const physics::Chain<Dim, double> chain(specs[lane].stem, specs[lane].law);
+        const CaseSpec& spec = specs[lane];
+        CaseModel& model = models.emplace_back(case_model(spec));
+        const physics::Chain<Dim, double> chain(spec.stem.sphere_count, model.chain, spec.law);
+        if (spec.release == Release::HeldStraight) {
+            states.push_back(chain.held_straight_state());
+            continue;
+        }
         try {
-            states.push_back(
-                integrate::deflected_equilibrium(chain, specs[lane].tip_deflection).state);
+            integrate::StaticState held =
+                integrate::deflected_equilibrium(chain, spec.tip_deflection);
+            states.push_back(std::move(held.state));
+            if (model.chain.release)
+                model.chain.release->holding_force = held.holding_force;
         } catch (const core::NumericalError& error) {
             released.failures[lane] = CaseFailure{error.kind(), error.what()};
             states.push_back(chain.straight_state());
         }
     }
+    released.model = packed_model<T>(models);
     released.state.resize(states.front().size());
     for (std::size_t k = 0; k < released.state.size(); ++k)
         released.state[k] = core::by_lane<T>(

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/lanes.hpp"
+#include "physics/chain_model.hpp"
 #include "physics/stem.hpp"
 #include "run/case_result.hpp"
 #include "run/case_spec.hpp"
@@ -26,6 +27,7 @@ template <class T>
 /// failure, and its lane goes on with the straight chain at rest.
 template <class T>
 struct ReleasedState {
+    physics::ChainModel<T> model; ///< of the chains, with what the release tells of them
     std::vector<T> state;
     std::vector<std::optional<CaseFailure>> failures; ///< one a case
 };

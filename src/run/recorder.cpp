@@ -2,39 +2,77 @@
 #include "run/recorder.hpp"
 
 #include "measure/camera_rows.hpp"
+#include "measure/curve_reading.hpp"
+#include "run/rolling_shutter.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace culm::run {
 
 Recorder::Recorder(const CaseSpec& spec)
-    : spec_(spec),
-      first_watched_(spec.store >= StoreLevel::Heights ? 0 : spec.stem.sphere_count - 1) {
-    const std::size_t samples = spec.sample_count();
-    result_.tip_deflection.resize(samples);
+    : spec_(spec), dimensions_(dimensions_of(spec)),
+      first_watched_(spec.store >= StoreLevel::Heights ? 0 : spec.stem.sphere_count - 1),
+      model_(case_model(spec)),
+      samples_(spec.sample_count() +
+               late_samples(model_.camera.readout_time, spec.sample_interval)) {
+    result_.tip_deflection.resize(samples_);
     if (spec.store >= StoreLevel::Heights)
-        result_.height_deflection.resize(samples * spec.heights.size());
+        result_.height_deflection.resize(samples_ * spec.heights.size());
     if (spec.store == StoreLevel::Full)
-        result_.positions.assign(samples * static_cast<std::size_t>(spec.stem.sphere_count) * 3,
-                                 0.0);
+        result_.positions.assign(
+            spec.sample_count() * static_cast<std::size_t>(spec.stem.sphere_count) * 3, 0.0);
+}
+
+double Recorder::camera_scale(double height) const {
+    return 1.0 + model_.camera.scale_change * height / spec_.stem.free_length();
+}
+
+double Recorder::support_position(double time) const {
+    if (!model_.chain.base_motion)
+        return 0.0;
+    const physics::BaseMotion<double>& base = *model_.chain.base_motion;
+    return base.amplitude * std::sin(base.angular_frequency * time + base.phase);
 }
 
 void Recorder::record(std::size_t index, std::span<const double> positions) {
-    const auto dimensions = static_cast<std::size_t>(spec_.dimensions);
-    result_.tip_deflection[index] = positions[positions.size() - dimensions + 1];
-    if (spec_.store >= StoreLevel::Heights && !spec_.heights.empty()) {
-        const std::vector<double> rows =
-            measure::deflections_in_rows(positions, spec_.dimensions, spec_.heights);
-        std::copy(rows.begin(), rows.end(),
-                  result_.height_deflection.begin() +
-                      static_cast<std::ptrdiff_t>(index * rows.size()));
-    }
-    if (spec_.store == StoreLevel::Full) {
+    const auto dimensions = static_cast<std::size_t>(dimensions_);
+    const double support = support_position(static_cast<double>(index) * spec_.sample_interval);
+    result_.tip_deflection[index] = (positions[positions.size() - dimensions + 1] + support) *
+                                    camera_scale(spec_.stem.free_length());
+    if (spec_.store >= StoreLevel::Heights && !spec_.heights.empty())
+        read_heights(index, positions, support);
+    if (spec_.store == StoreLevel::Full && index < spec_.sample_count()) {
         const auto spheres = static_cast<std::size_t>(spec_.stem.sphere_count);
         double* frame = result_.positions.data() + index * spheres * 3;
         for (std::size_t i = 0; i < spheres; ++i)
             std::copy_n(positions.data() + i * dimensions, dimensions, frame + 3 * i);
     }
+}
+
+void Recorder::read_heights(std::size_t index, std::span<const double> positions, double support) {
+    double* const frame = result_.height_deflection.data() + index * spec_.heights.size();
+    for (std::size_t row = 0; row < spec_.heights.size(); ++row) {
+        const double height = spec_.heights[row];
+        const double deflection =
+            spec_.reading == measure::Reading::Row
+                ? measure::deflection_in_row(positions, dimensions_, height)
+                : measure::read_mark(positions, dimensions_, spec_.stem.bond_length, height)
+                      .deflection;
+        frame[row] = (deflection + support) * camera_scale(height);
+    }
+}
+
+void Recorder::finish() {
+    if (model_.camera.readout_time != 0.0) {
+        const double per_height = model_.camera.readout_time / spec_.stem.free_length();
+        read_late(result_.height_deflection, spec_.heights, per_height, spec_.sample_interval);
+        const double tip[] = {spec_.stem.free_length()};
+        read_late(result_.tip_deflection, tip, per_height, spec_.sample_interval);
+    }
+    result_.tip_deflection.resize(spec_.sample_count());
+    if (spec_.store >= StoreLevel::Heights)
+        result_.height_deflection.resize(spec_.sample_count() * spec_.heights.size());
 }
 
 } // namespace culm::run

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Turns sampled positions into the histories that a case asked for.
+// Turns sampled positions into the histories that a case asked for, as its camera sees them.
 #pragma once
 
+#include "run/case_model.hpp"
 #include "run/case_result.hpp"
 #include "run/case_spec.hpp"
 
 #include <span>
+#include <vector>
 
 namespace culm::run {
 
@@ -17,15 +19,32 @@ class Recorder {
     /// The first sphere whose positions record() needs: the tip when no more is stored than that.
     [[nodiscard]] int first_watched_sphere() const { return first_watched_; }
 
-    /// Stores sample `index`; `positions` holds the watched spheres up to the tip, spec.dimensions
-    /// numbers each.
+    /// Samples that record() needs: a rolling shutter reads rows after the last sample's time.
+    [[nodiscard]] std::size_t recorded_samples() const { return samples_; }
+    [[nodiscard]] double recorded_duration() const {
+        return spec_.duration +
+               static_cast<double>(samples_ - spec_.sample_count()) * spec_.sample_interval;
+    }
+
+    /// Stores sample `index`; `positions` holds the watched spheres up to the tip, as many numbers
+    /// each as the case has dimensions.
     void record(std::size_t index, std::span<const double> positions);
+
+    /// To be called after the last sample.
+    void finish();
 
     [[nodiscard]] CaseResult& result() { return result_; }
 
   private:
+    [[nodiscard]] double camera_scale(double height) const;
+    [[nodiscard]] double support_position(double time) const;
+    void read_heights(std::size_t index, std::span<const double> positions, double support);
+
     const CaseSpec& spec_;
+    int dimensions_;
     int first_watched_;
+    CaseModel model_;
+    std::size_t samples_;
     CaseResult result_;
 };
 

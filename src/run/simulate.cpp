@@ -3,6 +3,7 @@
 
 #include "core/lanes.hpp"
 #include "integrate/linearised.hpp"
+#include "run/case_model.hpp"
 #include "run/explicit_lanes.hpp"
 #include "run/implicit_lanes.hpp"
 
@@ -25,7 +26,8 @@ std::size_t lanes_per_batch() {
 
 bool can_share_lanes(const CaseSpec& a, const CaseSpec& b) {
     if (a.integrator.method != b.integrator.method || !same_law(a.law, b.law) ||
-        a.stem.sphere_count != b.stem.sphere_count || a.dimensions != b.dimensions)
+        a.stem.sphere_count != b.stem.sphere_count || dimensions_of(a) != dimensions_of(b) ||
+        !same_kind_of_model(a, b))
         return false;
     if (a.integrator.method == IntegrationMethod::Implicit)
         return a.integrator.relative_tolerance == b.integrator.relative_tolerance;

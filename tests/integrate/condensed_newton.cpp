@@ -36,48 +36,98 @@ std::vector<double> jacobian_times(const physics::Chain<Dim, double>& chain,
     return ahead;
 }
 
+/// Solves (I − γJ) x = b with b made from a known x and a finite-difference J.
+template <int Dim>
+void expect_solution(const physics::Chain<Dim, double>& chain, double gamma) {
+    const auto state = tests::random_state(chain, 21);
+    const auto wanted = tests::random_state(chain, 22);
+    const auto straight = chain.straight_state();
+    const auto& layout = chain.layout();
+    std::vector<double> x(state.size());
+    for (std::size_t k = 0; k < x.size(); ++k)
+        x[k] = 1e-3 * (wanted[k] - straight[k]);
+    // Branch moments and the clamp's rotation, of the size that the motion gives them.
+    for (std::size_t k = layout.branch_offset(0); k < x.size(); ++k)
+        x[k] = 1e-6 * static_cast<double>(1 + k % 3);
+    // b = (I − γJ) x, so that the solve has to give x back.
+    const auto jx = jacobian_times(chain, state, x, 1e-3);
+    std::vector<double> b(x.size());
+    for (std::size_t k = 0; k < x.size(); ++k)
+        b[k] = x[k] - gamma * jx[k];
+
+    CondensedNewton<Dim> newton(chain);
+    newton.set_state(state.data());
+    ASSERT_TRUE(newton.factorise(gamma));
+    std::vector<double> solved(x.size());
+    newton.solve(b.data(), solved.data());
+    // Judged through the system itself, whose solution may be ill-conditioned: the residual
+    // must vanish against b. The difference quotient is exact to about 1e-8.
+    const auto jsolved = jacobian_times(chain, state, solved, 1e-3);
+    double worst = 0.0;
+    double size = 0.0;
+    const auto compare = [&](std::size_t at) {
+        const double scale = std::abs(b[at]) + std::abs(gamma * jx[at]) + 1e-12;
+        worst = std::max(worst, std::abs(solved[at] - gamma * jsolved[at] - b[at]) / scale);
+        size = std::max(size, std::abs(solved[at] - x[at]) / (std::abs(x[at]) + 1e-9));
+    };
+    for (int i = 0; i < layout.sphere_count(); ++i)
+        for (std::size_t k = 0; k < physics::ChainLayout<Dim>::sphere_size; ++k)
+            compare(layout.sphere_offset(i) + k);
+    for (std::size_t k = layout.branch_offset(0); k < x.size(); ++k)
+        compare(k);
+    EXPECT_LT(worst, 1e-4) << "gamma " << gamma;
+    EXPECT_LT(size, 1e-2) << "gamma " << gamma;
+}
+
+physics::StemParameters<double> short_stem() {
+    physics::StemParameters<double> stem;
+    stem.sphere_count = 7;
+    stem.bond_damping = 30.0;
+    return stem;
+}
+
 TYPED_TEST(CondensedNewtonTest, SolvesTheFullSystem) {
     constexpr int Dim = TypeParam::value;
     for (const auto support : {physics::Support::Clamped, physics::Support::Free})
-        for (const double gamma : {1e-8, 1e-6, 1e-4}) {
-            physics::StemParameters<double> stem;
-            stem.sphere_count = 7;
-            stem.bond_damping = 30.0;
-            const physics::Chain<Dim, double> chain(stem, physics::consistent_law(), support);
-            const auto state = tests::random_state(chain, 21);
-            const auto wanted = tests::random_state(chain, 22);
-            const auto straight = chain.straight_state();
-            std::vector<double> x(state.size());
-            for (std::size_t k = 0; k < x.size(); ++k)
-                x[k] = 1e-3 * (wanted[k] - straight[k]);
-            // b = (I − γJ) x, so that the solve has to give x back.
-            const auto jx = jacobian_times(chain, state, x, 1e-3);
-            std::vector<double> b(x.size());
-            for (std::size_t k = 0; k < x.size(); ++k)
-                b[k] = x[k] - gamma * jx[k];
+        for (const double gamma : {1e-8, 1e-6, 1e-4})
+            expect_solution(
+                physics::Chain<Dim, double>(short_stem(), physics::consistent_law(), support),
+                gamma);
+}
 
-            CondensedNewton<Dim> newton(chain);
-            newton.set_state(state.data());
-            ASSERT_TRUE(newton.factorise(gamma));
-            std::vector<double> solved(x.size());
-            newton.solve(b.data(), solved.data());
-            // Judged through the system itself, whose solution may be ill-conditioned: the residual
-            // must vanish against b. The difference quotient is exact to about 1e-8.
-            const auto jsolved = jacobian_times(chain, state, solved, 1e-3);
-            const auto& layout = chain.layout();
-            double worst = 0.0;
-            double size = 0.0;
-            for (int i = 0; i < layout.sphere_count(); ++i)
-                for (std::size_t k = 0; k < physics::ChainLayout<Dim>::sphere_size; ++k) {
-                    const std::size_t at = layout.sphere_offset(i) + k;
-                    const double scale = std::abs(b[at]) + std::abs(gamma * jx[at]) + 1e-12;
-                    worst =
-                        std::max(worst, std::abs(solved[at] - gamma * jsolved[at] - b[at]) / scale);
-                    size = std::max(size, std::abs(solved[at] - x[at]) / (std::abs(x[at]) + 1e-9));
-                }
-            EXPECT_LT(worst, 1e-4) << "gamma " << gamma;
-            EXPECT_LT(size, 1e-2) << "gamma " << gamma;
-        }
+/// Every part that an effect may add, each of a size that matters.
+physics::ChainModel<double> model_with_everything() {
+    const auto stem = short_stem();
+    auto model = physics::plain_chain(stem, physics::consistent_law());
+    model.bonds.resize(6, model.bonds.front());
+    model.spheres.resize(7, model.spheres.front());
+    for (std::size_t j = 0; j < model.bonds.size(); ++j)
+        model.bonds[j].bending_stiffness *= 1.0 + 0.1 * static_cast<double>(j);
+    model.spheres.back().mass *= 3.0;
+    model.hinge = physics::BaseHinge<double>{0.5, 1e-3, 100.0};
+    model.branches = {{0.3, 1e-4, 1.0}, {0.2, 1e-2, 0.0}};
+    model.air.assign(7, {1e-4, 1e-4});
+    model.bending = physics::BendingLaw<double>{-1e-3, 0.2, 0.5};
+    const auto law = [](physics::UserLawKind kind, double scale) {
+        const auto expression =
+            std::make_shared<physics::UserExpression>([scale](const auto& in, auto parameters) {
+                return -scale * parameters[0] *
+                       (in.velocity * std::abs(in.velocity) + 300.0 * in.deflection +
+                        0.1 * in.curvature + 1e-3 * in.curvature_rate);
+            });
+        return physics::UserLaw<double>{kind, expression, {0.7}};
+    };
+    model.user_laws = {law(physics::UserLawKind::BendingMoment, 1e-2),
+                       law(physics::UserLawKind::BaseMoment, 1e-6)};
+    return model;
+}
+
+TYPED_TEST(CondensedNewtonTest, SolvesTheFullSystemWithEffects) {
+    constexpr int Dim = TypeParam::value;
+    for (const double gamma : {1e-8, 1e-6, 1e-4})
+        expect_solution(
+            physics::Chain<Dim, double>(7, model_with_everything(), physics::consistent_law()),
+            gamma);
 }
 
 TEST(BlockTridiagonal, ReproducesADenseSolve) {

@@ -171,8 +171,7 @@ TYPED_TEST(RightHandSide, BondJacobianEqualsCentralDifferences) {
     const auto history = layout.bond(state.data(), 3);
     const auto geometry = layout.geometry(state.data(), 3);
     integrate::BondJacobian<Dim> jacobian;
-    integrate::BondDifferentiator<Dim>(chain.bond_coefficients(), chain.law())
-        .evaluate({motion, history, geometry}, jacobian);
+    integrate::BondDifferentiator<Dim>(chain).evaluate(state.data(), 3, 0.0, jacobian);
 
     Eigen::Matrix<double, L::inputs, 1> inputs;
     inputs(L::length) = geometry.length;

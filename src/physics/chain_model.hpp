@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a chain is made of beyond equal spheres and bonds: everything that a physical effect may
+// add to the published model.
+#pragma once
+
+#include "core/vec.hpp"
+#include "physics/bending_law.hpp"
+#include "physics/bond_coefficients.hpp"
+#include "physics/user_law.hpp"
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+namespace culm::physics {
+
+/// Resistance of the air to one sphere: −(linear + quadratic |v|) v.
+template <class T>
+struct AirDrag {
+    T linear;    ///< N s/m
+    T quadratic; ///< N s²/m²
+};
+
+/// A clamp that turns: −k θ − M tanh(ω/ω_r) in the plane of bending, with θ and ω of sphere 0.
+/// The hyperbolic tangent regularises dry friction, whose sign is undefined at rest.
+template <class T>
+struct BaseHinge {
+    T stiffness;       ///< k, N m/rad
+    T friction_moment; ///< M, N m
+    T friction_rate;   ///< ω_r, rad/s; friction is full well above it and creep below
+};
+
+/// A spring and a dashpot in series beside every bond's bending spring:
+/// q̇ = g k_b ω − q/τ, with the relative spin ω across the bond.
+template <class T>
+struct MaxwellBranch {
+    T relative_stiffness; ///< g
+    T relaxation_time;    ///< τ, s
+    T held_share;         ///< of g times the bond's moment that is left when the stem is released
+};
+
+/// The support moves sideways: x_b(t) = a sin(2πft + φ). The chain is described in its frame.
+template <class T>
+struct BaseMotion {
+    T amplitude;         ///< a, m
+    T angular_frequency; ///< 2πf, rad/s
+    T phase;             ///< φ, rad
+};
+
+/// The finger lets go gradually: the tip's holding force falls to zero over `duration` along
+/// 1 − 3u² + 2u³.
+template <class T>
+struct GradualRelease {
+    T duration;      ///< s
+    T holding_force; ///< on the tip, sideways, N; known once the stem has been deflected
+};
+
+/// One list with a single entry stands for a chain of equals.
+template <class T>
+struct ChainModel {
+    std::vector<BondCoefficients<T>> bonds; ///< (1) or (bonds)
+    std::vector<SphereInertia<T>> spheres;  ///< (1) or (spheres)
+    core::Vec<3, T> gravity;                ///< acceleration in world axes, m/s²
+
+    std::optional<BaseHinge<T>> hinge;
+    std::vector<MaxwellBranch<T>> branches;
+    std::vector<AirDrag<T>> air; ///< (0) or (spheres)
+    std::optional<BendingLaw<T>> bending;
+    /// Elastic moment of each bond when the chain is straight, about the axis of bending, N m;
+    /// (0) or (bonds). A stem that is curved at rest resists being straightened.
+    std::vector<T> straight_moments;
+    std::optional<BaseMotion<T>> base_motion;
+    std::optional<GradualRelease<T>> release;
+    std::vector<UserLaw<T>> user_laws;
+
+    /// Nothing but equal spheres and bonds under gravity along the stem or none.
+    [[nodiscard]] bool is_plain() const {
+        return bonds.size() == 1 && spheres.size() == 1 && !hinge && branches.empty() &&
+               air.empty() && !bending && straight_moments.empty() && !base_motion && !release &&
+               user_laws.empty();
+    }
+    [[nodiscard]] bool depends_on_time() const {
+        return base_motion || release || !user_laws.empty();
+    }
+    /// Does sphere 0 turn?
+    [[nodiscard]] bool base_turns() const {
+        if (hinge)
+            return true;
+        for (const UserLaw<T>& law : user_laws)
+            if (law.kind == UserLawKind::BaseMoment)
+                return true;
+        return false;
+    }
+};
+
+/// The chain of equal spheres and bonds that `stem` describes.
+template <class T>
+[[nodiscard]] ChainModel<T> plain_chain(const StemParameters<T>& stem, const BondLawOptions& law) {
+    ChainModel<T> model;
+    model.bonds = {make_bond_coefficients(stem, law)};
+    model.spheres = {make_sphere_inertia(stem)};
+    model.gravity = core::Vec<3, T>::zero();
+    model.gravity[0] = stem.axial_acceleration_of_gravity;
+    return model;
+}
+
+} // namespace culm::physics

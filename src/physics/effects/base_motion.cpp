@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The support vibrates.
+#include "physics/effects/effect_card.hpp"
+#include "physics/effects/factories.hpp"
+
+#include <numbers>
+
+namespace culm::physics {
+
+namespace {
+
+void apply(std::span<const double> values, EffectTarget& target) {
+    target.model.base_motion =
+        BaseMotion<double>{values[0], 2.0 * std::numbers::pi * values[1], values[2]};
+}
+
+} // namespace
+
+EffectPointer base_motion() {
+    return make_effect(
+        {.name = "base_motion",
+         .summary = "the support vibrates sideways",
+         .law =
+             "x_b(t) = a sin(2π f t + φ); in its frame every mass m feels the force -m d²x_b/dt²",
+         .source = "Clough & Penzien (1993), Dynamics of Structures, McGraw-Hill (support "
+                   "excitation)",
+         .signature = "a motion with a frequency of its own that does not decay, present at the "
+                      "lowest height too and before the release",
+         .remedy = "keep a fixed mark in view; bolt support and camera to the same table; record "
+                   "the stem at rest",
+         .parameters = {{.name = "amplitude_m",
+                         .unit = "m",
+                         .meaning = "a: amplitude of the support",
+                         .default_value = 1e-4,
+                         .lower = 0.0,
+                         .upper = 0.1,
+                         .scale = 1e-4},
+                        {.name = "frequency_hz",
+                         .unit = "Hz",
+                         .meaning = "f: frequency of the support",
+                         .default_value = 50.0,
+                         .lower = 0.01,
+                         .upper = 1e5,
+                         .scale = 10.0,
+                         .logarithmic = true},
+                        {.name = "phase_rad",
+                         .unit = "rad",
+                         .meaning = "φ: phase at the release",
+                         .default_value = 0.0,
+                         .lower = -2.0 * std::numbers::pi,
+                         .upper = 2.0 * std::numbers::pi,
+                         .scale = 1.0}}},
+        apply);
+}
+
+} // namespace culm::physics

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A bending moment that grows less or more than in proportion to the curvature.
+#include "physics/effects/effect_card.hpp"
+#include "physics/effects/factories.hpp"
+
+#include <algorithm>
+
+namespace culm::physics {
+
+namespace {
+
+void apply(std::span<const double> values, EffectTarget& target) {
+    if (!target.model.bending)
+        target.model.bending.emplace();
+    target.model.bending->cubic = values[0];
+}
+
+/// A stem pulled aside by a tenth of its length L bends at the clamp with 0.3/L.
+void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+    const double square = stem.free_length() * stem.free_length();
+    EffectParameter& gamma = parameters[0];
+    gamma.lower = std::max(gamma.lower, -4.0 * square);
+    gamma.upper = std::min(gamma.upper, 4.0 * square);
+    gamma.default_value = -0.3 * square;
+    gamma.scale = 0.3 * square;
+}
+
+} // namespace
+
+EffectPointer bending_nonlinearity() {
+    return make_effect(
+        {.name = "bending_nonlinearity",
+         .summary = "the bending moment is not proportional to the curvature",
+         .law = "M = E I κ (1 + γ κ²); γ < 0: the section flattens and softens",
+         .source = "Brazier (1927), Proc. R. Soc. A 116:104-114 (flattening); Nayfeh & Mook "
+                   "(1979), Nonlinear Oscillations (backbone curve)",
+         .signature = "the frequency depends on the amplitude as A²: the phase drifts early in the "
+                      "record, with a third harmonic in phase; the decay stays",
+         .remedy = "record a static curve of force against deflection, or release from several "
+                   "amplitudes; check the camera's lens, which can feign it",
+         .parameters = {{.name = "gamma_m2",
+                         .unit = "m²",
+                         .meaning = "γ: negative where the stem softens",
+                         .default_value = -0.01,
+                         .lower = -10.0,
+                         .upper = 10.0,
+                         .scale = 0.01}}},
+        apply, suit);
+}
+
+} // namespace culm::physics

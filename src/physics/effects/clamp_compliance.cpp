@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The clamp yields like a spring.
+#include "physics/effects/clamp.hpp"
+#include "physics/effects/effect_card.hpp"
+#include "physics/effects/factories.hpp"
+
+namespace culm::physics {
+
+namespace {
+
+void apply(std::span<const double> values, EffectTarget& target) {
+    // Without friction its rate plays no part; it only must not be zero.
+    target.model.hinge = BaseHinge<double>{values[0], 0.0, clamp_friction_rate().default_value};
+}
+
+void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+    suit_clamp_stiffness(stem, parameters[0]);
+}
+
+} // namespace
+
+EffectPointer clamp_compliance() {
+    return make_effect(
+        {.name = "clamp_compliance",
+         .summary = "the clamp yields: a rotational spring at the base",
+         .law = "M = -k θ on the stem's first cross-section, with its rotation θ",
+         .source = "Chun (1972), J. Appl. Mech. 39:1154-1155 (beam with one end spring-hinged and "
+                   "the other free)",
+         .signature =
+             "a slope at the clamp: the residual is linear in height near the root; all "
+             "frequencies fall by nearly the same share 2 E I/(k L), which a lower modulus "
+             "does too",
+         .remedy = "film a mark right above the clamp; pull statically and read two heights; clamp "
+                   "again. In a model that feeds a bulk simulation keep k out of the modulus",
+         .parameters = {clamp_stiffness()}},
+        apply, suit);
+}
+
+} // namespace culm::physics

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Dry friction in a clamp that yields.
+#include "physics/effects/clamp.hpp"
+#include "physics/effects/effect_card.hpp"
+#include "physics/effects/factories.hpp"
+#include "physics/effects/stem_scales.hpp"
+
+#include <algorithm>
+
+namespace culm::physics {
+
+namespace {
+
+void apply(std::span<const double> values, EffectTarget& target) {
+    target.model.hinge = BaseHinge<double>{values[1], values[0], values[2]};
+}
+
+void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+    // A hundredth of the root's moment when the tip is pulled aside by a tenth of the length.
+    const double scale = 0.003 * stiffness_scale(stem);
+    EffectParameter& moment = parameters[0];
+    moment.default_value = scale;
+    moment.scale = scale;
+    moment.upper = std::min(moment.upper, 1000.0 * scale);
+    suit_clamp_stiffness(stem, parameters[1]);
+}
+
+} // namespace
+
+EffectPointer clamp_friction() {
+    return make_effect(
+        {.name = "clamp_friction",
+         .summary = "dry friction in a yielding clamp",
+         .law = "M = -k θ - M_f tanh(ω/ω_r), with the rotation θ and its rate ω at the clamp; the "
+                "hyperbolic tangent stands for the sign of ω, which is undefined at rest",
+         .source = "Den Hartog (1931), Trans. ASME 53:107-115 (Coulomb and viscous friction)",
+         .signature = "the amplitude falls by the same amount in each cycle, so the decay rate "
+                      "grows toward the end; the stem may stop off its centre, elsewhere in each "
+                      "release; the residual is linear in height from the root",
+         .remedy =
+             "tighten or change the clamp and release again; releases of small amplitude show "
+             "it best. The spring of clamp_compliance is part of it",
+         .parameters = {{.name = "moment_nm",
+                         .unit = "N m",
+                         .meaning = "M_f: friction moment of the turning clamp",
+                         .default_value = 1e-4,
+                         .lower = 0.0,
+                         .upper = 1e3,
+                         .scale = 1e-4},
+                        clamp_stiffness(),
+                        clamp_friction_rate()},
+         .excludes = {"clamp_compliance"}},
+        apply, suit);
+}
+
+} // namespace culm::physics

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A named piece of physics that can be added to the published chain.
+#pragma once
+
+#include "physics/camera_view.hpp"
+#include "physics/chain_model.hpp"
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::physics {
+
+/// A number of an effect, in SI units.
+struct EffectParameter {
+    std::string name; ///< with its unit at the end where it has one, as in stiffness_nm_rad
+    std::string unit; ///< for people; empty for a pure number
+    std::string meaning;
+    double default_value = 0.0;
+    double lower = 0.0; ///< physically possible range
+    double upper = 0.0;
+    double scale = 0.0;       ///< a typical size, for differences and step lengths
+    bool logarithmic = false; ///< fitted as its logarithm: spans decades and is positive
+    bool calibrated = true;   ///< fitted unless the user fixes it; false: known, like gravity
+};
+
+/// The stem as an effect finds it and changes it.
+struct EffectTarget {
+    const StemParameters<double>& stem;
+    const BondLawOptions& law;
+    ChainModel<double>& model;
+    CameraView& camera;
+};
+
+/// One effect of the library or of a user. Immutable.
+class Effect {
+  public:
+    virtual ~Effect() = default;
+    Effect() = default;
+    Effect(const Effect&) = delete;
+    Effect& operator=(const Effect&) = delete;
+
+    [[nodiscard]] virtual std::string name() const = 0;
+    [[nodiscard]] virtual std::string summary() const = 0; ///< what it is, one line
+    [[nodiscard]] virtual std::string law() const = 0;     ///< its equation, as text
+    [[nodiscard]] virtual std::string source() const = 0;  ///< a citation
+    /// What one would see in a recording, and what to do about it in the laboratory or the study.
+    [[nodiscard]] virtual std::string signature() const = 0;
+    [[nodiscard]] virtual std::string remedy() const = 0;
+    [[nodiscard]] virtual std::vector<EffectParameter> parameters() const = 0;
+    /// The same with defaults, bounds and scales that suit one stem: where to start a fit, and how
+    /// far to let it go. The bounds lie within those of parameters(), which hold for every stem.
+    [[nodiscard]] virtual std::vector<EffectParameter>
+    parameters_for(const StemParameters<double>& /*stem*/) const {
+        return parameters();
+    }
+    /// Effects that say the same with other words and cannot be combined with this one.
+    [[nodiscard]] virtual std::vector<std::string> excludes() const { return {}; }
+    /// 3: it leaves the plane of the pull.
+    [[nodiscard]] virtual int dimensions() const { return 2; }
+    /// Adds the effect; `values` in the order of parameters().
+    virtual void apply(std::span<const double> values, EffectTarget& target) const = 0;
+};
+
+using EffectPointer = std::shared_ptr<const Effect>;
+
+/// An effect with the values of its parameters, in their order.
+struct ActiveEffect {
+    EffectPointer effect;
+    std::vector<double> values;
+};
+
+} // namespace culm::physics

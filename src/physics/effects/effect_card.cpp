@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "physics/effects/effect_card.hpp"
+
+#include <utility>
+
+namespace culm::physics {
+
+namespace {
+
+class CardEffect final : public Effect {
+  public:
+    CardEffect(EffectCard card, ApplyEffect how, SuitParameters suit)
+        : card_(std::move(card)), apply_(how), suit_(suit) {}
+
+    [[nodiscard]] std::string name() const override { return card_.name; }
+    [[nodiscard]] std::string summary() const override { return card_.summary; }
+    [[nodiscard]] std::string law() const override { return card_.law; }
+    [[nodiscard]] std::string source() const override { return card_.source; }
+    [[nodiscard]] std::string signature() const override { return card_.signature; }
+    [[nodiscard]] std::string remedy() const override { return card_.remedy; }
+    [[nodiscard]] std::vector<EffectParameter> parameters() const override {
+        return card_.parameters;
+    }
+    [[nodiscard]] std::vector<EffectParameter>
+    parameters_for(const StemParameters<double>& stem) const override {
+        std::vector<EffectParameter> parameters = card_.parameters;
+        if (suit_ != nullptr)
+            suit_(stem, parameters);
+        return parameters;
+    }
+    [[nodiscard]] std::vector<std::string> excludes() const override { return card_.excludes; }
+    [[nodiscard]] int dimensions() const override { return card_.dimensions; }
+    void apply(std::span<const double> values, EffectTarget& target) const override {
+        apply_(values, target);
+    }
+
+  private:
+    EffectCard card_;
+    ApplyEffect apply_;
+    SuitParameters suit_;
+};
+
+} // namespace
+
+EffectPointer make_effect(EffectCard card, ApplyEffect apply, SuitParameters suit) {
+    return std::make_shared<CardEffect>(std::move(card), apply, suit);
+}
+
+} // namespace culm::physics

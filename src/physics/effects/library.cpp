@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "physics/effects/library.hpp"
+
+#include "core/error.hpp"
+#include "core/nearest_name.hpp"
+#include "physics/effects/factories.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace culm::physics {
+
+namespace {
+
+/// Place in the library; behind its end for a user's effect.
+std::size_t rank(std::span<const std::string> names, const Effect& effect) {
+    return static_cast<std::size_t>(std::ranges::find(names, effect.name()) - names.begin());
+}
+
+std::vector<EffectPointer> make_library() {
+    return {taper(),
+            stiffness_gradient(),
+            local_defect(),
+            precurvature(),
+            out_of_plane(),
+            bending_nonlinearity(),
+            hysteretic_damping(),
+            relaxation(),
+            clamp_compliance(),
+            clamp_friction(),
+            base_motion(),
+            gravity(),
+            tip_mass(),
+            quadratic_drag(),
+            viscous_drag(),
+            finite_release(),
+            rolling_shutter(),
+            camera_tilt()};
+}
+
+} // namespace
+
+std::vector<EffectPointer> all_effects() {
+    static const std::vector<EffectPointer> library = make_library();
+    return library;
+}
+
+std::vector<std::string> effect_names() {
+    std::vector<std::string> names;
+    for (const EffectPointer& effect : all_effects())
+        names.push_back(effect->name());
+    return names;
+}
+
+EffectPointer effect_named(std::string_view name) {
+    for (const EffectPointer& effect : all_effects())
+        if (effect->name() == name)
+            return effect;
+    const std::string nearest = core::nearest_name(name, effect_names());
+    throw core::InputError(
+        fmt::format("there is no effect \"{}\"{}; `culm effects` lists those there are", name,
+                    nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest)));
+}
+
+void check_combination(std::span<const EffectPointer> effects) {
+    std::vector<std::string> names;
+    for (const EffectPointer& effect : effects) {
+        if (std::ranges::find(names, effect->name()) != names.end())
+            throw core::InputError(
+                fmt::format("effect {} is named twice; once is enough", effect->name()));
+        names.push_back(effect->name());
+    }
+    for (const EffectPointer& effect : effects)
+        for (const std::string& other : effect->excludes())
+            if (std::ranges::find(names, other) != names.end())
+                throw core::InputError(fmt::format(
+                    "effects {0} and {1} cannot be combined: {0} contains {1}; leave {1} out",
+                    effect->name(), other));
+}
+
+int dimensions_needed(std::span<const EffectPointer> effects) {
+    int dimensions = 2;
+    for (const EffectPointer& effect : effects)
+        dimensions = std::max(dimensions, effect->dimensions());
+    return dimensions;
+}
+
+void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target) {
+    std::vector<EffectPointer> pointers;
+    for (const ActiveEffect& active : effects)
+        pointers.push_back(active.effect);
+    check_combination(pointers);
+    const std::vector<std::string> names = effect_names();
+    std::vector<const ActiveEffect*> ordered;
+    for (const ActiveEffect& active : effects)
+        ordered.push_back(&active);
+    std::ranges::stable_sort(
+        ordered, {}, [&](const ActiveEffect* active) { return rank(names, *active->effect); });
+    for (const ActiveEffect* active : ordered) {
+        if (active->values.size() != active->effect->parameters().size())
+            throw std::logic_error("an effect needs a value for each of its parameters");
+        active->effect->apply(active->values, target);
+    }
+}
+
+std::string value_fault(const Effect& effect, const EffectParameter& parameter, double value) {
+    if (value >= parameter.lower && value <= parameter.upper)
+        return "";
+    return fmt::format("{}.{} = {}: must be a number from {} to {}{}{}", effect.name(),
+                       parameter.name, value, parameter.lower, parameter.upper,
+                       parameter.unit.empty() ? "" : " ", parameter.unit);
+}
+
+void check_values(const ActiveEffect& active) {
+    const std::vector<EffectParameter> parameters = active.effect->parameters();
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+        if (const std::string fault =
+                value_fault(*active.effect, parameters[k], active.values.at(k));
+            !fault.empty())
+            throw core::InputError(fault);
+}
+
+} // namespace culm::physics

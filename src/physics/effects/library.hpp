@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// All effects that culm knows by name, and how several of them become one model.
+#pragma once
+
+#include "physics/effects/effect.hpp"
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace culm::physics {
+
+/// The library, in the order in which effects are applied: the stem, the clamp, what acts from
+/// outside, the release, the camera. Every call gives the same objects: equal effects have equal
+/// pointers.
+[[nodiscard]] std::vector<EffectPointer> all_effects();
+
+[[nodiscard]] std::vector<std::string> effect_names();
+
+/// The effect of that name. Throws core::InputError with the nearest name.
+[[nodiscard]] EffectPointer effect_named(std::string_view name);
+
+/// Throws core::InputError if an effect stands twice or one excludes another, and says why.
+void check_combination(std::span<const EffectPointer> effects);
+
+/// The number of dimensions that these effects need together: 2, or 3 if one leaves the plane.
+[[nodiscard]] int dimensions_needed(std::span<const EffectPointer> effects);
+
+/// Adds the effects to the target, in the order of the library whatever theirs is (users' effects
+/// last), so that the model does not depend on the order in which they are named. Values may lie
+/// outside their bounds, as the steps of a numerical derivative do; check_values() is for users'
+/// input. Throws core::InputError as check_combination() and the effects do.
+void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target);
+
+/// Throws core::InputError if a value is not a number within the bounds of its parameter.
+void check_values(const ActiveEffect& active);
+
+/// Text for "effect.parameter = value: must be …", or an empty one if the value is allowed.
+[[nodiscard]] std::string value_fault(const Effect& effect, const EffectParameter& parameter,
+                                      double value);
+
+} // namespace culm::physics

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A slightly elliptic section: two planes of bending with different frequencies.
+#include "physics/effects/effect_card.hpp"
+#include "physics/effects/factories.hpp"
+
+#include <numbers>
+
+namespace culm::physics {
+
+namespace {
+
+void apply(std::span<const double> values, EffectTarget& target) {
+    if (!target.model.bending)
+        target.model.bending.emplace();
+    target.model.bending->split = values[0];
+    target.model.bending->angle = values[1] * std::numbers::pi / 180.0;
+}
+
+} // namespace
+
+EffectPointer out_of_plane() {
+    return make_effect(
+        {.name = "out_of_plane",
+         .summary = "a slightly elliptic section: the swing wanders between two planes and beats",
+         .law = "E I (1 ± ε/2) about the two principal axes, the first of which lies at the angle "
+                "α from the plane of the pull. Seen from one side: "
+                "cos²α cos ω1 t + sin²α cos ω2 t, ω1,2 = ω √(1 ± ε/2)",
+         .source = "bending about the principal axes of the section: Timoshenko, Young & Weaver "
+                   "(1974), Vibration Problems in Engineering",
+         .signature = "the envelope is modulated, with the period 2/(ε f) for a small split ε; "
+                      "early in the record it looks like air drag, late like dry friction",
+         .remedy = "film with a second camera at a right angle, or turn the stem by 45 degrees "
+                   "about its axis; pull along a principal axis and the beating is gone",
+         .parameters = {{.name = "stiffness_split",
+                         .unit = "",
+                         .meaning = "ε: difference of the two stiffnesses over their mean",
+                         .default_value = 0.02,
+                         .lower = 0.0,
+                         .upper = 1.0,
+                         .scale = 0.02},
+                        {.name = "angle_deg",
+                         .unit = "degrees",
+                         .meaning = "α: from the plane of the pull to the stiffer principal plane",
+                         .default_value = 45.0,
+                         .lower = 0.0,
+                         .upper = 90.0,
+                         .scale = 20.0}},
+         .dimensions = 3},
+        apply);
+}
+
+} // namespace culm::physics

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Gives every sphere and bond of a chain numbers of its own and changes them along the stem.
+#pragma once
+
+#include "physics/chain_model.hpp"
+#include "physics/effects/effect.hpp"
+
+#include <functional>
+
+namespace culm::physics {
+
+/// Expands lists with a single entry that stands for a chain of equals. `sphere_count` is that of
+/// the chain.
+void expand_links(ChainModel<double>& model, int sphere_count);
+
+/// Properties of the stem at `position` (m from the clamp), derived from those of the whole stem.
+using LocalStem =
+    std::function<StemParameters<double>(StemParameters<double> stem, double position)>;
+
+/// Multiplies stiffness and damping of every bond, and mass and inertia of every sphere, by what
+/// the bond law makes of the local stem over what it makes of the stem as a whole. Bonds see their
+/// middle, spheres their centre. Several such changes may follow each other in any order. The
+/// lengths and lever arms of the bonds stay.
+void change_along_stem(EffectTarget& target, const LocalStem& local);
+
+/// Length of the stem that belongs to sphere `sphere`: l, and half of it at the two ends, m.
+[[nodiscard]] double tributary_length(const StemParameters<double>& stem, int sphere);
+
+/// The air's resistance to every sphere, zero where there is none yet.
+[[nodiscard]] std::vector<AirDrag<double>>& air_of_every_sphere(EffectTarget& target);
+
+/// Adds a point mass (kg) at `position` (m from the clamp), shared by the two nearest spheres so
+/// that its centre is right; beyond the tip it is the tip's. The bonds' damping stays that of the
+/// stem. Throws core::InputError for a position below the clamp.
+void add_mass(EffectTarget& target, double position, double mass);
+
+} // namespace culm::physics

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Drag of the air that grows with the square of the speed.
+#include "physics/effects/effect_card.hpp"
+#include "physics/effects/factories.hpp"
+#include "physics/effects/per_link.hpp"
+
+namespace culm::physics {
+
+namespace {
+
+constexpr double air_density = 1.2; // kg/m³, 20 °C at sea level
+
+void apply(std::span<const double> values, EffectTarget& target) {
+    const double per_length = 0.5 * air_density * values[0] * target.stem.bond_outer_diameter;
+    std::vector<AirDrag<double>>& air = air_of_every_sphere(target);
+    for (int i = 0; i < target.stem.sphere_count; ++i)
+        air[static_cast<std::size_t>(i)].quadratic += per_length * tributary_length(target.stem, i);
+}
+
+} // namespace
+
+EffectPointer quadratic_drag() {
+    return make_effect(
+        {.name = "quadratic_drag",
+         .summary = "air drag that grows with the square of the speed",
+         .law = "force per length -½ ρ C_d d |v| v, with the whole velocity v of the stem, ρ = 1.2 "
+                "kg/m³ and the outer diameter d at mid-length",
+         .source = "Morison et al. (1950), Petrol. Trans. AIME 189:149-154; C_d of cylinders: "
+                   "Hoerner (1965), Fluid-Dynamic Drag; decay: Nayfeh & Mook (1979)",
+         .signature = "the decay is faster at large amplitude, 1/A grows linearly in time; the "
+                      "residual has the shape of mode 1, a quarter cycle off, and changes sign "
+                      "between early and late",
+         .remedy = "release from amplitudes 10:1 apart, in vacuum, or with a paper fin at the tip; "
+                   "take the drag out of β before it goes into a bulk simulation",
+         .parameters = {{.name = "drag_coefficient",
+                         .unit = "",
+                         .meaning =
+                             "C_d: about 1.2 for a smooth cylinder in steady flow, more in a "
+                             "swing of few diameters",
+                         .default_value = 1.2,
+                         .lower = 0.0,
+                         .upper = 100.0,
+                         .scale = 1.0}}},
+        apply);
+}
+
+} // namespace culm::physics

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The stem's material relaxes: it creeps while it is held, and drifts back after the release.
+#include "physics/effects/effect_card.hpp"
+#include "physics/effects/factories.hpp"
+
+#include <cmath>
+
+namespace culm::physics {
+
+namespace {
+
+void apply(std::span<const double> values, EffectTarget& target) {
+    const double fraction = values[0];
+    const double time = values[1];
+    const double hold_time = values[2];
+    target.model.branches.push_back({.relative_stiffness = fraction,
+                                     .relaxation_time = time,
+                                     .held_share = std::exp(-hold_time / time)});
+}
+
+} // namespace
+
+EffectPointer relaxation() {
+    return make_effect(
+        {.name = "relaxation",
+         .summary = "the material relaxes: creep while held, slow drift after the release",
+         .law =
+             "M = E I κ + q, dq/dt = g E I dκ/dt - q/τ (standard linear solid). Y is the relaxed "
+             "modulus; fast motion sees Y (1 + g). Held for t_h, q = g E I κ exp(-t_h/τ) is left",
+         .source = "Zener (1948), Elasticity and Anelasticity of Metals, Univ. of Chicago Press",
+         .signature =
+             "long τ: after the release the mean position creeps back from the side of the "
+             "hold, as exp(-t/τ), with the static shape; short τ: only more decay and a "
+             "higher frequency, nothing that stands out",
+         .remedy = "vary the time for which the stem is held, and release it from the other side; "
+                   "long τ needs a long record. hold_time_s is known: set it",
+         .parameters = {{.name = "fraction",
+                         .unit = "",
+                         .meaning = "g: modulus that relaxes over the relaxed one",
+                         .default_value = 0.03,
+                         .lower = 0.0,
+                         .upper = 2.0,
+                         .scale = 0.02},
+                        {.name = "time_s",
+                         .unit = "s",
+                         .meaning = "τ: relaxation time",
+                         .default_value = 0.1,
+                         .lower = 1e-5,
+                         .upper = 1e4,
+                         .scale = 0.1,
+                         .logarithmic = true},
+                        {.name = "hold_time_s",
+                         .unit = "s",
+                         .meaning = "t_h: for how long the stem was held before the release",
+                         .default_value = 10.0,
+                         .lower = 0.0,
+                         .upper = 1e7,
+                         .scale = 10.0,
+                         .calibrated = false}}},
+        apply);
+}
+
+} // namespace culm::physics

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Drag of the air in proportion to the speed.
+#include "physics/effects/effect_card.hpp"
+#include "physics/effects/factories.hpp"
+#include "physics/effects/per_link.hpp"
+#include "physics/effects/stem_scales.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+namespace culm::physics {
+
+namespace {
+
+void apply(std::span<const double> values, EffectTarget& target) {
+    std::vector<AirDrag<double>>& air = air_of_every_sphere(target);
+    for (int i = 0; i < target.stem.sphere_count; ++i)
+        air[static_cast<std::size_t>(i)].linear += values[0] * tributary_length(target.stem, i);
+}
+
+/// Damping ratio ζ of mode 1 is c/(2 m' ω1): 0.2 % is that of a straw in air.
+void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+    const double critical = 4.0 * std::numbers::pi * mass_per_length(stem) * first_frequency(stem);
+    EffectParameter& coefficient = parameters[0];
+    coefficient.default_value = 0.002 * critical;
+    coefficient.scale = 0.002 * critical;
+    coefficient.upper = std::min(coefficient.upper, critical);
+}
+
+} // namespace
+
+EffectPointer viscous_drag() {
+    return make_effect(
+        {.name = "viscous_drag",
+         .summary = "air drag in proportion to the speed",
+         .law = "force per length -c v, with the whole velocity v of the stem",
+         .source = "Stokes (1851), Trans. Camb. Phil. Soc. 9:8-106 (cylinders that swing in a "
+                   "fluid)",
+         .signature = "a damping ratio that falls with frequency as 1/f, at every amplitude alike; "
+                      "with one mode in sight nothing tells it from the bonds' damping",
+         .remedy = "repeat in vacuum, or with at least three frequencies (mass at the tip, shorter "
+                   "length)",
+         .parameters = {{.name = "coefficient_n_s_m2",
+                         .unit = "N s/m²",
+                         .meaning = "c: force per length over speed",
+                         .default_value = 1e-3,
+                         .lower = 0.0,
+                         .upper = 1e3,
+                         .scale = 1e-3}}},
+        apply, suit);
+}
+
+} // namespace culm::physics

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Puts effects on a stem and looks at the model that they make.
+#pragma once
+
+#include "physics/effects/library.hpp"
+
+#include <string>
+#include <vector>
+
+namespace culm::physics {
+
+/// One effect of the library with values for its parameters.
+inline ActiveEffect active(const std::string& name, std::vector<double> values) {
+    return {effect_named(name), std::move(values)};
+}
+
+/// What a stem becomes under effects.
+struct EffectBench {
+    StemParameters<double> stem;
+    BondLawOptions law = consistent_law();
+    ChainModel<double> model;
+    CameraView camera;
+
+    explicit EffectBench(const std::vector<ActiveEffect>& effects, int sphere_count = 56) {
+        const double length = stem.free_length();
+        stem.sphere_count = sphere_count;
+        stem.bond_length = length / static_cast<double>(sphere_count - 1);
+        model = plain_chain(stem, law);
+        EffectTarget target{stem, law, model, camera};
+        apply_effects(effects, target);
+    }
+
+    [[nodiscard]] BondCoefficients<double> plain_bond() const {
+        return make_bond_coefficients(stem, law);
+    }
+    /// Middle of a bond over the stem's length.
+    [[nodiscard]] double place_of_bond(std::size_t j) const {
+        return (static_cast<double>(j) + 0.5) / static_cast<double>(stem.sphere_count - 1);
+    }
+    [[nodiscard]] double mass() const {
+        double sum = 0.0;
+        for (const SphereInertia<double>& sphere : model.spheres)
+            sum += sphere.mass;
+        return sum;
+    }
+};
+
+} // namespace culm::physics

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What clamp, air, weight, release and camera make of the chain's numbers.
+#include "core/error.hpp"
+#include "effect_bench.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace culm::physics {
+namespace {
+
+// Both sides evaluate the same few products and sums; they may differ by some roundings.
+constexpr double rounding = 1e-13;
+
+void expect_relative(double value, double expected) {
+    EXPECT_NEAR(value, expected, rounding * std::abs(expected));
+}
+
+TEST(QuadraticDrag, IsHalfDensityTimesCoefficientDiameterAndLength) {
+    const EffectBench bench({active("quadratic_drag", {1.3})});
+    ASSERT_EQ(bench.model.air.size(), 56U);
+    double sum = 0.0;
+    for (const AirDrag<double>& drag : bench.model.air) {
+        sum += drag.quadratic;
+        EXPECT_EQ(drag.linear, 0.0);
+    }
+    expect_relative(sum, 0.5 * 1.2 * 1.3 * 2.83e-3 * (55.0 * 2.83e-3));
+    expect_relative(bench.model.air.front().quadratic, 0.5 * bench.model.air[1].quadratic);
+    expect_relative(bench.model.air.back().quadratic, 0.5 * bench.model.air[1].quadratic);
+}
+
+TEST(ViscousDrag, IsTheCoefficientTimesTheLengthBesideQuadraticDrag) {
+    const EffectBench bench({active("viscous_drag", {2e-3}), active("quadratic_drag", {1.3})}, 21);
+    double sum = 0.0;
+    for (const AirDrag<double>& drag : bench.model.air) {
+        sum += drag.linear;
+        EXPECT_GT(drag.quadratic, 0.0);
+    }
+    expect_relative(sum, 2e-3 * bench.stem.free_length());
+}
+
+TEST(Gravity, ActsAlongAndAcross) {
+    const EffectBench bench({active("gravity", {-9.0, 3.0})});
+    EXPECT_EQ(bench.model.gravity[0], -9.0);
+    EXPECT_EQ(bench.model.gravity[1], 3.0);
+    EXPECT_EQ(bench.model.gravity[2], 0.0);
+}
+
+TEST(Gravity, IsNotGivenTwice) {
+    EffectBench bench({});
+    bench.stem.axial_acceleration_of_gravity = -9.81;
+    EffectTarget target{bench.stem, bench.law, bench.model, bench.camera};
+    EXPECT_THROW(apply_effects(std::vector{active("gravity", {-9.81, 0.0})}, target),
+                 core::InputError);
+}
+
+TEST(TipMass, IsTheLastSpheresAndLeavesTheDamping) {
+    const EffectBench bench({active("tip_mass", {5e-6})});
+    expect_relative(bench.model.spheres.back().mass, bench.stem.sphere_mass() + 5e-6);
+    expect_relative(bench.mass(), 56.0 * bench.stem.sphere_mass() + 5e-6);
+    EXPECT_EQ(bench.model.bonds.back().shear_damping, bench.plain_bond().shear_damping);
+    EXPECT_EQ(bench.model.spheres.back().moment, bench.stem.sphere_inertia());
+}
+
+TEST(Clamp, YieldsWithAndWithoutFriction) {
+    const EffectBench compliant({active("clamp_compliance", {0.7})});
+    ASSERT_TRUE(compliant.model.hinge);
+    EXPECT_EQ(compliant.model.hinge->stiffness, 0.7);
+    EXPECT_EQ(compliant.model.hinge->friction_moment, 0.0);
+    EXPECT_GT(compliant.model.hinge->friction_rate, 0.0); // it divides
+    const EffectBench rubbing({active("clamp_friction", {3e-4, 0.8, 0.05})});
+    ASSERT_TRUE(rubbing.model.hinge);
+    EXPECT_EQ(rubbing.model.hinge->stiffness, 0.8);
+    EXPECT_EQ(rubbing.model.hinge->friction_moment, 3e-4);
+    EXPECT_EQ(rubbing.model.hinge->friction_rate, 0.05);
+}
+
+TEST(BaseMotion, HasAnAngularFrequency) {
+    const EffectBench bench({active("base_motion", {1e-4, 50.0, 0.3})});
+    ASSERT_TRUE(bench.model.base_motion);
+    EXPECT_EQ(bench.model.base_motion->amplitude, 1e-4);
+    expect_relative(bench.model.base_motion->angular_frequency, 100.0 * std::numbers::pi);
+    EXPECT_EQ(bench.model.base_motion->phase, 0.3);
+}
+
+TEST(FiniteRelease, LastsAsLongAsItSays) {
+    const EffectBench bench({active("finite_release", {3e-3})});
+    ASSERT_TRUE(bench.model.release);
+    EXPECT_EQ(bench.model.release->duration, 3e-3);
+}
+
+TEST(Camera, LeavesTheStemAlone) {
+    const EffectBench bench({active("rolling_shutter", {2e-4}), active("camera_tilt", {-0.03})});
+    EXPECT_EQ(bench.camera, (CameraView{2e-4, -0.03}));
+    EXPECT_TRUE(bench.model.is_plain());
+}
+
+} // namespace
+} // namespace culm::physics
