@@ -19,7 +19,7 @@ namespace culm::integrate {
 struct ImplicitOptions {
     /// Error of the positions allowed per step: the root mean square over the chain, relative to
     /// the displacement's scale.
-    double relative_tolerance = 1e-6;
+    double relative_tolerance = 2e-6;
     /// Weight of the errors of velocities, spins and bond histories, relative to their scales,
     /// beside those of the positions. High modes that the camera never sees dominate them; with
     /// weight a run takes several times more steps for the same deflections. Set 1 to account for

@@ -153,6 +153,40 @@ void add_bond(const typename BondMatrices<Dim>::Pair& pair, int position, Eigen:
         matrix.block(start, start, 2 * block, 2 * block) += pair;
 }
 
+/// Resistance of the air, users' forces, and the clamp's moment.
+template <int Dim>
+void add_outer_forces(const physics::Chain<Dim, double>& chain, const std::vector<double>& state,
+                      int first, LinearisedChain& result) {
+    constexpr int block = BondMatrices<Dim>::block;
+    const auto& layout = chain.layout();
+    for (int i = first; i < layout.sphere_count(); ++i) {
+        const Eigen::Index place = static_cast<Eigen::Index>(block) * (i - first);
+        const auto load = chain.node_load(i, layout.sphere(state.data(), i), {}, 0.0, true);
+        for (int column = 0; column < Dim; ++column)
+            for (int row = 0; row < Dim; ++row)
+                result.damping(place + row, place + column) -=
+                    load.by_velocity[static_cast<std::size_t>(column)][row];
+        result.stiffness(place + 1, place + 1) -= load.by_deflection;
+    }
+    if (!chain.base_turns())
+        return;
+    constexpr int axis = physics::bending_axis<Dim>;
+    const auto clamp = chain.clamp_moment(state[layout.base_rotation_offset()],
+                                          layout.sphere(state.data(), 0).spin[axis], 0.0, true);
+    result.damping(Dim + axis, Dim + axis) -= clamp.by_rate;
+    result.stiffness(Dim + axis, Dim + axis) -= clamp.by_rotation;
+}
+
+/// Strikes out what a clamp that turns in the plane of bending still holds.
+template <int Dim>
+LinearisedChain with_turning_base(const LinearisedChain& full) {
+    constexpr int block = BondMatrices<Dim>::block;
+    std::vector<int> keep{Dim + physics::bending_axis<Dim>};
+    for (int k = block; k < static_cast<int>(full.mass.size()); ++k)
+        keep.push_back(k);
+    return {full.mass(keep), full.damping(keep, keep), full.stiffness(keep, keep)};
+}
+
 } // namespace
 
 template <int Dim>
@@ -160,7 +194,8 @@ LinearisedChain linearise(const physics::Chain<Dim, double>& chain,
                           const std::vector<double>& state) {
     constexpr int block = BondMatrices<Dim>::block;
     const auto& layout = chain.layout();
-    const int first = chain.first_moving_sphere();
+    // Sphere 0 takes part if it only turns; its other freedoms are struck out in the end.
+    const int first = chain.base_turns() ? 0 : chain.first_moving_sphere();
     const Eigen::Index dof = static_cast<Eigen::Index>(block) * (layout.sphere_count() - first);
     LinearisedChain result{Eigen::VectorXd(dof), Eigen::MatrixXd::Zero(dof, dof),
                            Eigen::MatrixXd::Zero(dof, dof)};
@@ -177,7 +212,10 @@ LinearisedChain linearise(const physics::Chain<Dim, double>& chain,
         add_bond<Dim>(bond.damping, j - first, result.damping);
         add_bond<Dim>(bond.stiffness, j - first, result.stiffness);
     }
-    return result;
+    if (!chain.is_plain())
+        add_outer_forces(chain, state, first, result);
+    return chain.base_turns() && chain.first_moving_sphere() > 0 ? with_turning_base<Dim>(result)
+                                                                 : result;
 }
 
 template LinearisedChain linearise<2>(const physics::Chain<2, double>&, const std::vector<double>&);

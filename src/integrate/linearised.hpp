@@ -21,7 +21,8 @@ struct LinearisedChain {
     Eigen::MatrixXd stiffness; ///< (dof, dof)
 };
 
-/// Linearises about `state`, which must be at rest. The derivatives are exact.
+/// Linearises about `state`, which must be at rest. The derivatives are exact. If an effect lets
+/// the clamp turn, its rotation is the first of the freedoms; Maxwell branches count as relaxed.
 template <int Dim>
 [[nodiscard]] LinearisedChain linearise(const physics::Chain<Dim, double>& chain,
                                         const std::vector<double>& state);

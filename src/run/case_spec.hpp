@@ -22,7 +22,7 @@ enum class StoreLevel { Fit, Tip, Heights, Full };
 struct Integrator {
     IntegrationMethod method = IntegrationMethod::Implicit;
     double timestep = 0.0;            ///< s; explicit only
-    double relative_tolerance = 1e-6; ///< implicit only
+    double relative_tolerance = 2e-6; ///< implicit only
 };
 
 /// How the stem is let go.

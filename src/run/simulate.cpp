@@ -61,6 +61,11 @@ std::vector<CaseOutcome> simulate_together(std::span<const CaseSpec> specs,
 }
 
 double largest_stable_timestep(const CaseSpec& spec) {
+    const CaseModel model = case_model(spec);
+    if (!model.chain.is_plain()) {
+        const physics::Chain<2, double> chain(spec.stem.sphere_count, model.chain, spec.law);
+        return integrate::largest_stable_step(integrate::linearise(chain, chain.straight_state()));
+    }
     return std::min(
         integrate::largest_stable_step(integrate::linearise_transverse(spec.stem, spec.law)),
         integrate::largest_stable_step(integrate::linearise_axial(spec.stem, spec.law)));
