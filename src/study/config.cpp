@@ -108,6 +108,7 @@ StudyConfig parse_config(std::string_view text, const std::string& file) {
     ConfigContext context{root, config, errors, {}};
     check_sections(context);
     read_study(context);
+    read_effects(context);
     const std::size_t errors_before_stem = errors.count();
     read_stem_and_release(context);
     const bool is_stem_known = errors.count() == errors_before_stem;
@@ -121,6 +122,7 @@ StudyConfig parse_config(std::string_view text, const std::string& file) {
     read_factors(context);
     const bool is_given_twice = !check_exclusive_keys(context);
     config.given.apply_to(config.base);
+    config.base.effects = config.effects.with_defaults(config.base.stem);
     // A value that could not be read would be judged here by its default.
     if (is_stem_known && !is_given_twice)
         check_base(context);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "run/case_spec.hpp"
+#include "study/effect_parameters.hpp"
 #include "study/factor.hpp"
 #include "study/parameter_table.hpp"
 
@@ -55,6 +56,7 @@ struct StudyConfig {
     std::uint64_t seed = 1;
     ParameterValues given;       ///< by [stem] and [release]
     run::CaseSpec base;          ///< everything but the factors; its stem and release hold `given`
+    StudyEffects effects;        ///< beyond the published chain
     std::vector<Factor> factors; ///< in the order of the file
     DesignOptions design;
     ReduceOptions reduce;

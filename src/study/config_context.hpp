@@ -38,6 +38,7 @@ struct ConfigContext {
 // The sections, one function each (config_sections.cpp, config_factors.cpp). Every function
 // records what is wrong and goes on.
 void read_study(ConfigContext& context);
+void read_effects(ConfigContext& context); ///< after the study's kind, before the factors
 void read_stem_and_release(ConfigContext& context);
 void read_law(ConfigContext& context);
 void read_integrator(ConfigContext& context);

@@ -17,8 +17,8 @@ namespace {
 
 constexpr std::int64_t largest_point_count = 100'000'000;
 
-std::vector<std::string> parameter_keys() {
-    std::vector<std::string> keys;
+std::vector<std::string> parameter_keys(const StudyEffects& effects) {
+    std::vector<std::string> keys = effects.keys();
     for (const Parameter& parameter : parameters())
         keys.emplace_back(parameter.key);
     return keys;
@@ -26,12 +26,14 @@ std::vector<std::string> parameter_keys() {
 
 /// The parameter of an entry, or nullptr with the error recorded.
 const Parameter* parameter_of(const TableEntry& entry, const std::string& section,
-                              ConfigErrors& errors) {
+                              const ConfigContext& context) {
     const Parameter* parameter = find_parameter(entry.key);
     if (parameter == nullptr)
-        errors.add(
-            entry.line, section + "." + entry.key, value_text(*entry.node),
-            unknown_key_hint({section, entry.key, entry.node->value<double>()}, parameter_keys()));
+        parameter = context.config.effects.find(entry.key);
+    if (parameter == nullptr)
+        context.errors.add(entry.line, section + "." + entry.key, value_text(*entry.node),
+                           unknown_key_hint({section, entry.key, entry.node->value<double>()},
+                                            parameter_keys(context.config.effects)));
     return parameter;
 }
 
@@ -39,7 +41,7 @@ const Parameter* parameter_of(const TableEntry& entry, const std::string& sectio
 void read_point(const toml::table& point, bool is_first, std::vector<Factor>& columns,
                 ConfigContext& context) {
     for (const TableEntry& entry : entries_in_order(point)) {
-        const Parameter* parameter = parameter_of(entry, "design.point", context.errors);
+        const Parameter* parameter = parameter_of(entry, "design.point", context);
         if (parameter == nullptr)
             continue;
         auto column = std::ranges::find(columns, parameter, &Factor::parameter);
@@ -120,7 +122,7 @@ void read_factors(ConfigContext& context) {
     read_points(context);
     if (const toml::table* table = context.section("factors"))
         for (const TableEntry& entry : entries_in_order(*table)) {
-            const Parameter* parameter = parameter_of(entry, "factors", context.errors);
+            const Parameter* parameter = parameter_of(entry, "factors", context);
             if (parameter == nullptr)
                 continue;
             context.note_given(entry.key, {"factors", entry.line});

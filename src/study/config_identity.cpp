@@ -116,6 +116,18 @@ void add_model(const StudyConfig& config, Lines& lines) {
     lines["vibration.sample_interval_s"] = fmt::format("{}", base.sample_interval);
 }
 
+/// Studies without effects keep the identity that they had before there were any.
+void add_effects(const StudyConfig& config, Lines& lines) {
+    for (const physics::SelectedEffect& selected : config.effects.selected())
+        lines[fmt::format("effects.{}", selected.effect->name())] = selected.effect->law();
+    for (const auto& row : config.effects.rows()) {
+        const EffectPlace place = *row->parameter.effect;
+        if (!is_factor(config, row->key))
+            lines["effects." + row->key] =
+                fmt::format("{}", config.base.effects[place.effect].values[place.value]);
+    }
+}
+
 void add_outputs(const StudyConfig& config, Lines& lines) {
     constexpr const char* levels[] = {"fit", "tip", "heights", "full"};
     lines["study.seed"] = fmt::format("{}", config.seed);
@@ -168,6 +180,7 @@ std::string StudyConfig::identity() const {
     add_parameters(*this, lines);
     add_factors_and_design(*this, lines);
     add_model(*this, lines);
+    add_effects(*this, lines);
     add_outputs(*this, lines);
     add_timestep(*this, lines);
     std::string canonical;

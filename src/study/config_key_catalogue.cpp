@@ -53,6 +53,16 @@ Keys study_keys() {
          "heights above the clamp at which the deflection is stored; needed by `heights`, "
          "possible with `full`"},
         {"study",
+         "effects",
+         ValueKind::WordList,
+         "",
+         "[]",
+         {},
+         {},
+         "what is added to the published chain, as on the command line: names, with values in "
+         "parentheses if they are not the defaults, or files (docs/effects.md); "
+         "`\"effect.parameter\"` may be a factor"},
+        {"study",
          "seed",
          ValueKind::WholeNumber,
          "",
@@ -124,7 +134,7 @@ Keys model_keys() {
          "relative_tolerance",
          ValueKind::Number,
          "",
-         "1e-06",
+         "2e-06",
          {1e-12, 1e-2},
          {},
          "of the implicit method"},

@@ -44,6 +44,8 @@ std::string ConfigKey::allowed() const {
         return "a whole " + number_in(range, unit);
     case ValueKind::Tables:
         return "tables [[design.point]] with the same parameters in each";
+    case ValueKind::WordList:
+        return "a list of names";
     case ValueKind::NumberList:
         return "a list of numbers in " + with_unit(range.text(), unit);
     }

@@ -10,7 +10,16 @@
 
 namespace culm::study {
 
-enum class ValueKind { Text, Word, Number, NumberOrWord, WholeNumber, NumberList, Tables };
+enum class ValueKind {
+    Text,
+    Word,
+    Number,
+    NumberOrWord,
+    WholeNumber,
+    NumberList,
+    WordList,
+    Tables
+};
 
 struct ConfigKey {
     std::string section; ///< the TOML table, for example "study", or "factors.<parameter>"

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The sections of a study file other than the factors.
+#include "core/error.hpp"
 #include "study/config_context.hpp"
 #include "study/config_reader.hpp"
+#include "study/effect_file.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +11,7 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace culm::study {
 
@@ -83,6 +86,34 @@ void read_study(ConfigContext& context) {
     config.base.store = store_level(store.value_or(is_vibration ? "tip" : "fit"));
     if (store || !reader.has("store"))
         read_heights(reader, context);
+}
+
+void read_effects(ConfigContext& context) {
+    const toml::table* table = context.section("study");
+    const toml::node* node = table != nullptr ? table->get("effects") : nullptr;
+    if (node == nullptr)
+        return;
+    const std::size_t line = line_of(*node);
+    const toml::array* names = node->as_array();
+    if (names == nullptr || !(names->empty() || names->is_homogeneous<std::string>())) {
+        context.errors.add(line, "study.effects", value_text(*node), "must be a list of names");
+        return;
+    }
+    const std::filesystem::path folder = std::filesystem::path(context.config.file).parent_path();
+    std::vector<std::string> texts;
+    for (const toml::node& name : *names)
+        texts.push_back(name.value_or<std::string>(""));
+    try {
+        context.config.effects = StudyEffects(physics::parse_effects(
+            fmt::format("{}", fmt::join(texts, ",")),
+            [&folder](const std::string& file) { return read_effect_file(folder / file); }));
+    } catch (const core::InputError& error) {
+        context.errors.add(line, fmt::format("study.effects: {}", error.what()));
+    }
+    if (context.config.kind == StudyKind::Timestep && !context.config.effects.selected().empty())
+        context.errors.add(line,
+                           "study.effects: not in a study of kind \"timestep\", which is about "
+                           "the published chain");
 }
 
 void read_stem_and_release(ConfigContext& context) {

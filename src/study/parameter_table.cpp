@@ -159,10 +159,15 @@ std::span<const ExclusiveKeys> exclusive_keys() {
 }
 
 void ParameterValues::set(const Parameter& parameter, double si_value) {
-    values_[index_of(parameter)] = si_value;
+    if (parameter.effect)
+        of_effects_.emplace_back(*parameter.effect, si_value);
+    else
+        values_[index_of(parameter)] = si_value;
 }
 
 std::optional<double> ParameterValues::get(const Parameter& parameter) const {
+    if (parameter.effect)
+        return std::nullopt;
     return values_[index_of(parameter)];
 }
 
@@ -179,6 +184,8 @@ void ParameterValues::apply_to(run::CaseSpec& spec) const {
             table[i].set(spec, *values_[i]);
     if (has("length_mm") && !has("sphere_diameter_mm"))
         make_spheres_touch(spec);
+    for (const auto& [place, value] : of_effects_)
+        spec.effects.at(place.effect).values.at(place.value) = value;
 }
 
 } // namespace culm::study

@@ -12,8 +12,16 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace culm::study {
+
+/// Which value of which of a case's effects.
+struct EffectPlace {
+    std::size_t effect = 0;
+    std::size_t value = 0;
+};
 
 /// One row of the table. Values in `range` and `default_text` are in the unit that the key names;
 /// `get` and `set` speak SI.
@@ -27,6 +35,15 @@ struct Parameter {
     std::string_view meaning;
     double (*get)(const run::CaseSpec&) = nullptr;
     void (*set)(run::CaseSpec&, double) = nullptr;
+    std::optional<EffectPlace> effect = {}; ///< of an effect's parameter, in place of get and set
+};
+
+/// A row outside the table, with the texts that it refers to.
+struct EffectParameterRow {
+    std::string key;
+    std::string unit;
+    std::string meaning;
+    Parameter parameter;
 };
 
 inline constexpr std::size_t parameter_count = 13;
@@ -55,8 +72,8 @@ class ParameterValues {
     [[nodiscard]] std::optional<double> get(const Parameter& parameter) const;
     [[nodiscard]] bool has(std::string_view key) const;
 
-    /// Makes the case's stem and release from the defaults (Table 1 of Schramm et al. 2019) and
-    /// the given values. Rules for what is not given:
+    /// Makes the case's stem, release and effects' values from the defaults (Table 1 of Schramm et
+    /// al. 2019) and the given values. Rules for what is not given:
     ///   - bond_length and bond_diameter follow sphere_diameter;
     ///   - length gives bond_length = length/(spheres − 1);
     ///   - bond_wall gives the inner diameter, bond_diameter − 2 bond_wall;
@@ -70,6 +87,7 @@ class ParameterValues {
 
   private:
     std::array<std::optional<double>, parameter_count> values_;
+    std::vector<std::pair<EffectPlace, double>> of_effects_;
 };
 
 } // namespace culm::study

@@ -21,24 +21,28 @@
 namespace culm::study {
 namespace {
 
-/// Time per bond and explicit step of all lanes together, and per implicit step of a 56-sphere
-/// chain, s: measured by bench/ on the reference machine (docs/performance.md).
+/// Time per bond and step of all lanes together, s, and what a spatial chain takes more: measured
+/// by bench_cost_estimates on the reference machine (docs/performance.md).
 constexpr double explicit_bond_step_seconds = 9.2e-9;
-constexpr double implicit_bond_step_seconds = 7e-7;
-/// Spatial chains cost about this much more (2.9 explicit, 2.3 implicit).
-constexpr double spatial_factor = 2.5;
+constexpr double explicit_spatial_factor = 3.1;
+constexpr double implicit_bond_step_seconds = 1.3e-6;
+constexpr double implicit_spatial_factor = 5.2;
+/// Time of a load step of the static start per bond, s; one stem at a time.
+constexpr double static_bond_step_seconds = 6e-7;
+constexpr double static_spatial_factor = 11.0;
 
-/// Steps that the implicit integrator takes per period of the first mode: lightly damped stems
-/// need more of them, because their higher modes ring longer (docs/performance.md).
-double implicit_steps_per_period(double bond_damping) {
-    return 15.0 + 180.0 / (1.0 + bond_damping / 30.0);
+/// Steps that the implicit integrator takes at its default tolerance in so many periods of the
+/// first mode. Lightly damped stems need more of them, because their higher modes ring longer;
+/// those that the release excites die away in the first ones (docs/performance.md).
+double implicit_steps(double periods, double bond_damping) {
+    return periods * (3.0 + 40.0 / (1.0 + bond_damping / 25.0)) + 130.0;
 }
 
 /// Seconds of a point of this study in one lane of its batch.
 double seconds_of_point(const StudyConfig& config, const run::CaseSpec& spec) {
     if (config.kind != StudyKind::Timestep)
         return estimated_seconds(spec);
-    const double dimensions = spec.dimensions == 2 ? 1.0 : spatial_factor;
+    const double dimensions = spec.dimensions == 2 ? 1.0 : explicit_spatial_factor;
     return dimensions * (spec.stem.sphere_count - 1) * explicit_steps_of_point(config, spec) *
            explicit_bond_step_seconds / static_cast<double>(run::lanes_per_batch());
 }
@@ -77,7 +81,7 @@ class StabilityCheck {
     std::optional<std::string> operator()(const run::CaseSpec& spec) {
         if (spec.integrator.method != run::IntegrationMethod::Explicit)
             return std::nullopt;
-        const double limit = limit_of(spec);
+        const double limit = spec.effects.empty() ? limit_of(spec) : limit_with_effects(spec);
         smallest_limit_ = std::min(smallest_limit_, limit);
         if (spec.integrator.timestep <= limit)
             return std::nullopt;
@@ -105,8 +109,24 @@ class StabilityCheck {
         return entry->second * std::sqrt(1e9 / spec.stem.bond_youngs_modulus);
     }
 
+    /// Effects do not scale with Y: every case with other numbers is asked for its own limit.
+    double limit_with_effects(const run::CaseSpec& spec) {
+        std::vector<double> key{double(spec.stem.sphere_count), spec.stem.sphere_diameter,
+                                spec.stem.bond_length,          spec.stem.bond_outer_diameter,
+                                spec.stem.bond_inner_diameter,  spec.stem.density,
+                                spec.stem.poissons_ratio,       spec.stem.bond_damping,
+                                spec.stem.bond_youngs_modulus};
+        for (const physics::ActiveEffect& active : spec.effects)
+            key.insert(key.end(), active.values.begin(), active.values.end());
+        const auto [entry, is_new] = limits_with_effects_.try_emplace(std::move(key), 0.0);
+        if (is_new)
+            entry->second = run::largest_stable_timestep(spec);
+        return entry->second;
+    }
+
     std::map<std::tuple<int, double, double, double, double, double, double, double>, double>
         limits_;
+    std::map<std::vector<double>, double> limits_with_effects_;
     double smallest_limit_ = std::numeric_limits<double>::infinity();
 };
 
@@ -139,15 +159,23 @@ Study parse_study(std::string_view text, const std::string& file) {
 
 double estimated_seconds(const run::CaseSpec& spec) {
     const double bonds = spec.stem.sphere_count - 1;
-    const double dimensions = spec.dimensions == 2 ? 1.0 : spatial_factor;
+    const bool is_planar = spec.dimensions == 2;
+    const auto lanes = static_cast<double>(run::lanes_per_batch());
     if (spec.integrator.method == run::IntegrationMethod::Explicit)
-        return dimensions * bonds * spec.duration / spec.integrator.timestep *
-               explicit_bond_step_seconds / static_cast<double>(run::lanes_per_batch());
-    // The order of the method is four: ten times the accuracy takes 10^(1/4) times the steps.
-    const double accuracy = std::pow(1e-6 / spec.integrator.relative_tolerance, 0.25);
-    return dimensions * bonds * spec.duration / run::cantilever_period(spec.stem) *
-           implicit_steps_per_period(spec.stem.bond_damping) * accuracy *
-           implicit_bond_step_seconds / static_cast<double>(run::lanes_per_batch());
+        return (is_planar ? 1.0 : explicit_spatial_factor) * bonds * spec.duration /
+               spec.integrator.timestep * explicit_bond_step_seconds / lanes;
+    // The method is of order five and controls the error of a step: ten times the accuracy takes
+    // 10^(1/5) times the steps.
+    const double accuracy =
+        std::pow(run::Integrator{}.relative_tolerance / spec.integrator.relative_tolerance, 0.2);
+    const double periods = spec.duration / run::cantilever_period(spec.stem);
+    const double steps = accuracy * implicit_steps(periods, spec.stem.bond_damping);
+    const double vibration = (is_planar ? 1.0 : implicit_spatial_factor) * bonds * steps *
+                             implicit_bond_step_seconds / lanes;
+    const double load_steps =
+        10.0 + 200.0 * std::abs(spec.tip_deflection) / spec.stem.free_length();
+    return vibration + (is_planar ? 1.0 : static_spatial_factor) * bonds * load_steps *
+                           static_bond_step_seconds;
 }
 
 std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std::int64_t>& points) {

@@ -29,7 +29,7 @@ TEST(Config, EmptyFileIsThePaperStemWithEveryDefault) {
     EXPECT_EQ(config.base.law.damping_factor, 2.0);
     EXPECT_EQ(config.base.law.damping_inertia, physics::DampingInertia::Reduced);
     EXPECT_EQ(config.base.integrator.method, run::IntegrationMethod::Implicit);
-    EXPECT_EQ(config.base.integrator.relative_tolerance, 1e-6);
+    EXPECT_EQ(config.base.integrator.relative_tolerance, 2e-6);
     EXPECT_EQ(config.base.dimensions, 2);
     EXPECT_EQ(config.base.duration, 0.1);
     EXPECT_EQ(config.base.sample_interval, 5e-5);
