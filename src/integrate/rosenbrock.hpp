@@ -102,7 +102,25 @@ class Rosenbrock {
             layout.set_sphere(weights.data(), i, sphere);
         for (int j = 0; j < layout.bond_count(); ++j)
             layout.set_bond(weights.data(), j, bond);
+        if (layout.base_turns())
+            weigh_turning_base(scales, tolerance, weights);
         return weights;
+    }
+
+    /// A clamp that turns is judged by its rotation, as large as the stem's, and by its spin: dry
+    /// friction switches within a small part of the spin's scale, and where it goes wrong the
+    /// positions tell too late.
+    void weigh_turning_base(const ErrorScalesOf<T>& scales, double tolerance,
+                            std::vector<T>& weights) const {
+        constexpr double spin_weight = 0.1;
+        const auto& layout = chain_.layout();
+        const T allowed_rotation =
+            T(tolerance) * scales.spin * scales.displacement / scales.velocity;
+        weights[layout.base_rotation_offset()] = T(1.0) / allowed_rotation;
+        weights[base_spin_place()] = T(spin_weight / tolerance) / scales.spin;
+    }
+    [[nodiscard]] std::size_t base_spin_place() const {
+        return chain_.layout().sphere_offset(0) + 2 * Dim + physics::bending_axis<Dim>;
     }
 
     template <std::size_t... Stage>
@@ -169,6 +187,10 @@ class Rosenbrock {
             for (int i = 0; i < chain_.layout().sphere_count(); ++i)
                 for (std::size_t d = 0; d < Dim; ++d)
                     add(chain_.layout().sphere_offset(i) + d);
+            if (chain_.base_turns()) {
+                add(chain_.layout().base_rotation_offset());
+                add(base_spin_place());
+            }
         } else {
             for (std::size_t k = 0; k < increment.size(); ++k)
                 add(k);
