@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import matplotlib
 import numpy as np
+from matplotlib.lines import Line2D
 
 from culm_archive import Study, StudyError
 from figure_style import (
@@ -207,6 +208,9 @@ def draw_errors(axes, errors: Errors, damping: np.ndarray, quantity: str, symbol
                 label=f"β = {number(level)}" if is_first else None,
             )
             axes.plot(errors.fractions[row], predicted[row], color=colour, linewidth=0.7)
+    least = 0.99 * errors.fractions.min()
+    ticks = [tick for tick in (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0) if tick >= least]
+    axes.set_xticks(ticks, [number(tick) for tick in ticks])
     axes.set_xlabel(r"$\Delta t$ / linearised limit (–)")
     axes.set_ylabel(f"|relative error| of {symbol}")
 
@@ -230,6 +234,8 @@ def timestep_figure(study: Study):
     if errors is not None:
         draw_errors(all_axes[1, 0], errors, limits.damping, "decay", "$b_1$ per cycle")
         draw_errors(all_axes[1, 1], errors, limits.damping, "frequency", "$b_2$")
+        line = Line2D([], [], color=BLACK, linewidth=0.7, label="linearised first mode")
+        all_axes[1, 0].legend(handles=[line], loc="center right")
         all_axes[1, 1].legend(loc="upper left", ncols=2)
     for letter, axes in zip("abcd", all_axes.flat):
         mark(axes, letter)

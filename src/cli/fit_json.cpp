@@ -119,6 +119,7 @@ json population_json(const reduce::PopulationSummary& population) {
     return {{"stems", population.stems},
             {"b1_per_cycle", sample_json(population.decay_per_cycle)},
             {"b2_hz", sample_json(population.frequency)},
+            {"natural_frequency_hz", sample_json(population.natural_frequency)},
             {"largest_deflection_mm", sample_json(population.largest_deflection, 1e3)},
             {"length_mm", sample_json(population.length, 1e3)},
             {"aspect_ratio", sample_json(population.aspect_ratio)},

@@ -85,6 +85,7 @@ std::string population_lines(const reduce::PopulationSummary& population) {
         fmt::format("{} stems (intervals 95 %; lowest … highest)\n", population.stems);
     text += sample_line("b1 per cycle", population.decay_per_cycle, 1.0);
     text += sample_line("b2, Hz", population.frequency, 1.0);
+    text += sample_line("undamped frequency, Hz", population.natural_frequency, 1.0);
     text += sample_line("largest deflection, mm", population.largest_deflection, 1e3);
     const reduce::LineFit& aspect = population.decay_against_aspect_ratio;
     if (aspect.count > 0)

@@ -3,10 +3,12 @@
 
 #include "core/error.hpp"
 #include "measure/order_statistics.hpp"
+#include "measure/release_curve.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <fmt/core.h>
 
@@ -64,46 +66,13 @@ std::optional<std::size_t> first_fall(const Deflections& deflections, double lar
     return std::size_t(fall - deflections.value.begin());
 }
 
-/// The moment in [last held, next frame] from which the fall grows as (time)^(5/3) through the
-/// first three frames in motion, by least squares. An elastic beam let go at its tip begins with
-/// the exponent 3/2 there and comes to 2 as the whole of it moves.
-double moment_between(const Deflections& deflections, const std::vector<int>& numbers,
-                      std::size_t last_held, double held) {
-    std::vector<double> times;
-    std::vector<double> falls;
-    const double begin = numbers[deflections.frame[last_held]];
-    for (std::size_t i = last_held + 1; i < deflections.value.size() && times.size() < 3; ++i) {
-        times.push_back(numbers[deflections.frame[i]] - begin);
-        falls.push_back(held - deflections.value[i]);
-    }
-    double best = 0.5;
-    double least = std::numeric_limits<double>::infinity();
-    for (int step = 0; step <= 200; ++step) {
-        const double moment = 0.005 * step;
-        double square = 0.0;
-        double product = 0.0;
-        double total = 0.0;
-        for (std::size_t i = 0; i < times.size(); ++i) {
-            const double growth = std::pow(std::max(0.0, times[i] - moment), 5.0 / 3.0);
-            square += growth * growth;
-            product += growth * falls[i];
-            total += falls[i] * falls[i];
-        }
-        const double misfit = square > 0.0 ? total - product * product / square : total;
-        if (misfit < least) {
-            least = misfit;
-            best = moment;
-        }
-    }
-    return begin + best;
-}
-
 /// Position of the last held frame before `fall`, and the held level.
 struct Hold {
     std::size_t last = 0;
     std::size_t frames = 0;
     double level = 0.0;
     double noise = 0.0;
+    double tolerance = 0.0; ///< of what counts as held
 };
 
 Hold find_hold(const Deflections& deflections, std::size_t fall, double largest) {
@@ -120,9 +89,9 @@ Hold find_hold(const Deflections& deflections, std::size_t fall, double largest)
     Hold hold;
     hold.level = median(near);
     hold.noise = near.size() > 2 ? robust_deviation(near) : 0.0;
-    const double tolerance = std::max(4.0 * hold.noise, std::max(0.05, 0.005 * largest));
+    hold.tolerance = std::max(4.0 * hold.noise, std::max(0.05, 0.005 * largest));
     const auto is_held = [&](std::size_t i) {
-        return std::abs(deflections.value[i] - hold.level) <= tolerance;
+        return std::abs(deflections.value[i] - hold.level) <= hold.tolerance;
     };
     hold.last = fall;
     while (hold.last > 0 && !is_held(hold.last))
@@ -132,20 +101,71 @@ Hold find_hold(const Deflections& deflections, std::size_t fall, double largest)
     return hold;
 }
 
+struct FittedMoment {
+    double number = 0.0;
+    double misfit = 0.0; ///< largest difference from the curve, of the held level
+};
+
+/// Frame number from which the readings of a tenth of a swing (three frames at least) after the
+/// hold follow the curve best, by least squares. A slow start hides in the hold's noise: the moment
+/// may lie as far before the last frame that seemed held, unless that one is given.
+FittedMoment moment_of_release(const Deflections& deflections, const std::vector<int>& numbers,
+                               const Hold& hold, const ReleaseCurve& curve, bool is_given) {
+    const double reach = std::max(3.0, 0.1 * curve.period);
+    const double last = numbers[deflections.frame[hold.last]];
+    const double earliest = is_given ? last : last - 0.1 * curve.period;
+    constexpr double step = 0.005;
+    FittedMoment best{last + 0.5, 0.0};
+    double least = std::numeric_limits<double>::infinity();
+    for (double moment = earliest; moment <= last + 1.0; moment += step) {
+        double squares = 0.0;
+        double largest = 0.0;
+        for (std::size_t i = 0; i < deflections.value.size(); ++i) {
+            const double number = numbers[deflections.frame[i]];
+            if (number < earliest || number > last + reach)
+                continue;
+            const double off =
+                std::abs(deflections.value[i] / hold.level - curve.at(number - moment));
+            squares += off * off;
+            largest = std::max(largest, off);
+        }
+        if (squares < least) {
+            least = squares;
+            best = {moment, largest};
+        }
+    }
+    return best;
+}
+
+/// Frames for which the turning point of a swing stays within the hold's tolerance.
+double turning_frames(const Hold& hold, double period) {
+    const double cosine = std::clamp(1.0 - hold.tolerance / hold.level, -1.0, 1.0);
+    return std::acos(cosine) / std::numbers::pi * period;
+}
+
+void refuse_unheld(const Hold& hold, double least, const std::string& source) {
+    if (static_cast<double>(hold.frames) < least)
+        throw core::InputError(fmt::format(
+            "{}: no frame shows the stem held still before the release: the recording begins too "
+            "late (or say which frame is the last one held: release_frame)",
+            source));
+}
+
 } // namespace
 
-ReleaseMoment find_release(const WatchedHistory& history, double rest,
-                           std::optional<std::size_t> given_last_held, const std::string& source) {
+ReleaseMoment find_release(const WatchedHistory& history, const ReleaseClues& clues,
+                           const std::string& source) {
     ReleaseMoment release;
     // The pull comes first; the swing to the other side may look as wide while the rest is a guess.
     double widest = 0.0;
     for (const double column : history.column)
-        if (std::abs(column - rest) > widest)
-            widest = std::abs(column - rest);
-    const auto pulled = std::ranges::find_if(
-        history.column, [&](double column) { return std::abs(column - rest) >= 0.7 * widest; });
-    release.sign = *pulled >= rest ? 1.0 : -1.0;
-    const Deflections deflections = deflections_of(history, rest, release.sign);
+        if (std::abs(column - clues.rest) > widest)
+            widest = std::abs(column - clues.rest);
+    const auto pulled = std::ranges::find_if(history.column, [&](double column) {
+        return std::abs(column - clues.rest) >= 0.7 * widest;
+    });
+    release.sign = *pulled >= clues.rest ? 1.0 : -1.0;
+    const Deflections deflections = deflections_of(history, clues.rest, release.sign);
 
     const double largest = std::ranges::max(deflections.value);
     const std::optional<std::size_t> fall = first_fall(deflections, largest);
@@ -155,33 +175,43 @@ ReleaseMoment find_release(const WatchedHistory& history, double rest,
             "back",
             source, largest));
     Hold hold = find_hold(deflections, *fall, largest);
-    if (given_last_held) {
-        const auto found = std::ranges::lower_bound(deflections.frame, *given_last_held);
+    if (clues.last_held) {
+        const auto found = std::ranges::lower_bound(deflections.frame, *clues.last_held);
         hold.last =
             std::min(std::size_t(found - deflections.frame.begin()), deflections.frame.size() - 1);
         hold.level = deflections.value[hold.last];
         hold.frames = std::max<std::size_t>(1, std::min(hold.frames, hold.last + 1));
-    } else if (hold.frames < 2) {
+    } else {
+        refuse_unheld(hold, 2.0, source);
+    }
+    release.passages = crossings(deflections, history.numbers, hold.last,
+                                 std::max(6.0 * hold.noise, 0.01 * largest));
+    if (release.passages.size() < 2)
         throw core::InputError(fmt::format(
-            "{}: no frame shows the stem held still before the release: the recording begins too "
-            "late (or say which frame is the last one held: release_frame)",
-            source));
+            "{}: the stem does not swing: after frame {} it passes its rest position {} instead of "
+            "at least 2 times, so no release was found (was it let go, is the recording long "
+            "enough?)",
+            source, history.numbers[deflections.frame[hold.last]],
+            release.passages.empty() ? "never" : "once"));
+    release.period = 2.0 * (release.passages.back() - release.passages.front()) /
+                     double(release.passages.size() - 1);
+    if (!clues.last_held)
+        refuse_unheld(hold, 2.0 + turning_frames(hold, release.period), source);
+    const FittedMoment moment =
+        moment_of_release(deflections, history.numbers, hold,
+                          {clues.relative_height, release.period, clues.decay_per_cycle},
+                          clues.last_held.has_value());
+    release.number = moment.number;
+    release.misfit = moment.misfit;
+    while (hold.last > 0 && hold.frames > 1 &&
+           history.numbers[deflections.frame[hold.last]] > release.number) {
+        --hold.last;
+        --hold.frames;
     }
     release.last_held = deflections.frame[hold.last];
     release.held_frames = hold.frames;
     release.held_noise = hold.noise;
     release.pull = hold.level;
-    release.number = moment_between(deflections, history.numbers, hold.last, hold.level);
-
-    const std::vector<double> passes = crossings(deflections, history.numbers, hold.last,
-                                                 std::max(6.0 * hold.noise, 0.01 * largest));
-    if (passes.size() < 2)
-        throw core::InputError(fmt::format(
-            "{}: the stem does not swing: after frame {} it passes its rest position {} instead of "
-            "at least 2 times, so no release was found (was it let go, is the recording long "
-            "enough?)",
-            source, history.numbers[release.last_held], passes.empty() ? "never" : "once"));
-    release.period = 2.0 * (passes.back() - passes.front()) / double(passes.size() - 1);
     return release;
 }
 

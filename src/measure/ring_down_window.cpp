@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "measure/order_statistics.hpp"
 #include "measure/release_moment.hpp"
+#include "measure/swing_jumps.hpp"
 #include "measure/swing_model.hpp"
 
 #include <algorithm>
@@ -18,16 +19,19 @@ namespace {
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t fewest_still_frames = 5;
 
-/// The highest place seen in 19 of 20 frames; if none is, the one seen most.
-std::size_t place_to_watch(const AxisRecord& record) {
+/// Places seen in 19 of 20 frames, from the highest down; if there is none, the one seen most.
+std::vector<std::size_t> places_to_watch(const AxisRecord& record) {
+    std::vector<std::size_t> places;
     std::size_t most_seen = 0;
     for (std::size_t h = record.places.size(); h-- > 0;) {
         if (record.seen(h) >= 0.95)
-            return h;
+            places.push_back(h);
         if (record.seen(h) > record.seen(most_seen))
             most_seen = h;
     }
-    return most_seen;
+    if (places.empty())
+        places.push_back(most_seen);
+    return places;
 }
 
 /// Spread from frame to frame in the quietest eight frames, pixels: of the second differences,
@@ -170,51 +174,75 @@ void find_noise(RingDownWindow& window, const AxisRecord& record,
     window.noise_source = "what a damped swing leaves between neighbouring frames";
 }
 
-/// Remarks about frames at which the swing jumps as if some before them were lost.
-void find_jumps(RingDownWindow& window, const WatchedHistory& history, const SwingModel& swing,
-                double rest, std::size_t begin) {
-    const std::vector<double> surprises =
-        swing_surprises(history.numbers, history.column, swing, rest);
-    std::vector<double> usual;
-    for (std::size_t k = begin; k < surprises.size(); ++k)
-        if (!std::isnan(surprises[k]))
-            usual.push_back(surprises[k]);
-    if (usual.size() < 12)
-        return;
-    const double deviation = std::max(robust_deviation(usual), 0.01);
-    const auto period = std::size_t(std::ceil(1.0 / std::max(1e-3, swing.cycles_per_frame())));
-    for (std::size_t k = begin; k < surprises.size(); ++k) {
-        double amplitude = 0.0;
-        for (std::size_t i = k - std::min(k, period); i < std::min(surprises.size(), k + period);
-             ++i)
-            if (const double size = std::abs(history.column[i] - rest); size > amplitude)
-                amplitude = size;
-        // One lost frame also disturbs the prediction of the next one.
-        if (std::abs(surprises[k]) > std::max(10.0 * deviation, 0.12 * amplitude)) {
-            window.remarks.push_back(fmt::format(
-                "between the frames {} and {} the swing jumps as if frames were lost or doubled "
-                "there; give their numbers as missing_frames if so",
-                history.numbers[k - 1], history.numbers[k]));
-            k += 2;
+/// A place, its history, and the release as it shows there with a first guess of the rest.
+struct WatchedPlace {
+    std::size_t place = 0;
+    WatchedHistory history;
+    ReleaseMoment release;
+};
+
+WatchedPlace watch(const AxisRecord& record, std::size_t place, const WindowOptions& options) {
+    WatchedPlace watched{place, {record.numbers, record.history(place)}, {}};
+    const std::vector<double>& column = watched.history.column;
+    refuse_still_stem(watched.history, options.source);
+    std::vector<double> late;
+    for (std::size_t k = column.size() * 3 / 4; k < column.size(); ++k)
+        if (!std::isnan(column[k]))
+            late.push_back(column[k]);
+    if (late.empty())
+        throw core::InputError(fmt::format(
+            "{}: the stem is not seen in the last quarter of the recording", options.source));
+    watched.release = find_release(watched.history,
+                                   {.rest = median(late),
+                                    .relative_height = record.places[place] / options.length,
+                                    .decay_per_cycle = 0.0,
+                                    .last_held = options.release_frame},
+                                   options.source);
+    return watched;
+}
+
+/// Whether the place was seen while the stem was held and when it fell.
+bool shows_release(const WatchedPlace& watched) {
+    const std::vector<double>& column = watched.history.column;
+    const auto unseen = [&](std::size_t begin, std::size_t end) {
+        return std::count_if(column.begin() + std::ptrdiff_t(begin),
+                             column.begin() + std::ptrdiff_t(std::min(end, column.size())),
+                             [](double value) { return std::isnan(value); });
+    };
+    const std::size_t moving = watched.release.last_held + 1;
+    return 10 * unseen(0, moving) <= std::ptrdiff_t(moving) && unseen(moving, moving + 4) == 0;
+}
+
+/// The highest place that shows the release: higher ones may be outside the picture or behind
+/// something just then. A place without gaps has the last word on what is wrong.
+WatchedPlace choose_place(const AxisRecord& record, const WindowOptions& options) {
+    std::optional<WatchedPlace> second_best;
+    std::optional<core::InputError> refusal;
+    for (const std::size_t place : places_to_watch(record)) {
+        try {
+            WatchedPlace watched = watch(record, place, options);
+            if (shows_release(watched))
+                return watched;
+            if (!second_best)
+                second_best = std::move(watched);
+        } catch (const core::InputError& error) {
+            refusal = error;
+            if (record.seen(place) == 1.0)
+                break;
         }
     }
+    if (refusal || !second_best)
+        throw *refusal;
+    return *second_best;
 }
 
 } // namespace
 
 RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& options) {
-    const std::size_t watched = place_to_watch(record);
-    const WatchedHistory history{record.numbers, record.history(watched)};
-    refuse_still_stem(history, options.source);
-    std::vector<double> late;
-    for (std::size_t k = history.column.size() * 3 / 4; k < history.column.size(); ++k)
-        if (!std::isnan(history.column[k]))
-            late.push_back(history.column[k]);
-    if (late.empty())
-        throw core::InputError(fmt::format(
-            "{}: the stem is not seen in the last quarter of the recording", options.source));
-    double rest = median(late);
-    ReleaseMoment release = find_release(history, rest, options.release_frame, options.source);
+    const WatchedPlace chosen = choose_place(record, options);
+    const std::size_t watched = chosen.place;
+    const WatchedHistory& history = chosen.history;
+    ReleaseMoment release = chosen.release;
 
     RingDownWindow window;
     const std::size_t after_first_swings = std::min(
@@ -252,8 +280,13 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
             "to tell where rest is",
             options.source));
     }
-    rest = window.rest[watched];
-    release = find_release(history, rest, options.release_frame, options.source);
+    const double rest = window.rest[watched];
+    const ReleaseClues clues{.rest = rest,
+                             .relative_height = record.places[watched] / options.length,
+                             .decay_per_cycle =
+                                 swing ? swing->decay_per_frame() * release.period : 0.0,
+                             .last_held = options.release_frame};
+    release = find_release(history, clues, options.source);
     window.last_held = release.last_held;
     window.held_frames = release.held_frames;
     window.release_number = release.number;
@@ -265,7 +298,16 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
     find_noise(window, record, about_swing);
     if (const auto step = fit_swing(record, after_first_swings, history.column.size(), 1.0);
         step && step->cycles_per_frame() > 0.0)
-        find_jumps(window, history, *step, rest, after_first_swings);
+        window.remarks =
+            find_jumps(history, release, *step,
+                       {rest, clues.relative_height, clues.decay_per_cycle, after_first_swings});
+    // Blur, large deflections and the noise of a reading leave 1 % at most.
+    if (release.misfit > 0.04 + 4.0 * release.held_noise / release.pull)
+        window.remarks.push_back(fmt::format(
+            "the stem leaves its hold otherwise than a beam let go at its tip does, by {:.0f} % of "
+            "the pull: was it let go slowly, or are frames missing there? The moment of release is "
+            "uncertain",
+            100.0 * release.misfit));
     return window;
 }
 

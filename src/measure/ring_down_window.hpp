@@ -38,17 +38,18 @@ struct RingDownWindow {
 
 struct WindowOptions {
     std::string source;                       ///< what messages call the recording
+    double length = 0.0;                      ///< of the stem, pixels
     std::optional<std::size_t> release_frame; ///< index of the last held frame, if given
 };
 
-/// Watches the highest place that is seen in nearly all frames. Release: from the largest
-/// deflection that is followed by a swing back, the last frame at the held position; the moment
-/// between two frames from the growth of the first deflections, which leave the held position as
-/// (time)^(5/3) on average over the tip's first half swing. Rest: from where a period's range stays
-/// within the noise. Noise: the spread while held (at least 5 frames), else at rest, else of what
-/// the swing's recurrence leaves. Remarks tell of jumps that look like frames lost without a gap
-/// in the numbers. Throws core::InputError, saying what was seen, if the stem does not move, is
-/// never let go, does not swing, or was let go before the first frame.
+/// Watches the highest place that is seen in nearly all frames and throughout the release. Release:
+/// from the largest deflection that is followed by a swing back, the last frame at the held
+/// position, and the moment from which a cantilever's release curve follows (release_moment.hpp).
+/// Rest: from where a period's range stays within the noise. Noise: the spread while held (at least
+/// 5 frames), else at rest, else of what the swing's recurrence leaves. Remarks tell of a release
+/// that was no sudden one and of jumps that look like frames lost without a gap in the numbers.
+/// Throws core::InputError, saying what was seen, if the stem does not move, is never let go, does
+/// not swing, or was let go before the first frame.
 [[nodiscard]] RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& options);
 
 } // namespace culm::measure

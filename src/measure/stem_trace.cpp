@@ -82,33 +82,42 @@ double own_score(const RowRun& run, const TraceOptions& options) {
     return excess > 1.0 ? fill / excess : fill;
 }
 
-/// Score of stepping from `below` to `above`; negative infinity if no stem bends like that.
-double step_score(const RowRun& below, const RowRun& above) {
+/// Rows that a chain may skip, in pixels: where a crumb hides the stem, and a blot.
+struct Gaps {
+    explicit Gaps(double stem_width)
+        : small(std::max(12.0, 2.0 * stem_width)), largest(std::max(12.0, 8.0 * stem_width)) {}
+    double small;
+    double largest;
+};
+
+/// Score of stepping from `below` to `above`; negative infinity if no stem bends like that. Beyond
+/// a large gap a good piece of stem must follow, dust is not worth it.
+double step_score(const RowRun& below, const RowRun& above, const Gaps& gaps) {
     const int rows = below.row - above.row;
     const double sideways = std::abs(above.median_column() - below.median_column());
     if (sideways > steepest_slope * rows + 2.0)
         return -std::numeric_limits<double>::infinity();
-    return -0.1 * sideways / rows - 0.05 * (rows - 1);
+    return -0.1 * sideways / rows - 0.05 * (rows - 1) - 0.3 * std::max(0.0, rows - gaps.small);
 }
 
 } // namespace
 
 StemChain trace_stem(const BandImage& contrast, const TraceOptions& options) {
     const RunFinder finder(contrast, options);
-    const int longest_gap = std::max(12, int(2.0 * options.stem_width));
+    const Gaps gaps(options.stem_width);
     std::vector<Node> nodes;
     std::vector<std::size_t> first_of_row; // of the rows done so far, from the lowest up
     std::ptrdiff_t best = -1;
     for (int r = std::min(options.bottom_row, contrast.height) - 1; r >= 0; --r) {
         first_of_row.push_back(nodes.size());
         const std::size_t rows_done = first_of_row.size();
-        const std::size_t reach = std::min<std::size_t>(rows_done, std::size_t(longest_gap) + 1);
+        const std::size_t reach = std::min<std::size_t>(rows_done, std::size_t(gaps.largest) + 1);
         const std::size_t reachable = first_of_row[rows_done - reach];
         const std::size_t this_row = nodes.size();
         for (const RowRun& run : finder.in_row(r)) {
             Node node{run, 0.0, -1};
             for (std::size_t k = reachable; k < this_row; ++k) {
-                const double score = nodes[k].score + step_score(nodes[k].run, run);
+                const double score = nodes[k].score + step_score(nodes[k].run, run, gaps);
                 if (score > node.score) {
                     node.score = score;
                     node.below = static_cast<std::ptrdiff_t>(k);

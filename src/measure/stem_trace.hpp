@@ -37,8 +37,9 @@ struct StemChain {
 
 /// The continuous chain of runs with the highest score. A run is a candidate if its width can be
 /// the stem's and it is not cut by the picture's side; steps from row to row are limited to a slope
-/// of one and to short gaps. The score counts rows weighted by how much of a stem's width the run
-/// has, less penalties for gaps and sideways steps. An empty chain if nothing resembles a stem.
+/// of one and to gaps of eight stem widths. The score counts rows weighted by how much of a stem's
+/// width the run has, less penalties for gaps, large ones above all, and sideways steps. An empty
+/// chain if nothing resembles a stem.
 [[nodiscard]] StemChain trace_stem(const BandImage& contrast, const TraceOptions& options);
 
 } // namespace culm::measure

@@ -11,9 +11,30 @@ namespace {
 /// Connected pieces of what stands out in all pictures.
 struct StillPieces {
     cv::Mat labels; ///< 32-bit, 0 = nothing
+    cv::Mat blots;  ///< 8-bit, 1 = stands out, but is too wide for the stem; in no piece
     int count = 0;  ///< with label 0
     std::vector<cv::Rect> boxes;
 };
+
+/// Takes runs that are too wide for the stem, and what clings to them, out of the mask.
+cv::Mat take_blots(cv::Mat& mask, double stem_width) {
+    const double widest = 1.5 * stem_width + 2.0;
+    cv::Mat blots(mask.size(), CV_8U, cv::Scalar(0));
+    for (int r = 0; r < mask.rows; ++r)
+        for (int begin = 0; begin < mask.cols; ++begin) {
+            int end = begin;
+            while (end < mask.cols && mask.at<uchar>(r, end) != 0)
+                ++end;
+            if (end - begin > widest)
+                blots(cv::Rect(begin, r, end - begin, 1)).setTo(1);
+            begin = end;
+        }
+    const int reach = 2 * static_cast<int>(0.5 * stem_width + 1.0) + 1;
+    cv::dilate(blots, blots, cv::Mat::ones(reach, reach, CV_8U));
+    cv::bitwise_and(blots, mask, blots);
+    mask.setTo(0, blots);
+    return blots;
+}
 
 StillPieces still_pieces(const std::vector<BandImage>& contrasts, const TraceOptions& options) {
     const int width = contrasts.front().width;
@@ -27,6 +48,7 @@ StillPieces still_pieces(const std::vector<BandImage>& contrasts, const TraceOpt
             mask.at<uchar>(r, c) = is_still ? 1 : 0;
         }
     StillPieces pieces;
+    pieces.blots = take_blots(mask, options.stem_width);
     // The stem's still part frays where the stem begins to move: its crumbs, above one another,
     // belong together.
     cv::Mat joined;
@@ -43,14 +65,15 @@ StillPieces still_pieces(const std::vector<BandImage>& contrasts, const TraceOpt
     return pieces;
 }
 
-/// All pieces but those with these labels, grown by one pixel.
+/// The blots and all pieces but those with these labels, grown by one pixel.
 std::vector<std::uint8_t> clutter_without(const StillPieces& pieces,
                                           const std::vector<bool>& is_stem) {
-    cv::Mat mask(pieces.labels.size(), CV_8U, cv::Scalar(0));
+    cv::Mat mask = pieces.blots.clone();
     for (int r = 0; r < mask.rows; ++r)
         for (int c = 0; c < mask.cols; ++c) {
             const int label = pieces.labels.at<int>(r, c);
-            mask.at<uchar>(r, c) = label > 0 && !is_stem[std::size_t(label)] ? 1 : 0;
+            if (label > 0 && !is_stem[std::size_t(label)])
+                mask.at<uchar>(r, c) = 1;
         }
     cv::dilate(mask, mask, cv::Mat::ones(3, 3, CV_8U));
     std::vector<std::uint8_t> clutter;

@@ -45,6 +45,10 @@ double SwingModel::cycles_per_frame() const {
     return std::acos(cosine) / (2.0 * std::numbers::pi * lag);
 }
 
+double SwingModel::decay_per_frame() const {
+    return b < 0.0 && b > -1.0 ? -std::log(-b) / (2.0 * lag) : 0.0;
+}
+
 std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin, std::size_t end,
                                     double period) {
     SwingModel model;

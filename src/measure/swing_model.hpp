@@ -19,6 +19,7 @@ struct SwingModel {
     std::vector<double> rest; ///< c, pixels; NaN where nothing was seen
 
     [[nodiscard]] double cycles_per_frame() const; ///< 0 if the recurrence does not swing
+    [[nodiscard]] double decay_per_frame() const;  ///< α, ≥ 0
 };
 
 /// Linear least squares over the frames begin … end − 1 (indices), with a lag of about an eighth of

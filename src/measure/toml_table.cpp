@@ -150,6 +150,16 @@ std::optional<std::int64_t> TomlTable::whole_number(const std::string& key,
     return std::nullopt;
 }
 
+std::optional<bool> TomlTable::flag(const std::string& key) {
+    const toml::node* found = ask(key);
+    if (found == nullptr)
+        return std::nullopt;
+    const std::optional<bool> value = found->value_exact<bool>();
+    if (!value)
+        fault(key, "must be true or false, without quotes");
+    return value;
+}
+
 std::vector<double> TomlTable::numbers(const std::string& key, const NumberRange& range) {
     const toml::node* found = ask(key);
     if (found == nullptr)

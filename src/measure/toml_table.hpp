@@ -62,6 +62,7 @@ class TomlTable {
     [[nodiscard]] std::optional<double> number(const std::string& key, const NumberRange& range);
     [[nodiscard]] std::optional<std::int64_t> whole_number(const std::string& key,
                                                            const NumberRange& range);
+    [[nodiscard]] std::optional<bool> flag(const std::string& key);
     [[nodiscard]] std::vector<double> numbers(const std::string& key, const NumberRange& range);
     [[nodiscard]] std::vector<std::string> texts(const std::string& key);
     /// A number in SI units from the key in the small unit or from the key in the SI unit; both are

@@ -126,6 +126,30 @@ std::vector<double> heights_in_pixels(const Track& track) {
     return heights;
 }
 
+/// Leaves out heights at which the stem is hardly ever seen: they would be empty columns.
+void drop_unseen_heights(Track& track) {
+    constexpr double fewest = 12.0;
+    const auto frames = double(track.rows.numbers.size());
+    std::vector<double> kept;
+    std::string dropped;
+    for (std::size_t h = 0; h < track.heights.places.size(); ++h)
+        if (const double height = track.heights.places[h]; track.heights.seen(h) * frames >= fewest)
+            kept.push_back(height);
+        else
+            dropped += fmt::format("{}{:g}", dropped.empty() ? "" : ", ",
+                                   height * track.settings.metres_per_pixel * 1e3);
+    if (dropped.empty())
+        return;
+    if (kept.empty())
+        throw core::InputError(
+            fmt::format("{}: video.heights_mm: the stem is seen at none of these heights ({})",
+                        track.settings.file.string(), dropped));
+    track.remarks.push_back(
+        fmt::format("heights at which the stem is not seen are left out: {} mm", dropped));
+    track.heights =
+        at_heights(track.rows, track.survey.clamp_row, kept, track.settings.rows_per_height);
+}
+
 /// Kept: a short time before the release, all until rest and as much again as a period.
 void choose_frames(Track& track) {
     const RingDownWindow& window = track.window;
@@ -197,7 +221,9 @@ Track track_video(const TrackSettings& settings, const TrackOptions& options) {
     const std::vector<bool> repeats = track_rows(track, *source, wanted, options);
     track.heights = at_heights(track.rows, track.survey.clamp_row, heights_in_pixels(track),
                                settings.rows_per_height);
-    WindowOptions window_options{track.source, std::nullopt};
+    drop_unseen_heights(track);
+    WindowOptions window_options{
+        track.source, settings.description.stem.length / settings.metres_per_pixel, std::nullopt};
     if (settings.release_frame) {
         const auto found = std::ranges::lower_bound(track.rows.numbers, *settings.release_frame);
         if (found == track.rows.numbers.end() || *found != *settings.release_frame)

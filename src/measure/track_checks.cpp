@@ -14,14 +14,6 @@
 namespace culm::measure {
 namespace {
 
-/// Young's modulus of a uniform cantilever with this lowest frequency, Pa (Euler–Bernoulli:
-/// f = 1.8751² / (2π L²) √(EI/μ)).
-double modulus_of_beam(const MeasuredStem& stem, double frequency) {
-    const double length_squared = stem.length * stem.length;
-    const double root = 2.0 * std::numbers::pi * frequency * length_squared / (1.8751 * 1.8751);
-    return root * root * mass_per_length(stem) / second_moment_of_area(stem.section);
-}
-
 void doubt_missing_frames(Track& track) {
     const std::vector<int>& numbers = track.rows.numbers;
     int missing = 0;
@@ -56,17 +48,24 @@ void doubt_scale(Track& track) {
             "scale or the diameter wrong?",
             survey.apparent_width, expected));
     const auto tip = tip_row(track);
-    if (!tip)
+    if (!tip || *tip <= 3.0)
         return;
     const double scale = track.settings.metres_per_pixel;
     const double length = (survey.clamp_row - *tip) * scale;
     const double stated = track.measurement.stem.length;
-    const double tolerance = 0.04 * stated + 6.0 * scale;
-    if (*tip > 3.0 && std::abs(length - stated) > tolerance)
-        track.remarks.push_back(
-            fmt::format("{:.1f} mm of the stem are seen above the clamp, stem.length_mm says "
-                        "{:.1f}: is the scale, the clamp's row or the length wrong?",
-                        length * 1e3, stated * 1e3));
+    if (std::abs(length - stated) <= 0.04 * stated + 6.0 * scale)
+        return;
+    const std::string what =
+        fmt::format("{:.1f} mm of the stem are seen above the clamp, stem.length_mm says {:.1f}: "
+                    "is the scale, the clamp's row or the length wrong?",
+                    length * 1e3, stated * 1e3);
+    // Heights count from a clamp that is where the stem seems to begin: not if much is hidden.
+    if (survey.clamp_is_detected && std::abs(length - stated) > 0.15 * stated + 6.0 * scale)
+        throw core::InputError(fmt::format(
+            "{}: {} Say where the clamp is (up, and clamp_row or clamp_column) if the stem is "
+            "partly hidden",
+            track.settings.file.string(), what));
+    track.remarks.push_back(what);
 }
 
 void doubt_rate(Track& track) {
@@ -76,15 +75,14 @@ void doubt_rate(Track& track) {
             "a swing has only {:.1f} frames: the decay and higher modes are hardly resolved, and "
             "with fewer than two the frequency would be another one",
             1.0 / cycles));
-    const double frequency = cycles * track.frames_per_second;
-    const double modulus = modulus_of_beam(track.measurement.stem, frequency);
+    const double modulus = modulus_of_swing(track);
     constexpr double softest = 1e7;
     constexpr double stiffest = 1e11;
     if (track.measurement.stem.added_masses.empty() && (modulus < softest || modulus > stiffest))
         track.remarks.push_back(fmt::format(
             "the swing at {:.4g} Hz would need a Young's modulus of {:.3g} GPa, which no stem has: "
             "check fps, mm_per_px, length, diameter and density",
-            frequency, modulus * 1e-9));
+            cycles * track.frames_per_second, modulus * 1e-9));
 }
 
 void doubt_places(Track& track) {
@@ -109,6 +107,14 @@ void doubt_places(Track& track) {
 }
 
 } // namespace
+
+double modulus_of_swing(const Track& track) {
+    const MeasuredStem& stem = track.measurement.stem;
+    const double frequency = track.window.cycles_per_frame * track.frames_per_second;
+    const double root =
+        2.0 * std::numbers::pi * frequency * stem.length * stem.length / (1.8751 * 1.8751);
+    return root * root * mass_per_length(stem) / second_moment_of_area(stem.section);
+}
 
 double camera_rate(const FrameSource& source, const TrackSettings& settings,
                    std::vector<std::string>& remarks) {

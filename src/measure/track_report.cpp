@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "measure/contact_sheet.hpp"
 #include "measure/measurement_folder.hpp"
+#include "measure/track_checks.hpp"
 
 #include <array>
 #include <cmath>
@@ -89,6 +90,7 @@ nlohmann::ordered_json to_json(const Track& track) {
                        {"pull_mm", window.pull * scale_mm},
                        {"pull_at_height_mm", track.measurement.heights[window.watched] * 1e3}};
     json["swing_hz"] = window.cycles_per_frame * track.frames_per_second;
+    json["modulus_of_bare_beam_pa"] = modulus_of_swing(track);
     json["rest"] = {{"from", window.rest_source == RestSource::FramesAtRest ? "frames at rest"
                                                                             : "decaying swing"},
                     {"first_frame", window.rest_begin ? nlohmann::ordered_json(
@@ -124,10 +126,13 @@ std::string summary_text(const Track& track) {
         view.sign > 0 ? "bright" : "dark", band_name(track.survey), up_name(view.up));
     text += fmt::format(
         "    release  frame {:.2f}, pulled to the {} by {:.2f} mm at {:g} mm, held for {} "
-        "frames; swings at {:.2f} Hz\n",
+        "frames\n",
         window.release_number, positive_side(track), window.pull * scale_mm,
-        measurement.heights[window.watched] * 1e3, window.held_frames,
-        window.cycles_per_frame * track.frames_per_second);
+        measurement.heights[window.watched] * 1e3, window.held_frames);
+    text += fmt::format(
+        "    swing    {:.2f} Hz, {:.1f} frames a cycle; a bare beam would need {:.3g} GPa for it\n",
+        window.cycles_per_frame * track.frames_per_second, 1.0 / window.cycles_per_frame,
+        modulus_of_swing(track) * 1e-9);
     text += fmt::format(
         "    rest     {}\n",
         window.rest_begin ? fmt::format("from frame {}", track.rows.numbers[*window.rest_begin])

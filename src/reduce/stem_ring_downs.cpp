@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace culm::reduce {
 
@@ -139,6 +140,7 @@ PopulationSummary summarise_population(std::vector<StemRingDowns>& stems) {
     PopulationSummary summary;
     std::vector<double> frequencies;
     std::vector<double> decays;
+    std::vector<double> natural_frequencies;
     std::vector<double> deflections;
     std::vector<double> lengths;
     std::vector<double> aspect_ratios;
@@ -147,6 +149,8 @@ PopulationSummary summarise_population(std::vector<StemRingDowns>& stems) {
             continue;
         frequencies.push_back(stem.frequency->value);
         decays.push_back(stem.decay_per_cycle->value);
+        natural_frequencies.push_back(frequencies.back() *
+                                      std::hypot(1.0, decays.back() / (2.0 * std::numbers::pi)));
         deflections.push_back(stem.largest_deflection);
         lengths.push_back(stem.length);
         aspect_ratios.push_back(stem.aspect_ratio);
@@ -154,6 +158,7 @@ PopulationSummary summarise_population(std::vector<StemRingDowns>& stems) {
     summary.stems = frequencies.size();
     summary.frequency = summarise(frequencies);
     summary.decay_per_cycle = summarise(decays);
+    summary.natural_frequency = summarise(natural_frequencies);
     summary.largest_deflection = summarise(deflections);
     summary.length = summarise(lengths);
     summary.aspect_ratio = summarise(aspect_ratios);

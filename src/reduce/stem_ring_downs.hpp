@@ -54,6 +54,7 @@ struct PopulationSummary {
     std::size_t stems = 0;   ///< with a fit
     SampleSummary frequency; ///< Hz
     SampleSummary decay_per_cycle;
+    SampleSummary natural_frequency;  ///< undamped, b2 √(1 + (b1/2π)²) with b1 per cycle, Hz
     SampleSummary largest_deflection; ///< m
     SampleSummary length;             ///< m
     SampleSummary aspect_ratio;

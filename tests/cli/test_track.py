@@ -5,6 +5,8 @@ import json
 import math
 import os
 import random
+import shutil
+import subprocess
 import unittest
 
 from culm_program import BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, PROGRAM, CulmTest
@@ -67,6 +69,8 @@ class Track(TrackTest):
         self.assert_exit(finished, DONE)
         self.assertRegex(finished.stdout, r"(?m)^A: 90 frames at 960 frames/s")
         self.assertRegex(finished.stdout, r"(?m)^    release  frame 8\.\d+, pulled to the right")
+        self.assertRegex(finished.stdout, r"(?m)^    swing    \d\d\.\d\d Hz, 1[12]\.\d frames a cycle; "
+                                          r"a bare beam would need \d")
         out = self.folder / "out/a"
         self.assertEqual(sorted(path.name for path in out.iterdir()),
                          ["contact_sheet.png", "deflection.csv", "overlay.avi", "stem.toml",
@@ -110,6 +114,30 @@ class Track(TrackTest):
         finished = self.culm("track", "A.toml", "-o", "out")
         self.assert_exit(finished, BAD_INPUT)
         self.assertEqual(finished.stderr.count("culm: "), 1)
+
+
+class HandOver(TrackTest):
+    def test_finds_its_partner_through_a_link(self):
+        (self.folder / "linked").symlink_to(PROGRAM)
+        finished = subprocess.run(["./linked", "track", "A.toml", "-o", "out"], check=False,
+                                  cwd=self.folder, capture_output=True, text=True,
+                                  timeout=PATIENCE)
+        self.assertEqual(finished.returncode, DONE, finished.stderr)
+
+    def test_without_its_partner_says_what_is_missing(self):
+        shutil.copy(PROGRAM, self.folder / "alone")
+        finished = subprocess.run(["./alone", "track", "A.toml", "-o", "out"], check=False,
+                                  cwd=self.folder, capture_output=True, text=True,
+                                  timeout=PATIENCE)
+        self.assertEqual(finished.returncode, BAD_INPUT)
+        self.assertIn("culm-track: cannot be run, though it belongs beside culm", finished.stderr)
+
+    @unittest.skipIf(shutil.which("ldd") is None, "no ldd here")
+    def test_spares_other_commands_the_video_libraries(self):
+        libraries = subprocess.run(["ldd", PROGRAM], check=True, capture_output=True, text=True,
+                                   timeout=PATIENCE).stdout
+        self.assertIn("libhdf5", libraries)
+        self.assertNotIn("opencv", libraries)
 
 
 class TwoRanks(TrackTest):

@@ -14,9 +14,10 @@ double RenderedVideo::deflection(double height_px, int frame) const {
     const double s = height_px / length;
     const double shape = 0.5 * s * s * (3.0 - s);
     const double cycles = (frame - release_frame) / frames_per_cycle;
-    const double swing = cycles <= 0.0 ? 1.0
-                                       : std::exp(-decay_per_cycle * cycles) *
-                                             std::cos(2.0 * std::numbers::pi * cycles);
+    const double angle = 2.0 * std::numbers::pi * cycles;
+    const double from_rest =
+        std::cos(angle) + decay_per_cycle / (2.0 * std::numbers::pi) * std::sin(angle);
+    const double swing = cycles <= 0.0 ? 1.0 : std::exp(-decay_per_cycle * cycles) * from_rest;
     return pull * shape * swing;
 }
 

@@ -17,9 +17,9 @@
 
 namespace culm::measure {
 
-/// A stem that is held in a cantilever's static shape, let go, and swings in that shape as a damped
-/// cosine. Its edges are error functions of the distance from the axis, integrated by nothing: the
-/// axis is exact in every row.
+/// A stem that is held in a cantilever's static shape, let go, and swings in that shape, from
+/// rest, damped. Its edges are error functions of the distance from the axis, integrated by
+/// nothing: the axis is exact in every row.
 struct RenderedVideo {
     int width = 120;
     int height = 200;

@@ -61,6 +61,17 @@ TEST(Recording, ThatBeginsAfterTheReleaseIsRefused) {
         << refused(video);
 }
 
+TEST(Recording, ThatBeginsBeforeATurningPointIsRefused) {
+    // A camera that is fast for this swing sees it all but still for three frames at its turn.
+    RenderedVideo video;
+    video.frames_per_cycle = 100.0;
+    video.decay_per_cycle = 0.3;
+    video.release_frame = -70.0;
+    video.frames = 260;
+    EXPECT_NE(refused(video).find("no frame shows the stem held still"), std::string::npos)
+        << refused(video);
+}
+
 TEST(Recording, ThatIsTooShortIsRefused) {
     RenderedVideo video;
     video.frames = 11;
@@ -102,6 +113,40 @@ TEST(Recording, WithSilentlyLostFramesIsDoubted) {
     EXPECT_LT(error_of(corrected, video).rms, 0.1);
 }
 
+TEST(Recording, WithFramesLostInTheFirstSwingIsDoubted) {
+    RenderedVideo video;
+    EXPECT_TRUE(track_rendered(video).remarks.empty());
+    const tests::TemporaryFolder folder;
+    const std::filesystem::path file = video.write(folder);
+    for (int k = 19; k + 1 < video.frames; ++k)
+        std::filesystem::rename(folder / fmt::format("frames/{:05d}.png", k + 1),
+                                folder / fmt::format("frames/{:05d}.png", k));
+    const Track track = track_video(read_track_settings(file), {2});
+    // The passages through the rest at a quarter and three quarters of the cycle of 16 frames.
+    EXPECT_TRUE(has_remark(track, "between the frames 14 and 22 the swing jumps"))
+        << (track.remarks.empty() ? "" : track.remarks.front());
+}
+
+TEST(Recording, OfAStemThatIsLetGoSlowlySaysSo) {
+    // Four frames in which the finger follows the stem, then the swing.
+    RenderedVideo video;
+    const tests::TemporaryFolder folder;
+    const std::filesystem::path file = video.write(folder);
+    for (int k = 0; k < video.frames; ++k) {
+        RenderedVideo slowed = video;
+        if (k > 8 && k < 14)
+            slowed.pull *= 1.0 - 0.05 * (k - 8);
+        if (k < 14)
+            cv::imwrite((folder / fmt::format("frames/{:05d}.png", k)).string(),
+                        slowed.picture(std::min(k, 10)));
+        else
+            cv::imwrite((folder / fmt::format("frames/{:05d}.png", k)).string(),
+                        video.picture(k - 1));
+    }
+    EXPECT_TRUE(
+        has_remark(track_video(read_track_settings(file), {2}), "leaves its hold otherwise"));
+}
+
 TEST(Recording, WithRepeatedFramesLeavesThemOut) {
     const RenderedVideo video;
     const tests::TemporaryFolder folder;
@@ -126,10 +171,17 @@ TEST(Recording, WithAnImpossibleRateOrScaleIsDoubted) {
     const tests::TemporaryFolder folder;
     const std::filesystem::path file = small.write(folder);
     RenderedVideo claimed = small;
-    claimed.length = 160.0;
+    claimed.length = 136.0;
     std::ofstream(file) << claimed.settings();
     EXPECT_TRUE(has_remark(track_video(read_track_settings(file), {2}),
                            "mm of the stem are seen above the clamp"));
+    // A third of the stem would be missing, and nobody said where the clamp is.
+    claimed.length = 180.0;
+    std::ofstream(file) << claimed.settings();
+    EXPECT_NE(refusal([&] {
+                  (void)track_video(read_track_settings(file), {2});
+              }).find("Say where the clamp is"),
+              std::string::npos);
 }
 
 TEST(Recording, AsAVideoFileIsTrackedAndItsPlaybackRateNamed) {

@@ -35,7 +35,7 @@ TEST(TrackedVideo, FindsReleaseFrequencyAndNoise) {
     const RenderedVideo video;
     const Track track = track_rendered(video);
     EXPECT_EQ(track.window.last_held, 10U);
-    // This stem leaves as a cosine does, (time)², not with the beam's waves: 0.35 frames are left.
+    // This stem leaves as one mode does, not with the beam's waves: 0.35 frames are left.
     EXPECT_NEAR(track.window.release_number, video.release_frame, 0.35);
     EXPECT_NEAR(track.window.cycles_per_frame, 1.0 / video.frames_per_cycle, 1e-3);
     EXPECT_EQ(track.measurement.noise_source.find("11 frames before"), 0U);
@@ -126,6 +126,50 @@ TEST(TrackedVideo, IsNotLedAstrayByABrightReflection) {
     EXPECT_LT(error.largest, 1.5);
     // The stem is hidden while it passes.
     EXPECT_GT(error.seen, 0.75);
+}
+
+TEST(TrackedVideo, FollowsTheStemAboveAReflectionThatCoversIt) {
+    RenderedVideo video;
+    video.decorate = [](cv::Mat& picture, int) {
+        cv::ellipse(picture, cv::Point{60, 110}, cv::Size{11, 9}, 0, 0, 360, cv::Scalar(250.0),
+                    cv::FILLED);
+    };
+    const Track track = track_rendered(video, "heights_mm = [10, 20, 30, 40, 50, 60, 70]\n");
+    const TrackError error = error_of(track, video);
+    EXPECT_LT(error.rms, good);
+    EXPECT_LT(error.largest, 0.6);
+    // At 40 mm, row 110, the swing ends behind the reflection.
+    EXPECT_TRUE(has_remark(track, "heights at which the stem is not seen are left out: 40 mm"));
+    EXPECT_NEAR(track.survey.clamp_row, video.clamp_row, 1.0);
+}
+
+TEST(TrackedVideo, FindsTheReleaseBelowAFingerThatHidesTheTip) {
+    RenderedVideo video;
+    video.decorate = [](cv::Mat& picture, int frame) {
+        // It holds the tip from the right and goes back to where it came from.
+        const int edge = 92 + 5 * std::max(0, frame - 10);
+        if (edge < picture.cols)
+            cv::rectangle(picture, {edge - 12, 26}, {picture.cols, 60}, cv::Scalar(160.0),
+                          cv::FILLED);
+    };
+    const Track track = track_rendered(video);
+    EXPECT_LT(error_of(track, video).rms, good);
+    EXPECT_EQ(track.window.last_held, 10U);
+    EXPECT_NEAR(track.window.release_number, video.release_frame, 0.5);
+}
+
+TEST(TrackedVideo, LeavesOutHeightsBeyondThePicture) {
+    RenderedVideo video;
+    video.height = 150; // the camera looks at the lower two thirds
+    video.clamp_row = 140.0;
+    const Track track = track_rendered(video, "heights_mm = [20, 40, 60, 74]\n");
+    EXPECT_EQ(track.measurement.heights.size(), 3U);
+    EXPECT_TRUE(has_remark(track, "are left out: 74 mm"));
+    EXPECT_LT(error_of(track, video).rms, good);
+    EXPECT_NE(refusal([&] {
+                  (void)track_rendered(video, "heights_mm = [74, 75]\n");
+              }).find("is seen at none of these heights"),
+              std::string::npos);
 }
 
 TEST(TrackedVideo, IsNotLedAstrayByDust) {
