@@ -21,5 +21,8 @@ void add_simulate_command(CLI::App& app, CommandResult& result);
 void add_import_command(CLI::App& app, CommandResult& result);
 void add_fit_command(CLI::App& app, CommandResult& result);
 void add_track_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
+void add_calibrate_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
+void add_export_command(CLI::App& app);
+void add_effects_command(CLI::App& app);
 
 } // namespace culm::cli

@@ -52,6 +52,9 @@ int run(int argc, char** argv) {
     culm::cli::add_import_command(app, result);
     culm::cli::add_fit_command(app, result);
     culm::cli::add_track_command(app, result, argc, argv);
+    culm::cli::add_calibrate_command(app, result, argc, argv);
+    culm::cli::add_export_command(app);
+    culm::cli::add_effects_command(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

@@ -35,9 +35,11 @@ double largest_deflection(const CaseSpec& spec) {
     const double length = stem.free_length();
     const double sag = stem.sphere_mass() / stem.bond_length * gravity * std::pow(length, 4) /
                        (8.0 * stem.bond_youngs_modulus * stem.second_moment_of_area());
-    // A hundredth of the length, so that there is a scale where nothing is supposed to move.
-    return std::max(std::abs(spec.tip_deflection) + std::min(sag, length),
-                    spec.release == Release::HeldStraight ? 0.01 * length : 0.0);
+    const double largest = std::abs(spec.tip_deflection) + std::min(sag, length);
+    // Where nothing is supposed to move, something else than zero must be the scale.
+    const bool starts_at_rest =
+        spec.release == Release::HeldStraight || spec.tip_deflection == 0.0;
+    return std::max(largest, starts_at_rest ? 0.01 * length : 0.0);
 }
 
 template <int Dim, class T>

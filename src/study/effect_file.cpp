@@ -49,10 +49,13 @@ void refuse_other_keys(const toml::table& table, const std::string& prefix,
     }
 }
 
-const std::vector<std::string> effect_keys{"name",   "summary",   "kind",  "expression",
-                                           "source", "signature", "remedy"};
-const std::vector<std::string> parameter_keys{"default", "lower",       "upper",      "scale",
-                                              "unit",    "logarithmic", "calibrated", "meaning"};
+std::vector<std::string> effect_keys() {
+    return {"name", "summary", "kind", "expression", "source", "signature", "remedy"};
+}
+
+std::vector<std::string> parameter_keys() {
+    return {"default", "lower", "upper", "scale", "unit", "logarithmic", "calibrated", "meaning"};
+}
 
 /// What goes together: the bounds around the default, a scale, logarithms of positive numbers.
 void check_parameter(const TomlTable& table, const physics::EffectParameter& parameter) {
@@ -70,7 +73,7 @@ void check_parameter(const TomlTable& table, const physics::EffectParameter& par
 physics::EffectParameter read_parameter(const toml::table& content, const std::string& name,
                                         FileFaults& faults) {
     TomlTable table(&content, "parameters." + name, faults);
-    refuse_other_keys(content, "parameters." + name + ".", parameter_keys, faults);
+    refuse_other_keys(content, "parameters." + name + ".", parameter_keys(), faults);
     const std::size_t before = faults.count();
     table.missing("default", "the value to start from");
     table.missing("lower", "the least value that makes sense");
@@ -116,6 +119,7 @@ read_parameters(const toml::table& root, physics::UserLawKind kind, FileFaults& 
                                                     entries.size(), most_parameters));
     std::ranges::sort(entries, {}, &Entry::line);
     std::vector<physics::EffectParameter> parameters;
+    parameters.reserve(entries.size());
     for (Entry& entry : entries)
         parameters.push_back(std::move(entry.parameter));
     return parameters;
@@ -150,7 +154,7 @@ physics::EffectPointer read_effect_file(const std::filesystem::path& file) {
     if (!root.contains("effect"))
         faults.add(0, "[effect] is missing: a table with name, kind and expression");
     const toml::table& content = table_in(root, "effect", faults);
-    refuse_other_keys(content, "effect.", effect_keys, faults);
+    refuse_other_keys(content, "effect.", effect_keys(), faults);
     TomlTable table(&content, "effect", faults);
     physics::UserEffectText text;
     if (root.contains("effect"))

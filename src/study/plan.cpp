@@ -35,7 +35,7 @@ constexpr double static_spatial_factor = 11.0;
 /// first mode. Lightly damped stems need more of them, because their higher modes ring longer;
 /// those that the release excites die away in the first ones (docs/performance.md).
 double implicit_steps(double periods, double bond_damping) {
-    return periods * (3.0 + 40.0 / (1.0 + bond_damping / 25.0)) + 130.0;
+    return periods * (45.0 / (1.0 + bond_damping / 20.0) + 150.0 / (periods + 2.0));
 }
 
 /// Seconds of a point of this study in one lane of its batch.

@@ -9,7 +9,7 @@ from culm_program import BAD_INPUT, DONE, CulmTest
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "cli.md"
 OPTION = re.compile(r"(?<![\w-])--?[a-z][a-z-]*")
-COMMANDS = ("run", "reduce", "simulate", "import", "fit", "track")
+COMMANDS = ("run", "reduce", "simulate", "import", "effects", "fit", "track")
 
 
 def documented_options(command: str) -> set[str]:

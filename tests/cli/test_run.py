@@ -66,7 +66,7 @@ class DryRun(CulmTest):
     def test_of_an_implicit_study_prints_the_plan_and_writes_nothing(self):
         plan = self.printed(QUICK)
         self.assertRegex(plan["points"], r"^9 in \d+ batch(es)?, up to \d+ SIMD lanes each$")
-        self.assertEqual(plan["integrator"], "implicit, relative tolerance 1e-06")
+        self.assertEqual(plan["integrator"], "implicit, relative tolerance 2e-06")
         self.assertRegex(plan["estimated cost"], r"^[\d.e+-]+ core seconds, [\d.e+-]+ s on 1 rank$")
         self.assertRegex(plan["memory"], r"^\d+(\.\d+)? MB per rank$")
         # 9 points of 1001 samples and 12 results.

@@ -71,12 +71,14 @@ TEST_P(SmallAmplitude, FrequencyAndDecayAreThoseOfTheLinearisedChain) {
     const auto fit = reduce::fit_ring_down(times, history);
     const double frequency = mode.eigenvalue.imag() / (2 * 3.14159265358979323846);
     const double decay_per_cycle = mode.eigenvalue.real() / frequency;
-    EXPECT_NEAR(fit.frequency / frequency, 1.0, 5e-4);
-    EXPECT_NEAR(fit.decay_per_cycle / decay_per_cycle, 1.0, 5e-3);
+    // What the default tolerance promises is 0.1 % of both.
+    EXPECT_NEAR(fit.frequency / frequency, 1.0, 1e-5);
+    EXPECT_NEAR(fit.decay_per_cycle / decay_per_cycle, 1.0, 1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(BothLaws, SmallAmplitude,
-                         testing::Values(Case{"schramm2019", 1e9, 1}, Case{"schramm2019", 1e9, 25},
+                         testing::Values(Case{"schramm2019", 0.4e9, 1}, Case{"schramm2019", 1e9, 1},
+                                         Case{"schramm2019", 1e9, 25},
                                          Case{"schramm2019", 1e9, 200},
                                          Case{"schramm2019", 10e9, 1},
                                          Case{"schramm2019", 10e9, 25},

@@ -42,6 +42,7 @@ double evenly_spaced(double first, double last, int count, int k) {
 std::vector<MaxwellBranch<double>> constant_loss_branches(double loss_factor,
                                                           const FrequencyBand& band) {
     std::vector<MaxwellBranch<double>> branches;
+    branches.reserve(branch_count);
     for (int b = 0; b < branch_count; ++b)
         branches.push_back(
             {.relative_stiffness = 0.0,

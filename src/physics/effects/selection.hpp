@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Effects as users name them: quadratic_drag,clamp_friction(moment_nm=3e-4),./my.toml
+// Effects as users name them, for example quadratic_drag,clamp_friction(moment_nm=3e-4),./my.toml.
 #pragma once
 
 #include "physics/effects/effect.hpp"

@@ -71,6 +71,7 @@ std::vector<UserLawInputs> samples() {
 /// All defaults, then each parameter at its bounds.
 std::vector<std::vector<double>> parameter_samples(const std::vector<EffectParameter>& parameters) {
     std::vector<double> defaults;
+    defaults.reserve(parameters.size());
     for (const EffectParameter& parameter : parameters)
         defaults.push_back(parameter.default_value);
     std::vector<std::vector<double>> sets{defaults};
@@ -95,6 +96,7 @@ bool is_plain_name(std::string_view name, bool capitals) {
 
 std::vector<std::string> user_law_kind_names() {
     std::vector<std::string> names;
+    names.reserve(kinds.size());
     for (const NamedKind& kind : kinds)
         names.emplace_back(kind.name);
     return names;

@@ -114,7 +114,7 @@ std::string unknown_name(const std::string& token, const ExpressionText& text) {
     switch (error.GetCode()) {
     case mu::ecUNASSIGNABLE_TOKEN: {
         // The rest of the formula comes with the name.
-        const std::string token = error.GetToken();
+        const std::string& token = error.GetToken();
         const std::string name = token.substr(
             0, token.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
                                        "0123456789_"));

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibrate/calibration.hpp"
+
+#include "calibrate/effect_parameters.hpp"
+#include "core/error.hpp"
+
+#include <algorithm>
+
+#include <fmt/core.h>
+
+namespace culm::calibrate {
+namespace {
+
+void refuse_motionless(const measure::Measurement& measurement,
+                       const std::vector<physics::SelectedEffect>& effects) {
+    if (measurement.release == measure::ReleaseKind::HeldStraight && effects.empty())
+        throw core::InputError(
+            fmt::format("{}: [release] kind = \"held_straight\": nothing moves such a stem in a "
+                        "model without gravity; add --with gravity",
+                        measurement.stem.id));
+}
+
+/// A stem that is let go gets its rest position from what moves it, so Eq. 1 needs an offset.
+reduce::RingDownAnalysisOptions check_options(const measure::Measurement& measurement,
+                                              const CalibrationOptions& options) {
+    reduce::RingDownAnalysisOptions check;
+    check.window = options.fit.window;
+    check.has_offset = measurement.release == measure::ReleaseKind::HeldStraight;
+    return check;
+}
+
+} // namespace
+
+StemModel model_with_effects(const measure::Measurement& measurement,
+                             const CalibrationOptions& options) {
+    refuse_motionless(measurement, options.effects);
+    StemModel model = baseline_model(measurement, options.chain);
+    for (const physics::SelectedEffect& effect : options.effects)
+        model = with_effect(std::move(model), effect, measurement);
+    return model;
+}
+
+Calibration calibrate_stem(const measure::Measurement& measurement,
+                           const CalibrationOptions& options) {
+    Calibration result;
+    result.id = measurement.stem.id;
+    result.fit = fit_chain(model_with_effects(measurement, options), measurement, options.fit);
+    if (!result.fit.reason.empty())
+        throw core::NumericalError(core::FailureKind::FitFailed,
+                                   fmt::format("{}: {}", result.id, result.fit.reason));
+    result.mode = first_mode(result.fit.model.spec);
+    result.damping_time = damping_time(result.fit.model.spec);
+    result.lack_of_fit = test_lack_of_fit(result.fit);
+    if (options.with_profiles)
+        result.profiles = profile_intervals(result.fit, measurement, options.fit);
+    if (options.with_check) {
+        try {
+            result.check =
+                check_calibration(result.fit, measurement, check_options(measurement, options));
+        } catch (const core::NumericalError& error) {
+            result.check_failure = error.what();
+        }
+    }
+    return result;
+}
+
+} // namespace culm::calibrate

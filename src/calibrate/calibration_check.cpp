@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibrate/calibration_check.hpp"
+
+#include "core/error.hpp"
+
+#include <cmath>
+
+#include <fmt/core.h>
+
+namespace culm::calibrate {
+namespace {
+
+/// Readings of the model wherever and whenever something was measured.
+reduce::StemHistories simulated_histories(const ChainFit& fit,
+                                          const measure::Measurement& measurement) {
+    reduce::StemHistories stem = histories_of(measurement);
+    const ChainPrediction prediction = predict_readings(fit.model, measurement.times);
+    for (std::size_t j = 0; j < stem.heights.size(); ++j)
+        for (std::size_t i = 0; i < stem.times.size(); ++i)
+            if (!std::isnan(stem.histories[j][i]))
+                stem.histories[j][i] = prediction.readings[i * prediction.rows + j];
+    return stem;
+}
+
+/// Mean of two series with the first one's weights, and the mean's standard error.
+class PairedMean {
+  public:
+    void add(const reduce::Estimate& measured, const reduce::Estimate& simulated) {
+        const double weight = 1.0 / (measured.standard_error * measured.standard_error);
+        weights_ += weight;
+        measured_ += weight * measured.value;
+        simulated_ += weight * simulated.value;
+    }
+    [[nodiscard]] bool is_empty() const { return weights_ == 0.0; }
+    [[nodiscard]] double measured() const { return measured_ / weights_; }
+    [[nodiscard]] double simulated() const { return simulated_ / weights_; }
+    [[nodiscard]] double error() const { return simulated_ / measured_ - 1.0; }
+    [[nodiscard]] double resolution() const {
+        return 1.0 / std::sqrt(weights_) / std::abs(measured());
+    }
+
+  private:
+    double weights_ = 0.0;
+    double measured_ = 0.0;
+    double simulated_ = 0.0;
+};
+
+} // namespace
+
+reduce::StemHistories histories_of(const measure::Measurement& measurement) {
+    reduce::StemHistories stem;
+    stem.id = measurement.stem.id;
+    stem.length = measurement.stem.length;
+    stem.depth = measure::section_depth(measurement.stem.section);
+    stem.times = measurement.times;
+    stem.heights = measurement.heights;
+    for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
+        stem.histories.push_back(measurement.history(j));
+        stem.noise.push_back(measurement.noise_at(j));
+    }
+    return stem;
+}
+
+CalibrationCheck check_calibration(const ChainFit& fit, const measure::Measurement& measurement,
+                                   const reduce::RingDownAnalysisOptions& options) {
+    CalibrationCheck check;
+    check.measured = reduce::fit_stem(histories_of(measurement), options);
+    check.simulated = reduce::fit_stem(simulated_histories(fit, measurement), options);
+    PairedMean decay;
+    PairedMean frequency;
+    for (std::size_t j = 0; j < check.measured.heights.size(); ++j) {
+        const auto& measured = check.measured.heights[j].fit;
+        const auto& simulated = check.simulated.heights[j].fit;
+        if (!measured || !simulated)
+            continue;
+        decay.add(measured->decay_per_cycle, simulated->decay_per_cycle);
+        frequency.add(measured->frequency, simulated->frequency);
+    }
+    if (decay.is_empty())
+        throw core::NumericalError(
+            core::FailureKind::FitFailed,
+            fmt::format("{}: Eq. 1 cannot be fitted at any height", measurement.stem.id));
+    check.measured_decay_per_cycle = decay.measured();
+    check.simulated_decay_per_cycle = decay.simulated();
+    check.decay_error = decay.error();
+    check.decay_resolution = decay.resolution();
+    check.measured_frequency = frequency.measured();
+    check.simulated_frequency = frequency.simulated();
+    check.frequency_error = frequency.error();
+    check.frequency_resolution = frequency.resolution();
+    return check;
+}
+
+} // namespace culm::calibrate

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibrate/chain_prediction.hpp"
+
+#include "core/error.hpp"
+#include "measure/observation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace culm::calibrate {
+namespace {
+
+/// The case as long as the readings need it, wherever the release lies within its bounds: the
+/// length must not depend on what is fitted.
+run::CaseSpec case_until(const StemModel& model, double last_time) {
+    run::CaseSpec spec = model.spec;
+    const double earliest = std::min(model.release_time, -model.release_time_bound);
+    const double needed = std::max(last_time - earliest, 4.0 * spec.sample_interval);
+    spec.duration = std::ceil(needed / spec.sample_interval) * spec.sample_interval;
+    return spec;
+}
+
+} // namespace
+
+ChainPrediction predict_readings(const StemModel& model, std::span<const double> times,
+                                 const run::Heartbeat& heartbeat) {
+    const run::CaseSpec spec = case_until(model, times.empty() ? 0.0 : times.back());
+    std::vector<run::CaseParameter> accesses;
+    for (const FreeParameter& parameter : model.parameters)
+        accesses.push_back(parameter.access);
+    const run::SensitivityOutcome outcome =
+        run::simulate_with_sensitivities(spec, accesses, heartbeat);
+    if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
+        throw core::NumericalError(failure->kind, failure->reason);
+    const auto& simulated = std::get<run::CaseWithSensitivities>(outcome);
+
+    ChainPrediction prediction;
+    prediction.frames = times.size();
+    prediction.rows = spec.heights.size();
+    prediction.parameters = model.free_count();
+    prediction.readings.reserve(prediction.frames * prediction.rows);
+    prediction.jacobian.reserve(prediction.frames * prediction.rows * prediction.parameters);
+    std::vector<double> sample_times(spec.sample_count());
+    for (std::size_t k = 0; k < sample_times.size(); ++k)
+        sample_times[k] = static_cast<double>(k) * spec.sample_interval;
+    for (const double time : times) {
+        const measure::TimeStencil stencil =
+            measure::time_stencil(sample_times, time - model.release_time);
+        for (std::size_t j = 0; j < prediction.rows; ++j) {
+            const auto& heights = simulated.result.height_deflection;
+            prediction.readings.push_back(stencil.value(heights, prediction.rows, j));
+            for (const std::vector<double>& by_parameter : simulated.height_derivatives)
+                prediction.jacobian.push_back(stencil.value(by_parameter, prediction.rows, j));
+            if (model.release_time_bound > 0.0)
+                prediction.jacobian.push_back(-stencil.rate(heights, prediction.rows, j));
+        }
+    }
+    return prediction;
+}
+
+} // namespace culm::calibrate

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A physical effect added to a model of a measured stem, its parameters free or fixed.
+#pragma once
+
+#include "calibrate/stem_model.hpp"
+#include "measure/measurement.hpp"
+#include "physics/effects/selection.hpp"
+
+namespace culm::calibrate {
+
+/// The number `parameter` of the effect of that name in a case, called "effect.parameter". The
+/// case must contain the effect when it is read or set.
+[[nodiscard]] FreeParameter effect_parameter(const physics::Effect& effect, std::size_t parameter);
+
+/// Appends the effect to the model's case with the user's fixed values and, for the rest, the
+/// defaults that suit the stem; parameters that are calibrated and not fixed become free. Gravity
+/// takes its direction from the measurement where the user does not fix it. Throws
+/// core::InputError if the effects cannot be combined, or gravity has no direction.
+[[nodiscard]] StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
+                                    const measure::Measurement& measurement);
+
+} // namespace culm::calibrate

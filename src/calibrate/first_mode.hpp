@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Frequency and decay of a stem's first mode at small amplitudes.
+#pragma once
+
+#include "integrate/linearised.hpp"
+#include "run/case_spec.hpp"
+
+namespace culm::calibrate {
+
+/// Natural frequency and damping ratio of a mode.
+struct ModeOfChain {
+    double natural_frequency = 0.0; ///< undamped, Hz
+    double damping_ratio = 0.0;     ///< ζ
+    double frequency = 0.0;         ///< damped, √(1 − ζ²) of the natural one, Hz: b2 of Eq. 1
+    double decay_per_cycle = 0.0;   ///< −2πζ/√(1 − ζ²): b1 of Eq. 1 in normalised time
+};
+
+/// The first mode of the case's chain, linearised about the straight line: known masses count,
+/// effects do not. Throws core::NumericalError if it does not vibrate.
+[[nodiscard]] ModeOfChain first_mode(const run::CaseSpec& spec);
+
+} // namespace culm::calibrate

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibrate/study_calibration.hpp"
+
+#include "calibrate/stem_chain.hpp"
+#include "core/error.hpp"
+
+#include <cmath>
+#include <functional>
+
+#include <fmt/format.h>
+
+namespace culm::calibrate {
+namespace {
+
+/// Length of the beam that a chain stands for: a whole sphere at the tip is half a bond length of
+/// stem more than a chain that ends at its centre. (A mass there and a longer beam lower the
+/// frequency alike, each by 4 l/(2L) of its square.)
+double beam_length(const run::CaseSpec& spec) {
+    return spec.stem.free_length() + (spec.stem.tip_mass_share - 0.5) * spec.stem.bond_length;
+}
+
+/// A difference of more than `tolerance` (relative) is told: of length, section and mass it changes
+/// Y by 0.4 %, while a larger deflection changes b1 and b2 little.
+struct ComparedNumber {
+    const char* name;
+    const char* unit;
+    double scale;
+    double tolerance;
+    std::function<double(const run::CaseSpec&)> get;
+};
+
+/// The regressions hold for one stem: b2 goes with √(EI/m')/L², b1 with β and the bond length.
+std::vector<std::string> differences(const run::CaseSpec& measured, const run::CaseSpec& study) {
+    const std::vector<ComparedNumber> numbers{
+        {"length", "mm", 1e3, 1e-3, beam_length},
+        {"section's second moment", "mm^4", 1e12, 4e-3,
+         [](const auto& spec) { return spec.stem.second_moment_of_area(); }},
+        {"mass per length", "g/m", 1e3, 4e-3,
+         [](const auto& spec) { return spec.stem.sphere_mass() / spec.stem.bond_length; }},
+        {"tip deflection", "mm", 1e3, 0.5, [](const auto& spec) { return spec.tip_deflection; }}};
+    std::vector<std::string> texts;
+    for (const ComparedNumber& number : numbers) {
+        const double here = number.scale * number.get(measured);
+        const double there = number.scale * number.get(study);
+        if (std::abs(here / there - 1.0) > number.tolerance)
+            texts.push_back(
+                fmt::format("{} {:.4g} {} against {:.4g}", number.name, here, number.unit, there));
+    }
+    if (measured.stem.sphere_count != study.stem.sphere_count)
+        texts.push_back(fmt::format("{} spheres against {} (beta goes with their square)",
+                                    measured.stem.sphere_count, study.stem.sphere_count));
+    return texts;
+}
+
+void warn_outside(const char* name, double value, const reduce::PredictorRange& range,
+                  const char* unit, std::vector<std::string>& warnings) {
+    if (!range.contains(value))
+        warnings.push_back(fmt::format("{} = {:.4g}{} lies outside what the study covers, {:.4g} … "
+                                       "{:.4g}: the regression is EXTRAPOLATED",
+                                       name, value, unit, range.lowest, range.highest));
+}
+
+struct RowReading {
+    double height = 0.0;
+    reduce::RingDownAnalysis fit;
+};
+
+RowReading read_highest_row(const measure::Measurement& measurement, double window) {
+    reduce::RingDownAnalysisOptions options;
+    options.window = window;
+    std::string reason = "there are no rows";
+    for (std::size_t j = measurement.heights.size(); j-- > 0;) {
+        options.noise = measurement.noise_at(j);
+        try {
+            return {measurement.heights[j],
+                    reduce::analyse_ring_down(measurement.times, measurement.history(j), options)};
+        } catch (const core::NumericalError& error) {
+            reason = error.what();
+        }
+    }
+    throw core::NumericalError(core::FailureKind::FitFailed,
+                               fmt::format("{}: Eq. 1 cannot be fitted over the study's window of "
+                                           "{:.4g} s: {}",
+                                           measurement.stem.id, window, reason));
+}
+
+void warn_parameters(const reduce::StemPrediction& prediction, const StudyForCalibration& study,
+                     std::vector<std::string>& warnings) {
+    if (const auto& modulus = prediction.bond_youngs_modulus.by_single_law)
+        warn_outside(
+            "Y", modulus->value * 1e-9,
+            {study.bond_youngs_modulus.lowest * 1e-9, study.bond_youngs_modulus.highest * 1e-9},
+            " GPa", warnings);
+    if (const auto& damping = prediction.bond_damping.by_single_law)
+        warn_outside("beta", damping->value, study.bond_damping, "", warnings);
+}
+
+} // namespace
+
+StudyCalibration calibrate_by_study(const measure::Measurement& measurement,
+                                    const StudyForCalibration& study) {
+    StudyCalibration result;
+    result.window = study.window.value_or(study.base.duration);
+    const RowReading row = read_highest_row(measurement, result.window);
+    result.height = row.height;
+    result.reading = {row.fit.decay_per_cycle.value, row.fit.frequency.value,
+                      row.fit.decay_per_cycle.standard_error, row.fit.frequency.standard_error};
+    result.prediction = reduce::predict_stem(study.regression, result.reading);
+
+    warn_outside("b2", result.reading.frequency, study.regression.frequency, " Hz",
+                 result.warnings);
+    warn_outside("b1 per cycle", result.reading.decay_per_cycle, study.regression.decay_per_cycle,
+                 "", result.warnings);
+    warn_parameters(result.prediction, study, result.warnings);
+    run::CaseSpec chain =
+        chain_of(measurement, {study.base.stem.sphere_count, study.base.law}).spec;
+    chain.tip_deflection = row.fit.largest_deflection;
+    if (const std::vector<std::string> texts = differences(chain, study.base); !texts.empty())
+        result.warnings.push_back(fmt::format("the study {} is about ANOTHER STEM: {}; Y and beta "
+                                              "by its regressions are not this stem's",
+                                              study.name, fmt::join(texts, ", ")));
+    if (!study.factors.empty())
+        result.warnings.push_back(fmt::format("the study {} varies {} too, which its regressions "
+                                              "average over",
+                                              study.name, fmt::join(study.factors, ", ")));
+    return result;
+}
+
+} // namespace culm::calibrate

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Y and β of a measured stem by the regressions of a study: Eqs. 12-13 and the F-test terms.
+#pragma once
+
+#include "measure/measurement.hpp"
+#include "reduce/ring_down_analysis.hpp"
+#include "reduce/stem_prediction.hpp"
+#include "run/case_spec.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace culm::calibrate {
+
+/// What of a study counts here.
+struct StudyForCalibration {
+    std::string name;                 ///< for messages
+    run::CaseSpec base;               ///< stem, law and release of its points
+    std::vector<std::string> factors; ///< keys that vary between points besides Y and β
+    std::optional<double> window;     ///< of its fits, s; empty: all of `duration`
+    reduce::StudyRegression regression;
+    reduce::PredictorRange bond_youngs_modulus; ///< of its points, Pa
+    reduce::PredictorRange bond_damping;
+};
+
+struct StudyCalibration {
+    double height = 0.0; ///< of the row that was read, m
+    double window = 0.0; ///< s: that of the study
+    reduce::StemReading reading;
+    reduce::StemPrediction prediction; ///< intervals hold the regression's and the reading's errors
+    std::vector<std::string> warnings; ///< extrapolation, another stem: one sentence each
+};
+
+/// Reads b1 and b2 of the highest row that can be fitted, by Eq. 1 with phase 0 over the study's
+/// window, as the study read its tips, and puts them into its regressions. Throws
+/// core::NumericalError (FitFailed) if no row can be fitted.
+[[nodiscard]] StudyCalibration calibrate_by_study(const measure::Measurement& measurement,
+                                                  const StudyForCalibration& study);
+
+} // namespace culm::calibrate

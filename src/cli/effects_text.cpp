@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/effects_text.hpp"
+
+#include <algorithm>
+#include <sstream>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace culm::cli {
+
+namespace {
+
+using physics::EffectParameter;
+
+constexpr std::size_t text_width = 78;
+constexpr std::size_t label_width = 12;
+
+/// Characters, not bytes: continuation bytes of UTF-8 take no room.
+std::size_t width_of(const std::string& text) {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+}
+
+/// A label, then the text in lines that begin below its first word.
+std::string labelled(const std::string& label, const std::string& text) {
+    const std::string indent(label_width, ' ');
+    std::string out = fmt::format("{:<{}}", label, label_width);
+    std::istringstream words(text);
+    std::size_t column = 0;
+    for (std::string word; words >> word; column += width_of(word)) {
+        if (column > 0 && column + 1 + width_of(word) > text_width) {
+            out += '\n' + indent;
+            column = 0;
+        } else if (column > 0) {
+            out += ' ';
+            ++column;
+        }
+        out += word;
+    }
+    return out + '\n';
+}
+
+std::string unit_of(const EffectParameter& parameter) {
+    return parameter.unit.empty() ? "" : " " + parameter.unit;
+}
+
+std::string how_fitted(const EffectParameter& parameter) {
+    if (!parameter.calibrated)
+        return "known, not fitted";
+    return parameter.logarithmic ? "fitted as its logarithm" : "fitted";
+}
+
+std::string parameter_text(const EffectParameter& parameter) {
+    return fmt::format("{} = {}{} ({} to {}; {})\n{}", parameter.name, parameter.default_value,
+                       unit_of(parameter), parameter.lower, parameter.upper, how_fitted(parameter),
+                       labelled("", parameter.meaning));
+}
+
+std::string markdown_parameters(const physics::Effect& effect) {
+    std::string out = "\n| parameter | unit | default | from | to | in a fit | meaning |\n"
+                      "|---|---|---|---|---|---|---|\n";
+    for (const EffectParameter& parameter : effect.parameters())
+        out +=
+            fmt::format("| `{}` | {} | {} | {} | {} | {} | {} |\n", parameter.name,
+                        parameter.unit.empty() ? "1" : parameter.unit, parameter.default_value,
+                        parameter.lower, parameter.upper, how_fitted(parameter), parameter.meaning);
+    return out;
+}
+
+nlohmann::json parameter_json(const EffectParameter& parameter) {
+    return {{"name", parameter.name},
+            {"unit", parameter.unit},
+            {"meaning", parameter.meaning},
+            {"default", parameter.default_value},
+            {"lower", parameter.lower},
+            {"upper", parameter.upper},
+            {"scale", parameter.scale},
+            {"logarithmic", parameter.logarithmic},
+            {"calibrated", parameter.calibrated}};
+}
+
+} // namespace
+
+std::string effects_list(std::span<const physics::EffectPointer> effects) {
+    std::size_t width = 0;
+    for (const physics::EffectPointer& effect : effects)
+        width = std::max(width, effect->name().size());
+    std::string out;
+    for (const physics::EffectPointer& effect : effects) {
+        std::vector<std::string> names;
+        for (const EffectParameter& parameter : effect->parameters())
+            names.push_back(parameter.name);
+        out += fmt::format("{:<{}}  {} [{}]\n", effect->name(), width, effect->summary(),
+                           fmt::join(names, ", "));
+    }
+    return out;
+}
+
+std::string effect_card(const physics::Effect& effect) {
+    std::string out = fmt::format("{}: {}\n\n", effect.name(), effect.summary());
+    out += labelled("law", effect.law());
+    out += labelled("source", effect.source());
+    out += labelled("you see", effect.signature());
+    out += labelled("do", effect.remedy());
+    if (effect.dimensions() == 3)
+        out += labelled("needs", "three dimensions");
+    if (!effect.excludes().empty())
+        out += labelled("contains", fmt::format("{}, which cannot be added beside it",
+                                                fmt::join(effect.excludes(), ", ")));
+    for (const EffectParameter& parameter : effect.parameters())
+        out += '\n' + parameter_text(parameter);
+    return out;
+}
+
+std::string effects_markdown(std::span<const physics::EffectPointer> effects) {
+    std::string out;
+    for (const physics::EffectPointer& effect : effects) {
+        out +=
+            fmt::format("{}### `{}`\n{}.\n\n* Law: {}.\n* Source: {}.\n* You see: {}.\n* Do: {}.\n",
+                        out.empty() ? "" : "\n", effect->name(), effect->summary(), effect->law(),
+                        effect->source(), effect->signature(), effect->remedy());
+        if (effect->dimensions() == 3)
+            out += "* Needs three dimensions.\n";
+        if (!effect->excludes().empty())
+            out += fmt::format("* Contains {}, which cannot be added beside it.\n",
+                               fmt::join(effect->excludes(), ", "));
+        out += markdown_parameters(*effect);
+    }
+    return out;
+}
+
+nlohmann::json effects_json(std::span<const physics::EffectPointer> effects) {
+    nlohmann::json cards = nlohmann::json::array();
+    for (const physics::EffectPointer& effect : effects) {
+        nlohmann::json parameters = nlohmann::json::array();
+        for (const EffectParameter& parameter : effect->parameters())
+            parameters.push_back(parameter_json(parameter));
+        cards.push_back({{"name", effect->name()},
+                         {"summary", effect->summary()},
+                         {"law", effect->law()},
+                         {"source", effect->source()},
+                         {"signature", effect->signature()},
+                         {"remedy", effect->remedy()},
+                         {"dimensions", effect->dimensions()},
+                         {"excludes", effect->excludes()},
+                         {"parameters", parameters}});
+    }
+    return {{"format", "culm-effects"}, {"version", 1}, {"effects", cards}};
+}
+
+} // namespace culm::cli

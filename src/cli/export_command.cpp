@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// culm export liggghts|lammps CALIBRATION
+#include "cli/calibration_json.hpp"
+#include "cli/commands.hpp"
+
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+
+namespace culm::cli {
+namespace {
+
+struct ExportArguments {
+    std::string code;
+    std::string calibration;
+    std::string stem;
+    std::string output;
+};
+
+void export_lines(const ExportArguments& arguments) {
+    std::ifstream in(arguments.calibration);
+    std::stringstream text;
+    text << in.rdbuf();
+    if (!in)
+        throw core::InputError(fmt::format("{}: cannot be read", arguments.calibration));
+    std::string lines;
+    for (const calibrate::BulkStem& stem :
+         bulk_stems(text.str(), arguments.calibration, arguments.stem))
+        lines += (lines.empty() ? "" : "\n") + (arguments.code == "liggghts"
+                                                    ? calibrate::liggghts_lines(stem)
+                                                    : calibrate::lammps_lines(stem));
+    if (arguments.output.empty()) {
+        fmt::print("{}", lines);
+        return;
+    }
+    std::ofstream out(arguments.output);
+    out << lines;
+    out.flush();
+    if (!out)
+        throw core::StorageError(fmt::format("{}: cannot be written", arguments.output));
+}
+
+} // namespace
+
+void add_export_command(CLI::App& app) {
+    CLI::App* command = app.add_subcommand(
+        "export", "Write input lines for the bulk simulation from a calibration");
+    auto arguments = std::make_shared<ExportArguments>();
+    command
+        ->add_option("code", arguments->code,
+                     "\"liggghts\" (the authors' flexible fibres; law schramm2019) or \"lammps\" "
+                     "(bond style bpm/rotational; law consistent)")
+        ->required()
+        ->type_name("CODE")
+        ->check(CLI::IsMember({"liggghts", "lammps"}));
+    command
+        ->add_option("calibration", arguments->calibration, "File written by culm calibrate --json")
+        ->required()
+        ->type_name("CALIBRATION.json");
+    command->add_option("--stem", arguments->stem, "Only the stem of this id (default: all)")
+        ->type_name("ID");
+    command->add_option("-o,--output", arguments->output, "File to write (default: the screen)")
+        ->type_name("FILE");
+    command->callback([arguments] { export_lines(*arguments); });
+}
+
+} // namespace culm::cli

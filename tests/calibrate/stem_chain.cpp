@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibrate/stem_chain.hpp"
+
+#include "calibrate/first_mode.hpp"
+#include "calibrate/simulated_measurement.hpp"
+#include "core/error.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace culm;
+
+TEST(StemChain, KeepsLengthAndMassPerLengthForAnyNumberOfSpheres) {
+    const measure::Measurement measurement = tests::empty_measurement();
+    for (const int spheres : {10, 56, 113}) {
+        const auto spec = calibrate::chain_of(measurement, {spheres, {}}).spec;
+        // Rounding only.
+        EXPECT_NEAR(spec.stem.free_length(), measurement.stem.length, 1e-15);
+        EXPECT_NEAR(spec.stem.sphere_mass() / spec.stem.bond_length,
+                    measure::mass_per_length(measurement.stem), 1e-16);
+    }
+}
+
+TEST(StemChain, IsThatOfThePaperForThePapersStem) {
+    measure::Measurement measurement = tests::empty_measurement();
+    measurement.stem.spheres.reset();
+    const physics::StemParameters<double> stem = calibrate::chain_of(measurement).spec.stem;
+    const physics::StemParameters<double> paper;
+    EXPECT_EQ(stem.sphere_count, paper.sphere_count);
+    EXPECT_NEAR(stem.bond_length, paper.bond_length, 1e-15); // rounding
+    EXPECT_NEAR(stem.sphere_mass(), paper.sphere_mass(), 1e-18);
+    EXPECT_EQ(stem.bond_outer_diameter, paper.bond_outer_diameter);
+}
+
+TEST(StemChain, FirstModeIsThatOfTheBeamUpToTheSquareOfTheBondLength) {
+    const measure::Measurement measurement = tests::empty_measurement();
+    const auto error = [&](int spheres) {
+        run::CaseSpec spec = calibrate::chain_of(measurement, {spheres, {}}).spec;
+        spec.stem.bond_damping = 1e-3;
+        return calibrate::first_mode(spec).natural_frequency / calibrate::beam_frequency(spec) - 1;
+    };
+    // Shear and rotary inertia of the stem itself, (d/L)² and less, are some 1e-4 and do not
+    // vanish with the bond length; what does, does so with its square.
+    const double coarse = error(15);
+    const double medium = error(29);
+    const double fine = error(57);
+    EXPECT_LT(std::abs(fine), 4e-4);
+    EXPECT_NEAR((coarse - medium) / (medium - fine), 4.0, 0.3); // next order: (l/L)⁴
+}
+
+TEST(StemChain, DampingTimeGivesTheDampingRatioUnderBothLaws) {
+    const measure::Measurement measurement = tests::empty_measurement();
+    for (const auto& law : {physics::consistent_law(), physics::schramm2019_law()}) {
+        run::CaseSpec spec = calibrate::chain_of(measurement, {56, law}).spec;
+        spec.stem.bond_damping = 20.0;
+        const calibrate::ModeOfChain mode = calibrate::first_mode(spec);
+        const double wanted =
+            std::numbers::pi * mode.natural_frequency * calibrate::damping_time(spec);
+        // Dashpots that act on shear and rotary motion beside bending: some 1e-3.
+        EXPECT_NEAR(mode.damping_ratio / wanted, 1.0, 5e-3);
+    }
+}
+
+TEST(StemChain, SquareSectionBecomesTheRingOfTheSameAreaAndSecondMoment) {
+    measure::Measurement measurement = tests::empty_measurement();
+    measurement.stem.section = measure::RectangularSection{3e-3, 3e-3};
+    const calibrate::StemChain chain = calibrate::chain_of(measurement);
+    EXPECT_NEAR(chain.spec.stem.section_area(), 9e-6, 1e-18); // rounding
+    EXPECT_NEAR(chain.spec.stem.second_moment_of_area(), 81e-12 / 12, 1e-24);
+    EXPECT_TRUE(chain.remarks.empty());
+}
+
+TEST(StemChain, FlatSectionKeepsItsSecondMomentAndSaysWhatItLoses) {
+    measure::Measurement measurement = tests::empty_measurement();
+    measurement.stem.section = measure::RectangularSection{20e-3, 1e-3};
+    const calibrate::StemChain chain = calibrate::chain_of(measurement);
+    EXPECT_NEAR(chain.spec.stem.second_moment_of_area(), 20e-12 / 12, 1e-24); // rounding
+    EXPECT_EQ(chain.remarks.size(), 1U);
+}
+
+TEST(StemChain, RefusesAChainOfFourSpheres) {
+    measure::Measurement measurement = tests::empty_measurement();
+    EXPECT_THROW(static_cast<void>(calibrate::chain_of(measurement, {4, {}})), core::InputError);
+}
+
+} // namespace

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Every effect of the library: both integrators, lanes and derivatives tell the same.
+#include "free_vibration.hpp"
+#include "physics/effects/selection.hpp"
+#include "run/sensitivities.hpp"
+
+#include <gtest/gtest.h>
+
+namespace culm::run {
+namespace {
+
+/// A coarse stem, so that the explicit integrator has few steps to take; two periods of mode 1.
+CaseSpec coarse_case() {
+    CaseSpec spec;
+    physics::StemParameters<double>& stem = spec.stem;
+    stem.sphere_count = 9;
+    stem.bond_length = 0.15565 / 8.0;
+    stem.sphere_diameter = stem.bond_length;
+    stem.density = 5.24e-4 * stem.bond_length / (pi / 6.0 * std::pow(stem.sphere_diameter, 3));
+    stem.bond_youngs_modulus = 1e8;
+    stem.tip_mass_share = 0.5;
+    spec.law = physics::consistent_law();
+    set_damping_ratio(spec, 0.01);
+    spec.integrator.relative_tolerance = 1e-9;
+    spec.store = StoreLevel::Heights;
+    spec.heights = {0.05, 0.10, 0.14};
+    const double period = 1.0 / physics::first_frequency(stem);
+    spec.sample_interval = period / 40.0;
+    spec.duration = 80.0 * spec.sample_interval;
+    return spec;
+}
+
+const CaseResult& completed(const CaseOutcome& outcome) {
+    if (const auto* failure = std::get_if<CaseFailure>(&outcome))
+        throw std::runtime_error(failure->reason);
+    return std::get<CaseResult>(outcome);
+}
+
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+    double largest = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        largest = std::max(largest, std::abs(a[i] - b.at(i)));
+    return largest;
+}
+
+class EveryEffect : public testing::TestWithParam<std::string> {
+  protected:
+    /// The effect with the parameters that suit the stem.
+    static CaseSpec with_effect() {
+        CaseSpec spec = coarse_case();
+        const physics::EffectPointer effect = physics::effect_named(GetParam());
+        const physics::SelectedEffect selected{
+            effect, std::vector<std::optional<double>>(effect->parameters().size())};
+        spec.effects = {physics::with_defaults(selected, spec.stem)};
+        return spec;
+    }
+};
+
+TEST_P(EveryEffect, IsTheSameExplicitlyAndImplicitly) {
+    const CaseSpec spec = with_effect();
+    const CaseOutcome implicit = simulate(spec);
+    CaseSpec stepped = spec;
+    stepped.integrator.method = IntegrationMethod::Explicit;
+    // Effects may lower the limit of the plain chain, but not by so much.
+    stepped.integrator.timestep =
+        spec.sample_interval /
+        std::ceil(spec.sample_interval / (0.2 * largest_stable_timestep(coarse_case())));
+    const CaseOutcome explicitly = simulate(stepped);
+    const CaseOutcome bare = simulate(coarse_case());
+    const double difference = largest_difference(completed(implicit).height_deflection,
+                                                 completed(explicitly).height_deflection);
+    // Verlet's error is (ω dt)²/24 per radian: below 1e-5 in the modes that matter here.
+    EXPECT_LT(difference, 5e-5 * spec.tip_deflection);
+    EXPECT_GT(largest_difference(completed(implicit).height_deflection,
+                                 completed(bare).height_deflection),
+              20.0 * difference);
+}
+
+TEST_P(EveryEffect, IsTheSameInLanes) {
+    std::vector<CaseSpec> specs(3, with_effect());
+    for (std::size_t k = 0; k < specs.size(); ++k)
+        for (double& value : specs[k].effects.front().values)
+            value *= 1.0 - 0.1 * static_cast<double>(k);
+    for (CaseSpec& spec : specs)
+        spec.integrator.relative_tolerance = 1e-6;
+    ASSERT_TRUE(can_share_lanes(specs[0], specs[1]));
+    const auto together = simulate_together(specs);
+    for (std::size_t k = 0; k < specs.size(); ++k) {
+        // Lanes differ from scalars in the order of sums; that is rounding at every step. Where
+        // friction turns round within a step, the choice of the next step magnifies it.
+        const double magnified = GetParam() == "clamp_friction" ? 100.0 : 1.0;
+        EXPECT_LT(largest_difference(completed(together[k]).height_deflection,
+                                     completed(simulate(specs[k])).height_deflection),
+                  1e-9 * magnified * specs[k].tip_deflection);
+    }
+}
+
+TEST_P(EveryEffect, HasTheDerivativesOfItsParameters) {
+    const CaseSpec spec = with_effect();
+    const auto described = spec.effects.front().effect->parameters_for(spec.stem);
+    std::vector<CaseParameter> parameters;
+    for (std::size_t p = 0; p < described.size(); ++p)
+        parameters.push_back(
+            {described[p].name, [p](const CaseSpec& of) { return of.effects.front().values[p]; },
+             [p](CaseSpec& of, double value) { of.effects.front().values[p] = value; },
+             described[p].scale});
+    const SensitivityOutcome outcome = simulate_with_sensitivities(spec, parameters);
+    ASSERT_TRUE(std::holds_alternative<CaseWithSensitivities>(outcome));
+    const auto& derivatives = std::get<CaseWithSensitivities>(outcome).height_derivatives;
+    for (std::size_t p = 0; p < parameters.size(); ++p) {
+        const double value = parameters[p].get(spec);
+        const double change = 1e-3 * described[p].scale;
+        CaseSpec ahead = spec;
+        CaseSpec behind = spec;
+        parameters[p].set(ahead, value + change);
+        parameters[p].set(behind, value - change);
+        const CaseOutcome after = simulate(ahead);
+        const CaseOutcome before = simulate(behind);
+        double largest = 0.0;
+        double worst = 0.0;
+        for (std::size_t i = 0; i < derivatives[p].size(); ++i) {
+            const double expected =
+                (completed(after).height_deflection[i] - completed(before).height_deflection[i]) /
+                (2.0 * change);
+            largest = std::max(largest, std::abs(expected));
+            worst = std::max(worst, std::abs(derivatives[p][i] - expected));
+        }
+        // Each run is good to 1e-9 of the pull or so, and a thousandth of a parameter's scale
+        // moves the stem by a millionth of the pull or more: 1e-3, with the derivative's own 1e-5
+        // and (1e-3)² of the central difference.
+        const double noise = 2e-9 * spec.tip_deflection / change;
+        EXPECT_LT(worst, 2e-3 * largest + noise) << parameters[p].name;
+        EXPECT_TRUE(largest > 100.0 * noise || !described[p].calibrated) << parameters[p].name;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Library, EveryEffect, testing::ValuesIn(physics::effect_names()),
+                         [](const auto& of) { return of.param; });
+
+} // namespace
+} // namespace culm::run

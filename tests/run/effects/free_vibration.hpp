@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Lets a stem with effects vibrate and measures its swing: turning points, frequency, spectrum.
+#pragma once
+
+#include "physics/effects/library.hpp"
+#include "physics/effects/stem_scales.hpp"
+#include "run/simulate.hpp"
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace culm::run {
+
+inline constexpr double pi = std::numbers::pi;
+
+inline physics::ActiveEffect active(const std::string& name, std::vector<double> values) {
+    return {physics::effect_named(name), std::move(values)};
+}
+
+/// A stem so slender that it is an Euler-Bernoulli beam to 1e-5 (shear, rotatory inertia), of equal
+/// spheres but for the half one at its end, so that the chain's own error is of second order in
+/// 1/56. First frequency 1.77 Hz; damped by ζ = 0.5 % in mode 1 and more in the others.
+inline CaseSpec slender_case() {
+    CaseSpec spec;
+    physics::StemParameters<double>& stem = spec.stem;
+    stem.sphere_count = 57;
+    stem.bond_length = 0.15565 / 56.0;
+    stem.sphere_diameter = stem.bond_length;
+    stem.bond_outer_diameter = 0.5e-3;
+    stem.density = 5.24e-4 * stem.bond_length / (pi / 6.0 * std::pow(stem.sphere_diameter, 3));
+    stem.tip_mass_share = 0.5;
+    stem.bond_damping = 25.0;
+    spec.law = physics::consistent_law();
+    spec.integrator.relative_tolerance = 1e-8;
+    spec.tip_deflection = 1e-3;
+    return spec;
+}
+
+/// β that damps mode 1 of the uniform stem by `ratio` of critical; mode n then by ω_n/ω_1 as much.
+inline void set_damping_ratio(CaseSpec& spec, double ratio) {
+    spec.stem.bond_damping = 1.0;
+    const auto bond = physics::make_bond_coefficients(spec.stem, spec.law);
+    const double time = bond.bending_damping / bond.bending_stiffness;
+    spec.stem.bond_damping = 2.0 * ratio / (2.0 * pi * physics::first_frequency(spec.stem) * time);
+}
+
+struct TurningPoint {
+    double time;
+    double value;
+};
+
+/// A recorded tip.
+struct Swing {
+    std::vector<double> times;
+    std::vector<double> values;
+
+    /// Where the motion turns, from parabolas through three samples.
+    [[nodiscard]] std::vector<TurningPoint> turning_points() const {
+        std::vector<TurningPoint> points;
+        for (std::size_t i = 1; i + 1 < values.size(); ++i) {
+            const double before = values[i] - values[i - 1];
+            const double after = values[i + 1] - values[i];
+            if (before * after > 0.0 || before == 0.0)
+                continue;
+            const double place = 0.5 * (before + after) / (before - after);
+            points.push_back({times[i] + place * (times[1] - times[0]),
+                              values[i] + 0.25 * (before + after) * place});
+        }
+        return points;
+    }
+
+    /// Magnitude of the Fourier integral at `frequency` under a Hann window.
+    [[nodiscard]] double spectrum(double frequency) const {
+        std::complex<double> sum = 0.0;
+        const double last = times.back();
+        for (std::size_t i = 0; i < times.size(); ++i)
+            sum += values[i] * (1.0 - std::cos(2.0 * pi * times[i] / last)) *
+                   std::polar(1.0, -2.0 * pi * frequency * times[i]);
+        return std::abs(sum) / static_cast<double>(times.size());
+    }
+
+    /// The largest spectrum within `share` of `frequency`.
+    [[nodiscard]] double peak_near(double frequency, double share = 0.05) const {
+        double best = frequency;
+        for (double step = share / 50.0; step > 1e-7; step /= 10.0) {
+            const double middle = best;
+            const double reach = step == share / 50.0 ? 50.0 : 12.0;
+            for (double k = -reach; k <= reach; k += 1.0)
+                if (const double f = middle + k * step * frequency; spectrum(f) > spectrum(best))
+                    best = f;
+        }
+        return best;
+    }
+};
+
+/// `cycles` of the uniform stem's first mode, 200 samples each.
+inline Swing swing(CaseSpec spec, double cycles) {
+    const double period = 1.0 / physics::first_frequency(spec.stem);
+    spec.sample_interval = period / 200.0;
+    spec.duration = spec.sample_interval * std::round(200.0 * cycles);
+    const CaseOutcome outcome = simulate(spec);
+    if (const auto* failure = std::get_if<CaseFailure>(&outcome))
+        throw std::runtime_error(failure->reason);
+    Swing out;
+    out.values = std::get<CaseResult>(outcome).tip_deflection;
+    for (std::size_t i = 0; i < out.values.size(); ++i)
+        out.times.push_back(static_cast<double>(i) * spec.sample_interval);
+    return out;
+}
+
+/// Frequency and decay between two turning points, counted from the release.
+struct Swinging {
+    double frequency;       ///< Hz
+    double decay_per_cycle; ///< negative
+};
+
+inline Swinging swinging(const Swing& swing, std::size_t from, std::size_t to) {
+    const auto points = swing.turning_points();
+    const double cycles = 0.5 * static_cast<double>(to - from);
+    // Half the difference of neighbours is the amplitude between them, free of an offset.
+    const auto height = [&](std::size_t k) {
+        return std::abs(points.at(k).value - points.at(k + 1).value);
+    };
+    return {cycles / (points.at(to).time - points.at(from).time),
+            std::log(height(to) / height(from)) / cycles};
+}
+
+} // namespace culm::run

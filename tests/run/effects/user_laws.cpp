@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A formula that says what an effect of the library says gives the same motion.
+#include "free_vibration.hpp"
+#include "physics/effects/user_effect.hpp"
+
+#include <gtest/gtest.h>
+
+namespace culm::run {
+namespace {
+
+physics::ActiveEffect formula(physics::UserLawKind kind, const std::string& text, double value) {
+    physics::UserEffectText effect;
+    effect.name = "mine";
+    effect.kind = kind;
+    effect.formula = text;
+    effect.parameters = {{.name = "c",
+                          .unit = "",
+                          .meaning = "of the formula",
+                          .default_value = value,
+                          .lower = std::min(0.0, 2.0 * value),
+                          .upper = std::max(0.0, 2.0 * value),
+                          .scale = 1.0}};
+    return {physics::make_user_effect(effect), {value}};
+}
+
+/// Largest difference of the two motions over that which either makes.
+double disagreement(CaseSpec spec, const physics::ActiveEffect& user,
+                    const physics::ActiveEffect& library) {
+    const Swing bare = swing(spec, 5.0);
+    spec.effects = {user};
+    const Swing by_user = swing(spec, 5.0);
+    spec.effects = {library};
+    const Swing by_library = swing(spec, 5.0);
+    double difference = 0.0;
+    double effect = 0.0;
+    for (std::size_t i = 0; i < bare.values.size(); ++i) {
+        difference = std::max(difference, std::abs(by_user.values[i] - by_library.values[i]));
+        effect = std::max(effect, std::abs(by_library.values[i] - bare.values[i]));
+    }
+    return difference / effect;
+}
+
+TEST(UsersForce, AsQuadraticDragIsQuadraticDrag) {
+    CaseSpec spec = slender_case();
+    set_damping_ratio(spec, 0.005);
+    const double coefficient = 50.0;
+    const double per_length = 0.5 * 1.2 * coefficient * spec.stem.bond_outer_diameter;
+    // Sideways only, where the library's drag acts along the whole velocity: the square of the
+    // slope, below 1e-4.
+    EXPECT_LT(disagreement(spec,
+                           formula(physics::UserLawKind::ForcePerLength, "-c*abs(v)*v", per_length),
+                           active("quadratic_drag", {coefficient})),
+              1e-4);
+}
+
+TEST(UsersMoment, AsABendingNonlinearityIsTheNonlinearity) {
+    CaseSpec spec = slender_case();
+    set_damping_ratio(spec, 0.005);
+    const double gamma = 0.3;
+    // The same law in other words: what is left is the integrator's error, 1e-8 of the pull per
+    // step, against an effect of a thousandth of it or more.
+    EXPECT_LT(disagreement(spec,
+                           formula(physics::UserLawKind::BendingMoment, "c*kappa^3",
+                                   gamma * physics::bending_rigidity(spec.stem)),
+                           active("bending_nonlinearity", {gamma})),
+              1e-3);
+}
+
+TEST(UsersMomentAtTheClamp, AsASpringIsTheCompliantClamp) {
+    CaseSpec spec = slender_case();
+    set_damping_ratio(spec, 0.005);
+    const double stiffness = 10.0 * physics::stiffness_scale(spec.stem);
+    EXPECT_LT(disagreement(spec, formula(physics::UserLawKind::BaseMoment, "-c*theta", stiffness),
+                           active("clamp_compliance", {stiffness})),
+              1e-5);
+}
+
+TEST(UsersFormula, WithoutAValueFailsTheCaseWithItsInputs) {
+    CaseSpec spec = slender_case();
+    spec.tip_deflection = 20e-3; // beyond what is tried when the formula is read
+    spec.effects = {formula(physics::UserLawKind::ForcePerLength, "c*sqrt(0.015 - x)", 1e-6)};
+    spec.duration = 0.1;
+    spec.sample_interval = 1e-3;
+    const CaseOutcome outcome = simulate(spec);
+    ASSERT_TRUE(std::holds_alternative<CaseFailure>(outcome));
+    const auto& failure = std::get<CaseFailure>(outcome);
+    EXPECT_EQ(failure.kind, core::FailureKind::UserExpression) << failure.reason;
+    EXPECT_NE(failure.reason.find("c*sqrt(0.015 - x) is not a number at s = "), std::string::npos)
+        << failure.reason;
+}
+
+} // namespace
+} // namespace culm::run
