@@ -14,7 +14,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <limits>
 #include <numeric>
 #include <random>
 #include <utility>
@@ -25,47 +24,49 @@
 namespace culm::bench {
 namespace {
 
-/// Planned and measured processor time of a point, s.
-struct MeasuredPoint {
+/// Planned and measured processor time of a batch, s: one stem per SIMD lane, with its fits.
+struct MeasuredBatch {
     double planned = 0.0;
     double seconds = 0.0;
 };
 
-std::vector<MeasuredPoint> measure_points(const char* file) {
-    constexpr int repeats = 2;
+std::vector<MeasuredBatch> measure_batches(const char* file) {
+    constexpr int repeats = 5;
     const study::Study study = study::load_study(file);
-    std::vector<MeasuredPoint> points;
-    for (std::int64_t point = 0; point < study.design.point_count(); ++point) {
-        const run::CaseSpec spec = study::case_of_point(study.config, study.design, point);
-        MeasuredPoint measured{study::estimated_seconds(spec),
-                               std::numeric_limits<double>::infinity()};
-        for (int k = 0; k < repeats; ++k) {
-            const double start = cpu_seconds();
-            (void)study::make_record(spec, run::simulate(spec), study.config.reduce);
-            measured.seconds = std::min(measured.seconds, cpu_seconds() - start);
-        }
-        points.push_back(measured);
+    std::vector<std::int64_t> points(static_cast<std::size_t>(study.design.point_count()));
+    std::iota(points.begin(), points.end(), std::int64_t{0});
+    std::vector<MeasuredBatch> measured;
+    for (const farm::Batch& batch : study::make_batches(study, points)) {
+        std::vector<run::CaseSpec> specs;
+        for (const std::int64_t point : batch.points)
+            specs.push_back(study::case_of_point(study.config, study.design, point));
+        const auto compute = [&] {
+            std::vector<run::CaseOutcome> outcomes = run::simulate_together(specs);
+            for (std::size_t k = 0; k < specs.size(); ++k)
+                (void)study::make_record(specs[k], std::move(outcomes[k]), study.config.reduce);
+        };
+        measured.push_back({batch.cost, time_repeats(repeats, compute).least()});
     }
-    return points;
+    return measured;
 }
 
-/// A study of `count` points drawn from the measured ones, in the order of the plan.
+/// A study of `count` batches drawn from the measured ones, in the order of the plan.
 struct DrawnStudy {
     std::vector<double> costs;
     std::vector<double> seconds;
 };
 
-DrawnStudy draw(const std::vector<MeasuredPoint>& measured, std::size_t count, double scale) {
+DrawnStudy draw(const std::vector<MeasuredBatch>& measured, std::size_t count, double scale) {
     std::mt19937_64 random(1);
     std::uniform_int_distribution<std::size_t> pick(0, measured.size() - 1);
-    std::vector<MeasuredPoint> points(count);
-    for (MeasuredPoint& point : points)
-        point = measured[pick(random)];
-    std::ranges::sort(points, std::ranges::greater{}, &MeasuredPoint::planned);
+    std::vector<MeasuredBatch> batches(count);
+    for (MeasuredBatch& batch : batches)
+        batch = measured[pick(random)];
+    std::ranges::sort(batches, std::ranges::greater{}, &MeasuredBatch::planned);
     DrawnStudy study;
-    for (const MeasuredPoint& point : points) {
-        study.costs.push_back(point.planned);
-        study.seconds.push_back(scale * point.seconds);
+    for (const MeasuredBatch& batch : batches) {
+        study.costs.push_back(batch.planned);
+        study.seconds.push_back(scale * batch.seconds);
     }
     return study;
 }
@@ -84,15 +85,15 @@ double opening_seconds(const DrawnStudy& study, int ranks) {
     return is_dealt ? cpu_seconds() - start : 0.0;
 }
 
-void print_table(const std::vector<MeasuredPoint>& measured, const FarmModel& network) {
+void print_table(const std::vector<MeasuredBatch>& measured, const FarmModel& network) {
     fmt::print(
         "Latency {:.0f} µs, {:.1f} µs of rank 0 per report and answer, {:.0f} µs between "
         "beats.\n\n"
-        "| ms a point | points | ranks | points a rank | makespan, s | bound, s | efficiency "
+        "| ms a batch | batches | ranks | batches a rank | makespan, s | bound, s | efficiency "
         "| with opening | messages/s | rank 0 in messages | largest delay, ms |\n"
         "|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n",
         1e6 * network.latency, 1e6 * network.handling, 1e6 * network.beat);
-    for (const double scale : {1.0, 0.1})
+    for (const double scale : {1.0, 30.0})
         for (const std::size_t count : {std::size_t{100'000}, std::size_t{1'000'000}}) {
             const DrawnStudy study = draw(measured, count, scale);
             const double work = std::accumulate(study.seconds.begin(), study.seconds.end(), 0.0);
@@ -129,6 +130,6 @@ int main(int argc, char** argv) {
             network.latency = 1e-6 * std::atof(argv[2]);
             network.handling = 1e-6 * std::atof(argv[3]);
         }
-        culm::bench::print_table(culm::bench::measure_points(argv[1]), network);
+        culm::bench::print_table(culm::bench::measure_batches(argv[1]), network);
     });
 }

@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
+#include <utility>
 
 #include <fmt/core.h>
 #include <sys/resource.h>
@@ -36,14 +38,20 @@ std::string sobol_study(const std::string& store, std::int64_t points) {
                        store, store == "heights" ? "heights_mm = [40, 80, 120]\n" : "", points);
 }
 
-/// Processor time of a point, from a few of them.
+/// Processor time of a point, from a few batches.
 double seconds_per_point(const std::string& store) {
-    constexpr std::int64_t samples = 8;
+    constexpr std::int64_t samples = 32;
     const study::Study study = study::parse_study(sobol_study(store, samples), "sample.toml");
+    std::vector<std::int64_t> points(samples);
+    std::iota(points.begin(), points.end(), std::int64_t{0});
     const double start = cpu_seconds();
-    for (std::int64_t point = 0; point < samples; ++point) {
-        const run::CaseSpec spec = study::case_of_point(study.config, study.design, point);
-        (void)study::make_record(spec, run::simulate(spec), study.config.reduce);
+    for (const farm::Batch& batch : study::make_batches(study, points)) {
+        std::vector<run::CaseSpec> specs;
+        for (const std::int64_t point : batch.points)
+            specs.push_back(study::case_of_point(study.config, study.design, point));
+        std::vector<run::CaseOutcome> outcomes = run::simulate_together(specs);
+        for (std::size_t k = 0; k < specs.size(); ++k)
+            (void)study::make_record(specs[k], std::move(outcomes[k]), study.config.reduce);
     }
     return (cpu_seconds() - start) / static_cast<double>(samples);
 }

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the time of an implicit run goes: its kernels timed alone, times how often the run calls
-// them.
+// Where the time of an implicit step goes: its kernels timed alone, for one stem and for one stem
+// per SIMD lane, beside the operations that they consist of.
 #include "bench/cpu_time.hpp"
-#include "bench/implicit_probe.hpp"
+#include "bench/implicit_kernels.hpp"
 #include "bench/run_program.hpp"
 #include "core/error.hpp"
-#include "integrate/condensed_newton.hpp"
-#include "integrate/history_sampler.hpp"
+#include "core/lanes.hpp"
+#include "integrate/error_scales.hpp"
+#include "integrate/rosenbrock.hpp"
 
+#include <algorithm>
 #include <array>
-#include <cstdint>
-#include <span>
+#include <cmath>
 #include <string_view>
 #include <vector>
 
@@ -19,99 +20,132 @@
 namespace culm::bench {
 namespace {
 
-constexpr int repeats = 9;
-constexpr int calls_per_repeat = 500;
+using core::Lanes;
 
-/// Seconds of one call: the least of the repeats, because the runs' own time is a least one too.
-template <class Kernel>
-double time_of_call(Kernel&& kernel) {
-    return time_repeats(repeats,
-                        [&] {
-                            for (int k = 0; k < calls_per_repeat; ++k)
-                                kernel();
-                        })
-               .least() /
-           calls_per_repeat;
+constexpr int rounds = 10; ///< over all kernels, so that a slow moment hits none of them always
+constexpr int repeats = 5;
+
+/// Seconds of processor time a call, least of the repeats.
+template <int Dim, class T>
+Kernels time_once() {
+    const physics::Chain<Dim, T> chain(kernel_stem<T>(), physics::schramm2019_law());
+    const std::vector<T> state = kernel_state<Dim, T>();
+    constexpr int calls = Dim == 2 ? 100 : 30;
+    const auto time_of_call = [](auto&& kernel) {
+        return time_repeats(repeats,
+                            [&] {
+                                for (int k = 0; k < calls; ++k)
+                                    kernel();
+                            })
+                   .least() /
+               calls;
+    };
+    Kernels kernels = each_kernel<Dim, T>(chain, state, time_of_call);
+
+    const auto scales = integrate::cantilever_scales(kernel_stem<T>(), T(kernel_deflection));
+    integrate::Rosenbrock<Dim, T> rosenbrock(chain, state, scales, 1e-6, 0.0);
+    std::array<bool, core::lanes_of<T>> all{};
+    all.fill(true);
+    kernels.step = time_of_call([&] { (void)rosenbrock.try_step(all); });
+    return kernels;
 }
 
-/// Seconds of one call of each kernel on a planar chain.
-struct KernelTimes {
-    double rate;      ///< d(state)/dt
-    double jacobian;  ///< every bond's, by dual numbers
-    double factorise; ///< condensation and block-tridiagonal LU
-    double solve;     ///< right-hand side, substitution, recovery of what was condensed
-    double sampler;   ///< one step's node, interpolation included
-};
-
-KernelTimes time_kernels(const ReleasedStem& released, double gamma) {
-    const physics::Chain<2, double> chain(released.stem, physics::schramm2019_law());
-    integrate::CondensedNewton<2> newton(chain);
-    std::vector<double> rate(released.state.size());
-    std::vector<double> solution(released.state.size());
-    KernelTimes times{};
-    times.rate = time_of_call([&] { chain.evaluate_rate(released.state.data(), rate.data()); });
-    times.jacobian = time_of_call([&] { newton.set_state(released.state.data()); });
-    bool is_regular = true;
-    times.factorise = time_of_call([&] { is_regular = newton.factorise(gamma) && is_regular; });
-    if (!is_regular)
-        throw core::NumericalError(core::FailureKind::SolverFailed,
-                                   "the Newton matrix is singular");
-    times.solve = time_of_call([&] { newton.solve(rate.data(), solution.data()); });
-
-    const int tip = released.stem.sphere_count - 1;
-    double last = 0.0;
-    integrate::HistorySampler<2> sampler(
-        chain.layout(), tip, tip, sample_interval, SIZE_MAX,
-        [&last](std::size_t, std::span<const double> at) { last = at[1]; });
-    double time = 0.0;
-    times.sampler = time_of_call([&] { sampler.observe(time += sample_interval, released.state); });
-    return times;
+template <int Dim, class T>
+Kernels time_kernels() {
+    Kernels least = time_once<Dim, T>();
+    for (int round = 1; round < rounds; ++round) {
+        const Kernels now = time_once<Dim, T>();
+        for (double Kernels::*member : {&Kernels::rate, &Kernels::jacobian, &Kernels::factorise,
+                                        &Kernels::solve, &Kernels::step})
+            least.*member = std::min(least.*member, now.*member);
+    }
+    return least;
 }
 
-void print_row(std::string_view name, std::int64_t calls, double seconds_per_call, double total) {
-    const double share = static_cast<double>(calls) * seconds_per_call / total;
-    fmt::print("| {:<31} | {:>7} | {:>7.2f} | {:>5.1f} % |\n", name, calls, 1e6 * seconds_per_call,
-               100.0 * share);
+/// Operations per second of fused multiply-adds in registers, two operations each: what no program
+/// exceeds on this core.
+template <class T>
+double peak_operations_per_second() {
+    constexpr int chains = 8; // two units with a latency of four cycles
+    constexpr int additions = 10'000;
+    const volatile double near_one = 0.999999;
+    const T factor(near_one);
+    const T summand(1.0 - near_one);
+    T sum(1.0);
+    const auto add = [&] {
+        T a = sum, b = sum, c = sum, d = sum, e = sum, f = sum, g = sum, h = sum;
+        for (int k = 0; k < additions; ++k) {
+            a = a * factor + summand;
+            b = b * factor - summand;
+            c = c * summand + factor;
+            d = d * summand - factor;
+            e = factor - e * summand;
+            f = summand - f * factor;
+            g = a * factor + g;
+            h = b * factor + h;
+        }
+        sum = factor * (a + b + c + d + e + f) + summand * (g + h);
+    };
+    double least = time_repeats(repeats, add).least();
+    for (int round = 1; round < 100; ++round) {
+        sum = T(1.0);
+        least = std::min(least, time_repeats(repeats, add).least());
+    }
+    if (!core::all_finite(sum))
+        throw core::NumericalError(core::FailureKind::NotANumber, "the sums grew");
+    return 2.0 * chains * additions * static_cast<double>(core::lanes_of<T>) / least;
 }
 
-void print_phases(double youngs_modulus, double damping) {
-    const ReleasedStem released(youngs_modulus, damping);
-    const std::optional<Probe> probe =
-        probe_ring_down(released, {.cpu_budget = 20.0, .repeats = 5});
-    if (!probe)
-        throw core::NumericalError(core::FailureKind::SolverFailed, "the ring-down failed");
-    const integrate::SolveSummary& cost = probe->cost;
-    // γ is the step times the method's diagonal coefficient.
-    const KernelTimes times =
-        time_kernels(released, 0.19 * record_length / static_cast<double>(cost.steps));
-    const double total = probe->cpu_seconds;
-    const double known = static_cast<double>(cost.rhs_evaluations) * times.rate +
-                         static_cast<double>(cost.jacobian_evaluations) * times.jacobian +
-                         static_cast<double>(cost.factorisations) * times.factorise +
-                         static_cast<double>(cost.linear_solves) * times.solve +
-                         static_cast<double>(cost.steps) * times.sampler;
+void print_row(std::string_view name, double seconds, double calls, double step, double operations,
+               double peak, double lanes) {
+    const double floor = operations * lanes / peak;
+    fmt::print("| {:<31} | {:.0f} | {:>7.2f} | {:>5.1f} % | {:>8.0f} | {:>6.2f} | {:.0f} % |\n",
+               name, calls, 1e6 * seconds, 100.0 * calls * seconds / step, operations, 1e6 * floor,
+               100.0 * floor / seconds);
+}
 
-    fmt::print("Y = {:.0f} GPa, β = {:.0f}, tolerance 1e-6: {} steps ({} rejected) in {:.1f} ms, "
-               "{:.2f} ms per cycle, {:.1f} µs per step\n\n",
-               youngs_modulus * 1e-9, damping, cost.steps, cost.rejected_steps, 1e3 * total,
-               1e3 * total / probe->cycles(), 1e6 * total / static_cast<double>(cost.steps));
-    fmt::print("| what | calls | µs a call | share |\n|---|---:|---:|---:|\n");
-    print_row("right-hand side", cost.rhs_evaluations, times.rate, total);
-    print_row("Jacobian (dual numbers)", cost.jacobian_evaluations, times.jacobian, total);
-    print_row("condensation and factorisation", cost.factorisations, times.factorise, total);
-    print_row("solve", cost.linear_solves, times.solve, total);
-    print_row("sampling of the tip", cost.steps, times.sampler, total);
-    print_row("the rest, per step", cost.steps, (total - known) / static_cast<double>(cost.steps),
-              total);
+template <int Dim, class T>
+void print_table(std::string_view name, const Kernels& operations) {
+    const Kernels times = time_kernels<Dim, T>();
+    const double peak = peak_operations_per_second<T>();
+    constexpr auto lanes = static_cast<double>(core::lanes_of<T>);
+    constexpr auto stages = static_cast<double>(integrate::Rodas5::stages);
+    fmt::print("### {}: {:.1f} µs a step, {:.2f} µs per stem; peak {:.1f} G operations/s\n\n"
+               "| what | calls a step | µs a call | share | operations per stem | floor, µs | "
+               "floor / time |\n|---|---:|---:|---:|---:|---:|---:|\n",
+               name, 1e6 * times.step, 1e6 * times.step / lanes, 1e-9 * peak);
+    const auto row = [&](std::string_view what, double Kernels::*member, double calls) {
+        print_row(what, times.*member, calls, times.step, operations.*member, peak, lanes);
+    };
+    row("right-hand side", &Kernels::rate, stages);
+    row("Jacobian (dual numbers)", &Kernels::jacobian, 1.0);
+    row("condensation and factorisation", &Kernels::factorise, 1.0);
+    row("solve", &Kernels::solve, stages);
+    print_row("the rest: sums over stages", times.rest(), 1.0, times.step, operations.rest(), peak,
+              lanes);
+    row("step", &Kernels::step, 1.0);
     fmt::print("\n");
+}
+
+void run() {
+    fmt::print("56 spheres, Y = 1 GPa, β = 25, RODAS5; least processor time of {} repeats; build "
+               "{}, architecture flag '{}', {} SIMD lanes.\nFloor: the operations (additions, "
+               "multiplications, divisions and roots, one each) at the measured peak of fused "
+               "multiply-adds, two operations each; it counts products with zeros of dual numbers "
+               "that the "
+               "compiler leaves out.\n\n",
+               rounds * repeats, CULM_BUILD_TYPE, CULM_ARCHITECTURE, core::lane_count);
+    const Kernels planar = count_kernels<2>();
+    const Kernels spatial = count_kernels<3>();
+    print_table<2, double>("Planar, one stem", planar);
+    print_table<2, Lanes>("Planar, lanes", planar);
+    print_table<3, double>("Spatial, one stem", spatial);
+    print_table<3, Lanes>("Spatial, lanes", spatial);
 }
 
 } // namespace
 } // namespace culm::bench
 
 int main() {
-    return culm::bench::run_program([] {
-        for (const double damping : {1.0, 25.0, 200.0})
-            culm::bench::print_phases(1e9, damping);
-    });
+    return culm::bench::run_program([] { culm::bench::run(); });
 }

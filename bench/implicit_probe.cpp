@@ -5,7 +5,6 @@
 #include "core/error.hpp"
 #include "integrate/arkode.hpp"
 #include "integrate/history_sampler.hpp"
-#include "integrate/implicit.hpp"
 #include "integrate/statics.hpp"
 #include "reduce/ring_down_fit.hpp"
 
@@ -17,35 +16,24 @@ namespace {
 
 constexpr std::size_t sample_count = static_cast<std::size_t>(record_length / sample_interval) + 1;
 
-Probe integrate_once(const ReleasedStem& released, const ProbeOptions& options) {
-    const physics::Chain<2, double> chain(released.stem, physics::schramm2019_law());
-    std::vector<double> state = released.state;
-    const int tip = released.stem.sphere_count - 1;
+Probe integrate_once(const StartedStem& started, const Method& method,
+                     const ProbeOptions& options) {
+    const physics::Chain<2, double> chain(started.stem, physics::schramm2019_law());
+    const int tip = started.stem.sphere_count - 1;
     Probe probe;
     const double start = cpu_seconds();
     integrate::HistorySampler<2> sampler(chain.layout(), tip, tip, sample_interval, sample_count,
                                          [&probe](std::size_t, std::span<const double> position) {
                                              probe.tip.push_back(position[1]);
                                          });
-    const auto scales = integrate::cantilever_scales(released.stem, tip_deflection);
-    const auto observe = [&sampler](double time, std::span<const double> at) {
-        sampler.observe(time, at);
-    };
-    const auto heartbeat = [&] { return cpu_seconds() - start < options.cpu_budget; };
-    if (options.butcher_table) {
-        integrate::ArkodeOptions arkode;
-        arkode.relative_tolerance = options.relative_tolerance;
-        arkode.butcher_table = options.butcher_table;
-        arkode.heartbeat = heartbeat;
-        probe.cost =
-            integrate::integrate_arkode(chain, state, scales, record_length, observe, arkode);
-    } else {
-        integrate::ImplicitOptions implicit;
-        implicit.relative_tolerance = options.relative_tolerance;
-        implicit.heartbeat = heartbeat;
-        probe.cost =
-            integrate::integrate_implicit(chain, state, scales, record_length, observe, implicit);
-    }
+    Problem problem{
+        chain,
+        started.state,
+        integrate::cantilever_scales(started.stem, started.deflection),
+        options.tolerance,
+        [&sampler](double time, std::span<const double> at) { sampler.observe(time, at); },
+        [&] { return cpu_seconds() - start < options.cpu_budget; }};
+    probe.cost = method(problem);
     sampler.finish();
     probe.cpu_seconds = cpu_seconds() - start;
     return probe;
@@ -62,20 +50,49 @@ void fit(Probe& probe) {
 
 } // namespace
 
-ReleasedStem::ReleasedStem(double bond_youngs_modulus, double bond_damping) {
+physics::StemParameters<double> published_stem(double bond_youngs_modulus, double bond_damping) {
+    physics::StemParameters<double> stem;
     stem.bond_youngs_modulus = bond_youngs_modulus;
     stem.bond_damping = bond_damping;
-    const physics::Chain<2, double> chain(stem, physics::schramm2019_law());
-    state = integrate::deflected_equilibrium(chain, tip_deflection).state;
+    return stem;
 }
 
-std::optional<Probe> probe_ring_down(const ReleasedStem& released, const ProbeOptions& options) {
+StartedStem released_stem(double bond_youngs_modulus, double bond_damping) {
+    const auto stem = published_stem(bond_youngs_modulus, bond_damping);
+    const physics::Chain<2, double> chain(stem, physics::schramm2019_law());
+    return {stem, integrate::deflected_equilibrium(chain, released_deflection).state,
+            released_deflection};
+}
+
+Method method_in_use() {
+    return [](Problem& problem) {
+        integrate::ImplicitOptions options;
+        options.relative_tolerance = problem.tolerance;
+        options.heartbeat = problem.heartbeat;
+        return integrate::integrate_implicit(problem.chain, problem.state, problem.scales,
+                                             record_length, problem.observe, options);
+    };
+}
+
+Method arkode_method(int butcher_table) {
+    return [butcher_table](Problem& problem) {
+        integrate::ArkodeOptions options;
+        options.relative_tolerance = problem.tolerance;
+        options.butcher_table = butcher_table;
+        options.heartbeat = problem.heartbeat;
+        return integrate::integrate_arkode(problem.chain, problem.state, problem.scales,
+                                           record_length, problem.observe, options);
+    };
+}
+
+std::optional<Probe> probe_ring_down(const StartedStem& start, const Method& method,
+                                     const ProbeOptions& options) {
     try {
-        Probe probe = integrate_once(released, options);
+        Probe probe = integrate_once(start, method, options);
         fit(probe);
         for (int k = 1; k < options.repeats && probe.cpu_seconds < 0.25 * options.cpu_budget; ++k)
             probe.cpu_seconds =
-                std::min(probe.cpu_seconds, integrate_once(released, options).cpu_seconds);
+                std::min(probe.cpu_seconds, integrate_once(start, method, options).cpu_seconds);
         return probe;
     } catch (const integrate::Interrupted&) {
         return std::nullopt;
@@ -88,7 +105,7 @@ double tip_error(const Probe& probe, const Probe& reference) {
     double largest = 0.0;
     for (std::size_t k = 0; k < reference.tip.size(); ++k)
         largest = std::max(largest, std::abs(probe.tip[k] - reference.tip[k]));
-    return largest / tip_deflection;
+    return largest / released_deflection;
 }
 
 } // namespace culm::bench

@@ -1,31 +1,73 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One implicit ring-down with a chosen method and tolerance: its history, its fit and its cost.
+// One implicit ring-down by a chosen method and tolerance: its history, its fit and its cost.
 #pragma once
 
+#include "integrate/error_scales.hpp"
+#include "integrate/implicit.hpp"
+#include "integrate/rosenbrock.hpp"
 #include "integrate/solve_summary.hpp"
 #include "physics/chain.hpp"
 
+#include <functional>
 #include <optional>
 #include <vector>
 
 namespace culm::bench {
 
-/// A stem of 56 spheres (Table 1 of the paper) that waits for its release.
-struct ReleasedStem {
-    physics::StemParameters<double> stem;
-    std::vector<double> state; ///< the equilibrium, planar
-
-    ReleasedStem(double bond_youngs_modulus, double bond_damping);
-};
-
 /// Deflection before the release, m; length of the record and distance of its samples, s.
-inline constexpr double tip_deflection = 15e-3;
+inline constexpr double released_deflection = 15e-3;
 inline constexpr double record_length = 0.1;
 inline constexpr double sample_interval = 5e-5;
 
+/// A planar stem of 56 spheres (Table 1 of the paper, law schramm2019) about to vibrate.
+struct StartedStem {
+    physics::StemParameters<double> stem;
+    std::vector<double> state;
+    double deflection; ///< of the tip, m
+};
+[[nodiscard]] physics::StemParameters<double> published_stem(double bond_youngs_modulus,
+                                                             double bond_damping);
+/// In its equilibrium under a force at the tip.
+[[nodiscard]] StartedStem released_stem(double bond_youngs_modulus, double bond_damping);
+
+/// What an integrator is given.
+struct Problem {
+    const physics::Chain<2, double>& chain;
+    std::vector<double> state;
+    integrate::ErrorScales scales;
+    double tolerance;
+    integrate::StepObserver observe;
+    integrate::Heartbeat heartbeat;
+};
+using Method = std::function<integrate::SolveSummary(Problem&)>;
+
+/// The one that studies use.
+[[nodiscard]] Method method_in_use();
+/// One of ARKODE's DIRK tables under the number that ARKODE 6.4 gives it.
+[[nodiscard]] Method arkode_method(int butcher_table);
+/// A Rosenbrock method of integrate/rosenbrock_methods.hpp.
+template <class Coefficients>
+[[nodiscard]] Method rosenbrock_method() {
+    return [](Problem& problem) {
+        integrate::Rosenbrock<2, double, Coefficients> rosenbrock(
+            problem.chain, problem.state, problem.scales, problem.tolerance, 0.0);
+        const integrate::StepController& controller = rosenbrock.controller(0);
+        problem.observe(0.0, rosenbrock.state());
+        while (controller.time() < record_length) {
+            if (rosenbrock.try_step({true})[0])
+                problem.observe(controller.time(), rosenbrock.state());
+            if (controller.has_failed() || !problem.heartbeat())
+                throw integrate::Interrupted{};
+        }
+        integrate::SolveSummary work;
+        work.steps = controller.accepted_steps();
+        work.rejected_steps = controller.rejected_steps();
+        return work;
+    };
+}
+
 struct ProbeOptions {
-    std::optional<int> butcher_table{}; ///< ARKODE's number; empty: culm's choice
-    double relative_tolerance = 1e-6;
+    double tolerance = integrate::ImplicitOptions{}.relative_tolerance;
     double cpu_budget = 2.0; ///< s; beyond it the run is given up
     int repeats = 3;         ///< runs above a quarter of the budget are not repeated
 };
@@ -41,7 +83,7 @@ struct Probe {
 };
 
 /// Nothing if the method stalls (budget used up), fails, or yields no vibration that can be fitted.
-[[nodiscard]] std::optional<Probe> probe_ring_down(const ReleasedStem& released,
+[[nodiscard]] std::optional<Probe> probe_ring_down(const StartedStem& start, const Method& method,
                                                    const ProbeOptions& options);
 
 /// Largest difference of two tip histories, as a share of the released deflection.

@@ -46,8 +46,9 @@ void set_direction(const physics::SelectedEffect& selected, const measure::Measu
 
 } // namespace
 
-FreeParameter effect_parameter(const physics::Effect& effect, std::size_t parameter) {
-    const physics::EffectParameter described = effect.parameters().at(parameter);
+FreeParameter effect_parameter(const physics::Effect& effect,
+                               const physics::StemParameters<double>& stem, std::size_t parameter) {
+    const physics::EffectParameter described = effect.parameters_for(stem).at(parameter);
     const std::string name = effect.name();
     run::CaseParameter access{fmt::format("{}.{}", name, described.name),
                               [name, parameter](const run::CaseSpec& spec) {
@@ -74,7 +75,7 @@ StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
     const std::vector<physics::EffectParameter> parameters = selected.effect->parameters();
     for (std::size_t k = 0; k < parameters.size(); ++k)
         if (parameters[k].calibrated && !selected.fixed[k])
-            model.parameters.push_back(effect_parameter(*selected.effect, k));
+            model.parameters.push_back(effect_parameter(*selected.effect, model.spec.stem, k));
     return model;
 }
 

@@ -8,9 +8,13 @@
 
 namespace culm::calibrate {
 
-/// The number `parameter` of the effect of that name in a case, called "effect.parameter". The
-/// case must contain the effect when it is read or set.
-[[nodiscard]] FreeParameter effect_parameter(const physics::Effect& effect, std::size_t parameter);
+/// The number `parameter` of the effect of that name in a case, called "effect.parameter", with the
+/// bounds and the scale that suit the stem: those for any stem span so many decades that a value
+/// which is small for all of them would count as lying at a bound. The case must contain the effect
+/// when it is read or set.
+[[nodiscard]] FreeParameter effect_parameter(const physics::Effect& effect,
+                                             const physics::StemParameters<double>& stem,
+                                             std::size_t parameter);
 
 /// Appends the effect to the model's case with the user's fixed values and, for the rest, the
 /// defaults that suit the stem; parameters that are calibrated and not fixed become free. Gravity

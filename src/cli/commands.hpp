@@ -22,6 +22,7 @@ void add_import_command(CLI::App& app, CommandResult& result);
 void add_fit_command(CLI::App& app, CommandResult& result);
 void add_track_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 void add_calibrate_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
+void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 void add_export_command(CLI::App& app);
 void add_effects_command(CLI::App& app);
 

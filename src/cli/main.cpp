@@ -53,6 +53,7 @@ int run(int argc, char** argv) {
     culm::cli::add_fit_command(app, result);
     culm::cli::add_track_command(app, result, argc, argv);
     culm::cli::add_calibrate_command(app, result, argc, argv);
+    culm::cli::add_compare_command(app, result, argc, argv);
     culm::cli::add_export_command(app);
     culm::cli::add_effects_command(app);
     try {

@@ -130,26 +130,50 @@ class Rosenbrock {
 
     template <std::size_t Stage>
     [[gnu::flatten]] void run_stage() {
-        constexpr auto& a = Method::argument[Stage];
-        constexpr auto& c = Method::coupling[Stage];
         const std::size_t size = state_.size();
-        if constexpr (Stage > 0) {
-            for (std::size_t k = 0; k < size; ++k)
-                argument_[k] = combined<Stage>(a, state_[k], k);
-        }
+        T* const increment = increments_[Stage].data();
+        if constexpr (Stage > 0)
+            sum_stages<Stage>();
         chain_.evaluate_rate(Stage > 0 ? argument_.data() : state_.data(), rate_.data(),
                              time_ + T(stage_times<Method>[Stage].argument) * step_);
         const T scaled_step = T(Method::gamma) * step_;
-        T* const increment = increments_[Stage].data();
-        for (std::size_t k = 0; k < size; ++k)
-            increment[k] =
-                scaled_step * rate_[k] + T(Method::gamma) * combined<Stage>(c, T(0.0), k);
+        for (std::size_t k = 0; k < size; ++k) {
+            increment[k] = Stage > 0 ? scaled_step * rate_[k] + T(Method::gamma) * increment[k]
+                                     : scaled_step * rate_[k];
+        }
         if (depends_on_time_) {
             const T factor = scaled_step * step_ * T(stage_times<Method>[Stage].increment);
             for (std::size_t k = 0; k < size; ++k)
                 increment[k] += factor * time_derivative_[k];
         }
         newton_.solve(increment, increment);
+    }
+
+    /// The stage's argument, and in the place of its increment Σ c_ij U_j: both in one pass, as
+    /// reading the increments is what takes the time.
+    template <std::size_t Stage>
+    void sum_stages() {
+        constexpr auto& a = Method::argument[Stage];
+        constexpr auto& c = Method::coupling[Stage];
+        T* const increment = increments_[Stage].data();
+        T* const argument = argument_.data();
+        const std::size_t size = state_.size();
+#pragma GCC ivdep // so many arrays that the compiler would not check whether they overlap
+        for (std::size_t k = 0; k < size; ++k) {
+            if constexpr (continues_argument<Stage>())
+                argument[k] += increments_[Stage - 1][k];
+            else
+                argument[k] = combined<Stage>(a, state_[k], k);
+            increment[k] = combined<Stage>(c, T(0.0), k);
+        }
+    }
+
+    /// Is the stage's argument that of the stage before plus its increment?
+    template <std::size_t Stage>
+    [[nodiscard]] static constexpr bool continues_argument() {
+        auto before = Method::argument[Stage - 1];
+        before[Stage - 1] = 1.0;
+        return Stage > 1 && Method::argument[Stage] == before;
     }
 
     /// ∂f/∂t at the step's start, over a small part of the step. A change of the state that is

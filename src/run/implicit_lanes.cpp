@@ -37,8 +37,7 @@ double largest_deflection(const CaseSpec& spec) {
                        (8.0 * stem.bond_youngs_modulus * stem.second_moment_of_area());
     const double largest = std::abs(spec.tip_deflection) + std::min(sag, length);
     // Where nothing is supposed to move, something else than zero must be the scale.
-    const bool starts_at_rest =
-        spec.release == Release::HeldStraight || spec.tip_deflection == 0.0;
+    const bool starts_at_rest = spec.release == Release::HeldStraight || spec.tip_deflection == 0.0;
     return std::max(largest, starts_at_rest ? 0.01 * length : 0.0);
 }
 

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Counts the operations of an implicit step. Apart from the program that times them: beside these
+// instantiations the compiler makes the timed ones three times slower.
+#include "bench/counted.hpp"
+#include "bench/implicit_kernels.hpp"
+
+#include <cstdint>
+
+namespace culm::bench {
+
+template <int Dim>
+Kernels count_kernels() {
+    const physics::Chain<Dim, Counted> chain(kernel_stem<Counted>(), physics::schramm2019_law());
+    const std::vector<Counted> state = kernel_state<Dim, Counted>();
+    const auto operations_of_call = [](auto&& kernel) {
+        const std::int64_t before = counted_operations;
+        kernel();
+        return static_cast<double>(counted_operations - before);
+    };
+    Kernels kernels = each_kernel<Dim, Counted>(chain, state, operations_of_call);
+    // Sums over the stages before: U_j times a_ij and c_ij, and what a stage does once.
+    constexpr auto stages = static_cast<double>(integrate::Rodas5::stages);
+    const auto size = static_cast<double>(state.size());
+    const double vectors = size * (2.0 * stages * (stages - 1.0) + 3.0 * stages + 4.0);
+    kernels.step = kernels.stages() + kernels.jacobian + kernels.factorise + vectors;
+    return kernels;
+}
+
+template Kernels count_kernels<2>();
+template Kernels count_kernels<3>();
+
+} // namespace culm::bench

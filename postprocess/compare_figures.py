@@ -1,0 +1,231 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Draws where and how models fail: compare_figures.py FILE_OR_DIR [-o OUT].
+
+FILE is what `culm compare --json` wrote, DIR that of `culm compare -o`. Writes ladder, residuals
+(maps over height and time), spectrum, amplitude (frequency, decay and rest against amplitude) and
+heights (residuals, modes and b1 along the stem) to OUT (default: beside the file) and prints each
+path. Exit codes: 0 done, 2 bad input.
+"""
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from comparison_results import Comparison, ComparisonError, name_of, numbers
+from figure_style import (BLACK, BLUE, GREY, ORANGE, VERMILLION, FigureSkipped, mark, new_figure,
+                          number, save, styled)
+from figures import EXIT_BAD_INPUT, OneSentenceParser, formats_of
+from matplotlib.ticker import NullFormatter, ScalarFormatter
+
+MOST_MAPS = 3
+TICKS = (1, 1.5, 2, 3, 5, 10, 20, 50, 100, 200, 500, 1000)  # of residual / noise
+FIRST, LAST = BLUE, VERMILLION
+
+
+def first_and_last(comparison: Comparison) -> list[tuple[dict, str]]:
+    """The smallest and the largest model with their colours; one if there is only one."""
+    rungs = comparison.rungs
+    return [(rungs[0], FIRST)] + ([(rungs[-1], LAST)] if len(rungs) > 1 else [])
+
+
+@styled
+def ladder_figure(comparison: Comparison):
+    """Residual over noise, and what was held out, of every rung."""
+    rungs = comparison.rungs
+    if len(rungs) < 2:
+        raise FigureSkipped("one model is no ladder.")
+    figure = new_figure(1.0 + 0.5 * len(rungs), comparison.measurement)
+    axes = figure.subplots()
+    places = np.arange(len(rungs))[::-1]
+    shown = [("all readings", BLUE, "o", lambda rung: rung["rmse_over_noise"]),
+             ("last third, predicted", ORANGE, "s",
+              lambda rung: rung["held_out"]["last_third"].get("rms_over_noise")),
+             ("one height, predicted", VERMILLION, "^",
+              lambda rung: rung["held_out"]["one_height"].get("rms_over_noise"))]
+    for label, colour, marker, read in shown:
+        axes.plot(numbers([read(rung) for rung in rungs]), places, marker, color=colour,
+                  markersize=5, label=label)
+    axes.axvline(1.0, color=GREY, linewidth=0.8, zorder=0)
+    axes.set_xscale("log")
+    axes.set_yticks(places, [rung_label(rung) for rung in rungs])
+    axes.set(xlabel="residual / noise", ylim=(-0.6, len(rungs) - 0.4))
+    largest = max(rung["rmse_over_noise"] for rung in rungs)
+    axes.set_xticks([tick for tick in TICKS if tick <= 2.0 * largest])
+    axes.get_xaxis().set_major_formatter(ScalarFormatter())
+    axes.get_xaxis().set_minor_formatter(NullFormatter())
+    axes.legend()
+    return figure
+
+
+def rung_label(rung: dict) -> str:
+    gain = {True: ": a gain", False: ": no gain"}.get(rung.get("gain"), "")
+    return " + ".join(rung["added"] or rung["model"]) + gain
+
+
+@styled
+def residuals_figure(comparison: Comparison):
+    """Residuals over height and time, of the first models and the last on one scale."""
+    rungs = comparison.rungs
+    rungs = rungs if len(rungs) <= MOST_MAPS else [*rungs[:MOST_MAPS - 1], rungs[-1]]
+    maps = [rung["where"]["residual_map"] for rung in rungs]
+    if len(maps[0]["height_mm"]) < 2:
+        raise FigureSkipped("one height is no map.")
+    figure = new_figure(0.7 + 1.4 * len(rungs), comparison.measurement)
+    panels = figure.subplots(len(rungs), 1, sharex=True, squeeze=False)[:, 0]
+    values = [np.array([numbers(row) for row in shown["residual_mm"]]) for shown in maps]
+    largest = np.nanquantile(np.abs(values[0]), 0.995)
+    for panel, rung, shown, residuals in zip(panels, rungs, maps, values):
+        mesh = panel.pcolormesh(1e3 * np.array(shown["time_s"]), shown["height_mm"], residuals.T,
+                                cmap="RdBu_r", vmin=-largest, vmax=largest, shading="nearest",
+                                rasterized=True)
+        panel.set(ylabel="height, mm")
+        panel.set_title(f"{name_of(rung)}: {number(rung['rmse_mm'], 3)} mm rms", loc="left")
+    panels[-1].set(xlabel="time, ms")
+    bar = figure.colorbar(mesh, ax=list(panels), label="measured \N{MINUS SIGN} modelled, mm",
+                          aspect=30, pad=0.02)
+    bar.outline.set_linewidth(0.6)
+    return figure
+
+
+@styled
+def spectrum_figure(comparison: Comparison):
+    """Spectra of the residuals, with the fitted chain's modes."""
+    figure = new_figure(2.6, comparison.measurement)
+    axes = figure.subplots()
+    for rung, colour in first_and_last(comparison):
+        spectrum = rung["where"]["spectrum"]
+        axes.semilogy(spectrum["frequency_hz"], numbers(spectrum["power_over_noise"]),
+                      color=colour, linewidth=0.8, label=name_of(rung))
+    for place, frequency in enumerate(comparison.rungs[-1]["where"]["spectrum"]
+                                      ["mode_frequencies_hz"], 1):
+        axes.axvline(frequency, color=GREY, linewidth=0.8, zorder=0)
+        axes.annotate(f"mode {place}", (frequency, 0.97), xycoords=("data", "axes fraction"),
+                      rotation=90, va="top", ha="right", fontsize=7)
+    axes.axhline(1.0, color=BLACK, linewidth=0.6, linestyle=":")
+    axes.set(xlabel="frequency, Hz", ylabel="power of the residuals / noise")
+    axes.legend()
+    return figure
+
+
+def draw_windows(axes, windows: list[dict], key: str, side: str, **style):
+    """A fitted number of every window against its amplitude."""
+    known = [window[side] for window in windows if window[side] and window["measured"]]
+    if not known:
+        return
+    axes.errorbar([fit["amplitude_mm"] for fit in known], [fit[key]["value"] for fit in known],
+                  yerr=[1.96 * fit[key]["stderr"] for fit in known] if side == "measured" else None,
+                  **style)
+
+
+@styled
+def amplitude_figure(comparison: Comparison):
+    """Frequency, decay and position of rest against the amplitude, measured and modelled."""
+    if not any(window["measured"] for window in
+               comparison.rungs[-1]["where"]["against_amplitude"]):
+        raise FigureSkipped("the record is too short for windows of five cycles.")
+    figure = new_figure(2.6, comparison.measurement)
+    panels = figure.subplots(1, 3)
+    keys = [("frequency_hz", "frequency, Hz"), ("b1_per_cycle", "b1 per cycle"),
+            ("rest_mm", "position of rest, mm")]
+    for panel, letter, (key, label) in zip(panels, "abc", keys):
+        draw_windows(panel, comparison.rungs[-1]["where"]["against_amplitude"], key, "measured",
+                     fmt="o", markersize=3, color=BLACK, elinewidth=0.6, label="measured")
+        for rung, colour in first_and_last(comparison):
+            draw_windows(panel, rung["where"]["against_amplitude"], key, "modelled", fmt="-",
+                         color=colour, label=name_of(rung))
+        panel.set_xscale("log")
+        panel.set(xlabel="amplitude, mm", ylabel=label)
+        mark(panel, letter)
+    panels[1].legend()
+    return figure
+
+
+@styled
+def heights_figure(comparison: Comparison):
+    """Along the stem: residuals, errors of the mode shapes, b1 per cycle."""
+    figure = new_figure(2.8, comparison.measurement)
+    residual, shape, decay = figure.subplots(1, 3, sharey=True)
+    for rung, colour in first_and_last(comparison):
+        where = rung["where"]
+        heights = [group["height_mm"] for group in where["by_height"]]
+        residual.plot(numbers([group["rms_over_noise"] for group in where["by_height"]]), heights,
+                      "o-", color=colour, markersize=3, label=name_of(rung))
+        for place, mode in enumerate(where["modes"][:2]):
+            error = np.array(numbers(mode["measured_mm"])) - np.array(numbers(mode["modelled_mm"]))
+            shape.plot(error, heights, "o-" if place == 0 else "s--", color=colour, markersize=3,
+                       label=f"mode {place + 1}, {name_of(rung)}")
+        known = [height for height in where["banding"]["heights"] if height["modelled"]]
+        decay.plot([height["modelled"]["value"] for height in known],
+                   [height["height_mm"] for height in known], "-", color=colour)
+    known = [height for height in comparison.rungs[-1]["where"]["banding"]["heights"]
+             if height["measured"]]
+    decay.errorbar([height["measured"]["value"] for height in known],
+                   [height["height_mm"] for height in known],
+                   xerr=[1.96 * height["measured"]["stderr"] for height in known], fmt="o",
+                   markersize=3, color=BLACK, elinewidth=0.6)
+    residual.axvline(1.0, color=GREY, linewidth=0.8, zorder=0)
+    shape.axvline(0.0, color=GREY, linewidth=0.8, zorder=0)
+    residual.set(xlabel="residual / noise", ylabel="height, mm")
+    shape.set(xlabel="mode, measured \N{MINUS SIGN} modelled, mm")
+    decay.set(xlabel="b1 per cycle (points: measured)")
+    for panel, letter in zip((residual, shape, decay), "abc"):
+        mark(panel, letter)
+    residual.legend()
+    return figure
+
+
+FIGURES = {
+    "ladder": ladder_figure,
+    "residuals": residuals_figure,
+    "spectrum": spectrum_figure,
+    "amplitude": amplitude_figure,
+    "heights": heights_figure,
+}
+
+
+def parse(arguments):
+    parser = OneSentenceParser(prog="compare_figures.py", description="Where and how models fail.")
+    parser.add_argument("path", metavar="FILE_OR_DIR", type=Path,
+                        help="of culm compare --json or -o")
+    parser.add_argument("-o", "--out", metavar="OUT", type=Path,
+                        help="folder to write to (beside the file)")
+    parser.add_argument(
+        "--format", metavar="LIST", type=formats_of, default=["png"], help="png,pdf,svg (png)"
+    )
+    return parser.parse_args(arguments)
+
+
+def write_figures(comparison: Comparison, folder: Path, formats: list[str]):
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, make_figure in FIGURES.items():
+        try:
+            figure = make_figure(comparison)
+        except FigureSkipped as reason:
+            print(f"compare_figures.py: {name} is left out: {reason}", file=sys.stderr)
+            continue
+        for suffix in formats:
+            path = folder / f"{name}.{suffix}"
+            save(figure, path)
+            print(path, flush=True)
+
+
+def main(arguments=None) -> int:
+    options = parse(arguments)
+    try:
+        comparison = Comparison(options.path)
+        write_figures(comparison, options.out or comparison.file.parent, options.format)
+    except ComparisonError as error:
+        print(f"compare_figures.py: {error}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except OSError as error:
+        print(f"compare_figures.py: {error.filename}: {error.strerror}.", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

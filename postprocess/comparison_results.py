@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reads what `culm compare` writes: comparison.json of -o DIR, or the file of --json."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+
+class ComparisonError(Exception):
+    """The file does not hold what it should; one sentence."""
+
+
+class Comparison:
+    """`rungs` are those of the ladder that could be fitted (docs/compare.md)."""
+
+    def __init__(self, path):
+        path = Path(path)
+        self.file = path / "comparison.json" if path.is_dir() else path
+        try:
+            content = json.loads(self.file.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise ComparisonError(f"{self.file}: {error.strerror}.") from error
+        except ValueError as error:
+            raise ComparisonError(f"{self.file}: not JSON: {error}.") from error
+        if content.get("format") != "culm-comparison" or content.get("version") != 1:
+            raise ComparisonError(f"{self.file}: not written by this version of culm compare.")
+        self.measurement = content["measurement"]
+        self.noise_mm = content.get("noise_mm")
+        self.rungs = [rung for rung in content["ladder"] if "failure" not in rung]
+        if not self.rungs:
+            raise ComparisonError(f"{self.file}: no model could be fitted.")
+
+
+def name_of(rung: dict) -> str:
+    """"baseline + quadratic_drag"."""
+    return " + ".join(rung["model"])
+
+
+def numbers(values: list) -> list[float]:
+    """Nulls become NaN, which figures leave out."""
+    return [float("nan") if value is None else value for value in values]

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/compare_action.hpp"
+
+#include "cli/compare_json.hpp"
+#include "cli/compare_text.hpp"
+#include "cli/effect_table_action.hpp"
+#include "cli/json_output.hpp"
+#include "cli/text_output.hpp"
+#include "measure/measurement_folder.hpp"
+#include "study/effect_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+namespace culm::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// What --with and --ladder ask for: every model contains the one before it.
+std::vector<diagnose::SelectedEffects> models_of(const CompareArguments& arguments) {
+    if (arguments.with.size() > 1)
+        throw core::InputError("--with may stand several times only with --table; write the "
+                               "effects of one model with commas, --with A,B");
+    std::vector<diagnose::SelectedEffects> models;
+    diagnose::SelectedEffects effects;
+    if (!arguments.with.empty()) {
+        effects = study::effects_from(arguments.with.front());
+        models.push_back(effects);
+    }
+    if (!arguments.ladder.empty())
+        for (const physics::SelectedEffect& added : study::effects_from(arguments.ladder)) {
+            effects.push_back(added);
+            models.push_back(effects);
+        }
+    return models;
+}
+
+/// DIR/residuals.csv: measured, and of every model the predicted deflections.
+void write_deflections(const fs::path& file, const measure::Measurement& measurement,
+                       const diagnose::Ladder& ladder) {
+    std::string text = "time_s";
+    std::vector<const calibrate::ChainFit*> fits;
+    for (const diagnose::Rung& rung : ladder.rungs)
+        if (rung.candidate.fit)
+            fits.push_back(&*rung.candidate.fit);
+    for (const double height : measurement.heights) {
+        text += fmt::format(",measured h={:.10g}mm", 1e3 * height);
+        for (std::size_t k = 0; k < fits.size(); ++k)
+            text += fmt::format(",model {} h={:.10g}mm", k + 1, 1e3 * height);
+    }
+    text += '\n';
+    const auto cell = [](double deflection) {
+        return std::isnan(deflection) ? std::string(",") : fmt::format(",{:.6g}", 1e3 * deflection);
+    };
+    const std::size_t rows = measurement.heights.size();
+    for (std::size_t i = 0; !fits.empty() && i < fits.front()->times.size(); ++i) {
+        text += fmt::format("{:.9g}", measurement.times[i]);
+        for (std::size_t j = 0; j < rows; ++j) {
+            text += cell(measurement.deflection(i, j));
+            for (const calibrate::ChainFit* fit : fits)
+                text += cell(fit->prediction.readings[i * rows + j]);
+        }
+        text += '\n';
+    }
+    write_text(file, text);
+}
+
+/// One measurement, on one rank.
+core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& folder,
+                           const std::vector<diagnose::SelectedEffects>& models) {
+    const measure::Measurement measurement = measure::read_measurement(folder);
+    diagnose::CandidateOptions options;
+    options.chain = {arguments.spheres, *physics::law_by_name(arguments.law)};
+    options.window = arguments.window_s;
+    if (!arguments.output.empty())
+        make_folder(arguments.output);
+    const diagnose::Ladder ladder = diagnose::climb(measurement, models, options);
+    json document = ladder_json(ladder, measurement);
+    document["folder"] = folder.string();
+    document["options"] = {
+        {"law", arguments.law},
+        {"with", arguments.with.empty() ? std::string() : arguments.with.front()},
+        {"ladder", arguments.ladder},
+        {"window_s", arguments.window_s ? json(*arguments.window_s) : json()}};
+    for (const std::string& remark : measurement.remarks)
+        fmt::print(stderr, "culm: note: {}\n", remark);
+    if (!arguments.json.empty())
+        write_json(arguments.json, document);
+    if (!arguments.output.empty()) {
+        write_json((fs::path(arguments.output) / "comparison.json").string(), document);
+        write_deflections(fs::path(arguments.output) / "deflections.csv", measurement, ladder);
+    }
+    if (arguments.json != "-")
+        fmt::print("{}", comparison_text(document));
+    return std::ranges::any_of(ladder.rungs, [](const auto& rung) { return !rung.candidate.fit; })
+               ? core::ExitCode::PointsFailed
+               : core::ExitCode::Done;
+}
+
+} // namespace
+
+core::ExitCode compare_measurements(const CompareArguments& arguments,
+                                    const farm::Communicator* communicator) {
+    if (arguments.is_table)
+        return effect_table(arguments, communicator);
+    const std::vector<diagnose::SelectedEffects> models = models_of(arguments);
+    std::vector<fs::path> folders;
+    for (const std::string& path : arguments.paths)
+        for (const fs::path& folder : measure::find_measurements(path))
+            folders.push_back(folder);
+    if (folders.size() != 1)
+        throw core::InputError(
+            fmt::format("{} measurements; compare takes one, --table takes many", folders.size()));
+    core::ExitCode code = core::ExitCode::Done;
+    if (communicator == nullptr || communicator->rank() == 0)
+        code = compare_one(arguments, folders.front(), models);
+    if (communicator != nullptr)
+        code = static_cast<core::ExitCode>(
+            std::stoi(communicator->broadcast(std::to_string(static_cast<int>(code)))));
+    return code;
+}
+
+} // namespace culm::cli

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// culm compare MEASUREMENT
+#include "cli/commands.hpp"
+#include "cli/compare_action.hpp"
+#include "cli/number_range.hpp"
+#include "farm/environment.hpp"
+#include "physics/bond_law_options.hpp"
+
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+
+namespace culm::cli {
+namespace {
+
+core::ExitCode compare_under_launcher(const CompareArguments& arguments, int& argc, char**& argv) {
+    const farm::Environment environment(argc, argv);
+    const farm::Communicator communicator = environment.world();
+    try {
+        return compare_measurements(arguments, &communicator);
+    } catch (const core::InputError& error) { // every rank meets the same
+        if (communicator.rank() == 0)
+            fmt::print(stderr, "culm: {}\n", error.what());
+        return core::ExitCode::BadInput;
+    }
+}
+
+void add_model_options(CLI::App& command, CompareArguments& arguments) {
+    command
+        .add_option("--law", arguments.law,
+                    "Law of the bonds' damping: \"consistent\" (physical) or \"schramm2019\" (as "
+                    "in the authors' code) (default: consistent)")
+        ->check(CLI::IsMember(physics::law_names()));
+    command
+        .add_option("--spheres", arguments.spheres,
+                    "Spheres in the chain (default: as stem.toml says, else 56)")
+        ->type_name("N")
+        ->check(CLI::Range(5, 1000));
+    command
+        .add_option("--window", arguments.window_s,
+                    "Compare only the first so many seconds after the release (default: all)")
+        ->type_name("SECONDS")
+        ->check(number_in({0.0, 1e6, true}));
+}
+
+} // namespace
+
+void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**& argv) {
+    CLI::App* command = app.add_subcommand(
+        "compare", "Model against measurement: where, when and how it fails, and what an effect "
+                   "added by hand makes of that");
+    auto arguments = std::make_shared<CompareArguments>();
+    command
+        ->add_option("measurement", arguments->paths,
+                     "A measurement folder; with --table many, or folders that hold some")
+        ->required()
+        ->type_name("MEASUREMENT");
+    command
+        ->add_option("--with", arguments->with,
+                     "Add these effects (`culm effects`) to the published chain: "
+                     "quadratic_drag,relaxation(hold_time_s=3); what is not fixed is fitted")
+        ->type_name("EFFECT,...")
+        ->allow_extra_args(false);
+    command
+        ->add_option("--ladder", arguments->ladder,
+                     "Add these effects one after the other and judge every step")
+        ->type_name("EFFECT,...");
+    command->add_flag("--table", arguments->is_table,
+                      "Every effect of the library alone (and each --with) against every "
+                      "measurement, spread over the ranks of mpirun");
+    command->add_option("--json", arguments->json, "Write all results to this file (- for stdout)")
+        ->type_name("FILE");
+    command
+        ->add_option("-o,--output", arguments->output,
+                     "Folder for comparison.json and the measured and modelled deflections")
+        ->type_name("DIR");
+    add_model_options(*command, *arguments);
+    command->callback([arguments, &result, &argc, &argv] {
+        result.exit_code = farm::Environment::is_under_launcher()
+                               ? compare_under_launcher(*arguments, argc, argv)
+                               : compare_measurements(*arguments, nullptr);
+    });
+}
+
+} // namespace culm::cli

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/effect_table_action.hpp"
+
+#include "cli/compare_json.hpp"
+#include "cli/compare_text.hpp"
+#include "cli/json_output.hpp"
+#include "cli/text_output.hpp"
+#include "farm/farm.hpp"
+#include "measure/measurement_folder.hpp"
+#include "physics/effects/library.hpp"
+#include "study/effect_file.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace culm::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// One row of the table.
+struct TableModel {
+    std::string name;
+    diagnose::SelectedEffects effects;
+};
+
+/// The baseline, every effect alone (as --with fixes it, if it stands there alone), and what else
+/// --with names.
+std::vector<TableModel> table_models(const CompareArguments& arguments) {
+    std::vector<TableModel> models{{"baseline", {}}};
+    for (const physics::EffectPointer& effect : physics::all_effects())
+        models.push_back(
+            {effect->name(),
+             {{effect, std::vector<std::optional<double>>(effect->parameters().size())}}});
+    for (const std::string& text : arguments.with) {
+        const diagnose::SelectedEffects effects =
+            diagnose::in_library_order(study::effects_from(text));
+        std::vector<std::string> names = diagnose::model_names(effects);
+        names.erase(names.begin()); // the baseline
+        const std::string name = fmt::format("{}", fmt::join(names, ","));
+        const auto same = std::ranges::find(models, name, &TableModel::name);
+        if (same != models.end())
+            same->effects = effects;
+        else
+            models.push_back({name, effects});
+    }
+    return models;
+}
+
+std::vector<measure::Measurement> read_all(const CompareArguments& arguments) {
+    std::vector<measure::Measurement> measurements;
+    std::string faults;
+    for (const std::string& path : arguments.paths)
+        for (const fs::path& folder : measure::find_measurements(path)) {
+            try {
+                measurements.push_back(measure::read_measurement(folder));
+            } catch (const core::InputError& error) {
+                faults += (faults.empty() ? "" : "\n") + std::string(error.what());
+            }
+        }
+    if (!faults.empty())
+        throw core::InputError(faults);
+    return measurements;
+}
+
+/// Cells of all ranks, on rank 0.
+json gathered(const std::vector<json>& own, const farm::Communicator* communicator) {
+    json cells(own);
+    if (communicator == nullptr)
+        return cells;
+    for (const std::string& told : communicator->gather(cells.dump())) {
+        const json theirs = json::parse(told);
+        for (std::size_t k = 0; k < theirs.size(); ++k)
+            if (!theirs[k].is_null())
+                cells[k] = theirs[k];
+    }
+    return cells;
+}
+
+json table_document(const std::vector<TableModel>& models,
+                    const std::vector<measure::Measurement>& measurements, const json& cells) {
+    json names = json::array();
+    for (const measure::Measurement& measurement : measurements)
+        names.push_back(measurement.stem.id);
+    json rows = json::array();
+    for (std::size_t k = 0; k < models.size(); ++k) {
+        json row{{"name", models[k].name}, {"cells", json::array()}};
+        for (std::size_t i = 0; i < measurements.size(); ++i) {
+            const json& cell = cells[i * models.size() + k];
+            row["cells"].push_back(
+                cell.is_null() ? json{{"applies", true}, {"failure", "its rank was lost"}} : cell);
+        }
+        rows.push_back(std::move(row));
+    }
+    return {
+        {"format", "culm-effect-table"}, {"version", 1}, {"measurements", names}, {"models", rows}};
+}
+
+} // namespace
+
+core::ExitCode effect_table(const CompareArguments& arguments,
+                            const farm::Communicator* communicator) {
+    const std::vector<TableModel> models = table_models(arguments);
+    const std::vector<measure::Measurement> measurements = read_all(arguments);
+    diagnose::CandidateOptions options;
+    options.chain = {arguments.spheres, *physics::law_by_name(arguments.law)};
+    options.window = arguments.window_s;
+    diagnose::EffectTable table(measurements, options);
+    std::vector<json> cells(measurements.size() * models.size());
+    std::vector<farm::Batch> batches(cells.size());
+    for (std::size_t k = 0; k < batches.size(); ++k) {
+        batches[k].points = {static_cast<std::int64_t>(k)};
+        // Spatial chains cost some three times as much as planar ones.
+        const bool is_spatial =
+            std::ranges::any_of(models[k % models.size()].effects, [](const auto& selected) {
+                return selected.effect->dimensions() > 2;
+            });
+        batches[k].cost = is_spatial ? 3.0 : 1.0;
+    }
+    const auto work = [&](const farm::Batch& batch, farm::Heartbeat& heartbeat) {
+        const auto place = static_cast<std::size_t>(batch.points.front());
+        cells[place] = cell_json(
+            table.cell(place / models.size(), models[place % models.size()].effects, [&heartbeat] {
+                heartbeat.beat();
+                return !heartbeat.stop_requested();
+            }));
+        farm::BatchReport done;
+        ++done.completed;
+        return done;
+    };
+    farm::FarmOptions farm_options;
+    farm_options.chunk_seconds = 0.0;
+    const farm::Summary summary = communicator == nullptr
+                                      ? farm::Farm().map(batches, work, farm_options)
+                                      : farm::Farm(*communicator).map(batches, work, farm_options);
+    if (!summary.failure.empty())
+        throw core::StorageError(summary.failure);
+    const json all = gathered(cells, communicator);
+    if (communicator == nullptr || communicator->rank() == 0) {
+        const json document = table_document(models, measurements, all);
+        if (!arguments.json.empty())
+            write_json(arguments.json, document);
+        if (!arguments.output.empty()) {
+            make_folder(arguments.output);
+            write_json((fs::path(arguments.output) / "effect_table.json").string(), document);
+        }
+        if (arguments.json != "-")
+            fmt::print("{}", effect_table_text(document));
+    }
+    return core::ExitCode::Done;
+}
+
+} // namespace culm::cli

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/candidate_model.hpp"
+
+#include "calibrate/effect_parameters.hpp"
+#include "physics/effects/library.hpp"
+#include "run/case_model.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace culm::diagnose {
+namespace {
+
+/// Place in the library; behind its end for a user's effect.
+std::size_t library_place(const physics::Effect& effect) {
+    const std::vector<std::string> names = physics::effect_names();
+    return static_cast<std::size_t>(std::ranges::find(names, effect.name()) - names.begin());
+}
+
+} // namespace
+
+SelectedEffects in_library_order(SelectedEffects effects) {
+    std::ranges::stable_sort(effects, {}, [](const physics::SelectedEffect& selected) {
+        return std::pair(library_place(*selected.effect), selected.effect->name());
+    });
+    return effects;
+}
+
+std::vector<std::string> model_names(const SelectedEffects& effects) {
+    std::vector<std::string> names{"baseline"};
+    for (const physics::SelectedEffect& selected : effects)
+        names.push_back(selected.effect->name());
+    return names;
+}
+
+calibrate::StemModel candidate_model(const calibrate::StemModel& baseline,
+                                     const SelectedEffects& effects,
+                                     const measure::Measurement& measurement) {
+    calibrate::StemModel model = baseline;
+    for (const physics::SelectedEffect& selected : in_library_order(effects))
+        model = calibrate::with_effect(std::move(model), selected, measurement);
+    return model;
+}
+
+bool can_move_straight_stem(const calibrate::StemModel& model) {
+    const physics::ChainModel<double> chain = run::case_model(model.spec).chain;
+    return chain.gravity[1] != 0.0 || !chain.straight_moments.empty() || chain.base_motion ||
+           !chain.user_laws.empty();
+}
+
+} // namespace culm::diagnose

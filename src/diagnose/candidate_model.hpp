@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A model of a measured stem with effects beside the published chain.
+#pragma once
+
+#include "calibrate/stem_model.hpp"
+#include "measure/measurement.hpp"
+#include "physics/effects/selection.hpp"
+
+#include <string>
+#include <vector>
+
+namespace culm::diagnose {
+
+using SelectedEffects = std::vector<physics::SelectedEffect>;
+
+/// The same effects in the library's order, users' behind them by name: nothing that is found
+/// depends on the order in which effects are named.
+[[nodiscard]] SelectedEffects in_library_order(SelectedEffects effects);
+
+/// "baseline", then the effects' names in the given order.
+[[nodiscard]] std::vector<std::string> model_names(const SelectedEffects& effects);
+
+/// `baseline`, with its values, and the effects, with the defaults that suit the stem; their
+/// parameters are free unless the user fixed them, within the bounds that suit the stem. Throws
+/// core::InputError if the effects cannot be combined, or gravity has no direction.
+[[nodiscard]] calibrate::StemModel candidate_model(const calibrate::StemModel& baseline,
+                                                   const SelectedEffects& effects,
+                                                   const measure::Measurement& measurement);
+
+/// Do these effects move a stem that is held straight: gravity across it, a curvature of its own, a
+/// moving support, or a user's law?
+[[nodiscard]] bool can_move_straight_stem(const calibrate::StemModel& model);
+
+} // namespace culm::diagnose

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/comparison.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace culm::diagnose {
+namespace {
+
+constexpr double largest_relative_error = 0.25; ///< of a decay that is quoted
+constexpr double standard_errors = 3.0;         ///< from where on a difference is worth a word
+
+std::string p_in_words(double p_value) {
+    return p_value < 1e-12 ? "p < 1e-12" : fmt::format("p = {:.2g}", p_value);
+}
+
+std::string whether_it_fits(const Verdict& verdict) {
+    const std::string sizes =
+        !verdict.is_noise_known
+            ? fmt::format("the residuals are {:.4f} mm (rms); the noise is not known",
+                          1e3 * verdict.rmse)
+            : fmt::format(
+                  "the residuals are {:.4f} mm (rms) where the noise is {:.4f} mm, {:.2f} times",
+                  1e3 * verdict.rmse, 1e3 * verdict.noise, verdict.rmse / verdict.noise);
+    switch (verdict.finding) {
+    case Finding::Adequate:
+        return fmt::format("The model fits: {} ({}).", sizes, p_in_words(verdict.p_value));
+    case Finding::Inadequate:
+        return fmt::format("Something is missing: {} ({}).", sizes, p_in_words(verdict.p_value));
+    case Finding::Undecided:
+        break;
+    }
+    return fmt::format("This record cannot tell: {}.", verdict.reason);
+}
+
+std::string where_it_fails(const Comparison& comparison) {
+    const auto height =
+        std::ranges::max_element(comparison.by_height, {}, &ResidualGroup::over_noise);
+    const auto time = std::ranges::max_element(comparison.by_time, {}, &ResidualGroup::over_noise);
+    if (height == comparison.by_height.end() || time == comparison.by_time.end())
+        return {};
+    static constexpr std::array<const char*, 3> names{"first", "second", "last"};
+    const auto third = static_cast<std::size_t>(time - comparison.by_time.begin());
+    std::string text = fmt::format(
+        "The misfit is largest at h = {:.4g} mm ({:.1f} times the noise; the mean over the heights "
+        "is {:.1f}) and in the {} third of the time ({:.1f} times",
+        1e3 * height->lower, height->over_noise, std::sqrt(comparison.verdict.reduced_chi_squared),
+        names[third], time->over_noise);
+    for (std::size_t k = 0; k < comparison.by_time.size(); ++k)
+        if (k != third)
+            text += fmt::format(", {} {:.1f}", names[k], comparison.by_time[k].over_noise);
+    text += ")";
+    const auto band = std::ranges::max_element(comparison.spectrum.bands, {}, &SpectrumBand::share);
+    if (band != comparison.spectrum.bands.end() && band->share > 0.0)
+        text += fmt::format("; {:.0f} % of its power lies {}{} ({:.3g} … {:.3g} Hz)",
+                            100.0 * band->share, band->lower == 0.0 ? "" : "about ", band->name,
+                            band->lower, band->upper);
+    return text + ".";
+}
+
+/// The model's amplitude against the measured one, one word per third.
+std::string amplitude_words(const ResidualStructure& structure) {
+    static constexpr std::array<const char*, 3> places{"early", "in the middle", "late"};
+    std::string text = "the model's amplitude is";
+    for (std::size_t k = 0; k < structure.thirds.size(); ++k) {
+        const SwingError& error = structure.thirds[k];
+        const char* const separator = k == 0 ? "" : ",";
+        const double measured_over_modelled = 1.0 + error.amplitude;
+        if (std::abs(error.amplitude) < standard_errors * error.amplitude_error)
+            text += fmt::format("{} about right {}", separator, places[k]);
+        else if (measured_over_modelled < 0.1)
+            text += fmt::format("{} ten times too large or more {}", separator, places[k]);
+        else
+            text += fmt::format("{} {:.1f} % too {} {}", separator,
+                                100.0 * std::abs(1.0 / measured_over_modelled - 1.0),
+                                error.amplitude < 0.0 ? "large" : "small", places[k]);
+    }
+    return text;
+}
+
+/// The first and the last window in which both sides are known well enough to be quoted.
+std::optional<std::pair<SwingWindow, SwingWindow>>
+telling_windows(const std::vector<SwingWindow>& windows) {
+    std::vector<SwingWindow> telling;
+    for (const SwingWindow& window : windows)
+        if (window.measured && window.modelled &&
+            window.measured->decay_per_cycle.standard_error <
+                largest_relative_error * std::abs(window.measured->decay_per_cycle.value))
+            telling.push_back(window);
+    if (telling.size() < 2)
+        return std::nullopt;
+    return std::pair(telling.front(), telling.back());
+}
+
+/// How measured and modelled decay change as the amplitude falls.
+std::string decay_words(const Comparison& comparison) {
+    const auto windows = telling_windows(comparison.windows);
+    if (!windows)
+        return {};
+    const auto& [first, last] = *windows;
+    return fmt::format("; from {:.2g} to {:.2g} mm of amplitude the measured decay per cycle goes "
+                       "from {:.3f} to {:.3f}, the modelled one from {:.3f} to {:.3f}",
+                       1e3 * first.measured->amplitude, 1e3 * last.measured->amplitude,
+                       first.measured->decay_per_cycle.value, last.measured->decay_per_cycle.value,
+                       first.modelled->decay_per_cycle.value, last.modelled->decay_per_cycle.value);
+}
+
+std::string phase_words(const Comparison& comparison) {
+    const auto& thirds = comparison.structure.thirds;
+    const auto degrees = [](double lag) { return lag * 180.0 / std::numbers::pi; };
+    std::string text =
+        fmt::format("the measured swing lags the modelled one by {:.2f}° early, "
+                    "{:.2f}° in the middle, {:.2f}° late",
+                    degrees(thirds[0].lag), degrees(thirds[1].lag), degrees(thirds[2].lag));
+    if (const auto windows = telling_windows(comparison.windows)) {
+        const auto& [first, last] = *windows;
+        text += fmt::format(
+            "; from {:.2g} to {:.2g} mm of amplitude the measured frequency goes from {:.2f} to "
+            "{:.2f} Hz, the modelled one from {:.2f} to {:.2f} Hz",
+            1e3 * first.measured->amplitude, 1e3 * last.measured->amplitude,
+            first.measured->frequency.value, last.measured->frequency.value,
+            first.modelled->frequency.value, last.modelled->frequency.value);
+    }
+    return text;
+}
+
+std::string rest_words(const ResidualStructure& structure) {
+    return fmt::format("the position of rest is off by {:+.4f} mm early, {:+.4f} mm in the middle, "
+                       "{:+.4f} mm late",
+                       1e3 * structure.thirds[0].rest, 1e3 * structure.thirds[1].rest,
+                       1e3 * structure.thirds[2].rest);
+}
+
+/// What another shape over the heights looks like, by its spectrum.
+std::string shape_words(const Comparison& comparison) {
+    const auto second =
+        std::ranges::find(comparison.spectrum.bands, std::string("mode 2"), &SpectrumBand::name);
+    const bool is_second = second != comparison.spectrum.bands.end() && second->share > 0.5;
+    return is_second ? "the second mode is not as the model has it"
+                     : "the residuals have a shape over the heights that is not that of the swing: "
+                       "the stem bends elsewhere than the model does";
+}
+
+std::string what_it_looks_like(const Comparison& comparison) {
+    const ResidualStructure& structure = comparison.structure;
+    struct Part {
+        double share;
+        std::string words;
+    };
+    const std::array<Part, 5> parts{
+        Part{structure.amplitude_share, amplitude_words(structure) + decay_words(comparison)},
+        Part{structure.phase_share, phase_words(comparison)},
+        Part{structure.rest_share, rest_words(structure)},
+        Part{structure.other_motion_share,
+             "a motion with the swing's shape but another frequency is left"},
+        Part{structure.other_shape_share, shape_words(comparison)}};
+    std::array<std::size_t, 5> order{0, 1, 2, 3, 4};
+    std::ranges::stable_sort(order, std::greater{}, [&](std::size_t k) { return parts[k].share; });
+    std::string text = fmt::format("Of what is left, {:.0f} %: {}", 100.0 * parts[order[0]].share,
+                                   parts[order[0]].words);
+    if (parts[order[1]].share > 0.2)
+        text += fmt::format(". Another {:.0f} %: {}", 100.0 * parts[order[1]].share,
+                            parts[order[1]].words);
+    return text + ".";
+}
+
+} // namespace
+
+std::vector<std::string> in_words(const Comparison& comparison) {
+    std::vector<std::string> sentences{whether_it_fits(comparison.verdict)};
+    if (!comparison.moves) {
+        sentences.emplace_back("Nothing in this model moves a stem that was held straight: what is "
+                               "left is the whole measured motion; add gravity.");
+        return sentences;
+    }
+    if (comparison.verdict.finding == Finding::Adequate) {
+        sentences.emplace_back("Nothing is left that could be told from noise at any height, time "
+                               "or frequency.");
+        return sentences;
+    }
+    if (comparison.verdict.finding == Finding::Undecided)
+        return sentences;
+    if (std::string where = where_it_fails(comparison); !where.empty())
+        sentences.push_back(std::move(where));
+    if (comparison.structure.excess_over_noise > 0.0)
+        sentences.push_back(what_it_looks_like(comparison));
+    return sentences;
+}
+
+} // namespace culm::diagnose

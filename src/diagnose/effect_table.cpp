@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/effect_table.hpp"
+
+#include "core/error.hpp"
+
+#include <cmath>
+
+namespace culm::diagnose {
+namespace {
+
+EffectCell cell_of(const CandidateFit& candidate) {
+    EffectCell cell;
+    cell.failure = candidate.failure;
+    cell.runs = candidate.runs;
+    if (!candidate.fit)
+        return cell;
+    const calibrate::ChainFit& fit = *candidate.fit;
+    cell.rmse = fit.rmse;
+    cell.over_noise = std::sqrt(fit.chi_squared / static_cast<double>(fit.readings));
+    cell.reduced_chi_squared = fit.reduced_chi_squared;
+    for (const calibrate::FittedParameter& parameter : fit.parameters) {
+        if (parameter.name.find('.') == std::string::npos)
+            continue;
+        cell.parameters.push_back(parameter);
+        cell.is_at_bound = cell.is_at_bound || parameter.is_at_bound;
+    }
+    return cell;
+}
+
+} // namespace
+
+EffectCell EffectTable::cell(std::size_t measurement, const SelectedEffects& effects,
+                             const run::Heartbeat& heartbeat) {
+    const measure::Measurement& measured = measurements_[measurement];
+    CandidateOptions options = options_;
+    options.heartbeat = heartbeat;
+    EffectCell failed;
+    try {
+        auto baseline = baselines_.find(measurement);
+        if (baseline == baselines_.end())
+            baseline = baselines_.emplace(measurement, fit_baseline(measured, options)).first;
+        if (effects.empty())
+            return cell_of(baseline->second);
+        return cell_of(fit_candidate(effects, baseline->second, measured, options));
+    } catch (const core::InputError& error) {
+        failed.applies = false;
+        failed.failure = error.what();
+    } catch (const core::NumericalError& error) {
+        failed.failure = error.what();
+    }
+    return failed;
+}
+
+} // namespace culm::diagnose

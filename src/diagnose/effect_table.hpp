@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which models explain which measurements: every cell of the table is one fit.
+#pragma once
+
+#include "diagnose/candidate_fit.hpp"
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace culm::diagnose {
+
+/// A model's fit to a measurement.
+struct EffectCell {
+    std::string failure; ///< why there is none; empty if there is
+    bool applies = true; ///< false: the effects mean nothing for this measurement
+    double rmse = 0.0;   ///< m
+    double over_noise = 0.0;
+    double reduced_chi_squared = 0.0;
+    std::vector<calibrate::FittedParameter> parameters; ///< the effects' only
+    bool is_at_bound = false;                           ///< one of them
+    int runs = 0;
+};
+
+/// Computes cells; keeps the baseline of every measurement that it has met.
+class EffectTable {
+  public:
+    explicit EffectTable(const std::vector<measure::Measurement>& measurements,
+                         CandidateOptions options = {})
+        : measurements_(measurements), options_(std::move(options)) {}
+
+    /// The cell of measurement number `measurement`; no effects: the baseline.
+    [[nodiscard]] EffectCell cell(std::size_t measurement, const SelectedEffects& effects,
+                                  const run::Heartbeat& heartbeat = {});
+
+  private:
+    const std::vector<measure::Measurement>& measurements_;
+    CandidateOptions options_;
+    std::map<std::size_t, CandidateFit> baselines_;
+};
+
+} // namespace culm::diagnose

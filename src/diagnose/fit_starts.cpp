@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/fit_starts.hpp"
+
+#include "core/error.hpp"
+#include "diagnose/chain_modes.hpp"
+#include "diagnose/residual_spectrum.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string_view>
+
+namespace culm::diagnose {
+namespace {
+
+constexpr std::size_t most_starts = 12;
+/// Damping that an effect brings may take all but this share of the bonds'.
+constexpr double smallest_damping_share = 0.05;
+
+/// What a record offers as sizes for places and times.
+struct RecordScales {
+    double length = 0.0;          ///< of the stem, m
+    double duration = 0.0;        ///< after the release, s
+    double first_frequency = 0.0; ///< Hz
+    std::vector<double> peaks;    ///< of the residuals, Hz
+};
+
+struct PlaceGrid {
+    std::string_view parameter;
+    std::function<std::vector<double>(const RecordScales&)> values;
+};
+
+const std::vector<PlaceGrid>& place_grids() {
+    static const std::vector<PlaceGrid> grids{
+        {"local_defect.position_m",
+         [](const RecordScales& s) {
+             return std::vector{0.1 * s.length, 0.35 * s.length, 0.65 * s.length};
+         }},
+        {"relaxation.time_s",
+         [](const RecordScales& s) {
+             const double shortest = 1.0 / (2.0 * std::numbers::pi * s.first_frequency);
+             const double longest = std::max(s.duration / 3.0, shortest);
+             return std::vector{shortest, std::sqrt(shortest * longest), longest};
+         }},
+        {"base_motion.frequency_hz", [](const RecordScales& s) { return s.peaks; }},
+        {"base_motion.phase_rad",
+         [](const RecordScales&) {
+             return std::vector{0.0, 2.0 * std::numbers::pi / 3.0, -2.0 * std::numbers::pi / 3.0};
+         }},
+        {"out_of_plane.angle_deg",
+         [](const RecordScales&) {
+             return std::vector{25.0, 60.0};
+         }},
+    };
+    return grids;
+}
+
+const PlaceGrid* grid_of(const std::string& parameter) {
+    const auto found = std::ranges::find(place_grids(), parameter, &PlaceGrid::parameter);
+    return found == place_grids().end() ? nullptr : &*found;
+}
+
+RecordScales scales_of(const calibrate::ChainFit& fit) {
+    RecordScales scales;
+    scales.length = fit.model.spec.stem.free_length();
+    scales.duration = fit.times.back();
+    scales.first_frequency = calibrate::beam_frequency(fit.model.spec);
+    scales.peaks = residual_peaks(fit, 2);
+    return scales;
+}
+
+/// Changes Y and β until the first mode of `start` has the frequency and decay of `wanted`.
+void keep_first_mode(const integrate::VibrationMode& wanted, calibrate::StemModel& start) {
+    physics::StemParameters<double>& stem = start.spec.stem;
+    for (int pass = 0; pass < 2; ++pass) { // the effect's share of the stiffness depends on Y
+        const auto modes = chain_modes(start.spec, 1);
+        if (modes.empty())
+            return;
+        stem.bond_youngs_modulus *= std::pow(wanted.frequency / modes.front().frequency, 2);
+    }
+    const auto modes = chain_modes(start.spec, 1);
+    run::CaseSpec half = start.spec;
+    half.stem.bond_damping *= 0.5;
+    const auto half_damped = chain_modes(half, 1);
+    if (modes.empty() || half_damped.empty())
+        return;
+    // The decay is a straight line in β.
+    const double from_bonds =
+        2.0 * (modes.front().decay_per_cycle - half_damped.front().decay_per_cycle);
+    const double excess = modes.front().decay_per_cycle - wanted.decay_per_cycle;
+    if (from_bonds < 0.0)
+        stem.bond_damping *= std::max(1.0 - excess / from_bonds, smallest_damping_share);
+}
+
+} // namespace
+
+bool is_place(const std::string& parameter) {
+    return grid_of(parameter) != nullptr;
+}
+
+double absent_value(const std::string& parameter) {
+    return parameter == "local_defect.stiffness_factor" ? 1.0 : 0.0;
+}
+
+std::vector<double> residual_peaks(const calibrate::ChainFit& fit, std::size_t count) {
+    const ResidualSpectrum spectrum = residual_spectrum(fit);
+    std::vector<std::size_t> order(spectrum.frequencies.size());
+    for (std::size_t k = 0; k < order.size(); ++k)
+        order[k] = k;
+    std::ranges::stable_sort(order, std::greater{},
+                             [&](std::size_t k) { return spectrum.power[k]; });
+    std::vector<double> peaks;
+    for (const std::size_t k : order) {
+        const double frequency = spectrum.frequencies[k];
+        const bool is_apart = std::ranges::all_of(peaks, [&](double other) {
+            return std::abs(frequency - other) > 3.0 * spectrum.resolution;
+        });
+        if (frequency > 0.0 && is_apart && peaks.size() < count)
+            peaks.push_back(frequency);
+    }
+    return peaks;
+}
+
+std::vector<calibrate::StemModel> fit_starts(const calibrate::StemModel& model,
+                                             const calibrate::ChainFit& smaller) {
+    const calibrate::StemModel first = calibrate::started_from(model, smaller);
+    const RecordScales scales = scales_of(smaller);
+    std::vector<calibrate::StemModel> starts{first};
+    for (const calibrate::FreeParameter& parameter : first.parameters) {
+        const PlaceGrid* const grid = grid_of(parameter.access.name);
+        if (grid == nullptr || smaller.find(parameter.access.name) != nullptr)
+            continue;
+        std::vector<calibrate::StemModel> finer;
+        for (const calibrate::StemModel& start : starts)
+            for (const double value : grid->values(scales)) {
+                calibrate::StemModel& added = finer.emplace_back(start);
+                parameter.access.set(added.spec,
+                                     std::clamp(value, parameter.lower, parameter.upper));
+            }
+        if (!finer.empty() && finer.size() <= most_starts)
+            starts = std::move(finer);
+    }
+    const auto modes = chain_modes(smaller.model.spec, 1);
+    if (!modes.empty())
+        for (calibrate::StemModel& start : starts)
+            keep_first_mode(modes.front(), start);
+    return starts;
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How well a model predicts readings that it was not fitted to.
+#pragma once
+
+#include "diagnose/candidate_fit.hpp"
+
+#include <string>
+#include <vector>
+
+namespace culm::diagnose {
+
+/// Readings that a fit did not see.
+struct HeldOutPart {
+    double rms = 0.0;           ///< m
+    double over_noise = 0.0;    ///< root mean square of residual over noise
+    std::vector<double> blocks; ///< mean square of residual over noise in blocks of time
+    std::string failure;        ///< why there is no number; empty if there is
+};
+
+struct HeldOut {
+    HeldOutPart last_third; ///< of the time, predicted by a fit to the first two thirds
+    HeldOutPart one_height; ///< predicted by a fit to the other heights
+};
+
+/// The row that is left out: of those in the upper half of the stem, the one where a baseline fails
+/// most.
+[[nodiscard]] std::size_t row_to_leave_out(const calibrate::ChainFit& baseline);
+
+/// What is held out, and by what its residuals are weighed: the same for models that are compared.
+struct HoldOut {
+    std::size_t row = 0;
+    std::vector<double> noise; ///< (rows), m
+    double block_length = 0.0; ///< of the blocks of time, s
+};
+
+/// Refits `fit` from its own values twice, without the last third and without the row. Of a model
+/// in which nothing moves the residuals are what it predicts.
+[[nodiscard]] HeldOut predict_held_out(const CandidateFit& candidate, const HoldOut& hold_out,
+                                       const measure::Measurement& measurement,
+                                       const CandidateOptions& options = {});
+
+/// Is the mean of the block-wise differences larger − smaller below 0 by more than 1.96 of its
+/// standard errors? With fewer than four blocks the mean square has to fall by a tenth.
+[[nodiscard]] bool predicts_better(const HeldOutPart& larger, const HeldOutPart& smaller);
+
+} // namespace culm::diagnose

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/ladder.hpp"
+
+#include "diagnose/fit_starts.hpp"
+#include "diagnose/residual_correlation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace culm::diagnose {
+namespace {
+
+constexpr double needed_gain = 10.0;
+constexpr double block_periods = 3.0; ///< of the blocks by which predictions are compared
+constexpr double normal_quantile = 1.959964;
+/// The height that was left out may be predicted this much worse where the time is predicted
+/// better: both fits have seen its neighbours.
+constexpr double allowed_rise = 1.02;
+
+std::vector<std::string> difference(const std::vector<std::string>& larger,
+                                    const std::vector<std::string>& smaller) {
+    std::vector<std::string> added;
+    for (const std::string& name : larger)
+        if (std::ranges::find(smaller, name) == smaller.end())
+            added.push_back(name);
+    return added;
+}
+
+bool belongs_to(const std::string& parameter, const std::string& effect) {
+    return parameter.starts_with(effect + ".");
+}
+
+/// Empty if at least one size of the effect is known to be there.
+std::string absence_not_excluded(const calibrate::ChainFit& fit, const std::string& effect) {
+    bool has_size = false;
+    std::string text;
+    for (const calibrate::FittedParameter& parameter : fit.parameters) {
+        if (!belongs_to(parameter.name, effect) || is_place(parameter.name))
+            continue;
+        has_size = true;
+        const double half_width = normal_quantile * parameter.standard_error;
+        const double absent = absent_value(parameter.name);
+        if (std::abs(parameter.value - absent) > half_width)
+            return {};
+        text = fmt::format("{} = {:.4g} ± {:.2g} {}is no different from {:g}", parameter.name,
+                           parameter.value, half_width,
+                           parameter.unit.empty() ? "" : parameter.unit + " ", absent);
+    }
+    return has_size ? text : std::string();
+}
+
+std::string parameter_at_bound(const calibrate::ChainFit& fit,
+                               const std::vector<std::string>& effects) {
+    for (const calibrate::FittedParameter& parameter : fit.parameters)
+        for (const std::string& effect : effects)
+            if (parameter.is_at_bound && belongs_to(parameter.name, effect))
+                return fmt::format("{} stands at its bound, {:.4g}{}{}", parameter.name,
+                                   parameter.value, parameter.unit.empty() ? "" : " ",
+                                   parameter.unit);
+    return {};
+}
+
+/// Why the step from `before` to `rung` is no gain; empty if it is one.
+std::string objection(const Rung& rung, const Rung& before) {
+    const calibrate::ChainFit& fit = *rung.candidate.fit;
+    if (!(rung.delta_bic <= -needed_gain))
+        return rung.delta_bic > 0.0 ? fmt::format("BIC rises by {:.1f}", rung.delta_bic)
+                                    : fmt::format("BIC falls by {:.1f}, less than {:g}",
+                                                  -rung.delta_bic, needed_gain);
+    if (std::string bound = parameter_at_bound(fit, rung.added); !bound.empty())
+        return bound;
+    for (const std::string& effect : rung.added)
+        if (std::string text = absence_not_excluded(fit, effect); !text.empty())
+            return text;
+    if (!rung.held_out || !before.held_out)
+        return "nothing was held out";
+    const HeldOutPart& time = rung.held_out->last_third;
+    const HeldOutPart& height = rung.held_out->one_height;
+    if (!time.failure.empty())
+        return "the fit to the first two thirds failed: " + time.failure;
+    if (!predicts_better(time, before.held_out->last_third))
+        return fmt::format("the last third of the time is not predicted better ({:.2f} times the "
+                           "noise, before {:.2f})",
+                           time.over_noise, before.held_out->last_third.over_noise);
+    if (height.failure.empty() && before.held_out->one_height.failure.empty() &&
+        height.rms > allowed_rise * before.held_out->one_height.rms)
+        return fmt::format("the height that was left out is predicted worse ({:.2f} times the "
+                           "noise, before {:.2f})",
+                           height.over_noise, before.held_out->one_height.over_noise);
+    return {};
+}
+
+double relative_change(const calibrate::ChainFit& now, const calibrate::ChainFit& before,
+                       const char* name) {
+    const calibrate::FittedParameter* const a = now.find(name);
+    const calibrate::FittedParameter* const b = before.find(name);
+    return a == nullptr || b == nullptr ? 0.0 : a->value / b->value - 1.0;
+}
+
+/// The rung with the smallest χ², whose residuals are closest to the noise.
+const calibrate::ChainFit* best_fit(const Ladder& ladder) {
+    const calibrate::ChainFit* best = nullptr;
+    for (const Rung& rung : ladder.rungs)
+        if (rung.candidate.fit && (best == nullptr || rung.candidate.fit->rmse < best->rmse))
+            best = &*rung.candidate.fit;
+    return best;
+}
+
+HoldOut what_to_hold_out(const Ladder& ladder) {
+    const calibrate::ChainFit* const best = best_fit(ladder);
+    if (best == nullptr)
+        return {};
+    return {ladder.left_out_row, best->noise,
+            block_periods / calibrate::beam_frequency(best->model.spec)};
+}
+
+void score(Ladder& ladder) {
+    const calibrate::ChainFit* const best = best_fit(ladder);
+    if (best == nullptr)
+        return;
+    ladder.effective_readings = effective_readings(whitened_residuals(*best));
+    for (Rung& rung : ladder.rungs) {
+        if (!rung.candidate.fit)
+            continue;
+        const calibrate::ChainFit& fit = *rung.candidate.fit;
+        // Where the noise is not known the residuals of the best rung stand for it.
+        const double noise = std::pow(typical_noise(*best), 2);
+        const double size = best->is_noise_known
+                                ? fit.chi_squared / std::max(1.0, best->reduced_chi_squared)
+                                : std::pow(fit.rmse, 2) / noise * static_cast<double>(fit.readings);
+        const auto count = static_cast<double>(std::max<std::size_t>(fit.readings, 1));
+        const auto numbers =
+            static_cast<double>(rung.candidate.moves ? fit.prediction.parameters : 0);
+        rung.bic = size * ladder.effective_readings / count +
+                   numbers * std::log(std::max(ladder.effective_readings, 2.0));
+    }
+    for (std::size_t k = 1; k < ladder.rungs.size(); ++k) {
+        Rung& rung = ladder.rungs[k];
+        const Rung& before = ladder.rungs[k - 1];
+        if (!rung.candidate.fit) {
+            rung.why = "failed: " + rung.candidate.failure;
+            continue;
+        }
+        if (!before.candidate.fit) {
+            rung.why = "the rung before it failed";
+            continue;
+        }
+        rung.delta_bic = rung.bic - before.bic;
+        if (before.candidate.moves) {
+            rung.modulus_change =
+                relative_change(*rung.candidate.fit, *before.candidate.fit, "bond_youngs_modulus");
+            rung.damping_change =
+                relative_change(*rung.candidate.fit, *before.candidate.fit, "bond_damping");
+        }
+        const std::string reason =
+            rung.candidate.moves ? objection(rung, before) : "nothing moves the stem in this model";
+        rung.is_gain = reason.empty();
+        rung.why = rung.is_gain
+                       ? fmt::format("BIC falls by {:.0f}, the last third of the time is predicted "
+                                     "better ({:.2f} times the noise, before {:.2f})",
+                                     -rung.delta_bic, rung.held_out->last_third.over_noise,
+                                     before.held_out->last_third.over_noise)
+                       : reason;
+    }
+}
+
+} // namespace
+
+Ladder climb(const measure::Measurement& measurement, const std::vector<SelectedEffects>& models,
+             const CandidateOptions& options) {
+    Ladder ladder;
+    ladder.rungs.emplace_back().candidate = fit_baseline(measurement, options);
+    for (const SelectedEffects& effects : models) {
+        const CandidateFit* smaller = &ladder.rungs.front().candidate;
+        for (const Rung& rung : ladder.rungs) // the largest that could be fitted
+            if (rung.candidate.fit)
+                smaller = &rung.candidate;
+        Rung rung;
+        rung.candidate = fit_candidate(effects, *smaller, measurement, options);
+        rung.added = difference(rung.candidate.names, ladder.rungs.back().candidate.names);
+        ladder.rungs.push_back(std::move(rung));
+    }
+    if (ladder.rungs.front().candidate.fit)
+        ladder.left_out_row = row_to_leave_out(*ladder.rungs.front().candidate.fit);
+    const HoldOut hold_out = what_to_hold_out(ladder);
+    for (Rung& rung : ladder.rungs) {
+        ladder.comparison.push_back(std::nullopt);
+        if (!rung.candidate.fit)
+            continue;
+        rung.held_out = predict_held_out(rung.candidate, hold_out, measurement, options);
+        ladder.comparison.back() = ladder.comparisons.size();
+        ladder.comparisons.push_back(compare(rung.candidate, measurement));
+    }
+    score(ladder);
+    return ladder;
+}
+
+} // namespace culm::diagnose

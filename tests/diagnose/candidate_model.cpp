@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/candidate_model.hpp"
+
+#include "core/error.hpp"
+#include "diagnose/fit_starts.hpp"
+#include "measure/measurement_folder.hpp"
+#include "physics/effects/library.hpp"
+
+#include <filesystem>
+
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+measure::Measurement quadratic_drag_record() {
+    return measure::read_measurement(std::filesystem::path(CULM_TEST_DATA_DIR) / "hidden-effect" /
+                                     "T2-quadratic_drag");
+}
+
+diagnose::SelectedEffects effects(const char* text) {
+    return physics::parse_effects(text, {});
+}
+
+TEST(CandidateModel, DoesNotDependOnTheOrderOfNames) {
+    const measure::Measurement measurement = quadratic_drag_record();
+    const calibrate::StemModel baseline = calibrate::baseline_model(measurement);
+    const auto one = diagnose::candidate_model(
+        baseline, effects("quadratic_drag,clamp_compliance,taper"), measurement);
+    const auto other = diagnose::candidate_model(
+        baseline, effects("taper,clamp_compliance,quadratic_drag"), measurement);
+    EXPECT_EQ(one.free_names(), other.free_names());
+    ASSERT_EQ(one.spec.effects.size(), 3u);
+    for (std::size_t k = 0; k < one.spec.effects.size(); ++k) {
+        EXPECT_EQ(one.spec.effects[k].effect, other.spec.effects[k].effect);
+        EXPECT_EQ(one.spec.effects[k].values, other.spec.effects[k].values);
+    }
+}
+
+TEST(CandidateModel, KeepsFixedValuesAndFreesTheOthersWithinBoundsOfTheStem) {
+    const measure::Measurement measurement = quadratic_drag_record();
+    const auto model =
+        diagnose::candidate_model(calibrate::baseline_model(measurement),
+                                  effects("clamp_friction(moment_nm=3e-4)"), measurement);
+    EXPECT_EQ(model.spec.effects.front().values.front(), 3e-4);
+    for (const calibrate::FreeParameter& parameter : model.parameters)
+        EXPECT_NE(parameter.access.name, "clamp_friction.moment_nm");
+    const calibrate::FreeParameter& stiffness = model.parameters.back();
+    EXPECT_EQ(stiffness.access.name, "clamp_friction.stiffness_nm_rad");
+    // The library's bounds for all stems are 1e-8 and 1e8.
+    EXPECT_GT(stiffness.lower, 1e-5);
+    EXPECT_LT(stiffness.upper, 1e5);
+}
+
+TEST(CandidateModel, RefusesEffectsThatCannotBeCombined) {
+    const measure::Measurement measurement = quadratic_drag_record();
+    diagnose::SelectedEffects both = effects("clamp_friction");
+    both.push_back(effects("clamp_compliance").front());
+    EXPECT_THROW(static_cast<void>(diagnose::candidate_model(calibrate::baseline_model(measurement),
+                                                             both, measurement)),
+                 core::InputError);
+}
+
+TEST(CandidateModel, KnowsWhatMovesAStemThatIsHeldStraight) {
+    measure::Measurement measurement = quadratic_drag_record();
+    measurement.gravity_direction = measure::GravityDirection::Transverse;
+    const calibrate::StemModel baseline = calibrate::baseline_model(measurement);
+    const auto moves = [&](const char* text) {
+        return diagnose::can_move_straight_stem(
+            diagnose::candidate_model(baseline, effects(text), measurement));
+    };
+    EXPECT_TRUE(moves("gravity"));
+    EXPECT_TRUE(moves("precurvature"));
+    EXPECT_FALSE(moves("quadratic_drag,clamp_compliance"));
+}
+
+TEST(PlaceParameters, BelongToTheLibrary) {
+    std::size_t places = 0;
+    for (const physics::EffectPointer& effect : physics::all_effects())
+        for (const physics::EffectParameter& parameter : effect->parameters())
+            places += diagnose::is_place(effect->name() + "." + parameter.name) ? 1 : 0;
+    // local_defect.position_m, relaxation.time_s, two of base_motion, out_of_plane.angle_deg.
+    EXPECT_EQ(places, 5u);
+}
+
+} // namespace
+} // namespace culm::tests

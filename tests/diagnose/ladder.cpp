@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/ladder.hpp"
+
+#include "measure/measurement_folder.hpp"
+
+#include <filesystem>
+
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+measure::Measurement record(const std::string& name) {
+    const char* folder = name == "T1-null" ? "measurements" : "hidden-effect";
+    return measure::read_measurement(std::filesystem::path(CULM_TEST_DATA_DIR) / folder / name);
+}
+
+/// 40 spheres instead of 56, to be quick: their own error is still below the noise.
+diagnose::CandidateOptions quick() {
+    diagnose::CandidateOptions options;
+    options.chain.spheres = 40;
+    return options;
+}
+
+std::vector<diagnose::SelectedEffects> models(std::initializer_list<const char*> texts) {
+    std::vector<diagnose::SelectedEffects> all;
+    for (const char* const text : texts)
+        all.push_back(physics::parse_effects(text, {}));
+    return all;
+}
+
+double over_noise(const diagnose::Ladder& ladder, std::size_t rung) {
+    const calibrate::ChainFit& fit = *ladder.rungs[rung].candidate.fit;
+    return fit.rmse / diagnose::typical_noise(fit);
+}
+
+TEST(Ladder, OfARecordWithDragEndsAtTheNoiseWithTheTrueCoefficient) {
+    const diagnose::Ladder ladder =
+        diagnose::climb(record("T2-quadratic_drag"), models({"quadratic_drag"}), quick());
+    ASSERT_TRUE(ladder.rungs[1].candidate.fit) << ladder.rungs[1].why;
+    EXPECT_GT(over_noise(ladder, 0), 3.0);
+    EXPECT_LT(over_noise(ladder, 1), 1.10);
+    EXPECT_TRUE(ladder.rungs[1].is_gain) << ladder.rungs[1].why;
+    const auto* drag = ladder.rungs[1].candidate.fit->find("quadratic_drag.drag_coefficient");
+    ASSERT_NE(drag, nullptr);
+    EXPECT_NEAR(drag->value, 1.3, 0.05); // the truth; issue 5 asks for 15 %
+    EXPECT_EQ(ladder.comparisons[0].verdict.finding, diagnose::Finding::Inadequate);
+    EXPECT_EQ(ladder.comparisons[1].verdict.finding, diagnose::Finding::Adequate)
+        << ladder.comparisons[1].verdict.reason;
+    // Without drag the model's decay cannot follow the amplitude.
+    EXPECT_GT(ladder.comparisons[0].structure.amplitude_share, 0.7);
+    EXPECT_EQ(diagnose::in_words(ladder.comparisons[0]).size(), 3u);
+}
+
+TEST(Ladder, OfAYieldingClampCallsItAGainAndDragNone) {
+    const diagnose::Ladder ladder =
+        diagnose::climb(record("T3-clamp_compliance"),
+                        models({"clamp_compliance", "clamp_compliance,quadratic_drag"}), quick());
+    ASSERT_TRUE(ladder.rungs[1].candidate.fit) << ladder.rungs[1].why;
+    EXPECT_TRUE(ladder.rungs[1].is_gain) << ladder.rungs[1].why;
+    EXPECT_LT(over_noise(ladder, 1), 1.10);
+    const auto* stiffness =
+        ladder.rungs[1].candidate.fit->find("clamp_compliance.stiffness_nm_rad");
+    ASSERT_NE(stiffness, nullptr);
+    EXPECT_NEAR(stiffness->value, 0.6696, 0.15 * 0.6696); // the truth; issue 5 asks for 15 %
+    EXPECT_FALSE(ladder.rungs[2].is_gain);
+    EXPECT_FALSE(ladder.rungs[2].why.empty());
+}
+
+TEST(Ladder, OfARecordThatLacksNothingHasNoGain) {
+    const diagnose::Ladder ladder =
+        diagnose::climb(record("T1-null"), models({"quadratic_drag"}), quick());
+    EXPECT_EQ(ladder.comparisons[0].verdict.finding, diagnose::Finding::Adequate)
+        << ladder.comparisons[0].verdict.reason;
+    EXPECT_FALSE(ladder.rungs[1].is_gain);
+}
+
+TEST(Verdict, OnAnExcerptOfOneCycleIsThatItCannotTell) {
+    diagnose::CandidateOptions options = quick();
+    options.window = 0.015; // 1.3 cycles
+    const measure::Measurement measurement = record("T1-null");
+    const diagnose::CandidateFit fit = diagnose::fit_baseline(measurement, options);
+    ASSERT_TRUE(fit.fit) << fit.failure;
+    const diagnose::Comparison comparison = diagnose::compare(fit, measurement);
+    EXPECT_EQ(comparison.verdict.finding, diagnose::Finding::Undecided);
+    EXPECT_NE(comparison.verdict.reason.find("too few"), std::string::npos);
+}
+
+} // namespace
+} // namespace culm::tests

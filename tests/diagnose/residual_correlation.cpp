@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/residual_correlation.hpp"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+using diagnose::effective_degrees_of_freedom;
+using diagnose::effective_readings;
+using diagnose::spatial_pattern;
+
+/// First-order autoregressive columns of unit variance.
+Eigen::MatrixXd correlated_noise(Eigen::Index frames, Eigen::Index rows, double correlation,
+                                 unsigned seed) {
+    std::mt19937 generator(seed);
+    std::normal_distribution<double> normal;
+    Eigen::MatrixXd noise(frames, rows);
+    for (Eigen::Index j = 0; j < rows; ++j) {
+        double value = normal(generator);
+        for (Eigen::Index i = 0; i < frames; ++i) {
+            noise(i, j) = value;
+            value = correlation * value +
+                    std::sqrt(1.0 - correlation * correlation) * normal(generator);
+        }
+    }
+    return noise;
+}
+
+TEST(EffectiveDegreesOfFreedom, OfWhiteNoiseAreTheNumberOfReadings) {
+    double sum = 0.0;
+    for (unsigned seed = 0; seed < 20; ++seed)
+        sum += effective_degrees_of_freedom(correlated_noise(400, 9, 0.0, seed), 12);
+    // The estimate scatters by a few per cent from table to table, and cannot exceed the number.
+    EXPECT_NEAR(sum / 20.0, 3600.0, 0.03 * 3600.0);
+}
+
+TEST(EffectiveDegreesOfFreedom, OfCorrelatedNoiseGiveTheVarianceOfItsSumOfSquares) {
+    const double correlation = 0.8;
+    double estimated = 0.0;
+    double mean = 0.0;
+    double square = 0.0;
+    constexpr int tables = 400;
+    for (unsigned seed = 0; seed < tables; ++seed) {
+        const Eigen::MatrixXd noise = correlated_noise(400, 6, correlation, seed);
+        estimated += effective_degrees_of_freedom(noise, 40) / tables;
+        mean += noise.squaredNorm() / tables;
+        square += std::pow(noise.squaredNorm(), 2) / tables;
+    }
+    // χ² of ν degrees of freedom times a constant has variance 2 mean²/ν.
+    const double true_count = 2.0 * mean * mean / (square - mean * mean);
+    // 400 tables tell a variance to 7 %; the sum over noisy autocorrelations is low by some 5 %.
+    EXPECT_NEAR(estimated, true_count, 0.2 * true_count);
+    EXPECT_LT(estimated, 0.35 * 2400.0);
+}
+
+TEST(EffectiveDegreesOfFreedom, OfRowsThatAllShowTheSameAreThoseOfOne) {
+    const Eigen::MatrixXd one = correlated_noise(500, 1, 0.0, 3);
+    // One row is 500; equal rows add nothing, and white noise in it scatters the estimate by 5 %.
+    EXPECT_NEAR(effective_degrees_of_freedom(one.replicate(1, 8), 12), 500.0, 25.0);
+}
+
+TEST(EffectiveReadings, FallWithTheCorrelationOfNeighbours) {
+    // (1 − 0.6)/(1 + 0.6) of 4000; the correlation is known to 1/√4000.
+    EXPECT_NEAR(effective_readings(correlated_noise(1000, 4, 0.6, 5)), 1000.0, 100.0);
+}
+
+TEST(SpatialPattern, IsFoundInWhiteNoiseAsOftenAsItsPValueSays) {
+    int below_5_percent = 0;
+    constexpr int tables = 1000;
+    for (unsigned seed = 0; seed < tables; ++seed)
+        below_5_percent +=
+            spatial_pattern(correlated_noise(300, 9, 0.0, 1000 + seed)).p_value < 0.05 ? 1 : 0;
+    // 50 are expected, with a standard deviation of 7. Fewer are right: the noise's size comes from
+    // the table itself, which takes some scatter off the singular value. More would be false
+    // alarms.
+    EXPECT_GT(below_5_percent, 5);
+    EXPECT_LT(below_5_percent, 70);
+}
+
+TEST(SpatialPattern, ThatIsAsStrongAsAThirdOfTheNoiseIsSeenWithItsShape) {
+    Eigen::MatrixXd table = correlated_noise(400, 8, 0.0, 7);
+    const Eigen::VectorXd shape = Eigen::VectorXd::LinSpaced(8, 0.0, 1.0).normalized();
+    table += correlated_noise(400, 1, 0.0, 8) * shape.transpose();
+    const diagnose::SpatialPattern pattern = spatial_pattern(table);
+    EXPECT_LT(pattern.p_value, 1e-4);
+    // A signal of the noise's size in one direction: the angle's scatter is √(8/400)/1 or so.
+    EXPECT_GT(std::abs(pattern.shape.dot(shape)), 0.95);
+}
+
+TEST(ChiSquaredTail, AgreesWithTablesAndTakesFractions) {
+    EXPECT_NEAR(diagnose::chi_squared_tail(18.307, 10.0), 0.05, 1e-5); // five figures printed
+    EXPECT_NEAR(diagnose::chi_squared_tail(6.635, 1.0), 0.01, 1e-5);
+    EXPECT_GT(diagnose::chi_squared_tail(10.0, 10.5), diagnose::chi_squared_tail(10.0, 10.0));
+}
+
+} // namespace
+} // namespace culm::tests

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/residual_structure.hpp"
+
+#include "calibrate/stem_model.hpp"
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+constexpr double frequency = 50.0;
+constexpr double noise = 0.02e-3;
+
+/// A model that swings as 10 mm exp(−6t) cos(2π 50 t) in one row, and the measured swing beside it.
+struct Example {
+    calibrate::ChainFit fit;
+    diagnose::Swing swing;
+
+    explicit Example(const std::function<double(double time, double modelled)>& measured) {
+        std::mt19937 generator(4);
+        std::normal_distribution<double> normal(0.0, noise);
+        fit.prediction.rows = 1;
+        fit.noise = {noise};
+        for (int frame = 0; frame < 600; ++frame) {
+            const double time = 1e-3 * frame;
+            const double omega = 2.0 * std::numbers::pi * frequency;
+            const double size = 10e-3 * std::exp(-6.0 * time);
+            swing.times.push_back(time);
+            swing.modelled.push_back(size * std::cos(omega * time));
+            swing.modelled_speed.push_back(-omega * size * std::sin(omega * time));
+            swing.measured.push_back(measured(time, swing.modelled.back()) + normal(generator));
+            fit.residuals.push_back(swing.measured.back() - swing.modelled.back());
+        }
+        fit.times = swing.times;
+        swing.noise = noise;
+        swing.frequency = frequency;
+    }
+    [[nodiscard]] diagnose::ResidualStructure structure() const {
+        return diagnose::residual_structure(fit, swing);
+    }
+};
+
+TEST(ResidualStructure, OfAWrongAmplitudeSaysByHowMuch) {
+    const auto found = Example([](double, double modelled) { return 1.05 * modelled; }).structure();
+    EXPECT_GT(found.amplitude_share, 0.95);
+    for (const diagnose::SwingError& third : found.thirds)
+        EXPECT_NEAR(third.amplitude, 0.05, 4.0 * third.amplitude_error);
+}
+
+TEST(ResidualStructure, OfALateModelSaysByWhatPhase) {
+    const double lag = 0.05;
+    const auto found = Example([lag](double time, double) {
+                           const double omega = 2.0 * std::numbers::pi * frequency;
+                           return 10e-3 * std::exp(-6.0 * time) * std::cos(omega * time - lag);
+                       }).structure();
+    EXPECT_GT(found.phase_share, 0.9);
+    // The speed's own decay, 6/(2π 50), mixes 2 % of the lag into the amplitude.
+    EXPECT_NEAR(found.thirds[0].lag, lag, 0.03 * lag);
+}
+
+TEST(ResidualStructure, OfAStemThatRestsElsewhereSaysWhere) {
+    const auto found =
+        Example([](double, double modelled) { return modelled + 0.1e-3; }).structure();
+    EXPECT_GT(found.rest_share, 0.9);
+    for (const diagnose::SwingError& third : found.thirds)
+        EXPECT_NEAR(third.rest, 0.1e-3, 4.0 * third.rest_error);
+}
+
+TEST(ResidualStructure, OfNoiseHasNoExcess) {
+    const auto found = Example([](double, double modelled) { return modelled; }).structure();
+    // The mean square of 600 readings scatters by √(2/600).
+    EXPECT_NEAR(found.excess_over_noise, 0.0, 4.0 * std::sqrt(2.0 / 600.0));
+}
+
+} // namespace
+} // namespace culm::tests
