@@ -8,15 +8,14 @@ DIR). Prints the path. Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
 
-import argparse
 import csv
 import json
 import sys
 from pathlib import Path
 
 import numpy as np
-from figure_style import BLUE, GREY, VERMILLION, FigureSkipped, new_figure, number, save, styled
-from figures import EXIT_BAD_INPUT, OneSentenceParser, formats_of
+from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figure
+from figure_style import BLUE, GREY, VERMILLION, FigureSkipped, new_figure, number, styled
 
 
 class CalibrationError(Exception):
@@ -85,30 +84,19 @@ def parse(arguments):
                                description="Measured and fitted motion of a calibrated stem.")
     parser.add_argument("directory", metavar="DIR", type=Path, help="folder of culm calibrate -o")
     parser.add_argument("--stem", metavar="N", type=int, default=1, help="which stem, from 1 (1)")
-    parser.add_argument("-o", "--out", metavar="OUT", type=Path, help="folder to write to (DIR)")
-    parser.add_argument(
-        "--format", metavar="LIST", type=formats_of, default=["png"], help="png,pdf,svg (png)"
-    )
+    add_output_options(parser, "DIR")
     return parser.parse_args(arguments)
 
 
 def main(arguments=None) -> int:
     options = parse(arguments)
-    try:
+
+    def draw():
         figure = motion_figure(CalibrationResults(options.directory), options.stem)
-        folder = options.out or options.directory
-        folder.mkdir(parents=True, exist_ok=True)
-        for suffix in options.format:
-            path = folder / f"motion-{options.stem:03}.{suffix}"
-            save(figure, path)
-            print(path, flush=True)
-    except (CalibrationError, FigureSkipped) as error:
-        print(f"calibration_figure.py: {error}", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    except OSError as error:
-        print(f"calibration_figure.py: {error.filename}: {error.strerror}.", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    return 0
+        write_figure(figure, options.out or options.directory, f"motion-{options.stem:03}",
+                     options.format)
+
+    return exit_code_of("calibration_figure.py", (CalibrationError, FigureSkipped), draw)
 
 
 if __name__ == "__main__":

@@ -9,16 +9,15 @@ path. Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 
 import numpy as np
 
 from comparison_results import Comparison, ComparisonError, name_of, numbers
+from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
 from figure_style import (BLACK, BLUE, GREY, ORANGE, VERMILLION, FigureSkipped, mark, new_figure,
-                          number, save, styled)
-from figures import EXIT_BAD_INPUT, OneSentenceParser, formats_of
+                          number, styled)
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 MOST_MAPS = 3
@@ -191,40 +190,19 @@ def parse(arguments):
     parser = OneSentenceParser(prog="compare_figures.py", description="Where and how models fail.")
     parser.add_argument("path", metavar="FILE_OR_DIR", type=Path,
                         help="of culm compare --json or -o")
-    parser.add_argument("-o", "--out", metavar="OUT", type=Path,
-                        help="folder to write to (beside the file)")
-    parser.add_argument(
-        "--format", metavar="LIST", type=formats_of, default=["png"], help="png,pdf,svg (png)"
-    )
+    add_output_options(parser, "beside the file")
     return parser.parse_args(arguments)
-
-
-def write_figures(comparison: Comparison, folder: Path, formats: list[str]):
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, make_figure in FIGURES.items():
-        try:
-            figure = make_figure(comparison)
-        except FigureSkipped as reason:
-            print(f"compare_figures.py: {name} is left out: {reason}", file=sys.stderr)
-            continue
-        for suffix in formats:
-            path = folder / f"{name}.{suffix}"
-            save(figure, path)
-            print(path, flush=True)
 
 
 def main(arguments=None) -> int:
     options = parse(arguments)
-    try:
+
+    def draw():
         comparison = Comparison(options.path)
-        write_figures(comparison, options.out or comparison.file.parent, options.format)
-    except ComparisonError as error:
-        print(f"compare_figures.py: {error}", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    except OSError as error:
-        print(f"compare_figures.py: {error.filename}: {error.strerror}.", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    return 0
+        write_figures("compare_figures.py", FIGURES, comparison,
+                      options.out or comparison.file.parent, options.format)
+
+    return exit_code_of("compare_figures.py", (ComparisonError,), draw)
 
 
 if __name__ == "__main__":

@@ -7,13 +7,12 @@ Writes histories (Fig. 3c), population (Fig. 5) and banding (Fig. 6) of Schramm 
 """
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 
+from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
 from figure_style import (BLUE, COLOUR_MAP, GREY, VERMILLION, FigureSkipped, colour_bar, mark,
-                          new_figure, number, save, styled)
-from figures import EXIT_BAD_INPUT, OneSentenceParser, formats_of
+                          new_figure, number, styled)
 from fit_results import FitError, FitResults, heights_of
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
@@ -104,39 +103,19 @@ FIGURES = {
 def parse(arguments):
     parser = OneSentenceParser(prog="fit_figures.py", description="Figures of measured stems.")
     parser.add_argument("directory", metavar="DIR", type=Path, help="folder of culm fit -o")
-    parser.add_argument("-o", "--out", metavar="OUT", type=Path, help="folder to write to (DIR)")
-    parser.add_argument(
-        "--format", metavar="LIST", type=formats_of, default=["png"], help="png,pdf,svg (png)"
-    )
+    add_output_options(parser, "DIR")
     return parser.parse_args(arguments)
-
-
-def write_figures(results: FitResults, folder: Path, formats: list[str]):
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, make_figure in FIGURES.items():
-        try:
-            figure = make_figure(results)
-        except FigureSkipped as reason:
-            print(f"fit_figures.py: {name} is left out: {reason}", file=sys.stderr)
-            continue
-        for suffix in formats:
-            path = folder / f"{name}.{suffix}"
-            save(figure, path)
-            print(path, flush=True)
 
 
 def main(arguments=None) -> int:
     options = parse(arguments)
-    try:
+
+    def draw():
         results = FitResults(options.directory)
-        write_figures(results, options.out or results.directory, options.format)
-    except FitError as error:
-        print(f"fit_figures.py: {error}", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    except OSError as error:
-        print(f"fit_figures.py: {error.filename}: {error.strerror}.", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    return 0
+        write_figures("fit_figures.py", FIGURES, results, options.out or results.directory,
+                      options.format)
+
+    return exit_code_of("fit_figures.py", (FitError,), draw)
 
 
 if __name__ == "__main__":

@@ -17,16 +17,8 @@ ModeOfChain first_mode(const run::CaseSpec& spec) {
     bare.effects.clear();
     const physics::Chain<2, double> chain(bare.stem.sphere_count, run::case_model(bare).chain,
                                           bare.law);
-    const integrate::LinearisedChain full = integrate::linearise(chain, chain.straight_state());
-    std::vector<int> transverse; // lateral displacement and rotation of each moving sphere
-    for (int sphere = 0; sphere < bare.stem.sphere_count - 1; ++sphere) {
-        transverse.push_back(3 * sphere + 1);
-        transverse.push_back(3 * sphere + 2);
-    }
     const std::vector<integrate::VibrationMode> modes =
-        integrate::vibration_modes({full.mass(transverse), full.damping(transverse, transverse),
-                                    full.stiffness(transverse, transverse)},
-                                   1);
+        integrate::vibration_modes(integrate::linearise_transverse(chain), 1);
     if (modes.empty())
         throw core::NumericalError(
             core::FailureKind::FitFailed,

@@ -3,10 +3,11 @@
 
 #include "cli/calibration_json.hpp"
 #include "cli/calibration_table.hpp"
+#include "cli/gathered_json.hpp"
+#include "cli/item_farm.hpp"
 #include "cli/json_output.hpp"
 #include "cli/study_for_calibration.hpp"
 #include "cli/text_output.hpp"
-#include "farm/farm.hpp"
 #include "measure/measurement_folder.hpp"
 #include "study/effect_file.hpp"
 
@@ -24,26 +25,14 @@ using nlohmann::json;
 
 /// Everything that is read and checked before the first fit; the same on every rank.
 struct CalibrationPlan {
-    std::vector<measure::Measurement> measurements;
-    std::vector<std::string> folders;
+    measure::MeasurementSet read;
     calibrate::CalibrationOptions options;
     std::optional<calibrate::StudyForCalibration> study;
 };
 
 CalibrationPlan make_plan(const CalibrateArguments& arguments) {
     CalibrationPlan plan;
-    std::string faults;
-    for (const std::string& path : arguments.paths)
-        for (const fs::path& folder : measure::find_measurements(path)) {
-            try {
-                plan.measurements.push_back(measure::read_measurement(folder));
-                plan.folders.push_back(folder.string());
-            } catch (const core::InputError& error) {
-                faults += (faults.empty() ? "" : "\n") + std::string(error.what());
-            }
-        }
-    if (!faults.empty())
-        throw core::InputError(faults);
+    plan.read = measure::read_measurements(arguments.paths);
     plan.options.chain = {arguments.spheres, *physics::law_by_name(arguments.law)};
     plan.options.fit.window = arguments.window_s;
     plan.options.fit.is_robust = arguments.is_robust;
@@ -53,7 +42,7 @@ CalibrationPlan make_plan(const CalibrateArguments& arguments) {
     plan.options.with_check = arguments.with_check;
     if (!arguments.via.empty())
         plan.study = study_for_calibration(arguments.via);
-    for (const measure::Measurement& measurement : plan.measurements)
+    for (const measure::Measurement& measurement : plan.read.measurements)
         static_cast<void>(calibrate::chain_of(measurement, plan.options.chain));
     return plan;
 }
@@ -85,7 +74,7 @@ json failure_json(const measure::Measurement& measurement, const char* reason) {
 
 json calibrate_one(const CalibrationPlan& plan, std::size_t index,
                    const CalibrateArguments& arguments, const run::Heartbeat& heartbeat) {
-    const measure::Measurement& measurement = plan.measurements[index];
+    const measure::Measurement& measurement = plan.read.measurements[index];
     json stem;
     try {
         calibrate::CalibrationOptions options = plan.options;
@@ -109,27 +98,13 @@ json calibrate_one(const CalibrationPlan& plan, std::size_t index,
             stem["via"] = {{"failure", error.what()}};
         }
     }
-    stem["folder"] = plan.folders[index];
+    stem["folder"] = plan.read.folders[index].string();
     return stem;
-}
-
-/// Every rank's stems, in the order of the measurements, on rank 0. What no rank has done is null.
-json gather(const std::vector<json>& own, const farm::Communicator* communicator) {
-    json all = json::array();
-    for (const json& stem : own) {
-        all.push_back(stem);
-        if (communicator == nullptr)
-            continue;
-        for (const std::string& told : communicator->gather(stem.dump()))
-            if (told != "null")
-                all.back() = json::parse(told);
-    }
-    return all;
 }
 
 json make_document(const CalibrateArguments& arguments, const CalibrationPlan& plan, json stems) {
     json remarks = json::array();
-    for (const measure::Measurement& measurement : plan.measurements)
+    for (const measure::Measurement& measurement : plan.read.measurements)
         for (const std::string& remark : measurement.remarks)
             remarks.push_back(remark);
     json document{{"format", "culm-calibration"}, {"version", 1}};
@@ -148,8 +123,8 @@ core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan
                       json stems) {
     for (std::size_t i = 0; i < stems.size(); ++i)
         if (stems[i].is_null()) // its rank was lost
-            stems[i] = {{"measurement", plan.measurements[i].stem.id},
-                        {"folder", plan.folders[i]},
+            stems[i] = {{"measurement", plan.read.measurements[i].stem.id},
+                        {"folder", plan.read.folders[i].string()},
                         {"failure", "the rank that computed it was lost"}};
     const bool any_failed =
         std::ranges::any_of(stems, [](const json& stem) { return stem.contains("failure"); });
@@ -172,14 +147,11 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
     const CalibrationPlan plan = make_plan(arguments);
     if (!arguments.output.empty())
         make_folder(fs::path(arguments.output) / "predictions");
-    std::vector<json> stems(plan.measurements.size());
-    std::vector<farm::Batch> batches(plan.measurements.size());
-    for (std::size_t i = 0; i < batches.size(); ++i) {
-        batches[i].points = {static_cast<std::int64_t>(i)};
-        batches[i].cost = std::max(plan.measurements[i].times.back(), 1e-3);
-    }
-    const auto work = [&](const farm::Batch& batch, farm::Heartbeat& heartbeat) {
-        const auto index = static_cast<std::size_t>(batch.points.front());
+    std::vector<json> stems(plan.read.measurements.size());
+    std::vector<double> costs;
+    for (const measure::Measurement& measurement : plan.read.measurements)
+        costs.push_back(std::max(measurement.times.back(), 1e-3));
+    const auto work = [&](std::size_t index, farm::Heartbeat& heartbeat) {
         stems[index] = calibrate_one(plan, index, arguments, [&heartbeat] {
             heartbeat.beat();
             return !heartbeat.stop_requested();
@@ -188,21 +160,11 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
         ++(stems[index].contains("failure") ? done.failed : done.completed);
         return done;
     };
-    farm::FarmOptions options;
-    options.chunk_seconds = 0.0; // a stem is never short
-    const farm::Summary summary = communicator == nullptr
-                                      ? farm::Farm().map(batches, work, options)
-                                      : farm::Farm(*communicator).map(batches, work, options);
+    const farm::Summary summary = map_items(communicator, costs, work);
     if (!summary.failure.empty())
         throw core::StorageError(summary.failure);
-    json all = gather(stems, communicator);
-    core::ExitCode code = core::ExitCode::Done;
-    if (communicator == nullptr || communicator->rank() == 0)
-        code = report(arguments, plan, std::move(all));
-    if (communicator != nullptr)
-        code = static_cast<core::ExitCode>(
-            std::stoi(communicator->broadcast(std::to_string(static_cast<int>(code)))));
-    return code;
+    const json all = gathered(stems, communicator);
+    return report_on_root(communicator, [&] { return report(arguments, plan, all); });
 }
 
 } // namespace culm::cli

@@ -1,43 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm calibrate MEASUREMENT...
 #include "cli/calibrate_action.hpp"
+#include "cli/chain_options.hpp"
 #include "cli/commands.hpp"
 #include "cli/number_range.hpp"
-#include "farm/environment.hpp"
+#include "cli/under_launcher.hpp"
 
 #include <memory>
 #include <string>
 
 #include <CLI/CLI.hpp>
-#include <fmt/core.h>
 
 namespace culm::cli {
 namespace {
 
-core::ExitCode calibrate_under_launcher(const CalibrateArguments& arguments, int& argc,
-                                        char**& argv) {
-    const farm::Environment environment(argc, argv);
-    const farm::Communicator communicator = environment.world();
-    try {
-        return calibrate_measurements(arguments, &communicator);
-    } catch (const std::runtime_error& error) { // every rank meets the same
-        if (communicator.rank() == 0)
-            fmt::print(stderr, "culm: {}\n", error.what());
-        return core::ExitCode::BadInput;
-    }
-}
-
 void add_model_options(CLI::App& command, CalibrateArguments& arguments) {
-    command
-        .add_option("--law", arguments.law,
-                    "Law of the bonds' damping: \"consistent\" (physical) or \"schramm2019\" (as "
-                    "in the authors' code) (default: consistent)")
-        ->check(CLI::IsMember(physics::law_names()));
-    command
-        .add_option("--spheres", arguments.spheres,
-                    "Spheres in the chain (default: as stem.toml says, else 56)")
-        ->type_name("N")
-        ->check(CLI::Range(5, 1000));
+    add_chain_options(command, arguments.law, arguments.spheres);
     command
         .add_option("--with", arguments.effects,
                     "Known physics beside the published chain, as `culm effects` names it: "
@@ -81,9 +59,10 @@ void add_calibrate_command(CLI::App& app, CommandResult& result, int& argc, char
                       "Also intervals by profile likelihood (some 30 more runs)");
     add_model_options(*command, *arguments);
     command->callback([arguments, &result, &argc, &argv] {
-        result.exit_code = farm::Environment::is_under_launcher()
-                               ? calibrate_under_launcher(*arguments, argc, argv)
-                               : calibrate_measurements(*arguments, nullptr);
+        result.exit_code = alone_or_under_launcher(
+            argc, argv, [&arguments](const farm::Communicator* communicator) {
+                return calibrate_measurements(*arguments, communicator);
+            });
     });
 }
 

@@ -4,6 +4,7 @@
 #include "cli/compare_json.hpp"
 #include "cli/compare_text.hpp"
 #include "cli/effect_table_action.hpp"
+#include "cli/item_farm.hpp"
 #include "cli/json_output.hpp"
 #include "cli/text_output.hpp"
 #include "measure/measurement_folder.hpp"
@@ -116,13 +117,8 @@ core::ExitCode compare_measurements(const CompareArguments& arguments,
     if (folders.size() != 1)
         throw core::InputError(
             fmt::format("{} measurements; compare takes one, --table takes many", folders.size()));
-    core::ExitCode code = core::ExitCode::Done;
-    if (communicator == nullptr || communicator->rank() == 0)
-        code = compare_one(arguments, folders.front(), models);
-    if (communicator != nullptr)
-        code = static_cast<core::ExitCode>(
-            std::stoi(communicator->broadcast(std::to_string(static_cast<int>(code)))));
-    return code;
+    return report_on_root(communicator,
+                          [&] { return compare_one(arguments, folders.front(), models); });
 }
 
 } // namespace culm::cli

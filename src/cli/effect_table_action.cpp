@@ -3,9 +3,10 @@
 
 #include "cli/compare_json.hpp"
 #include "cli/compare_text.hpp"
+#include "cli/gathered_json.hpp"
+#include "cli/item_farm.hpp"
 #include "cli/json_output.hpp"
 #include "cli/text_output.hpp"
-#include "farm/farm.hpp"
 #include "measure/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
 #include "study/effect_file.hpp"
@@ -51,36 +52,6 @@ std::vector<TableModel> table_models(const CompareArguments& arguments) {
     return models;
 }
 
-std::vector<measure::Measurement> read_all(const CompareArguments& arguments) {
-    std::vector<measure::Measurement> measurements;
-    std::string faults;
-    for (const std::string& path : arguments.paths)
-        for (const fs::path& folder : measure::find_measurements(path)) {
-            try {
-                measurements.push_back(measure::read_measurement(folder));
-            } catch (const core::InputError& error) {
-                faults += (faults.empty() ? "" : "\n") + std::string(error.what());
-            }
-        }
-    if (!faults.empty())
-        throw core::InputError(faults);
-    return measurements;
-}
-
-/// Cells of all ranks, on rank 0.
-json gathered(const std::vector<json>& own, const farm::Communicator* communicator) {
-    json cells(own);
-    if (communicator == nullptr)
-        return cells;
-    for (const std::string& told : communicator->gather(cells.dump())) {
-        const json theirs = json::parse(told);
-        for (std::size_t k = 0; k < theirs.size(); ++k)
-            if (!theirs[k].is_null())
-                cells[k] = theirs[k];
-    }
-    return cells;
-}
-
 json table_document(const std::vector<TableModel>& models,
                     const std::vector<measure::Measurement>& measurements, const json& cells) {
     json names = json::array();
@@ -105,24 +76,23 @@ json table_document(const std::vector<TableModel>& models,
 core::ExitCode effect_table(const CompareArguments& arguments,
                             const farm::Communicator* communicator) {
     const std::vector<TableModel> models = table_models(arguments);
-    const std::vector<measure::Measurement> measurements = read_all(arguments);
+    const std::vector<measure::Measurement> measurements =
+        measure::read_measurements(arguments.paths).measurements;
     diagnose::CandidateOptions options;
     options.chain = {arguments.spheres, *physics::law_by_name(arguments.law)};
     options.window = arguments.window_s;
     diagnose::EffectTable table(measurements, options);
     std::vector<json> cells(measurements.size() * models.size());
-    std::vector<farm::Batch> batches(cells.size());
-    for (std::size_t k = 0; k < batches.size(); ++k) {
-        batches[k].points = {static_cast<std::int64_t>(k)};
+    std::vector<double> costs;
+    for (std::size_t k = 0; k < cells.size(); ++k) {
         // Spatial chains cost some three times as much as planar ones.
         const bool is_spatial =
             std::ranges::any_of(models[k % models.size()].effects, [](const auto& selected) {
                 return selected.effect->dimensions() > 2;
             });
-        batches[k].cost = is_spatial ? 3.0 : 1.0;
+        costs.push_back(is_spatial ? 3.0 : 1.0);
     }
-    const auto work = [&](const farm::Batch& batch, farm::Heartbeat& heartbeat) {
-        const auto place = static_cast<std::size_t>(batch.points.front());
+    const auto work = [&](std::size_t place, farm::Heartbeat& heartbeat) {
         cells[place] = cell_json(
             table.cell(place / models.size(), models[place % models.size()].effects, [&heartbeat] {
                 heartbeat.beat();
@@ -132,15 +102,11 @@ core::ExitCode effect_table(const CompareArguments& arguments,
         ++done.completed;
         return done;
     };
-    farm::FarmOptions farm_options;
-    farm_options.chunk_seconds = 0.0;
-    const farm::Summary summary = communicator == nullptr
-                                      ? farm::Farm().map(batches, work, farm_options)
-                                      : farm::Farm(*communicator).map(batches, work, farm_options);
+    const farm::Summary summary = map_items(communicator, costs, work);
     if (!summary.failure.empty())
         throw core::StorageError(summary.failure);
     const json all = gathered(cells, communicator);
-    if (communicator == nullptr || communicator->rank() == 0) {
+    return report_on_root(communicator, [&] {
         const json document = table_document(models, measurements, all);
         if (!arguments.json.empty())
             write_json(arguments.json, document);
@@ -150,8 +116,8 @@ core::ExitCode effect_table(const CompareArguments& arguments,
         }
         if (arguments.json != "-")
             fmt::print("{}", effect_table_text(document));
-    }
-    return core::ExitCode::Done;
+        return core::ExitCode::Done;
+    });
 }
 
 } // namespace culm::cli

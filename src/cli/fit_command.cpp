@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm fit MEASUREMENT...
+#include "calibrate/calibration_check.hpp"
 #include "cli/commands.hpp"
 #include "cli/fit_json.hpp"
 #include "cli/fit_table.hpp"
 #include "cli/json_output.hpp"
 #include "cli/number_range.hpp"
+#include "cli/text_output.hpp"
 #include "measure/measurement_folder.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <string>
 
@@ -30,48 +31,6 @@ struct FitArguments {
     std::string phase = "fixed";
     std::string offset = "auto";
 };
-
-/// Every measurement is read before the first fit, and all that is wrong is said at once.
-std::vector<measure::Measurement> read_all(const FitArguments& arguments, FitReport& report) {
-    std::vector<measure::Measurement> measurements;
-    std::string faults;
-    for (const std::string& path : arguments.paths)
-        for (const fs::path& folder : measure::find_measurements(path)) {
-            try {
-                measurements.push_back(measure::read_measurement(folder));
-                report.folders.push_back(folder.string());
-                for (const std::string& remark : measurements.back().remarks)
-                    report.remarks.push_back(remark);
-            } catch (const core::InputError& error) {
-                faults += (faults.empty() ? "" : "\n") + std::string(error.what());
-            }
-        }
-    if (!faults.empty())
-        throw core::InputError(faults);
-    return measurements;
-}
-
-reduce::StemHistories histories_of(const measure::Measurement& measurement) {
-    reduce::StemHistories stem;
-    stem.id = measurement.stem.id;
-    stem.length = measurement.stem.length;
-    stem.depth = measure::section_depth(measurement.stem.section);
-    stem.times = measurement.times;
-    stem.heights = measurement.heights;
-    for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
-        stem.histories.push_back(measurement.history(j));
-        stem.noise.push_back(measurement.noise_at(j));
-    }
-    return stem;
-}
-
-void write_file(const fs::path& file, const std::string& text) {
-    std::ofstream out(file);
-    out << text;
-    out.flush();
-    if (!out)
-        throw core::StorageError(fmt::format("{}: cannot be written", file.string()));
-}
 
 /// The paper's Fig. 3c: time in periods of the stem, deflection over the stem's largest one, from
 /// the position at rest.
@@ -97,16 +56,12 @@ std::string normalised_csv(const measure::Measurement& measurement,
 void write_folder(const FitArguments& arguments, const FitReport& report,
                   const std::vector<measure::Measurement>& measurements) {
     const fs::path folder(arguments.output);
-    std::error_code failed;
-    fs::create_directories(folder / "normalised", failed);
-    if (failed)
-        throw core::StorageError(
-            fmt::format("{}: cannot be created: {}", folder.string(), failed.message()));
+    make_folder(folder / "normalised");
     write_json((folder / "fit.json").string(), fit_json(report));
-    write_file(folder / "fits.csv", fit_csv(report));
+    write_text(folder / "fits.csv", fit_csv(report));
     for (std::size_t i = 0; i < report.stems.size(); ++i)
         if (report.stems[i].frequency)
-            write_file(folder / "normalised" / fmt::format("{:03}.csv", i + 1),
+            write_text(folder / "normalised" / fmt::format("{:03}.csv", i + 1),
                        normalised_csv(measurements[i], report.stems[i]));
 }
 
@@ -114,19 +69,24 @@ void fit(const FitArguments& arguments, CommandResult& result) {
     FitReport report;
     report.options.window = arguments.window_s;
     report.options.has_phase = arguments.phase == "free";
-    const std::vector<measure::Measurement> measurements = read_all(arguments, report);
+    const auto [measurements, folders] = measure::read_measurements(arguments.paths);
+    for (std::size_t i = 0; i < measurements.size(); ++i) {
+        report.folders.push_back(folders[i].string());
+        report.remarks.insert(report.remarks.end(), measurements[i].remarks.begin(),
+                              measurements[i].remarks.end());
+    }
     for (const measure::Measurement& measurement : measurements) {
         reduce::RingDownAnalysisOptions options = report.options;
         options.has_offset = arguments.offset == "auto"
                                  ? measurement.release == measure::ReleaseKind::HeldStraight
                                  : arguments.offset == "free";
         report.has_offset.push_back(options.has_offset);
-        report.stems.push_back(reduce::fit_stem(histories_of(measurement), options));
+        report.stems.push_back(reduce::fit_stem(calibrate::histories_of(measurement), options));
     }
+    // Of a single stem only what the summary says of the stem itself counts.
+    const reduce::PopulationSummary population = reduce::summarise_population(report.stems);
     if (report.stems.size() > 1)
-        report.population = reduce::summarise_population(report.stems);
-    else
-        static_cast<void>(reduce::summarise_population(report.stems));
+        report.population = population;
     for (const std::string& remark : report.remarks)
         fmt::print(stderr, "culm: note: {}\n", remark);
     if (!arguments.json.empty())

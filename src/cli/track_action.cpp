@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/track_action.hpp"
 
-#include "farm/environment.hpp"
-#include "farm/farm.hpp"
+#include "cli/item_farm.hpp"
+#include "cli/under_launcher.hpp"
 #include "measure/track_report.hpp"
 
 #include <algorithm>
@@ -102,51 +102,30 @@ core::ExitCode track(const TrackArguments& arguments, const farm::Communicator* 
     const auto busy = std::min(ranks, static_cast<int>(plan.settings.size()));
     const int threads = threads_per_rank(arguments.threads, busy);
     std::vector<VideoOutcome> outcomes(plan.settings.size());
-    std::vector<farm::Batch> batches(plan.settings.size());
-    for (std::size_t i = 0; i < batches.size(); ++i)
-        batches[i].points = {static_cast<std::int64_t>(i)};
-    const auto work = [&](const farm::Batch& batch, farm::Heartbeat& heartbeat) {
-        const auto index = static_cast<std::size_t>(batch.points.front());
+    const auto work = [&](std::size_t index, farm::Heartbeat& heartbeat) {
         heartbeat.beat();
         outcomes[index] = track_one(plan, index, threads, arguments.with_video);
         farm::BatchReport report;
         ++(outcomes[index].is_tracked ? report.completed : report.failed);
         return report;
     };
-    farm::FarmOptions options;
-    options.chunk_seconds = 0.0; // a video is never short
-    const farm::Summary summary = communicator == nullptr
-                                      ? farm::Farm().map(batches, work, options)
-                                      : farm::Farm(*communicator).map(batches, work, options);
+    const farm::Summary summary =
+        map_items(communicator, std::vector<double>(outcomes.size(), 1.0), work);
     outcomes = gather(std::move(outcomes), communicator);
-    core::ExitCode code = core::ExitCode::Done;
-    if (communicator == nullptr || communicator->rank() == 0)
-        code = print(outcomes, summary);
-    if (communicator != nullptr)
-        code = static_cast<core::ExitCode>(
-            std::stoi(communicator->broadcast(std::to_string(static_cast<int>(code)))));
+    const core::ExitCode code =
+        report_on_root(communicator, [&] { return print(outcomes, summary); });
     if (!summary.failure.empty())
         throw core::StorageError(summary.failure);
     return code;
 }
 
-core::ExitCode track_under_launcher(const TrackArguments& arguments, int& argc, char**& argv) {
-    const farm::Environment environment(argc, argv);
-    const farm::Communicator communicator = environment.world();
-    try {
-        return track(arguments, &communicator);
-    } catch (const std::runtime_error& error) { // every rank meets the same
-        if (communicator.rank() == 0)
-            fmt::print(stderr, "culm: {}\n", error.what());
-        return core::ExitCode::BadInput;
-    }
-}
-
 } // namespace
 
 core::ExitCode run_track(const TrackArguments& arguments, int& argc, char**& argv) {
-    return farm::Environment::is_under_launcher() ? track_under_launcher(arguments, argc, argv)
-                                                  : track(arguments, nullptr);
+    return alone_or_under_launcher(argc, argv,
+                                   [&arguments](const farm::Communicator* communicator) {
+                                       return track(arguments, communicator);
+                                   });
 }
 
 } // namespace culm::cli

@@ -9,19 +9,6 @@
 namespace culm::diagnose {
 namespace {
 
-/// Lateral displacement and rotation of every moving sphere, and the clamp's rotation.
-std::vector<int> transverse_freedoms(const physics::Chain<2, double>& chain) {
-    std::vector<int> freedoms;
-    const int first = chain.base_turns() ? 1 : 0;
-    if (chain.base_turns())
-        freedoms.push_back(0);
-    for (int sphere = 0; sphere < chain.layout().sphere_count() - 1; ++sphere) {
-        freedoms.push_back(first + 3 * sphere + 1);
-        freedoms.push_back(first + 3 * sphere + 2);
-    }
-    return freedoms;
-}
-
 /// By how much the branches stiffen bending at an angular frequency: Σ g (ωτ)²/(1 + (ωτ)²).
 double branch_stiffening(const physics::ChainModel<double>& model, double angular_frequency) {
     double sum = 0.0;
@@ -41,12 +28,8 @@ std::vector<integrate::VibrationMode> chain_modes(const run::CaseSpec& spec, std
                   [](const auto& active) { return active.effect->dimensions() > 2; });
     const physics::ChainModel<double> model = run::case_model(planar).chain;
     const physics::Chain<2, double> chain(planar.stem.sphere_count, model, planar.law);
-    const integrate::LinearisedChain full = integrate::linearise(chain, chain.straight_state());
-    const std::vector<int> transverse = transverse_freedoms(chain);
     std::vector<integrate::VibrationMode> modes =
-        integrate::vibration_modes({full.mass(transverse), full.damping(transverse, transverse),
-                                    full.stiffness(transverse, transverse)},
-                                   count);
+        integrate::vibration_modes(integrate::linearise_transverse(chain), count);
     if (modes.empty())
         return modes;
     const double factor =

@@ -83,15 +83,18 @@ double spectral_radius(const NormalisedChain& chain, double step) {
     return std::abs(*std::max_element(values.begin(), values.end(), slower));
 }
 
-/// The degrees of freedom `wanted` (of axial 0, lateral 1, rotation 2) of every moving sphere.
-LinearisedChain straight_chain(const physics::StemParameters<double>& stem,
-                               const physics::BondLawOptions& law, const std::vector<int>& wanted) {
-    const physics::Chain<2, double> chain(stem, law);
+/// The degrees of freedom `wanted` (of axial 0, lateral 1, rotation 2) of every moving sphere, and
+/// the clamp's rotation if it turns.
+LinearisedChain straight_chain(const physics::Chain<2, double>& chain,
+                               const std::vector<int>& wanted) {
     const LinearisedChain full = linearise(chain, chain.straight_state());
     std::vector<int> keep;
-    for (int sphere = 0; sphere < stem.sphere_count - 1; ++sphere)
+    if (chain.base_turns())
+        keep.push_back(0);
+    const int first = static_cast<int>(keep.size());
+    for (int sphere = 0; sphere < chain.layout().bond_count(); ++sphere)
         for (const int freedom : wanted)
-            keep.push_back(3 * sphere + freedom);
+            keep.push_back(first + 3 * sphere + freedom);
     return {full.mass(keep), full.damping(keep, keep), full.stiffness(keep, keep)};
 }
 
@@ -223,12 +226,16 @@ template LinearisedChain linearise<3>(const physics::Chain<3, double>&, const st
 
 LinearisedChain linearise_transverse(const physics::StemParameters<double>& stem,
                                      const physics::BondLawOptions& law) {
-    return straight_chain(stem, law, {1, 2});
+    return linearise_transverse(physics::Chain<2, double>(stem, law));
+}
+
+LinearisedChain linearise_transverse(const physics::Chain<2, double>& chain) {
+    return straight_chain(chain, {1, 2});
 }
 
 LinearisedChain linearise_axial(const physics::StemParameters<double>& stem,
                                 const physics::BondLawOptions& law) {
-    return straight_chain(stem, law, {0});
+    return straight_chain(physics::Chain<2, double>(stem, law), {0});
 }
 
 std::vector<std::complex<double>> eigenvalues(const LinearisedChain& chain) {

@@ -32,6 +32,10 @@ template <int Dim>
 [[nodiscard]] LinearisedChain linearise_transverse(const physics::StemParameters<double>& stem,
                                                    const physics::BondLawOptions& law);
 
+/// The same of a chain with effects, the clamp's rotation included if it turns. `chain` lies in the
+/// plane.
+[[nodiscard]] LinearisedChain linearise_transverse(const physics::Chain<2, double>& chain);
+
 /// The axial motion of the straight planar chain.
 [[nodiscard]] LinearisedChain linearise_axial(const physics::StemParameters<double>& stem,
                                               const physics::BondLawOptions& law);

@@ -102,4 +102,21 @@ std::vector<fs::path> find_measurements(const fs::path& path) {
     return found;
 }
 
+MeasurementSet read_measurements(const std::vector<std::string>& paths) {
+    MeasurementSet set;
+    std::string faults;
+    for (const std::string& path : paths)
+        for (const std::filesystem::path& folder : find_measurements(path)) {
+            try {
+                set.measurements.push_back(read_measurement(folder));
+                set.folders.push_back(folder);
+            } catch (const core::InputError& error) {
+                faults += (faults.empty() ? "" : "\n") + std::string(error.what());
+            }
+        }
+    if (!faults.empty())
+        throw core::InputError(faults);
+    return set;
+}
+
 } // namespace culm::measure

@@ -5,6 +5,7 @@
 #include "measure/measurement.hpp"
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace culm::measure {
@@ -26,5 +27,15 @@ void write_measurement(const std::filesystem::path& folder, const Measurement& m
 /// directly inside it that do, by name. Throws core::InputError if there is none.
 [[nodiscard]] std::vector<std::filesystem::path>
 find_measurements(const std::filesystem::path& path);
+
+/// Measurements and the folders that they were read from.
+struct MeasurementSet {
+    std::vector<Measurement> measurements;
+    std::vector<std::filesystem::path> folders;
+};
+
+/// All measurements that the paths name, as find_measurements does. Throws core::InputError with
+/// the faults of all of them at once.
+[[nodiscard]] MeasurementSet read_measurements(const std::vector<std::string>& paths);
 
 } // namespace culm::measure

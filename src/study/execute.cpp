@@ -3,6 +3,7 @@
 
 #include "archive/journal_writer.hpp"
 #include "core/error.hpp"
+#include "farm/on_root.hpp"
 #include "run/simulate.hpp"
 #include "study/assemble.hpp"
 #include "study/point_results.hpp"
@@ -27,29 +28,6 @@ using Clock = std::chrono::steady_clock;
 
 int rank_of(const farm::Communicator* communicator) {
     return communicator == nullptr ? 0 : communicator->rank();
-}
-
-/// Runs `action` on rank 0 and hands its answer, or its exception, to every rank.
-template <class Action>
-std::string on_root(const farm::Communicator* communicator, const Action& action) {
-    std::string answer; // a letter that tells what follows: the answer or one of two errors
-    if (rank_of(communicator) == 0) {
-        try {
-            answer = action();
-            answer.insert(answer.begin(), '=');
-        } catch (const core::InputError& error) {
-            answer = fmt::format("i{}", error.what());
-        } catch (const core::StorageError& error) {
-            answer = fmt::format("s{}", error.what());
-        }
-    }
-    if (communicator != nullptr)
-        answer = communicator->broadcast(std::move(answer));
-    if (answer.front() == 'i')
-        throw core::InputError(answer.substr(1));
-    if (answer.front() == 's')
-        throw core::StorageError(answer.substr(1));
-    return answer.substr(1);
 }
 
 /// Pending points as text for the broadcast: raw bytes of the ids.
@@ -177,7 +155,7 @@ std::string distinct_hosts(const farm::Communicator* communicator) {
 ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
                        const farm::Communicator* communicator, const ExecuteOptions& options) {
     const std::string start = now_text();
-    const std::vector<std::int64_t> pending = unpack(on_root(communicator, [&] {
+    const std::vector<std::int64_t> pending = unpack(farm::on_root(communicator, [&] {
         return pack(prepare_folder(folder, study.config.identity(), study.design.point_count(),
                                    options.resume)
                         .pending_points);
@@ -201,7 +179,7 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
     provenance.emplace_back("end", now_text());
     provenance.emplace_back("wall_s", fmt::format("{:.3f}", outcome.farm.elapsed_s));
     const auto assembly_start = Clock::now();
-    const std::string is_complete = on_root(communicator, [&]() -> std::string {
+    const std::string is_complete = farm::on_root(communicator, [&]() -> std::string {
         return assemble_archive(study, folder, provenance) ? "yes" : "no";
     });
     outcome.assembly_s = std::chrono::duration<double>(Clock::now() - assembly_start).count();
