@@ -13,6 +13,7 @@
 
 #include <ceres/ceres.h>
 #include <fmt/core.h>
+#include <glog/logging.h>
 
 namespace culm::calibrate {
 namespace {
@@ -53,19 +54,25 @@ class ReadingCost : public ceres::CostFunction {
     const ReadingResiduals::Place& place_;
 };
 
-/// Ends the solution at the noise of the runs, where Ceres would shorten its steps in vain.
-class NoiseFloor : public ceres::IterationCallback {
+/// Ends the solution where a step promised less than `improvement`, and at the noise of the runs,
+/// where Ceres would shorten its steps in vain.
+class EnoughGained : public ceres::IterationCallback {
   public:
-    explicit NoiseFloor(double readings) : readings_(readings) {}
+    EnoughGained(double readings, double improvement)
+        : readings_(readings), improvement_(improvement) {}
     ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
-        const double rise = -iteration.cost_change / iteration.cost * readings_;
-        return iteration.step_is_valid && !iteration.step_is_successful && rise < noise_of_runs
-                   ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
-                   : ceres::SOLVER_CONTINUE;
+        if (iteration.iteration == 0 || !iteration.step_is_valid)
+            return ceres::SOLVER_CONTINUE;
+        const double gain = iteration.cost_change / iteration.cost * readings_;
+        const double promised = gain / iteration.relative_decrease;
+        const bool is_noise = !iteration.step_is_successful && -gain < noise_of_runs;
+        return is_noise || std::abs(promised) < improvement_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+                                                             : ceres::SOLVER_CONTINUE;
     }
 
   private:
     double readings_;
+    double improvement_;
 };
 
 /// A least-squares solution over one window.
@@ -101,16 +108,22 @@ class Fitter {
         bound(problem, residuals);
 
         const auto count = static_cast<double>(std::max<std::size_t>(residuals.places().size(), 1));
-        NoiseFloor noise_floor(count);
+        EnoughGained enough_gained(count, improvement);
         ceres::Solver::Options settings;
         settings.linear_solver_type = ceres::DENSE_QR;
         settings.max_num_iterations = options_.largest_iterations;
+        // Parameters that the data hardly tell apart would otherwise begin with wild steps.
+        settings.initial_trust_region_radius = 100.0;
         settings.function_tolerance = improvement / count;
-        settings.callbacks = {&noise_floor};
+        settings.callbacks = {&enough_gained};
+        // Steps are projected onto the bounds; a search along each would cost more runs than it
+        // saves.
+        settings.max_num_line_search_step_size_iterations = 0;
         settings.parameter_tolerance = 1e-9;
         settings.gradient_tolerance = 1e-14;
         settings.logging_type = ceres::SILENT;
         ceres::Solver::Summary summary;
+        FLAGS_minloglevel = google::GLOG_FATAL; // what fails comes back as a reason
         ceres::Solve(settings, &problem, &summary);
         Solution solution;
         solution.model = residuals.current_model();

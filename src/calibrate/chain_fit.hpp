@@ -36,6 +36,9 @@ struct FittedParameter {
     bool is_at_bound = false;
     double lower = 0.0; ///< allowed range
     double upper = 0.0;
+    physics::FittedAs fitted_as = physics::FittedAs::Itself;
+    bool is_place = false; ///< as physics::EffectParameter's
+    double absent = 0.0;   ///< likewise
 };
 
 /// The result; everything in SI units and for the readings as they are, without transformation.

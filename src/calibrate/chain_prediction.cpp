@@ -26,8 +26,11 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
                                  const run::Heartbeat& heartbeat) {
     const run::CaseSpec spec = case_until(model, times.empty() ? 0.0 : times.back());
     std::vector<run::CaseParameter> accesses;
-    for (const FreeParameter& parameter : model.parameters)
-        accesses.push_back(parameter.access);
+    std::vector<double> values;
+    for (const FreeParameter& parameter : model.parameters) {
+        accesses.push_back(differentiated_by(parameter));
+        values.push_back(parameter.access.get(model.spec));
+    }
     const run::SensitivityOutcome outcome =
         run::simulate_with_sensitivities(spec, accesses, heartbeat);
     if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
@@ -49,8 +52,10 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
         for (std::size_t j = 0; j < prediction.rows; ++j) {
             const auto& heights = simulated.result.height_deflection;
             prediction.readings.push_back(stencil.value(heights, prediction.rows, j));
-            for (const std::vector<double>& by_parameter : simulated.height_derivatives)
-                prediction.jacobian.push_back(stencil.value(by_parameter, prediction.rows, j));
+            for (std::size_t k = 0; k < values.size(); ++k)
+                prediction.jacobian.push_back(derivative_by_value(
+                    model.parameters[k], values[k],
+                    stencil.value(simulated.height_derivatives[k], prediction.rows, j)));
             if (model.release_time_bound > 0.0)
                 prediction.jacobian.push_back(-stencil.rate(heights, prediction.rows, j));
         }

@@ -50,16 +50,17 @@ FreeParameter effect_parameter(const physics::Effect& effect,
                                const physics::StemParameters<double>& stem, std::size_t parameter) {
     const physics::EffectParameter described = effect.parameters_for(stem).at(parameter);
     const std::string name = effect.name();
-    run::CaseParameter access{fmt::format("{}.{}", name, described.name),
-                              [name, parameter](const run::CaseSpec& spec) {
-                                  return active_values(spec, name)[parameter];
-                              },
-                              [name, parameter](run::CaseSpec& spec, double value) {
-                                  active_values(spec, name)[parameter] = value;
-                              },
-                              described.logarithmic ? 0.0 : described.scale};
-    return {std::move(access), described.unit, described.lower, described.upper,
-            described.logarithmic};
+    run::CaseParameter access{
+        fmt::format("{}.{}", name, described.name),
+        [name, parameter](const run::CaseSpec& spec) {
+            return active_values(spec, name)[parameter];
+        },
+        [name, parameter](run::CaseSpec& spec, double value) {
+            active_values(spec, name)[parameter] = value;
+        },
+        described.fitted_as == physics::FittedAs::Logarithm ? 0.0 : described.scale};
+    return {std::move(access),   described.unit,     described.lower, described.upper,
+            described.fitted_as, described.is_place, described.absent};
 }
 
 StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,

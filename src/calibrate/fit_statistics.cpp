@@ -102,9 +102,15 @@ void add_covariance(const std::vector<bool>& is_held, ChainFit& fit) {
 }
 
 bool is_near(const FreeParameter& parameter, double value, double bound) {
-    return parameter.is_logarithmic
-               ? std::abs(std::log(value / bound)) < nearness
-               : std::abs(value - bound) < nearness * (parameter.upper - parameter.lower);
+    switch (parameter.fitted_as) {
+    case physics::FittedAs::Logarithm:
+        return std::abs(std::log(value / bound)) < nearness;
+    case physics::FittedAs::Inverse:
+        return std::abs(1.0 / value - 1.0 / bound) < nearness / parameter.lower;
+    case physics::FittedAs::Itself:
+        break;
+    }
+    return std::abs(value - bound) < nearness * (parameter.upper - parameter.lower);
 }
 
 void add_parameters(const std::vector<bool>& is_held, ChainFit& fit) {
@@ -113,7 +119,8 @@ void add_parameters(const std::vector<bool>& is_held, ChainFit& fit) {
         const bool at_bound = is_near(parameter, value, parameter.lower) ||
                               is_near(parameter, value, parameter.upper);
         fit.parameters.push_back({parameter.access.name, parameter.unit, value, 0.0, at_bound,
-                                  parameter.lower, parameter.upper});
+                                  parameter.lower, parameter.upper, parameter.fitted_as,
+                                  parameter.is_place, parameter.absent});
     }
     if (const double bound = fit.model.release_time_bound; bound > 0.0)
         fit.parameters.push_back({release_time_name, "s", fit.model.release_time, 0.0,

@@ -35,23 +35,21 @@ double ReadingResiduals::value(std::size_t parameter) const {
 double ReadingResiduals::natural_per_internal(std::size_t parameter) const {
     if (parameter >= model_.parameters.size())
         return model_.release_time_bound;
-    return model_.parameters[parameter].is_logarithmic
-               ? value(parameter)
-               : from_internal(model_.parameters[parameter], model_.spec, 1.0);
+    return value_per_internal(model_.parameters[parameter], model_.spec, value(parameter));
+}
+
+std::pair<double, double> ReadingResiduals::bounds(std::size_t parameter) const {
+    const FreeParameter& free = model_.parameters[parameter];
+    return std::minmax(
+        {to_internal(free, model_.spec, free.lower), to_internal(free, model_.spec, free.upper)});
 }
 
 double ReadingResiduals::lower(std::size_t parameter) const {
-    return parameter < model_.parameters.size()
-               ? to_internal(model_.parameters[parameter], model_.spec,
-                             model_.parameters[parameter].lower)
-               : -1.0;
+    return parameter < model_.parameters.size() ? bounds(parameter).first : -1.0;
 }
 
 double ReadingResiduals::upper(std::size_t parameter) const {
-    return parameter < model_.parameters.size()
-               ? to_internal(model_.parameters[parameter], model_.spec,
-                             model_.parameters[parameter].upper)
-               : 1.0;
+    return parameter < model_.parameters.size() ? bounds(parameter).second : 1.0;
 }
 
 StemModel ReadingResiduals::current_model() const {

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <ceres/evaluation_callback.h>
@@ -51,7 +52,8 @@ class ReadingResiduals : public ceres::EvaluationCallback {
     [[nodiscard]] const ChainPrediction& prediction();
 
   private:
-    [[nodiscard]] double value(std::size_t parameter) const; ///< natural units
+    [[nodiscard]] double value(std::size_t parameter) const;                     ///< natural units
+    [[nodiscard]] std::pair<double, double> bounds(std::size_t parameter) const; ///< internal
     [[nodiscard]] double natural_per_internal(std::size_t parameter) const;
 
     const StemModel& model_;

@@ -49,7 +49,9 @@ std::string unit_of(const EffectParameter& parameter) {
 std::string how_fitted(const EffectParameter& parameter) {
     if (!parameter.calibrated)
         return "known, not fitted";
-    return parameter.logarithmic ? "fitted as its logarithm" : "fitted";
+    if (parameter.fitted_as == physics::FittedAs::Itself)
+        return "fitted";
+    return fmt::format("fitted {}", physics::to_string(parameter.fitted_as));
 }
 
 std::string parameter_text(const EffectParameter& parameter) {
@@ -77,7 +79,7 @@ nlohmann::json parameter_json(const EffectParameter& parameter) {
             {"lower", parameter.lower},
             {"upper", parameter.upper},
             {"scale", parameter.scale},
-            {"logarithmic", parameter.logarithmic},
+            {"fitted_as", physics::to_string(parameter.fitted_as)},
             {"calibrated", parameter.calibrated}};
 }
 

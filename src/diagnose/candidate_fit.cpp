@@ -13,12 +13,10 @@
 namespace culm::diagnose {
 namespace {
 
-/// A larger model may end this much above the one that it contains: parameters without effect have
-/// bounds a little away from it, and the runs have noise.
-constexpr double allowed_excess = 1.01;
-constexpr std::size_t most_finished = 2; ///< of several starts
-constexpr int screening_iterations = 6;
-constexpr int most_restarts = 4;
+/// A larger model may end this much above the one that it contains: the runs have noise.
+constexpr double allowed_excess = 1.001;
+constexpr int screening_iterations = 3;
+constexpr int most_restarts = 2;
 /// Of χ², in units of the reduced χ²: worth another solution.
 constexpr double needed_gain = 0.5;
 
@@ -35,7 +33,7 @@ bool is_nested(const calibrate::StemModel& model) {
     return std::ranges::all_of(model.spec.effects, [&model](const auto& active) {
         const std::string beginning = active.effect->name() + ".";
         return std::ranges::any_of(model.parameters, [&](const auto& parameter) {
-            return parameter.access.name.starts_with(beginning) && !is_place(parameter.access.name);
+            return parameter.access.name.starts_with(beginning) && !parameter.is_place;
         });
     });
 }
@@ -60,13 +58,11 @@ class BestFit {
             failure_ = error.what();
         }
     }
-    /// Goes all the way only from those that are best after some iterations.
+    /// Goes all the way from the one that is best after some iterations, and from the next if it
+    /// was better then than that one is in the end.
     void try_starts(const std::vector<calibrate::StemModel>& starts, bool is_first_guess) {
-        if (starts.size() <= most_finished) {
-            for (const calibrate::StemModel& start : starts)
-                try_start(start, is_first_guess);
-            return;
-        }
+        if (starts.size() == 1)
+            return try_start(starts.front(), is_first_guess);
         std::vector<calibrate::ChainFit> begun;
         for (const calibrate::StemModel& start : starts) {
             calibrate::ChainFitOptions few = fit_options(options_, is_first_guess);
@@ -78,9 +74,15 @@ class BestFit {
             }
         }
         std::ranges::stable_sort(begun, {}, &calibrate::ChainFit::rmse);
-        for (std::size_t k = 0; k < std::min(begun.size(), most_finished); ++k)
-            try_start(begun[k].model, false);
-        starts_ += static_cast<int>(starts.size() - std::min(begun.size(), most_finished));
+        starts_ += static_cast<int>(starts.size());
+        for (const calibrate::ChainFit& fit : begun) {
+            if (best_ &&
+                !(fit.chi_squared <
+                  best_->chi_squared - needed_gain * std::max(1.0, best_->reduced_chi_squared)))
+                break;
+            try_start(fit.model, false);
+            --starts_;
+        }
     }
     [[nodiscard]] bool is_within(double rmse) const { return best_ && best_->rmse <= rmse; }
 
@@ -128,6 +130,18 @@ class BestFit {
     int runs_ = 0;
 };
 
+/// Without places to choose from there is room for a start with the usual sizes too.
+std::vector<calibrate::StemModel> starts_of(const calibrate::StemModel& model,
+                                            const calibrate::ChainFit& smaller) {
+    std::vector<calibrate::StemModel> starts = fit_starts(model, smaller, StartSize::Absent);
+    const bool has_new_size = std::ranges::any_of(model.parameters, [&](const auto& parameter) {
+        return !parameter.is_place && smaller.find(parameter.access.name) == nullptr;
+    });
+    if (starts.size() == 1 && has_new_size)
+        starts.push_back(fit_starts(model, smaller, StartSize::Default).front());
+    return starts;
+}
+
 } // namespace
 
 CandidateFit fit_baseline(const measure::Measurement& measurement,
@@ -169,7 +183,7 @@ CandidateFit fit_candidate(const SelectedEffects& effects, const CandidateFit& s
         return result;
     }
     const std::vector<calibrate::StemModel> starts =
-        smaller.moves ? fit_starts(model, *smaller.fit) : std::vector{model};
+        smaller.moves ? starts_of(model, *smaller.fit) : std::vector{model};
     const bool must_improve = smaller.moves && is_nested(model);
     const double bound = must_improve ? allowed_excess * smaller.fit->rmse : 0.0;
     BestFit best(measurement, options);

@@ -32,11 +32,11 @@ struct CandidateFit {
                                         const CandidateOptions& options = {});
 
 /// The baseline and these effects, from the starts of fit_starts() about `smaller`, a fit of a
-/// model with some or none of them; of many starts the best two after some iterations are followed
-/// to the end, and the best fit counts. If the larger model contains the smaller
-/// one and fits worse, the solution has missed a cycle, and growing windows are tried. A fit that
-/// does not converge, or stays worse than the model that it contains, is a failure and no result.
-/// Throws core::InputError if the effects cannot be combined or applied.
+/// model with some or none of them; of several the one that is best after some iterations is
+/// followed to the end. If the larger model contains the smaller one and fits worse, the solution
+/// has missed a cycle, and growing windows are tried. A fit that does not converge, or stays worse
+/// than the model that it contains, is a failure and no result. Throws core::InputError if the
+/// effects cannot be combined or applied.
 [[nodiscard]] CandidateFit fit_candidate(const SelectedEffects& effects,
                                          const CandidateFit& smaller,
                                          const measure::Measurement& measurement,

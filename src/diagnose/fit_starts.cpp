@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "diagnose/chain_modes.hpp"
 #include "diagnose/residual_spectrum.hpp"
+#include "physics/effects/stem_scales.hpp"
 
 #include <algorithm>
 #include <array>
@@ -24,6 +25,7 @@ struct RecordScales {
     double length = 0.0;          ///< of the stem, m
     double duration = 0.0;        ///< after the release, s
     double first_frequency = 0.0; ///< Hz
+    double stiffness = 0.0;       ///< E I/L, N m/rad
     std::vector<double> peaks;    ///< of the residuals, Hz
 };
 
@@ -49,6 +51,10 @@ const std::vector<PlaceGrid>& place_grids() {
          [](const RecordScales&) {
              return std::vector{0.0, 2.0 * std::numbers::pi / 3.0, -2.0 * std::numbers::pi / 3.0};
          }},
+        {"clamp_friction.stiffness_nm_rad",
+         [](const RecordScales& s) {
+             return std::vector{2.0 * s.stiffness, 10.0 * s.stiffness, 50.0 * s.stiffness};
+         }},
         {"out_of_plane.angle_deg",
          [](const RecordScales&) {
              return std::vector{25.0, 60.0};
@@ -67,6 +73,7 @@ RecordScales scales_of(const calibrate::ChainFit& fit) {
     scales.length = fit.model.spec.stem.free_length();
     scales.duration = fit.times.back();
     scales.first_frequency = calibrate::beam_frequency(fit.model.spec);
+    scales.stiffness = physics::stiffness_scale(fit.model.spec.stem);
     scales.peaks = residual_peaks(fit, 2);
     return scales;
 }
@@ -94,15 +101,13 @@ void keep_first_mode(const integrate::VibrationMode& wanted, calibrate::StemMode
         stem.bond_damping *= std::max(1.0 - excess / from_bonds, smallest_damping_share);
 }
 
+double absent_value(const calibrate::FreeParameter& parameter) {
+    return parameter.fitted_as == physics::FittedAs::Inverse
+               ? parameter.upper
+               : std::clamp(parameter.absent, parameter.lower, parameter.upper);
+}
+
 } // namespace
-
-bool is_place(const std::string& parameter) {
-    return grid_of(parameter) != nullptr;
-}
-
-double absent_value(const std::string& parameter) {
-    return parameter == "local_defect.stiffness_factor" ? 1.0 : 0.0;
-}
 
 std::vector<double> residual_peaks(const calibrate::ChainFit& fit, std::size_t count) {
     const ResidualSpectrum spectrum = residual_spectrum(fit);
@@ -124,8 +129,12 @@ std::vector<double> residual_peaks(const calibrate::ChainFit& fit, std::size_t c
 }
 
 std::vector<calibrate::StemModel> fit_starts(const calibrate::StemModel& model,
-                                             const calibrate::ChainFit& smaller) {
-    const calibrate::StemModel first = calibrate::started_from(model, smaller);
+                                             const calibrate::ChainFit& smaller, StartSize size) {
+    calibrate::StemModel first = calibrate::started_from(model, smaller);
+    if (size == StartSize::Absent)
+        for (const calibrate::FreeParameter& parameter : first.parameters)
+            if (!parameter.is_place && smaller.find(parameter.access.name) == nullptr)
+                parameter.access.set(first.spec, absent_value(parameter));
     const RecordScales scales = scales_of(smaller);
     std::vector<calibrate::StemModel> starts{first};
     for (const calibrate::FreeParameter& parameter : first.parameters) {

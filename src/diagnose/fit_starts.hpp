@@ -9,21 +9,20 @@
 
 namespace culm::diagnose {
 
-/// Is the parameter ("effect.parameter") a place, an angle or a time scale, which means nothing
-/// while the effect has no size?
-[[nodiscard]] bool is_place(const std::string& parameter);
-
-/// The value of an effect's parameter at which the effect is absent: 0, or for a factor 1.
-[[nodiscard]] double absent_value(const std::string& parameter);
-
 /// Frequencies (Hz) at which the residuals of a fit are strongest, at most `count`.
 [[nodiscard]] std::vector<double> residual_peaks(const calibrate::ChainFit& fit, std::size_t count);
 
+enum class StartSize {
+    Absent, ///< the fit of the smaller model is the start; no derivative leads away from it for
+            ///< effects whose first order vanishes
+    Default
+};
+
 /// Starts for a fit of `model` that contains what `smaller` was fitted with. Values of parameters
 /// that both have come from `smaller`. Places, angles and time scales of the others start from
-/// several values each. In every start Y and β are changed so that the first mode keeps its
-/// frequency and decay: an effect that shifts the frequency would otherwise begin cycles away.
-[[nodiscard]] std::vector<calibrate::StemModel> fit_starts(const calibrate::StemModel& model,
-                                                           const calibrate::ChainFit& smaller);
+/// several values each, sizes as `size` says. In every start Y and β are changed so that the first
+/// mode keeps its frequency and decay: what shifts the frequency would otherwise begin cycles away.
+[[nodiscard]] std::vector<calibrate::StemModel>
+fit_starts(const calibrate::StemModel& model, const calibrate::ChainFit& smaller, StartSize size);
 
 } // namespace culm::diagnose

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/ladder.hpp"
 
-#include "diagnose/fit_starts.hpp"
 #include "diagnose/residual_correlation.hpp"
 
 #include <algorithm>
@@ -38,16 +37,17 @@ std::string absence_not_excluded(const calibrate::ChainFit& fit, const std::stri
     bool has_size = false;
     std::string text;
     for (const calibrate::FittedParameter& parameter : fit.parameters) {
-        if (!belongs_to(parameter.name, effect) || is_place(parameter.name))
+        if (!belongs_to(parameter.name, effect) || parameter.is_place)
             continue;
         has_size = true;
         const double half_width = normal_quantile * parameter.standard_error;
-        const double absent = absent_value(parameter.name);
-        if (std::abs(parameter.value - absent) > half_width)
+        if (std::abs(parameter.value - parameter.absent) > half_width)
             return {};
-        text = fmt::format("{} = {:.4g} ± {:.2g} {}is no different from {:g}", parameter.name,
+        const bool is_inverse = parameter.fitted_as == physics::FittedAs::Inverse;
+        text = fmt::format("{} = {:.4g} ± {:.2g} {}is no different from {}", parameter.name,
                            parameter.value, half_width,
-                           parameter.unit.empty() ? "" : parameter.unit + " ", absent);
+                           parameter.unit.empty() ? "" : parameter.unit + " ",
+                           is_inverse ? "an infinite one" : fmt::format("{:g}", parameter.absent));
     }
     return has_size ? text : std::string();
 }

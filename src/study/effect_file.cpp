@@ -66,7 +66,7 @@ void check_parameter(const TomlTable& table, const physics::EffectParameter& par
                     fmt::format("must lie from {} to {}", parameter.lower, parameter.upper));
     if (!(parameter.scale > 0.0))
         table.fault("scale", "must be above 0: a typical size of the parameter");
-    if (parameter.logarithmic && !(parameter.lower > 0.0))
+    if (parameter.fitted_as == physics::FittedAs::Logarithm && !(parameter.lower > 0.0))
         table.fault("lower", "must be above 0 for a logarithmic parameter");
 }
 
@@ -88,7 +88,8 @@ physics::EffectParameter read_parameter(const toml::table& content, const std::s
                           .value_or(size > 0.0 ? size : 0.1 * (parameter.upper - parameter.lower));
     parameter.unit = table.has("unit") ? table.text("unit").value_or("") : "";
     parameter.meaning = table.text("meaning").value_or("of the formula");
-    parameter.logarithmic = table.flag("logarithmic").value_or(false);
+    if (table.flag("logarithmic").value_or(false))
+        parameter.fitted_as = physics::FittedAs::Logarithm;
     parameter.calibrated = table.flag("calibrated").value_or(true);
     if (faults.count() == before)
         check_parameter(table, parameter);

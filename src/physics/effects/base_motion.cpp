@@ -42,14 +42,16 @@ EffectPointer base_motion() {
                          .lower = 0.01,
                          .upper = 1e5,
                          .scale = 10.0,
-                         .logarithmic = true},
+                         .fitted_as = FittedAs::Logarithm,
+                         .is_place = true},
                         {.name = "phase_rad",
                          .unit = "rad",
                          .meaning = "φ: phase at the release",
                          .default_value = 0.0,
                          .lower = -2.0 * std::numbers::pi,
                          .upper = 2.0 * std::numbers::pi,
-                         .scale = 1.0}}},
+                         .scale = 1.0,
+                         .is_place = true}}},
         apply);
 }
 

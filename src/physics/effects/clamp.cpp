@@ -15,7 +15,7 @@ EffectParameter clamp_stiffness() {
             .lower = 1e-8,
             .upper = 1e8,
             .scale = 1.0,
-            .logarithmic = true};
+            .fitted_as = FittedAs::Inverse};
 }
 
 EffectParameter clamp_friction_rate() {
@@ -35,7 +35,7 @@ void suit_clamp_stiffness(const StemParameters<double>& stem, EffectParameter& s
     stiffness.default_value = typical;
     stiffness.scale = typical;
     stiffness.lower = std::max(stiffness.lower, 1e-3 * typical);
-    stiffness.upper = std::min(stiffness.upper, 1e3 * typical);
+    stiffness.upper = std::min(stiffness.upper, 1e4 * typical);
 }
 
 } // namespace culm::physics

@@ -25,6 +25,13 @@ void suit(const StemParameters<double>& stem, std::span<EffectParameter> paramet
     suit_clamp_stiffness(stem, parameters[1]);
 }
 
+/// A clamp that does not turn has no friction: here its spring only says where friction acts.
+EffectParameter spring() {
+    EffectParameter stiffness = clamp_stiffness();
+    stiffness.is_place = true;
+    return stiffness;
+}
+
 } // namespace
 
 EffectPointer clamp_friction() {
@@ -47,7 +54,7 @@ EffectPointer clamp_friction() {
                          .lower = 0.0,
                          .upper = 1e3,
                          .scale = 1e-4},
-                        clamp_stiffness(),
+                        spring(),
                         clamp_friction_rate()},
          .excludes = {"clamp_compliance"}},
         apply, suit);

@@ -8,9 +8,20 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace culm::physics {
+
+/// The number that a fit works on.
+enum class FittedAs {
+    Itself,
+    Logarithm, ///< spans decades and is positive
+    Inverse    ///< a stiffness whose compliance is the effect: infinite is none
+};
+
+/// "as it is", "as its logarithm", "as its inverse".
+[[nodiscard]] std::string_view to_string(FittedAs fitted_as);
 
 /// A number of an effect, in SI units.
 struct EffectParameter {
@@ -20,9 +31,12 @@ struct EffectParameter {
     double default_value = 0.0;
     double lower = 0.0; ///< physically possible range
     double upper = 0.0;
-    double scale = 0.0;       ///< a typical size, for differences and step lengths
-    bool logarithmic = false; ///< fitted as its logarithm: spans decades and is positive
-    bool calibrated = true;   ///< fitted unless the user fixes it; false: known, like gravity
+    double scale = 0.0; ///< a typical size, for differences and step lengths
+    FittedAs fitted_as = FittedAs::Itself;
+    bool calibrated = true; ///< fitted unless the user fixes it; false: known, like gravity
+    /// A place, an angle, a time scale, which means nothing while the effect has no size.
+    bool is_place = false;
+    double absent = 0.0; ///< of a size: where the effect is absent; Inverse: as far up as it goes
 };
 
 /// The stem as an effect finds it and changes it.

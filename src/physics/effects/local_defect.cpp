@@ -68,7 +68,8 @@ EffectPointer local_defect() {
                          .default_value = 0.05,
                          .lower = 0.0,
                          .upper = 10.0,
-                         .scale = 0.02},
+                         .scale = 0.02,
+                         .is_place = true},
                         {.name = "stiffness_factor",
                          .unit = "",
                          .meaning = "f: stiffness of the segment over that of the stem",
@@ -76,7 +77,8 @@ EffectPointer local_defect() {
                          .lower = 0.01,
                          .upper = 100.0,
                          .scale = 0.3,
-                         .logarithmic = true}}},
+                         .fitted_as = FittedAs::Logarithm,
+                         .absent = 1.0}}},
         apply, suit);
 }
 

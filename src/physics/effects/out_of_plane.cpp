@@ -16,6 +16,14 @@ void apply(std::span<const double> values, EffectTarget& target) {
     target.model.bending->angle = values[1] * std::numbers::pi / 180.0;
 }
 
+/// A fit stays away from motion in one plane: steps that are chosen for it are too long for the
+/// stem's twist, so what the smallest departure from the plane does could not be told.
+void suit(const StemParameters<double>& /*stem*/, std::span<EffectParameter> parameters) {
+    parameters[0].lower = 1e-3;
+    parameters[1].lower = 3.0;
+    parameters[1].upper = 87.0;
+}
+
 } // namespace
 
 EffectPointer out_of_plane() {
@@ -44,9 +52,10 @@ EffectPointer out_of_plane() {
                          .default_value = 45.0,
                          .lower = 0.0,
                          .upper = 90.0,
-                         .scale = 20.0}},
+                         .scale = 20.0,
+                         .is_place = true}},
          .dimensions = 3},
-        apply);
+        apply, suit);
 }
 
 } // namespace culm::physics

@@ -76,7 +76,7 @@ void expect_sound(const Effect& effect, const EffectParameter& parameter) {
     EXPECT_LE(parameter.default_value, parameter.upper) << name;
     EXPECT_GT(parameter.scale, 0.0) << name;
     EXPECT_FALSE(parameter.meaning.empty()) << name;
-    EXPECT_TRUE(!parameter.logarithmic || parameter.lower > 0.0) << name;
+    EXPECT_TRUE(parameter.fitted_as == FittedAs::Itself || parameter.lower > 0.0) << name;
 }
 
 TEST(Library, DefaultsLieWithinTheirBoundsAndNamesAreUnique) {
