@@ -4,7 +4,9 @@
 #include "core/error.hpp"
 
 #include <cerrno>
+#include <chrono>
 #include <system_error>
+#include <thread>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -110,10 +112,24 @@ void FileDescriptor::sync_data() {
 }
 
 void FileDescriptor::lock_exclusively() {
-    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-        throw core::StorageError(fmt::format(
-            "cannot write {}: another process has it open; is the study running already?",
-            path_.string()));
+    // A reader that asks is_locked() holds the file for some microseconds.
+    constexpr int attempts = 5;
+    for (int attempt = 1; attempt <= attempts; ++attempt) {
+        if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK)
+            return;
+        if (attempt < attempts)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    throw core::StorageError(
+        fmt::format("cannot write {}: another process has it open; is the study running already?",
+                    path_.string()));
+}
+
+bool FileDescriptor::is_locked() const {
+    if (::flock(descriptor_, LOCK_SH | LOCK_NB) != 0)
+        return errno == EWOULDBLOCK;
+    (void)::flock(descriptor_, LOCK_UN);
+    return false;
 }
 
 void FileDescriptor::close() {

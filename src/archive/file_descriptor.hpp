@@ -40,6 +40,8 @@ class FileDescriptor {
     void sync_data();
     /// StorageError if another process holds the file. File systems that know no locks pass.
     void lock_exclusively();
+    /// Whether another process holds the file; false where that cannot be told.
+    [[nodiscard]] bool is_locked() const;
     /// Closes and reports the error that a delayed write may leave until then.
     void close();
 

@@ -9,10 +9,32 @@
 
 namespace culm::archive {
 
-std::vector<std::byte> encode_journal_header(std::string_view identity) {
+namespace {
+
+void put_header(ByteWriter& writer, std::int64_t point, RecordKind kind,
+                std::span<const std::byte> payload) {
+    ByteWriter header;
+    header.put_bytes(record_magic);
+    header.put(static_cast<std::uint64_t>(payload.size()));
+    header.put(point);
+    header.put(static_cast<std::uint32_t>(kind));
+    header.put(std::uint32_t{0});
+    header.put(crc32(payload));
+    header.put(crc32(header.bytes()));
+    writer.put_bytes(header.bytes());
+}
+
+bool is_known_kind(std::uint32_t number) {
+    return number <= static_cast<std::uint32_t>(RecordKind::GivenBack) &&
+           number != static_cast<std::uint32_t>(PointStatus::Missing);
+}
+
+} // namespace
+
+std::vector<std::byte> encode_journal_header(std::string_view identity, std::uint32_t version) {
     ByteWriter writer;
     writer.put_bytes(std::as_bytes(std::span(journal_magic)));
-    writer.put(journal_version);
+    writer.put(version);
     writer.put_text(identity);
     writer.put(crc32(writer.bytes()));
     return {writer.bytes().begin(), writer.bytes().end()};
@@ -26,14 +48,18 @@ void encode_record(const PointRecord& record, std::vector<std::byte>& bytes) {
     const auto content = std::span<const std::byte>(bytes).subspan(record_header_size);
 
     ByteWriter header;
-    header.put_bytes(record_magic);
-    header.put(static_cast<std::uint64_t>(content.size()));
-    header.put(record.point);
-    header.put(static_cast<std::uint32_t>(record.status()));
-    header.put(std::uint32_t{0});
-    header.put(crc32(content));
-    header.put(crc32(header.bytes()));
+    put_header(header, record.point, record.completed ? RecordKind::Completed : RecordKind::Failed,
+               content);
     std::copy(header.bytes().begin(), header.bytes().end(), bytes.begin());
+}
+
+void encode_marks(std::span<const std::int64_t> points, RecordKind kind,
+                  std::vector<std::byte>& bytes) {
+    bytes.clear();
+    ByteWriter marks(std::move(bytes));
+    for (const std::int64_t point : points)
+        put_header(marks, point, kind, {});
+    bytes = marks.take();
 }
 
 std::optional<RecordHeader> decode_record_header(std::span<const std::byte> bytes) {
@@ -44,14 +70,14 @@ std::optional<RecordHeader> decode_record_header(std::span<const std::byte> byte
     RecordHeader header;
     header.payload_size = reader.get<std::uint64_t>();
     header.point = reader.get<std::int64_t>();
-    const auto status = reader.get<std::uint32_t>();
+    const auto kind = reader.get<std::uint32_t>();
     const auto reserved = reader.get<std::uint32_t>();
     header.payload_crc = reader.get<std::uint32_t>();
     const auto header_crc = reader.get<std::uint32_t>();
-    if (header_crc != crc32(bytes.first(record_header_size - sizeof(header_crc))) || status > 1 ||
-        reserved != 0)
+    if (header_crc != crc32(bytes.first(record_header_size - sizeof(header_crc))) ||
+        !is_known_kind(kind) || reserved != 0)
         return std::nullopt;
-    header.status = static_cast<PointStatus>(status);
+    header.kind = static_cast<RecordKind>(kind);
     return header;
 }
 

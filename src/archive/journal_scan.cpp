@@ -91,9 +91,11 @@ bool is_all_zero(const FileDescriptor& file, std::uint64_t size) {
 /// A process that died while it created the journal leaves a part of the header or zeros. Anything
 /// else that is no whole header may have records behind it and must not be thrown away.
 bool header_was_never_finished(const FileDescriptor& file, std::string_view identity) {
-    const std::vector<std::byte> expected = encode_journal_header(identity);
     const std::uint64_t size = file.size();
-    if (size < expected.size()) {
+    for (std::uint32_t version = oldest_journal_version; version <= journal_version; ++version) {
+        const std::vector<std::byte> expected = encode_journal_header(identity, version);
+        if (size >= expected.size())
+            continue;
         std::vector<std::byte> found(static_cast<std::size_t>(size));
         const std::size_t got = file.read_at(found, 0);
         if (std::equal(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(got),
@@ -101,6 +103,23 @@ bool header_was_never_finished(const FileDescriptor& file, std::string_view iden
             return true;
     }
     return is_all_zero(file, size);
+}
+
+/// Whether the file ends within a header, whatever its study.
+bool is_beginning_of_header(const FileDescriptor& file) {
+    std::vector<std::byte> bytes(journal_prefix_size);
+    bytes.resize(file.read_at(bytes, 0));
+    const auto magic = std::as_bytes(std::span(journal_magic));
+    if (!std::equal(bytes.begin(),
+                    bytes.begin() +
+                        static_cast<std::ptrdiff_t>(std::min(bytes.size(), magic.size())),
+                    magic.begin()))
+        return false;
+    if (bytes.size() < journal_prefix_size)
+        return true;
+    ByteReader prefix(std::span<const std::byte>(bytes).subspan(magic.size()), "header");
+    (void)prefix.get<std::uint32_t>();
+    return journal_prefix_size + std::uint64_t{prefix.get<std::uint32_t>()} > file.size();
 }
 
 struct HeaderText {
@@ -118,10 +137,10 @@ HeaderText read_header(const FileDescriptor& file) {
         throw core::StorageError(fmt::format("{} is not a culm journal", name));
     ByteReader prefix(std::span<const std::byte>(bytes).subspan(magic.size()), name);
     const auto version = prefix.get<std::uint32_t>();
-    if (version != journal_version)
+    if (version < oldest_journal_version || version > journal_version)
         throw core::StorageError(
-            fmt::format("{} has journal format version {}; this culm reads version {}", name,
-                        version, journal_version));
+            fmt::format("{} has journal format version {}; this culm reads versions {} to {}", name,
+                        version, oldest_journal_version, journal_version));
     const auto text_size = prefix.get<std::uint32_t>();
     const std::uint64_t size = journal_prefix_size + std::uint64_t{text_size} + sizeof(version);
     if (size <= file.size()) {
@@ -140,13 +159,31 @@ HeaderText read_header(const FileDescriptor& file) {
         name));
 }
 
+/// Adds a whole record to what the scan knows of its point.
+void note_record(const RecordHeader& header, std::uint64_t offset, std::uint64_t length,
+                 JournalScan& scan) {
+    if (is_outcome(header.kind))
+        scan.entries.push_back(
+            {header.point,
+             header.kind == RecordKind::Completed ? PointStatus::Completed : PointStatus::Failed,
+             offset, length});
+    if (header.kind == RecordKind::Started) {
+        ++scan.unfinished_starts[header.point];
+        return;
+    }
+    const auto start = scan.unfinished_starts.find(header.point);
+    if (start != scan.unfinished_starts.end() && --start->second == 0)
+        scan.unfinished_starts.erase(start);
+}
+
 /// Walks over the records behind the header and fills the scan.
-void scan_records(const FileDescriptor& file, JournalScan& scan) {
-    const std::uint64_t size = file.size();
+void scan_records(const FileDescriptor& file, ScanDepth depth, JournalScan& scan) {
+    const std::uint64_t size = scan.size;
     std::uint64_t offset = scan.valid_end;
     while (offset < size) {
         const std::optional<RecordHeader> header = read_record_header(file, offset, size);
-        if (!header || !payload_is_whole(file, offset, *header)) {
+        if (!header ||
+            (depth == ScanDepth::Everything && !payload_is_whole(file, offset, *header))) {
             scan.corrupt_records += header ? 1 : 0;
             offset = find_record_magic(file, offset + 1, size);
             continue;
@@ -156,7 +193,7 @@ void scan_records(const FileDescriptor& file, JournalScan& scan) {
             scan.skipped_bytes += offset - scan.valid_end;
         }
         const std::uint64_t length = record_header_size + header->payload_size;
-        scan.entries.push_back({header->point, header->status, offset, length});
+        note_record(*header, offset, length, scan);
         offset += length;
         scan.valid_end = offset;
     }
@@ -165,27 +202,28 @@ void scan_records(const FileDescriptor& file, JournalScan& scan) {
 
 } // namespace
 
-JournalScan scan_journal(const FileDescriptor& file, std::string_view identity) {
+JournalScan scan_journal(const FileDescriptor& file, std::string_view identity, ScanDepth depth) {
     JournalScan scan;
     scan.file = file.path().string();
+    scan.size = file.size();
     if (header_was_never_finished(file, identity)) {
         scan.header_finished = false;
-        scan.torn_tail_bytes = file.size();
+        scan.torn_tail_bytes = scan.size;
         return scan;
     }
     const HeaderText header = read_header(file);
     require_same_study(header.identity, identity, scan.file);
     scan.valid_end = header.size;
-    scan_records(file, scan);
+    scan_records(file, depth, scan);
     return scan;
 }
 
-JournalScan scan_journal(const std::filesystem::path& path, std::string_view identity) {
-    return scan_journal(FileDescriptor(path, FileDescriptor::Access::Read), identity);
+JournalScan scan_journal(const std::filesystem::path& path, std::string_view identity,
+                         ScanDepth depth) {
+    return scan_journal(FileDescriptor(path, FileDescriptor::Access::Read), identity, depth);
 }
 
-std::vector<JournalScan> scan_journal_folder(const std::filesystem::path& folder,
-                                             std::string_view identity) {
+std::vector<std::filesystem::path> journal_files(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> files;
     std::error_code error;
     if (!std::filesystem::exists(folder, error))
@@ -196,15 +234,27 @@ std::vector<JournalScan> scan_journal_folder(const std::filesystem::path& folder
     if (error)
         throw_storage_error("list", folder, error.value());
     std::sort(files.begin(), files.end());
+    return files;
+}
+
+std::vector<JournalScan> scan_journal_folder(const std::filesystem::path& folder,
+                                             std::string_view identity) {
     std::vector<JournalScan> scans;
-    scans.reserve(files.size());
-    for (const std::filesystem::path& file : files)
+    for (const std::filesystem::path& file : journal_files(folder))
         scans.push_back(scan_journal(file, identity));
     return scans;
 }
 
-std::string read_journal_identity(const std::filesystem::path& path) {
-    return read_header(FileDescriptor(path, FileDescriptor::Access::Read)).identity;
+std::optional<std::string> read_journal_identity(const std::filesystem::path& path) {
+    const FileDescriptor file(path, FileDescriptor::Access::Read);
+    try {
+        return read_header(file).identity;
+    } catch (const core::StorageError&) {
+        // Of a header that was never finished no whole text can be in the file.
+        if (is_all_zero(file, file.size()) || is_beginning_of_header(file))
+            return std::nullopt;
+        throw;
+    }
 }
 
 PointRecord read_record(const FileDescriptor& file, const JournalEntry& entry) {
@@ -221,7 +271,7 @@ PointRecord read_record(const FileDescriptor& file, const JournalEntry& entry) {
         throw core::StorageError(where + ": the payload does not match its checksum");
     PointRecord record = decode_payload(payload, where);
     record.point = header->point;
-    record.completed = header->status == PointStatus::Completed;
+    record.completed = header->kind == RecordKind::Completed;
     return record;
 }
 

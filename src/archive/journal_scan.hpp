@@ -7,6 +7,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,30 +26,48 @@ struct JournalEntry {
 /// What one journal holds.
 struct JournalScan {
     std::string file;
+    std::uint64_t size = 0;            ///< of the file, bytes
     bool header_finished = true;       ///< false: died before the header was written; no entries
     std::vector<JournalEntry> entries; ///< whole records in the order of the file
+    /// How often each point was begun without an outcome and without being given back: once for
+    /// every process that died while it computed the point, and once more if one computes it now.
+    std::map<std::int64_t, int> unfinished_starts;
     std::uint64_t valid_end = 0;       ///< behind the last whole record (or the header), bytes
     std::uint64_t torn_tail_bytes = 0; ///< behind valid_end
     std::uint64_t skipped_bytes = 0;   ///< damaged, with whole records behind them
     std::int64_t damaged_regions = 0;  ///< stretches that make up skipped_bytes
     std::int64_t corrupt_records = 0;  ///< whole header, but the payload fails its checksum
+
+    [[nodiscard]] bool is_damaged() const {
+        return torn_tail_bytes > 0 || skipped_bytes > 0 || corrupt_records > 0;
+    }
 };
 
-/// Reads the whole journal once, in blocks, and checks every checksum; payloads are not kept.
+/// How much of a journal a scan reads.
+enum class ScanDepth {
+    Everything, ///< and checks every checksum
+    Headers,    ///< payloads are passed over unread: for a look at a study that runs
+};
+
+/// Reads the journal once, in blocks, and checks every checksum; payloads are not kept.
 /// Damage behind the header is skipped up to the next whole record and counted, never thrown.
 /// InputError: the journal belongs to another study. StorageError: it cannot be read, is no
 /// journal, has another version, or its header is damaged.
-[[nodiscard]] JournalScan scan_journal(const std::filesystem::path& path,
-                                       std::string_view identity);
-[[nodiscard]] JournalScan scan_journal(const FileDescriptor& file, std::string_view identity);
+[[nodiscard]] JournalScan scan_journal(const std::filesystem::path& path, std::string_view identity,
+                                       ScanDepth depth = ScanDepth::Everything);
+[[nodiscard]] JournalScan scan_journal(const FileDescriptor& file, std::string_view identity,
+                                       ScanDepth depth = ScanDepth::Everything);
 
-/// scan_journal for every file *.culmj of the folder, in order of their names; empty if there is no
-/// such folder.
+/// The files *.culmj of the folder, in order of their names; empty if there is no such folder.
+[[nodiscard]] std::vector<std::filesystem::path> journal_files(const std::filesystem::path& folder);
+
+/// scan_journal for each of journal_files.
 [[nodiscard]] std::vector<JournalScan> scan_journal_folder(const std::filesystem::path& folder,
                                                            std::string_view identity);
 
-/// The identity text of a journal, for which the study need not be known. StorageError as above.
-[[nodiscard]] std::string read_journal_identity(const std::filesystem::path& path);
+/// The identity text of a journal, for which the study need not be known; nothing if the header was
+/// never finished. StorageError as above.
+[[nodiscard]] std::optional<std::string> read_journal_identity(const std::filesystem::path& path);
 
 /// One record, its checksums verified again. StorageError if it is no longer what was scanned.
 [[nodiscard]] PointRecord read_record(const FileDescriptor& file, const JournalEntry& entry);

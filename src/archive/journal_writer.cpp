@@ -62,11 +62,25 @@ void JournalWriter::start(std::string_view identity) {
 }
 
 void JournalWriter::append(const PointRecord& record) {
+    encode_record(record, buffer_);
+    write_buffer();
+}
+
+void JournalWriter::mark_started(std::span<const std::int64_t> points) {
+    encode_marks(points, RecordKind::Started, buffer_);
+    write_buffer();
+}
+
+void JournalWriter::mark_given_back(std::span<const std::int64_t> points) {
+    encode_marks(points, RecordKind::GivenBack, buffer_);
+    write_buffer();
+}
+
+void JournalWriter::write_buffer() {
     if (tail_is_dirty_) {
         file_.truncate(end_);
         tail_is_dirty_ = false;
     }
-    encode_record(record, buffer_);
     const std::uint64_t before = end_;
     try {
         file_.write_at(buffer_, before);

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -41,6 +42,11 @@ class JournalWriter {
     /// and what was written of it has been cut off again, so that the journal stays whole and a
     /// later append may succeed.
     void append(const PointRecord& record);
+    /// Marks the points as begun; what is neither appended nor given back later counts as in work
+    /// when the process died. StorageError as for append.
+    void mark_started(std::span<const std::int64_t> points);
+    /// Takes the marks back for points that were left in order, without an outcome.
+    void mark_given_back(std::span<const std::int64_t> points);
     /// fdatasync now.
     void sync();
     /// fdatasync and close; append must not be called any more.
@@ -52,6 +58,7 @@ class JournalWriter {
 
   private:
     void start(std::string_view identity);
+    void write_buffer();
     void cut_to_end() noexcept;
 
     FileDescriptor file_;

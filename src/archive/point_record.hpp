@@ -14,11 +14,15 @@ namespace culm::archive {
 /// State of a point, with the numbers used in the journal and in the study file.
 enum class PointStatus : std::uint8_t { Completed = 0, Failed = 1, Missing = 2 };
 
+/// Kind of failure of a point whose process died every time that it was computed.
+inline constexpr std::string_view rank_died = "rank_died";
+
 /// One computed point; SI units. A history that the study does not store is empty.
 struct PointRecord {
-    std::int64_t point = 0;                ///< place in the study's design
-    bool completed = false;                ///< false: computed, but there is no answer
-    std::string failure_kind;              ///< core::to_string(FailureKind); empty when completed
+    std::int64_t point = 0; ///< place in the study's design
+    bool completed = false; ///< false: computed, but there is no answer
+    /// core::to_string(FailureKind) or rank_died; empty when completed
+    std::string failure_kind;
     std::string failure_reason;            ///< one sentence; empty when completed
     std::vector<double> values;            ///< one per result column of the study
     std::vector<double> tip_deflection;    ///< (samples), m

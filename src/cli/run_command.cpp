@@ -25,7 +25,7 @@ namespace {
 struct RunArguments {
     std::string study;
     std::string output;
-    bool resume = false;
+    study::ResumeOptions folder;
     bool dry_run = false;
     bool quiet = false;
 };
@@ -135,7 +135,7 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
     watch_stop_signals();
     ProgressDisplay display(arguments.quiet || !is_root);
     study::ExecuteOptions options;
-    options.resume = arguments.resume;
+    options.folder = arguments.folder;
     options.provenance = build_provenance();
     options.farm.stop_requested = [] { return stop_signal_arrived(); };
     options.farm.progress = [&display](const farm::Progress& progress) { display.show(progress); };
@@ -192,8 +192,19 @@ void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& ar
         ->add_option("-o,--output", arguments->output,
                      "Folder for study.h5 and summary.json (default: results/<study name>)")
         ->type_name("DIR");
-    command->add_flag("--resume", arguments->resume,
-                      "Compute only what the folder lacks; refuses a changed study");
+    CLI::Option* resume =
+        command->add_flag("--resume", arguments->folder.resume,
+                          "Compute only what the folder lacks; refuses a changed study");
+    command
+        ->add_flag("--retry-failed", arguments->folder.retry_failed,
+                   "With --resume: compute failed points again")
+        ->needs(resume);
+    command
+        ->add_option("--crash-limit", arguments->folder.crash_limit,
+                     "A point in whose computation so many processes died has failed (default 5; "
+                     "0: try for ever)")
+        ->type_name("N")
+        ->check(CLI::Range(0, 1'000'000));
     command->add_flag("--dry-run", arguments->dry_run,
                       "Check everything and print the plan: points, lanes, cost, memory, archive");
     command->add_flag("-q,--quiet", arguments->quiet, "No progress");

@@ -13,7 +13,6 @@
 #include <fmt/core.h>
 
 namespace culm::study {
-namespace {
 
 archive::StudyDescription
 description_of(const Study& study,
@@ -46,15 +45,12 @@ description_of(const Study& study,
     return description;
 }
 
-/// (points, factors) in the units of the factors' keys.
 std::vector<double> design_in_config_units(const Design& design) {
     std::vector<double> values = design.values;
     for (std::size_t k = 0; k < values.size(); ++k)
         values[k] = design.factors[k % design.factors.size()].parameter->unit.from_si(values[k]);
     return values;
 }
-
-} // namespace
 
 bool assemble_archive(const Study& study, const StudyFolder& folder,
                       const std::vector<std::pair<std::string, std::string>>& provenance) {

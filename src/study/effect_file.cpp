@@ -50,7 +50,7 @@ void refuse_other_keys(const toml::table& table, const std::string& prefix,
 }
 
 std::vector<std::string> effect_keys() {
-    return {"name", "summary", "kind", "expression", "source", "signature", "remedy"};
+    return {"name", "summary", "kind", "expression", "source", "signature", "remedy", "energy"};
 }
 
 std::vector<std::string> parameter_keys() {
@@ -143,6 +143,7 @@ physics::UserEffectText read_text(TomlTable& table, FileFaults& faults) {
     text.source = table.text("source").value_or(faults.file());
     text.signature = table.text("signature").value_or("not described by its author");
     text.remedy = table.text("remedy").value_or("not described by its author");
+    text.energy = table.text("energy").value_or("not described by its author");
     return text;
 }
 

@@ -7,6 +7,7 @@
 #include "run/simulate.hpp"
 #include "study/assemble.hpp"
 #include "study/point_results.hpp"
+#include "study/study_note.hpp"
 #include "study/timestep_point.hpp"
 
 #include <array>
@@ -16,6 +17,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 
 #include <fmt/chrono.h>
 #include <fmt/core.h>
@@ -30,17 +32,33 @@ int rank_of(const farm::Communicator* communicator) {
     return communicator == nullptr ? 0 : communicator->rank();
 }
 
-/// Pending points as text for the broadcast: raw bytes of the ids.
-std::string pack(const std::vector<std::int64_t>& points) {
-    std::string bytes(points.size() * sizeof(std::int64_t), '\0');
-    std::memcpy(bytes.data(), points.data(), bytes.size());
+/// The folder's content as text for the broadcast: raw bytes of the ids, each list behind its
+/// length.
+std::string pack(const FolderContent& content) {
+    std::vector<std::int64_t> numbers{content.archive_is_complete ? 1 : 0};
+    for (const auto* list :
+         {&content.pending_points, &content.suspect_points, &content.given_up_points}) {
+        numbers.push_back(static_cast<std::int64_t>(list->size()));
+        numbers.insert(numbers.end(), list->begin(), list->end());
+    }
+    std::string bytes(numbers.size() * sizeof(std::int64_t), '\0');
+    std::memcpy(bytes.data(), numbers.data(), bytes.size());
     return bytes;
 }
 
-std::vector<std::int64_t> unpack(const std::string& bytes) {
-    std::vector<std::int64_t> points(bytes.size() / sizeof(std::int64_t));
-    std::memcpy(points.data(), bytes.data(), bytes.size());
-    return points;
+FolderContent unpack(const std::string& bytes) {
+    std::vector<std::int64_t> numbers(bytes.size() / sizeof(std::int64_t));
+    std::memcpy(numbers.data(), bytes.data(), bytes.size());
+    FolderContent content;
+    auto next = numbers.begin();
+    content.archive_is_complete = *next++ != 0;
+    for (auto* list :
+         {&content.pending_points, &content.suspect_points, &content.given_up_points}) {
+        const auto end = next + 1 + *next;
+        list->assign(next + 1, end);
+        next = end;
+    }
+    return content;
 }
 
 std::string now_text() {
@@ -65,52 +83,83 @@ class PointWorker {
         std::vector<run::CaseSpec> specs;
         for (const std::int64_t point : batch.points)
             specs.push_back(case_of_point(study_.config, study_.design, point));
-        const auto commit = [&](const archive::PointRecord& record, farm::BatchReport& report) {
-            journal_.append(record);
-            ++(record.completed ? report.completed : report.failed);
-            heartbeat.beat();
-        };
         const auto go_on = [&heartbeat] {
             heartbeat.beat();
             return !heartbeat.stop_requested();
         };
         farm::BatchReport report;
+        std::size_t kept = 0;
+        const auto commit = [&](const archive::PointRecord& record) {
+            journal_.append(record);
+            ++kept;
+            ++(record.completed ? report.completed : report.failed);
+            heartbeat.beat();
+        };
         try {
+            journal_.mark_started(batch.points);
             if (compute_point_) {
                 for (const run::CaseSpec& spec : specs)
-                    commit(compute_point_(spec), report);
+                    commit(compute_point_(spec));
             } else if (study_.config.kind == StudyKind::Timestep) {
                 for (const run::CaseSpec& spec : specs)
-                    commit(compute_timestep_point(study_.config, spec, go_on), report);
+                    commit(compute_timestep_point(study_.config, spec, go_on));
             } else {
                 std::vector<run::CaseOutcome> outcomes = run::simulate_together(specs, go_on);
                 for (std::size_t k = 0; k < specs.size(); ++k)
-                    commit(make_record(specs[k], std::move(outcomes[k]), study_.config.reduce),
-                           report);
+                    commit(make_record(specs[k], std::move(outcomes[k]), study_.config.reduce));
             }
         } catch (const run::Abandoned&) {
-            // The batch stays uncomputed; a later run with --resume takes it up again.
+            // What is not kept stays uncomputed; a later run with --resume takes it up again.
         } catch (const core::StorageError& error) {
             // What was appended before stays in the journal, so it is counted.
             report.storage_failure = error.what();
+        } catch (...) {
+            give_back(std::span(batch.points).subspan(kept));
+            throw;
         }
+        give_back(std::span(batch.points).subspan(kept));
         report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
         return report;
     }
 
   private:
+    /// Without the marks the points would count as deaths of this process: a nuisance, no loss.
+    void give_back(std::span<const std::int64_t> points) {
+        if (points.empty())
+            return;
+        try {
+            journal_.mark_given_back(points);
+        } catch (const core::StorageError&) {
+            return;
+        }
+    }
+
     const Study& study_;
     archive::JournalWriter& journal_;
     const ComputePoint& compute_point_;
 };
 
-farm::Summary compute(const Study& study, const std::vector<std::int64_t>& pending,
-                      const StudyFolder& folder, const farm::Communicator* communicator,
-                      const ExecuteOptions& options) {
+/// The record of a point that is not tried any more.
+archive::PointRecord given_up_record(std::int64_t point, int crash_limit) {
+    archive::PointRecord record;
+    record.point = point;
+    record.failure_kind = archive::rank_died;
+    record.failure_reason =
+        fmt::format("the process that computed this point died {} time{} (--crash-limit {}); "
+                    "--retry-failed tries it again",
+                    crash_limit, crash_limit == 1 ? "" : "s", crash_limit);
+    return record;
+}
+
+farm::Summary compute(const Study& study, const FolderContent& content, const StudyFolder& folder,
+                      const farm::Communicator* communicator, const ExecuteOptions& options) {
     std::optional<archive::JournalWriter> journal;
     std::string complaint;
     try {
         journal.emplace(folder.journal_of_rank(rank_of(communicator)), study.config.identity());
+        if (rank_of(communicator) == 0)
+            for (const std::int64_t point : content.given_up_points)
+                journal->append(given_up_record(point, options.folder.crash_limit));
     } catch (const core::StorageError& error) {
         complaint = error.what();
     }
@@ -121,7 +170,8 @@ farm::Summary compute(const Study& study, const std::vector<std::int64_t>& pendi
         throw core::StorageError(complaint.empty() ? "another rank cannot write its journal"
                                                    : complaint);
 
-    const std::vector<farm::Batch> batches = make_batches(study, pending);
+    const std::vector<farm::Batch> batches =
+        make_batches(study, content.pending_points, content.suspect_points);
     PointWorker worker(study, *journal, options.compute_point);
     const auto work = [&worker](const farm::Batch& batch, farm::Heartbeat& heartbeat) {
         return worker(batch, heartbeat);
@@ -137,6 +187,26 @@ farm::Summary compute(const Study& study, const std::vector<std::int64_t>& pendi
     if (communicator != nullptr)
         communicator->barrier();
     return summary;
+}
+
+StudyNote note_of(const Study& study, const std::string& start,
+                  const farm::Communicator* communicator, const ExecuteOptions& options) {
+    return {study.config.name,
+            study.design.point_count(),
+            study.config.text,
+            study.config.file,
+            start,
+            communicator == nullptr ? 1 : communicator->size(),
+            options.provenance};
+}
+
+/// A note is for people who look on; whether the disk takes points is for the journals to tell.
+void leave_note(const StudyFolder& folder, const StudyNote& note) {
+    try {
+        write_note(folder, note);
+    } catch (const core::StorageError&) {
+        return;
+    }
 }
 
 std::string distinct_hosts(const farm::Communicator* communicator) {
@@ -155,18 +225,20 @@ std::string distinct_hosts(const farm::Communicator* communicator) {
 ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
                        const farm::Communicator* communicator, const ExecuteOptions& options) {
     const std::string start = now_text();
-    const std::vector<std::int64_t> pending = unpack(farm::on_root(communicator, [&] {
+    const FolderContent content = unpack(farm::on_root(communicator, [&] {
         return pack(prepare_folder(folder, study.config.identity(), study.design.point_count(),
-                                   options.resume)
-                        .pending_points);
+                                   options.folder));
     }));
     ExecuteOutcome outcome;
-    outcome.resumed_points = study.design.point_count() - static_cast<std::int64_t>(pending.size());
-    if (pending.empty() && is_there(folder.archive())) {
+    outcome.resumed_points =
+        study.design.point_count() - static_cast<std::int64_t>(content.pending_points.size());
+    if (content.archive_is_complete) {
         outcome.archive_is_complete = true;
         return outcome;
     }
-    outcome.farm = compute(study, pending, folder, communicator, options);
+    if (rank_of(communicator) == 0)
+        leave_note(folder, note_of(study, start, communicator, options));
+    outcome.farm = compute(study, content, folder, communicator, options);
 
     std::vector<std::pair<std::string, std::string>> provenance = options.provenance;
     provenance.emplace_back("config", study.config.text);

@@ -18,7 +18,7 @@ namespace culm::study {
 using ComputePoint = std::function<archive::PointRecord(const run::CaseSpec& spec)>;
 
 struct ExecuteOptions {
-    bool resume = false;
+    ResumeOptions folder; ///< what to do if the folder holds the study already
     farm::FarmOptions farm;
     /// Facts about this program for the archive's provenance: name and text.
     std::vector<std::pair<std::string, std::string>> provenance;
@@ -34,6 +34,9 @@ struct ExecuteOutcome {
     double assembly_s = 0.0; ///< wall time from the journals to the study file
 };
 
+/// Every point is marked in its rank's journal before it is begun. One in whose computation a
+/// process has died before is computed in a batch of its own; one that reached the crash limit is
+/// recorded as failed (archive::rank_died) without another try.
 /// Computes the points that `folder` lacks and, once none is missing, writes the study file from
 /// the ranks' journals and removes these. Each point is in its rank's journal before it is counted;
 /// the study file's data do not depend on which rank computed what. Collective over the

@@ -178,12 +178,18 @@ double estimated_seconds(const run::CaseSpec& spec) {
                            static_bond_step_seconds;
 }
 
-std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std::int64_t>& points) {
+std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std::int64_t>& points,
+                                      const std::vector<std::int64_t>& alone) {
     std::vector<farm::Batch> batches;
+    std::vector<farm::Batch> lone;
     std::optional<run::CaseSpec> first;
     const auto lanes = static_cast<double>(run::lanes_per_batch());
     for (const std::int64_t point : in_lane_order(study, points)) {
         run::CaseSpec spec = case_of_point(study.config, study.design, point);
+        if (std::ranges::binary_search(alone, point)) {
+            lone.push_back({{point}, lanes * seconds_of_point(study.config, spec)});
+            continue;
+        }
         // A point of a time-step study fills the lanes alone, with its steps.
         if (first && study.config.kind == StudyKind::Vibration &&
             batches.back().points.size() < run::lanes_per_batch() &&
@@ -196,6 +202,7 @@ std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std:
         batches.push_back({{point}, lanes * seconds_of_point(study.config, spec)});
         first = std::move(spec);
     }
+    batches.insert(batches.end(), lone.begin(), lone.end());
     return batches;
 }
 

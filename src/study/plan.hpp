@@ -28,8 +28,10 @@ struct Study {
 
 /// The given points in batches of one implicit case, or of as many explicit cases as the machine
 /// has lanes; explicit points are grouped so that the lanes of a batch can run together.
+/// Those that also stand in `alone` (ascending) get a batch of their own.
 [[nodiscard]] std::vector<farm::Batch> make_batches(const Study& study,
-                                                    const std::vector<std::int64_t>& points);
+                                                    const std::vector<std::int64_t>& points,
+                                                    const std::vector<std::int64_t>& alone = {});
 
 /// What a run will take.
 struct Estimate {

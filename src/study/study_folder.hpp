@@ -18,6 +18,8 @@ class StudyFolder {
     [[nodiscard]] std::filesystem::path archive() const { return folder_ / "study.h5"; }
     [[nodiscard]] std::filesystem::path journals() const { return folder_ / "journal"; }
     [[nodiscard]] std::filesystem::path journal_of_rank(int rank) const;
+    /// What the running study is (study_note.hpp).
+    [[nodiscard]] std::filesystem::path note() const { return journals() / "study.json"; }
     [[nodiscard]] std::filesystem::path summary() const { return folder_ / "summary.json"; }
 
   private:
@@ -28,17 +30,30 @@ class StudyFolder {
 /// example because the folder above may not be searched.
 [[nodiscard]] bool is_there(const std::filesystem::path& path);
 
-/// What a folder already holds of a study.
-struct FolderContent {
-    bool archive_is_complete = false;         ///< study.h5 is there, every point computed
-    std::vector<std::int64_t> pending_points; ///< of the design, not yet computed
+/// What to do with a folder that holds the study already.
+struct ResumeOptions {
+    bool resume = false;       ///< go on with it; else it is refused
+    bool retry_failed = false; ///< failed points are computed again
+    /// A point in whose computation so many processes died is not tried again; 0: no limit.
+    int crash_limit = 5;
 };
 
-/// Makes the folder ready for a study with this identity and number of points.
+/// What a folder already holds of a study.
+struct FolderContent {
+    bool archive_is_complete = false; ///< study.h5 has every point; no journals, none pending
+    std::vector<std::int64_t> pending_points; ///< of the design, to be computed; ascending
+    /// Those pending points in whose computation a process died before; ascending.
+    std::vector<std::int64_t> suspect_points;
+    /// Points without an outcome that reached the crash limit; ascending, none of them pending.
+    std::vector<std::int64_t> given_up_points;
+};
+
+/// Makes the folder ready for a study with this identity and number of points. What it holds is
+/// verified, checksum by checksum.
 /// Throws core::InputError when it holds another study (with the differing settings), this one
-/// while `resume` is false, or an archive that cannot be read, and when it may not be written;
+/// without ResumeOptions::resume, or an archive that is damaged, and when it may not be written;
 /// core::StorageError when the disk has no room for it.
 [[nodiscard]] FolderContent prepare_folder(const StudyFolder& folder, const std::string& identity,
-                                           std::int64_t point_count, bool resume);
+                                           std::int64_t point_count, const ResumeOptions& options);
 
 } // namespace culm::study

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "archive/archive_example.hpp"
+#include "archive/journal_format.hpp"
 #include "archive/journal_index.hpp"
 #include "archive/journal_scan.hpp"
 #include "archive/journal_writer.hpp"
@@ -77,7 +78,7 @@ TEST_F(Journal, HasTheDocumentedBytes) {
     JournalWriter(path_, "id").append(record);
     const std::string bytes = read_bytes(path_);
     using namespace std::string_literals;
-    EXPECT_EQ(bytes.substr(0, 18), "CULMJRNL\x01\0\0\0\x02\0\0\0id"s);
+    EXPECT_EQ(bytes.substr(0, 18), "CULMJRNL\x02\0\0\0\x02\0\0\0id"s);
     EXPECT_EQ(bytes.substr(22, 8), "\xC5REC\r\n\x1A\xF1"s);
     EXPECT_EQ(bytes.substr(30, 24),
               "\x30\0\0\0\0\0\0\0"s + "\x02\x01\0\0\0\0\0\0"s + "\0\0\0\0\0\0\0\0"s);
@@ -217,9 +218,9 @@ TEST_F(Journal, OfAnotherVersionOrOtherContentIsRefused) {
         return "accepted";
     };
     std::string newer = whole;
-    newer[8] = 2;
-    EXPECT_THAT(message(newer), testing::HasSubstr("journal format version 2; this culm reads "
-                                                   "version 1"));
+    newer[8] = 3;
+    EXPECT_THAT(message(newer), testing::HasSubstr("journal format version 3; this culm reads "
+                                                   "versions 1 to 2"));
     EXPECT_THAT(message("a text of somebody else"), testing::HasSubstr("is not a culm journal"));
     std::string damaged = whole;
     damaged[20] ^= 1;
@@ -227,6 +228,57 @@ TEST_F(Journal, OfAnotherVersionOrOtherContentIsRefused) {
     std::string longer = whole;
     longer[14] = 1; // the length of the identity now reaches behind the end of the file
     EXPECT_THAT(message(longer), testing::HasSubstr("the header is damaged"));
+}
+
+TEST_F(Journal, OfVersion1IsReadAndGoneOnWith) {
+    std::vector<std::byte> bytes = encode_journal_header(identity, 1);
+    std::vector<std::byte> record;
+    encode_record(record_of(0), record);
+    bytes.insert(bytes.end(), record.begin(), record.end());
+    std::filesystem::create_directories(path_.parent_path());
+    write_bytes(path_, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    EXPECT_EQ(points(), (std::vector<std::int64_t>{0}));
+    JournalWriter(path_, identity).append(record_of(1));
+    EXPECT_EQ(points(), (std::vector<std::int64_t>{0, 1}));
+    write_bytes(path_, read_bytes(path_).substr(0, 30)); // died while it was created
+    EXPECT_FALSE(scan().header_finished);
+    EXPECT_EQ(read_journal_identity(path_), std::nullopt);
+}
+
+TEST_F(Journal, CountsThePointsThatWereInWorkWhenAProcessDied) {
+    const std::vector<std::int64_t> begun{0, 1, 2};
+    for (int death = 1; death <= 2; ++death) {
+        JournalWriter writer(path_, identity); // destroyed without an outcome for 1 and 2
+        writer.mark_started(begun);
+        if (death == 1)
+            writer.append(record_of(0));
+    }
+    EXPECT_EQ(scan().unfinished_starts, (std::map<std::int64_t, int>{{0, 1}, {1, 2}, {2, 2}}));
+    EXPECT_EQ(points(), (std::vector<std::int64_t>{0}));
+    EXPECT_FALSE(scan().is_damaged());
+}
+
+TEST_F(Journal, DoesNotCountPointsThatWereGivenBackOrHaveAnOutcome) {
+    JournalWriter writer(path_, identity);
+    const std::vector<std::int64_t> begun{0, 1, 3};
+    writer.mark_started(begun);
+    writer.append(record_of(0));
+    const std::vector<std::int64_t> left{1, 3};
+    writer.mark_given_back(left);
+    EXPECT_TRUE(scan().unfinished_starts.empty());
+}
+
+TEST_F(Journal, ScanOfHeadersPassesOverPayloads) {
+    write_points(3);
+    const JournalScan whole = scan();
+    std::string bytes = read_bytes(path_);
+    bytes[whole.entries[1].offset + record_header_size + 9] ^= 1;
+    write_bytes(path_, bytes);
+    EXPECT_EQ(scan().corrupt_records, 1);
+    EXPECT_TRUE(scan().is_damaged());
+    const JournalScan quick = scan_journal(path_, identity, ScanDepth::Headers);
+    EXPECT_EQ(quick.entries.size(), 3U);
+    EXPECT_FALSE(quick.is_damaged());
 }
 
 TEST_F(Journal, IndexPrefersCompletedPointsAndThenTheLaterOnes) {

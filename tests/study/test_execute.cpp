@@ -28,7 +28,7 @@ class Execute : public ::testing::Test {
     [[nodiscard]] ExecuteOutcome execute_together(const Study& study, const std::string& name,
                                                   bool resume = false) const {
         ExecuteOptions options;
-        options.resume = resume;
+        options.folder.resume = resume;
         return execute(study, folder(name), &world_, options);
     }
 

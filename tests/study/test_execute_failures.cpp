@@ -74,7 +74,7 @@ TEST(ExecuteFailures, FailedPointIsNotComputedAgainByAResume) {
     EXPECT_EQ(first.farm.points_completed, 10);
     EXPECT_EQ(first.farm.points_failed, 1);
     ExecuteOptions options;
-    options.resume = true;
+    options.folder.resume = true;
     EXPECT_EQ(execute(study, where, nullptr, options).resumed_points, 11);
 }
 

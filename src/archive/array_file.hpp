@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A small HDF5 file of named arrays of doubles.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace culm::archive {
+
+/// One dataset.
+struct NamedArray {
+    std::string path; ///< within the file, as in "model_1/residual"; its groups come into being
+    std::string unit; ///< "1": dimensionless
+    std::string description;
+    std::vector<std::size_t> shape;
+    std::vector<double> values; ///< row-major; NaN: none
+};
+
+/// Texts that a group carries; "" is the file itself.
+struct GroupTexts {
+    std::string group;
+    std::vector<std::pair<std::string, std::string>> texts;
+};
+
+/// Writes the file anew; one that stands there stays until then. Datasets are as in study.h5: with
+/// unit, description and checksums. Throws core::StorageError.
+void write_array_file(const std::filesystem::path& path, std::span<const GroupTexts> groups,
+                      std::span<const NamedArray> arrays);
+
+} // namespace culm::archive

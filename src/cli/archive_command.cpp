@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// culm archive info|status|verify|merge|export DIR
+#include "cli/archive_text.hpp"
+#include "cli/commands.hpp"
+#include "cli/json_output.hpp"
+#include "cli/version.hpp"
+#include "study/archive_export.hpp"
+#include "study/folder_state.hpp"
+#include "study/merge.hpp"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+
+namespace culm::cli {
+namespace {
+
+struct LookArguments {
+    std::string folder;
+    std::string json;
+};
+
+using Text = std::function<std::string(const study::StudyFolder&, const study::FolderState&)>;
+
+study::FolderState look(const LookArguments& arguments, study::FolderDepth depth,
+                        const Text& text) {
+    const study::StudyFolder folder(arguments.folder);
+    study::FolderState state = study::read_folder_state(folder, depth);
+    if (!arguments.json.empty())
+        write_json(arguments.json, to_json(state));
+    if (arguments.json != "-")
+        fmt::print("{}", text(folder, state));
+    return state;
+}
+
+std::shared_ptr<LookArguments> add_look_options(CLI::App& command) {
+    auto arguments = std::make_shared<LookArguments>();
+    command.add_option("dir", arguments->folder, "Folder of a study, complete or not")
+        ->required()
+        ->type_name("DIR");
+    command.add_option("--json", arguments->json, "Write it as JSON to this file (- for stdout)")
+        ->type_name("FILE");
+    return arguments;
+}
+
+void add_info(CLI::App& archive, CommandResult& result) {
+    CLI::App* command = archive.add_subcommand(
+        "info", "What is in a study's folder: points, tables, histories, provenance, size");
+    auto arguments = add_look_options(*command);
+    command->callback([arguments, &result] {
+        const auto state = look(*arguments, study::FolderDepth::Glance, info_text);
+        if (!state.problems.empty())
+            result.exit_code = core::ExitCode::PointsFailed;
+    });
+}
+
+void add_status(CLI::App& archive, CommandResult& result) {
+    CLI::App* command = archive.add_subcommand(
+        "status", "How far a study is, also while it runs; reads headers only");
+    auto arguments = add_look_options(*command);
+    command->callback([arguments, &result] {
+        const auto state = look(*arguments, study::FolderDepth::Glance,
+                                [](const auto&, const auto& found) { return status_text(found); });
+        if (!state.problems.empty())
+            result.exit_code = core::ExitCode::PointsFailed;
+    });
+}
+
+void add_verify(CLI::App& archive, CommandResult& result) {
+    CLI::App* command = archive.add_subcommand(
+        "verify", "Check every checksum and list what is damaged or missing (exit code 3)");
+    auto arguments = add_look_options(*command);
+    command->callback([arguments, &result] {
+        const auto state = look(*arguments, study::FolderDepth::Verify,
+                                [](const auto&, const auto& found) { return verify_text(found); });
+        if (!state.is_whole())
+            result.exit_code = core::ExitCode::PointsFailed;
+    });
+}
+
+struct MergeArguments {
+    std::vector<std::string> folders;
+    std::string output;
+};
+
+void merge(const MergeArguments& arguments, CommandResult& result) {
+    std::vector<study::StudyFolder> sources;
+    for (const std::string& folder : arguments.folders)
+        sources.emplace_back(folder);
+    const study::StudyFolder target(arguments.output);
+    const study::MergeOutcome outcome = study::merge_folders(sources, target, build_provenance());
+    fmt::print("{} points: {} completed, {} failed, {} missing\narchive {}\n", outcome.points,
+               outcome.completed, outcome.failed, outcome.missing, target.archive().string());
+    if (outcome.repeated > 0)
+        fmt::print("{} of them stand in more than one folder\n", outcome.repeated);
+    if (!outcome.differing.empty())
+        fmt::print(stderr, "culm: the folders differ in points {}; the first named counts\n",
+                   ranges_text(outcome.differing));
+    if (outcome.missing > 0 || outcome.failed > 0 || !outcome.differing.empty())
+        result.exit_code = core::ExitCode::PointsFailed;
+}
+
+void add_merge(CLI::App& archive, CommandResult& result) {
+    CLI::App* command = archive.add_subcommand(
+        "merge", "One study.h5 from the journals and archives of folders of the same study");
+    auto arguments = std::make_shared<MergeArguments>();
+    command
+        ->add_option("dirs", arguments->folders, "Folders of the same study; they stay as they are")
+        ->required()
+        ->type_name("DIR...");
+    command->add_option("-o,--output", arguments->output, "Folder for the study.h5 to be written")
+        ->required()
+        ->type_name("DIR");
+    command->callback([arguments, &result] { merge(*arguments, result); });
+}
+
+struct ExportArguments {
+    std::string folder;
+    std::string output;
+    bool histories = false;
+    bool xdmf = false;
+};
+
+void add_export(CLI::App& archive, CommandResult& result) {
+    CLI::App* command = archive.add_subcommand(
+        "export", "CSV tables of an archive, and its trajectories for ParaView");
+    auto arguments = std::make_shared<ExportArguments>();
+    command->add_option("dir", arguments->folder, "Folder with a study.h5")
+        ->required()
+        ->type_name("DIR");
+    command->add_option("-o,--output", arguments->output, "Folder for the tables")
+        ->required()
+        ->type_name("DIR");
+    command->add_flag("--histories", arguments->histories,
+                      "Also one CSV file of deflections for each completed point");
+    command->add_flag("--xdmf", arguments->xdmf,
+                      "Also one XDMF file for each trajectory; it points into study.h5");
+    command->callback([arguments, &result] {
+        const study::ExportOutcome outcome =
+            study::export_archive(study::StudyFolder(arguments->folder), arguments->output,
+                                  {arguments->histories, arguments->xdmf});
+        fmt::print("points.csv with {} points, {} histories, {} trajectories in {}\n",
+                   outcome.points, outcome.histories, outcome.trajectories, arguments->output);
+        if (outcome.missing > 0) {
+            fmt::print(stderr, "culm: {} points are missing in the archive\n", outcome.missing);
+            result.exit_code = core::ExitCode::PointsFailed;
+        }
+    });
+}
+
+} // namespace
+
+void add_archive_command(CLI::App& app, CommandResult& result) {
+    CLI::App* archive =
+        app.add_subcommand("archive", "Look at, check, merge and export the folder of a study");
+    archive->require_subcommand(1);
+    add_info(*archive, result);
+    add_status(*archive, result);
+    add_verify(*archive, result);
+    add_merge(*archive, result);
+    add_export(*archive, result);
+}
+
+} // namespace culm::cli

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Small studies that are killed, damaged and resumed: what the fault programs share."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+PROGRAM = os.environ["CULM_PROGRAM"]
+MPIEXEC = os.environ["CULM_MPIEXEC"]
+# Seconds after which a run hangs: far beyond what any of these studies takes.
+PATIENCE = 120
+
+DONE, BAD_INPUT, POINTS_FAILED, STOPPED_EARLY = 0, 2, 3, 75
+
+# 24 points of some 0.05 s; every history is kept, so that every kind of dataset is in the archive.
+STUDY = """
+[study]
+store = "full"
+heights_mm = [50, 100]
+[stem]
+spheres = 40
+length_mm = 155.65
+[vibration]
+duration_s = 0.05
+sample_interval_s = 2e-4
+[factors]
+bond_damping = [25, 50, 100]
+bond_youngs_modulus_gpa = [1, 2, 3, 4, 5, 6, 7, 8]
+"""
+
+# The same with four times the points: time enough to be stopped in the middle.
+LONG_STUDY = STUDY.replace("[25, 50, 100]", "[10, 20, 25, 30, 40, 50, 60, 70, 80, 90, 100, 110]")
+
+
+def environment() -> dict[str, str]:
+    return os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+
+
+def command(ranks: int, *arguments) -> list[str]:
+    """culm on so many ranks; one rank means without a launcher."""
+    launcher = [MPIEXEC, "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
+    return [*launcher, PROGRAM, *arguments]
+
+
+def culm(folder: Path, *arguments, ranks: int = 1) -> subprocess.CompletedProcess:
+    """Runs to the end."""
+    return subprocess.run(command(ranks, *arguments), cwd=folder, text=True, capture_output=True,
+                          timeout=PATIENCE, check=False, env=environment())
+
+
+def start(folder: Path, *arguments, ranks: int) -> subprocess.Popen:
+    """Begins a run in a process group of its own, so that all of it can be killed at once."""
+    return subprocess.Popen(command(ranks, *arguments), cwd=folder, stdout=subprocess.DEVNULL,
+                            stderr=subprocess.DEVNULL, start_new_session=True, env=environment())
+
+
+def children_of(process_id: int) -> list[int]:
+    """Processes whose parent that is, from /proc."""
+    children = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            text = stat.read_text(encoding="utf-8")
+        except OSError:
+            continue  # has ended meanwhile
+        if int(text.rpartition(")")[2].split()[1]) == process_id:
+            children.append(int(stat.parent.name))
+    return children
+
+
+def verify(folder: Path, study: str) -> dict:
+    """What culm archive verify says of the folder, with its exit code."""
+    finished = culm(folder, "archive", "verify", study, "--json", "-")
+    if finished.returncode == BAD_INPUT:
+        return {"exit_code": BAD_INPUT, "message": finished.stderr}
+    return json.loads(finished.stdout) | {"exit_code": finished.returncode}
+
+
+def committed_points(folder: Path, study: str) -> set[int]:
+    """Points with an outcome in the archive or in a journal whose checksums are right."""
+    found = verify(folder, study)
+    if found["exit_code"] == BAD_INPUT or found["points"] is None:
+        return set()
+    missing = set(found["missing_points"])
+    return {point for point in range(found["points"]["total"]) if point not in missing}
+
+
+def kill_at_random(process: subprocess.Popen, chance: random.Random, ranks: int,
+                   delay: float) -> str:
+    """kill -9 of one rank or of the whole job after the delay; tells which, or "ended"."""
+    try:
+        process.wait(timeout=delay)
+        return "ended"
+    except subprocess.TimeoutExpired:
+        pass
+    kinds = ["rank"] if ranks > 1 else []
+    kind = chance.choice([*kinds, "job"])
+    workers = children_of(process.pid) if ranks > 1 else []
+    if kind == "rank" and workers:
+        kill(chance.choice(workers))
+    else:
+        kind = "job"
+        for worker in workers:
+            kill(worker)
+        kill(process.pid)
+    process.wait(timeout=PATIENCE)
+    wait_for_the_end_of(workers)
+    return kind
+
+
+def kill(process_id: int):
+    try:
+        os.kill(process_id, signal.SIGKILL)
+    except ProcessLookupError:
+        pass
+
+
+def wait_for_the_end_of(process_ids: list[int]):
+    """mpirun gives ranks a second to end; until then they hold their journals."""
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        if not any(is_alive(process_id) for process_id in process_ids):
+            return
+        time.sleep(0.01)
+
+
+def is_alive(process_id: int) -> bool:
+    try:
+        text = Path(f"/proc/{process_id}/stat").read_text(encoding="utf-8")
+    except OSError:
+        return False
+    return text.rpartition(")")[2].split()[0] != "Z"

@@ -1,0 +1,126 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Kills ranks and jobs of small studies at random, resumes, and checks that nothing was lost.
+
+kill_study.py --kills 20 --seed 1
+
+For every kill: no point that was committed before is missing afterwards, no point has two outcomes,
+every file is readable. For every finished study: its tables are, byte for byte, those of a run that
+nobody disturbed. Prints one line for each study and a summary; exit code 1 at the first violation.
+"""
+
+import argparse
+import random
+import shutil
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+from fault_study import (DONE, STUDY, committed_points, culm, kill_at_random, start, verify)
+
+
+class Violation(Exception):
+    """A promise that was broken."""
+
+
+def require(condition: bool, text: str):
+    if not condition:
+        raise Violation(text)
+
+
+def tables(folder: Path, study: str) -> bytes:
+    return (folder / study / "fits.csv").read_bytes()
+
+
+def contents(folder: Path, study: str) -> dict[str, bytes]:
+    """The raw bytes of every dataset but the provenance, which tells when and where."""
+    import h5py  # only here: without it the kills are still worth while
+    found = {}
+
+    def take(name, item):
+        if isinstance(item, h5py.Dataset) and not name.startswith("provenance"):
+            found[name] = item[()].tobytes()
+
+    with h5py.File(folder / study / "study.h5", "r") as file:
+        file.visititems(take)
+    return found
+
+
+def check_after_kill(folder: Path, study: str, before: set[int]) -> set[int]:
+    found = verify(folder, study)
+    after = committed_points(folder, study)
+    require(before <= after, f"points {sorted(before - after)} were committed and are lost")
+    require(found.get("repeated_outcomes", 0) == 0, "a point has two outcomes")
+    require(not found.get("problems"), f"files cannot be read: {found.get('problems')}")
+    for journal in found.get("journals", []):
+        require(journal["skipped_bytes"] == 0 and journal["corrupt_records"] == 0,
+                f"damaged journal: {journal}")
+    return after
+
+
+def finish(folder: Path, study: str, ranks: int):
+    """--resume until the study is complete."""
+    finished = culm(folder, "run", "s.toml", "-o", study, "-q", "--resume", "--crash-limit", "0",
+                    ranks=ranks)
+    require(finished.returncode == DONE, f"resume failed: {finished.stderr}")
+
+
+def disturb(folder: Path, study: str, chance: random.Random, kills: Counter, wanted: int) -> int:
+    """One study, killed again and again until it is complete; returns its number of kills."""
+    committed: set[int] = set()
+    count = 0
+    started = time.monotonic()
+    while sum(kills.values()) < wanted:
+        ranks = chance.choice([1, 2, 3, 4])
+        process = start(folder, "run", "s.toml", "-o", study, "-q", "--resume", "--crash-limit",
+                        "0", ranks=ranks)
+        # From before the first journal is there until some batches later.
+        kind = kill_at_random(process, chance, ranks, chance.expovariate(1.0 / 0.4))
+        committed = check_after_kill(folder, study, committed)
+        if kind == "ended":
+            require(process.returncode == DONE, f"a run nobody killed ended with "
+                                                f"{process.returncode}")
+            break
+        kills[kind] += 1
+        count += 1
+    finish(folder, study, chance.choice([1, 2, 4]))
+    check_after_kill(folder, study, committed)
+    require(verify(folder, study)["exit_code"] == DONE, "the finished archive is not whole")
+    print(f"{study}: {count} kills in {time.monotonic() - started:.1f} s", flush=True)
+    return count
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--kills", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    chance = random.Random(arguments.seed)
+    kills: Counter = Counter()
+    studies = 0
+    with tempfile.TemporaryDirectory(prefix="culm-faults-") as place:
+        folder = Path(place)
+        (folder / "s.toml").write_text(STUDY, encoding="utf-8")
+        require(culm(folder, "run", "s.toml", "-o", "undisturbed", "-q").returncode == DONE,
+                "the undisturbed run failed")
+        expected = tables(folder, "undisturbed"), contents(folder, "undisturbed")
+        while sum(kills.values()) < arguments.kills:
+            study = f"study-{studies}"
+            disturb(folder, study, chance, kills, arguments.kills)
+            require((tables(folder, study), contents(folder, study)) == expected,
+                    f"{study}: the tables differ from those of an undisturbed run")
+            studies += 1
+            shutil.rmtree(folder / study)
+    print(f"{kills['rank']} kills of one rank and {kills['job']} of the whole job over {studies} "
+          "studies: no committed point lost, none twice, every file readable, tables identical")
+    return 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except Violation as violation:
+        print(f"VIOLATION: {violation}", file=sys.stderr)
+        sys.exit(1)

@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Damage is found and told, nothing is changed by looking, and a folder has one study and one job."""
+
+import random
+import shutil
+import signal
+import tempfile
+import time
+import unittest
+from pathlib import Path
+from xml.etree import ElementTree
+
+import h5py
+
+from fault_study import (BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, STOPPED_EARLY, STUDY,
+                         LONG_STUDY, committed_points, culm, start, verify)
+
+POINTS = 96  # of the long study
+# Begins every record of a journal.
+MAGIC = b"\xc5REC\r\n\x1a\xf1"
+
+
+def stored_ranges(archive: Path) -> dict[str, list[tuple[int, int]]]:
+    """Offset and size in the file of all that is stored of each dataset."""
+    found = {}
+
+    def take(name, item):
+        if not isinstance(item, h5py.Dataset):
+            return
+        if item.chunks is None:
+            found[name] = [(item.id.get_offset(), item.id.get_storage_size())]
+        else:
+            infos = [item.id.get_chunk_info(k) for k in range(item.id.get_num_chunks())]
+            found[name] = [(info.byte_offset, info.size) for info in infos]
+
+    with h5py.File(archive, "r") as file:
+        file.visititems(take)
+    return found
+
+
+class FaultTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        place = tempfile.TemporaryDirectory(prefix="culm-faults-")
+        cls.addClassCleanup(place.cleanup)
+        cls.folder = Path(place.name)
+        for study, text, output in (("s.toml", STUDY, "whole"),
+                                    ("long.toml", LONG_STUDY, "long-whole")):
+            (cls.folder / study).write_text(text, encoding="utf-8")
+            finished = culm(cls.folder, "run", study, "-o", output, "-q")
+            if finished.returncode != DONE:
+                raise RuntimeError(finished.stderr)
+
+    def fresh(self, name: str) -> Path:
+        """A copy of the whole study under this name; its archive."""
+        shutil.rmtree(self.folder / name, ignore_errors=True)
+        shutil.copytree(self.folder / "whole", self.folder / name)
+        return self.folder / name / "study.h5"
+
+    def killed(self, name: str) -> Path:
+        """A study whose only process was killed after some points; its journal."""
+        shutil.rmtree(self.folder / name, ignore_errors=True)
+        process = self.stopped(name)
+        process.kill()
+        process.wait()
+        return self.folder / name / "journal" / "rank-00000.culmj"
+
+    def stopped(self, name: str):
+        """A process that has committed some points and stands still."""
+        process = start(self.folder, "run", "long.toml", "-o", name, "-q", ranks=1)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        journal = self.folder / name / "journal" / "rank-00000.culmj"
+        deadline = time.monotonic() + PATIENCE
+        while not journal.exists() or journal.stat().st_size < 1_000_000:
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.001)
+        process.send_signal(signal.SIGSTOP)
+        self.assertFalse((self.folder / name / "study.h5").exists())
+        return process
+
+
+class Archive(FaultTest):
+    def test_flipped_bits_are_found_in_every_dataset_and_only_there(self):
+        archive = self.fresh("flipped")
+        content = archive.read_bytes()
+        chance = random.Random(11)
+        ranges = stored_ranges(archive)
+        self.assertGreater(len(ranges), 40)
+        for dataset, places in ranges.items():
+            offset, size = chance.choice(places)
+            flipped = bytearray(content)
+            flipped[offset + chance.randrange(size)] ^= 1 << chance.randrange(8)
+            archive.write_bytes(flipped)
+            found = verify(self.folder, "flipped")
+            self.assertEqual(found["exit_code"], POINTS_FAILED, dataset)
+            damaged = found["archive"]["damaged"]
+            if dataset.startswith("provenance/"):  # opening reads it; verify says which it is
+                self.assertTrue(found["problems"] or damaged, dataset)
+            # A trajectory shares its times with the others, under as many names.
+            names = {entry["dataset"].rsplit("/", 1)[-1] for entry in damaged}
+            self.assertEqual(names, {dataset.rsplit("/", 1)[-1]}, dataset)
+
+    def test_truncated_file_is_found_and_not_overwritten(self):
+        archive = self.fresh("cut")
+        whole = archive.read_bytes()
+        for length in (0, 100, len(whole) // 2, len(whole) - 1):
+            archive.write_bytes(whole[:length])
+            found = verify(self.folder, "cut")
+            self.assertEqual(found["exit_code"], POINTS_FAILED, length)
+            self.assertTrue(found["problems"])
+            self.assertFalse(found["is_whole"])
+            resumed = culm(self.folder, "run", "s.toml", "-o", "cut", "-q", "--resume")
+            self.assertEqual(resumed.returncode, BAD_INPUT, resumed.stderr)
+            self.assertEqual(archive.read_bytes(), whole[:length])
+
+    def test_damaged_archive_is_not_trusted_by_resume(self):
+        archive = self.fresh("distrusted")
+        offset, size = stored_ranges(archive)["results/frequency"][0]
+        content = bytearray(archive.read_bytes())
+        content[offset + size // 2] ^= 1
+        archive.write_bytes(content)
+        resumed = culm(self.folder, "run", "s.toml", "-o", "distrusted", "-q", "--resume")
+        self.assertEqual(resumed.returncode, BAD_INPUT)
+        self.assertIn("datasets are damaged, the first is /results/frequency", resumed.stderr)
+
+    def test_read_only_archive_can_be_looked_at_and_stays_as_it_is(self):
+        archive = self.fresh("closed")
+        before = archive.read_bytes()
+        folder = archive.parent
+        archive.chmod(0o444)
+        folder.chmod(0o555)
+        self.addCleanup(folder.chmod, 0o755)
+        for command in ("info", "status", "verify"):
+            finished = culm(self.folder, "archive", command, "closed")
+            self.assertEqual(finished.returncode, DONE, finished.stderr)
+        self.assertEqual(archive.read_bytes(), before)
+        self.assertEqual({entry.name for entry in folder.iterdir()},
+                         {entry.name for entry in (self.folder / "whole").iterdir()})
+
+
+class Journal(FaultTest):
+    def finish(self, name: str) -> int:
+        """--resume; the tables are those of the whole study. Points computed this time."""
+        kept = len(committed_points(self.folder, name))
+        finished = culm(self.folder, "run", "long.toml", "-o", name, "-q", "--resume")
+        self.assertEqual(finished.returncode, DONE, finished.stderr)
+        self.assertEqual((self.folder / name / "fits.csv").read_bytes(),
+                         (self.folder / "long-whole" / "fits.csv").read_bytes())
+        return POINTS - kept
+
+    def test_torn_tail_is_counted_and_computed_again(self):
+        journal = self.killed("torn")
+        content = journal.read_bytes()
+        before = len(committed_points(self.folder, "torn"))
+        last = content.rfind(MAGIC)
+        journal.write_bytes(content[:last + 20])
+        found = verify(self.folder, "torn")
+        self.assertEqual(found["exit_code"], POINTS_FAILED)
+        self.assertEqual(found["journals"][0]["torn_tail_bytes"], 20)
+        self.assertGreaterEqual(len(committed_points(self.folder, "torn")), before - 1)
+        self.assertGreater(self.finish("torn"), 0)
+
+    def test_zero_filled_block_costs_its_points_alone(self):
+        journal = self.killed("zeros")
+        content = bytearray(journal.read_bytes())
+        before = len(committed_points(self.folder, "zeros"))
+        # Within the first record that has a payload: marks have none.
+        record = content.find(MAGIC)
+        while content.find(MAGIC, record + 1) == record + 40:
+            record += 40
+        content[record + 4096:record + 8192] = bytes(4096)
+        journal.write_bytes(content)
+        found = verify(self.folder, "zeros")
+        self.assertEqual(found["exit_code"], POINTS_FAILED)
+        self.assertEqual(found["journals"][0]["damaged_regions"], 1)
+        self.assertEqual(found["journals"][0]["corrupt_records"], 1)
+        self.assertEqual(len(committed_points(self.folder, "zeros")), before - 1)
+        self.finish("zeros")
+
+    def test_missing_points_are_reported_as_missing(self):
+        self.killed("partial")
+        found = verify(self.folder, "partial")
+        self.assertEqual(found["exit_code"], POINTS_FAILED)
+        self.assertEqual(found["points"]["total"], POINTS)
+        self.assertEqual(found["points"]["missing"], len(found["missing_points"]))
+        self.assertGreater(found["points"]["missing"], 0)
+
+    def test_changed_study_is_refused_with_what_changed(self):
+        self.killed("changed")
+        (self.folder / "other.toml").write_text(
+            LONG_STUDY.replace("duration_s = 0.05", "duration_s = 0.04").replace("spheres = 40",
+                                                                            "spheres = 41"),
+            encoding="utf-8")
+        refused = culm(self.folder, "run", "other.toml", "-o", "changed", "--resume")
+        self.assertEqual(refused.returncode, BAD_INPUT)
+        self.assertIn("stem.spheres: stored 40, now 41\n", refused.stderr)
+        self.assertIn("vibration.duration_s: stored 0.05, now 0.04\n", refused.stderr)
+
+
+class Merge(FaultTest):
+    def export(self, study: str, *options) -> Path:
+        target = f"{study}-tables"
+        finished = culm(self.folder, "archive", "export", study, "-o", target, *options)
+        self.assertIn(finished.returncode, (DONE, POINTS_FAILED), finished.stderr)
+        return self.folder / target
+
+    def test_of_two_halves_gives_the_tables_of_the_whole(self):
+        self.killed("half")
+        again = self.killed("other-half")
+        content = again.read_bytes()
+        partial = culm(self.folder, "archive", "merge", "half", "other-half", "-o", "merged")
+        self.assertEqual(partial.returncode, POINTS_FAILED, partial.stderr)
+        found = verify(self.folder, "merged")
+        self.assertEqual(found["points"]["total"], POINTS)
+        self.assertEqual(found["archive"]["damaged"], [])
+        self.assertGreater(found["points"]["missing"], 0)
+        self.assertEqual(again.read_bytes(), content)  # sources stay as they are
+        lines = (self.export("merged") / "points.csv").read_text(encoding="utf-8").splitlines()
+        self.assertEqual(sum(",missing," in line for line in lines), found["points"]["missing"])
+        finished = culm(self.folder, "run", "long.toml", "-o", "merged", "-q", "--resume")
+        self.assertEqual(finished.returncode, DONE, finished.stderr)
+        self.assertEqual((self.export("merged") / "points.csv").read_bytes(),
+                         (self.export("long-whole") / "points.csv").read_bytes())
+
+    def test_refuses_different_studies(self):
+        refused = culm(self.folder, "archive", "merge", "whole", "long-whole", "-o", "mixed")
+        self.assertEqual(refused.returncode, BAD_INPUT)
+        self.assertIn("hold different studies", refused.stderr)
+        self.assertFalse((self.folder / "mixed").exists())
+
+    def test_exported_trajectory_points_at_the_numbers_in_the_archive(self):
+        target = self.export("whole", "--histories", "--xdmf")
+        with h5py.File(self.folder / "whole" / "study.h5", "r") as file:
+            positions = file["particles/point_000003/position/value"][()]
+            tip = file["histories/tip_deflection"][3]
+        table = (target / "point_000003.csv").read_text(encoding="utf-8").splitlines()
+        self.assertEqual([float(line.split(",")[1]) for line in table[1:]], list(tip))
+        grids = ElementTree.parse(target / "point_000003.xdmf").findall(".//Grid/Grid")
+        self.assertEqual(len(grids), len(positions))
+        items = grids[7].findall("Geometry/DataItem/DataItem")
+        start_, stride, count = (items[0].text.split()[k:k + 3] for k in (0, 3, 6))
+        self.assertEqual((start_, stride, count),
+                         (["7", "0", "0"], ["1", "1", "1"], ["1", str(positions.shape[1]), "3"]))
+        archive, dataset = items[1].text.split(":")
+        with h5py.File(target / archive, "r") as file:
+            self.assertTrue((file[dataset][7] == positions[7]).all())
+        self.assertEqual(items[1].get("Dimensions").split(), [str(n) for n in positions.shape])
+
+
+class Jobs(FaultTest):
+    def test_second_job_on_the_same_folder_is_refused_and_the_first_finishes(self):
+        first = self.stopped("shared")
+        status = culm(self.folder, "archive", "status", "shared")
+        second = culm(self.folder, "run", "long.toml", "-o", "shared", "-q", "--resume")
+        first.send_signal(signal.SIGCONT)
+        self.assertEqual(first.wait(timeout=PATIENCE), DONE)
+        self.assertRegex(status.stdout, r"state +running\n")
+        self.assertEqual(second.returncode, STOPPED_EARLY)
+        self.assertIn("is the study running already?", second.stderr)
+        self.assertEqual((self.folder / "shared" / "fits.csv").read_bytes(),
+                         (self.folder / "long-whole" / "fits.csv").read_bytes())
+
+    def test_tables_are_byte_identical_on_1_2_4_and_8_ranks(self):
+        expected = (self.folder / "whole" / "fits.csv").read_bytes()
+        for ranks in (2, 4, 8):
+            finished = culm(self.folder, "run", "s.toml", "-o", f"ranks-{ranks}", "-q",
+                            ranks=ranks)
+            self.assertEqual(finished.returncode, DONE, finished.stderr)
+            self.assertEqual((self.folder / f"ranks-{ranks}" / "fits.csv").read_bytes(), expected)
+
+
+if __name__ == "__main__":
+    unittest.main()
