@@ -44,6 +44,15 @@ void set_direction(const physics::SelectedEffect& selected, const measure::Measu
     }
 }
 
+/// For how long the stem was held, as the measurement states it.
+void set_hold_time(const physics::SelectedEffect& selected, const measure::Measurement& measurement,
+                   physics::ActiveEffect& active) {
+    const std::vector<physics::EffectParameter> parameters = selected.effect->parameters();
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+        if (parameters[k].name == "hold_time_s" && !selected.fixed[k] && measurement.hold_time)
+            active.values[k] = *measurement.hold_time;
+}
+
 } // namespace
 
 FreeParameter effect_parameter(const physics::Effect& effect,
@@ -68,6 +77,8 @@ StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
     physics::ActiveEffect active = physics::with_defaults(selected, model.spec.stem);
     if (selected.effect->name() == "gravity")
         set_direction(selected, measurement, active);
+    else if (selected.effect->name() == "relaxation")
+        set_hold_time(selected, measurement, active);
     model.spec.effects.push_back(std::move(active));
     std::vector<physics::EffectPointer> effects;
     for (const physics::ActiveEffect& each : model.spec.effects)

@@ -18,8 +18,9 @@ namespace culm::calibrate {
 
 /// Appends the effect to the model's case with the user's fixed values and, for the rest, the
 /// defaults that suit the stem; parameters that are calibrated and not fixed become free. Gravity
-/// takes its direction from the measurement where the user does not fix it. Throws
-/// core::InputError if the effects cannot be combined, or gravity has no direction.
+/// takes its direction, and relaxation the time of the hold, from the measurement where the user
+/// does not fix it. Throws core::InputError if the effects cannot be combined, or gravity has no
+/// direction.
 [[nodiscard]] StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
                                     const measure::Measurement& measurement);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/first_mode.hpp"
 
+#include "calibrate/stem_chain.hpp"
 #include "core/error.hpp"
 #include "run/case_model.hpp"
 
@@ -11,6 +12,11 @@
 #include <fmt/core.h>
 
 namespace culm::calibrate {
+namespace {
+
+constexpr double little_damping = 1e-3; // β of a chain that vibrates
+
+} // namespace
 
 ModeOfChain first_mode(const run::CaseSpec& spec) {
     run::CaseSpec bare = spec;
@@ -31,6 +37,17 @@ ModeOfChain first_mode(const run::CaseSpec& spec) {
     mode.damping_ratio = decay / std::hypot(1.0, decay);
     mode.natural_frequency = mode.frequency * std::hypot(1.0, decay);
     return mode;
+}
+
+double natural_frequency(const run::CaseSpec& spec) {
+    if (spec.added_masses.empty())
+        return beam_frequency(spec);
+    run::CaseSpec loaded = spec;
+    loaded.stem.bond_damping = little_damping;
+    run::CaseSpec bare = loaded;
+    bare.added_masses.clear();
+    return beam_frequency(spec) * first_mode(loaded).natural_frequency /
+           first_mode(bare).natural_frequency;
 }
 
 } // namespace culm::calibrate

@@ -19,4 +19,8 @@ struct ModeOfChain {
 /// effects do not. Throws core::NumericalError if it does not vibrate.
 [[nodiscard]] ModeOfChain first_mode(const run::CaseSpec& spec);
 
+/// beam_frequency() with what known masses on the stem make of it, Hz: by the share by which they
+/// change the chain's. Throws as first_mode() if there are any.
+[[nodiscard]] double natural_frequency(const run::CaseSpec& spec);
+
 } // namespace culm::calibrate

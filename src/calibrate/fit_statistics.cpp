@@ -17,7 +17,8 @@ constexpr double nearness = 1e-6;
 /// parameters scaled alike, are beyond what differences of runs can tell.
 constexpr double smallest_information = 1e-12;
 
-void add_residuals(const measure::Measurement& measurement, ChainFit& fit) {
+/// Returns their sum of squares.
+double add_residuals(const measure::Measurement& measurement, ChainFit& fit) {
     const std::size_t rows = fit.prediction.rows;
     fit.residuals.resize(fit.times.size() * rows);
     double sum_of_squares = 0.0;
@@ -33,6 +34,7 @@ void add_residuals(const measure::Measurement& measurement, ChainFit& fit) {
         }
     if (fit.readings > 0)
         fit.rmse = std::sqrt(sum_of_squares / static_cast<double>(fit.readings));
+    return sum_of_squares;
 }
 
 /// Jᵀ W J over the readings that were seen.
@@ -78,26 +80,56 @@ Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& matrix) {
     return inverse;
 }
 
+/// Of all parts, by the joint parameters.
+Eigen::MatrixXd joint_information(const JointLayout& layout, const JointFit& fit) {
+    const auto count = static_cast<Eigen::Index>(layout.names.size());
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        const Eigen::MatrixXd own = information(fit.parts[m]);
+        const std::vector<JointLayout::Share>& shares = layout.shares[m];
+        for (std::size_t a = 0; a < shares.size(); ++a)
+            for (std::size_t b = 0; b < shares.size(); ++b)
+                sum(static_cast<Eigen::Index>(shares[a].place),
+                    static_cast<Eigen::Index>(shares[b].place)) +=
+                    shares[a].factor * shares[b].factor *
+                    own(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+    }
+    return sum;
+}
+
 /// Covariance of the parameters that are not held; rows and columns of the others are 0.
-void add_covariance(const std::vector<bool>& is_held, ChainFit& fit) {
-    const auto count = static_cast<Eigen::Index>(fit.prediction.parameters);
+void add_covariance(const JointLayout& layout, const std::vector<bool>& is_held, JointFit& fit) {
+    const auto count = static_cast<Eigen::Index>(layout.names.size());
     std::vector<Eigen::Index> free;
     for (Eigen::Index k = 0; k < count; ++k)
         if (!is_held[static_cast<std::size_t>(k)])
             free.push_back(k);
     fit.covariance = Eigen::MatrixXd::Zero(count, count);
-    fit.correlation = Eigen::MatrixXd::Identity(count, count);
     if (free.empty())
         return;
-    const Eigen::MatrixXd all = information(fit);
+    const Eigen::MatrixXd all = joint_information(layout, fit);
     const double factor = std::max(1.0, fit.reduced_chi_squared);
     const Eigen::MatrixXd inverse = inverse_information(all(free, free));
     fit.covariance(free, free) = factor * inverse;
+}
+
+/// What of the joint covariance concerns one part, by the part's own values.
+void add_covariance(const std::vector<JointLayout::Share>& shares,
+                    const Eigen::MatrixXd& covariance, ChainFit& part) {
+    const auto count = static_cast<Eigen::Index>(shares.size());
+    part.covariance.resize(count, count);
+    part.correlation = Eigen::MatrixXd::Identity(count, count);
+    const auto share = [&](Eigen::Index k) { return shares[static_cast<std::size_t>(k)]; };
+    for (Eigen::Index a = 0; a < count; ++a)
+        for (Eigen::Index b = 0; b < count; ++b)
+            part.covariance(a, b) = share(a).factor * share(b).factor *
+                                    covariance(static_cast<Eigen::Index>(share(a).place),
+                                               static_cast<Eigen::Index>(share(b).place));
     for (Eigen::Index a = 0; a < count; ++a)
         for (Eigen::Index b = 0; b < count; ++b) {
-            const double scale = std::sqrt(fit.covariance(a, a) * fit.covariance(b, b));
+            const double scale = std::sqrt(part.covariance(a, a) * part.covariance(b, b));
             if (a != b)
-                fit.correlation(a, b) = scale > 0.0 ? fit.covariance(a, b) / scale : 0.0;
+                part.correlation(a, b) = scale > 0.0 ? part.covariance(a, b) / scale : 0.0;
         }
 }
 
@@ -113,7 +145,7 @@ bool is_near(const FreeParameter& parameter, double value, double bound) {
     return std::abs(value - bound) < nearness * (parameter.upper - parameter.lower);
 }
 
-void add_parameters(const std::vector<bool>& is_held, ChainFit& fit) {
+void add_parameters(ChainFit& fit) {
     for (const FreeParameter& parameter : fit.model.parameters) {
         const double value = parameter.access.get(fit.model.spec);
         const bool at_bound = is_near(parameter, value, parameter.lower) ||
@@ -127,34 +159,90 @@ void add_parameters(const std::vector<bool>& is_held, ChainFit& fit) {
                                   bound - std::abs(fit.model.release_time) < nearness * bound,
                                   -bound, bound});
     for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
-        FittedParameter& parameter = fit.parameters[k];
         const auto place = static_cast<Eigen::Index>(k);
-        parameter.standard_error = std::sqrt(fit.covariance(place, place));
-        if (parameter.is_at_bound && !is_held[k])
-            fit.reason += fmt::format(
-                "{}{} is at its bound, {:.6g}{}{}", fit.reason.empty() ? "" : "; ", parameter.name,
-                parameter.value, parameter.unit.empty() ? "" : " ", parameter.unit);
+        fit.parameters[k].standard_error = std::sqrt(fit.covariance(place, place));
     }
+}
+
+void say_bounds(const std::vector<FittedParameter>& parameters, const std::vector<bool>& is_held,
+                std::string& reason) {
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+        if (const FittedParameter& parameter = parameters[k]; parameter.is_at_bound && !is_held[k])
+            reason += fmt::format("{}{} is at its bound, {:.6g}{}{}", reason.empty() ? "" : "; ",
+                                  parameter.name, parameter.value,
+                                  parameter.unit.empty() ? "" : " ", parameter.unit);
+}
+
+/// Degrees of freedom and χ², after the noise where only the residuals tell it.
+void add_chi_squared(std::size_t free, ChainFit& part) {
+    part.degrees_of_freedom = part.readings > free ? part.readings - free : 0;
+    const auto degrees = static_cast<double>(std::max<std::size_t>(part.degrees_of_freedom, 1));
+    if (!part.is_noise_known) {
+        const double factor = std::sqrt(part.chi_squared / degrees);
+        for (double& noise : part.noise)
+            noise *= factor;
+        part.chi_squared = degrees;
+    }
+    part.reduced_chi_squared = part.chi_squared / degrees;
+}
+
+std::vector<bool> held_of(const std::vector<JointLayout::Share>& shares,
+                          const std::vector<bool>& is_held) {
+    std::vector<bool> own;
+    for (const JointLayout::Share& share : shares)
+        own.push_back(is_held[share.place]);
+    return own;
+}
+
+std::size_t free_count(const std::vector<bool>& is_held) {
+    return static_cast<std::size_t>(std::ranges::count(is_held, false));
+}
+
+/// Sums over the parts, whose residuals are known.
+void add_sums(const JointLayout& layout, const std::vector<bool>& is_held, double sum_of_squares,
+              JointFit& fit) {
+    double weighted = 0.0;
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        ChainFit& part = fit.parts[m];
+        fit.readings += part.readings;
+        fit.weights.push_back(part.noise);
+        weighted += part.chi_squared;
+        add_chi_squared(free_count(held_of(layout.shares[m], is_held)), part);
+        fit.chi_squared += part.chi_squared;
+    }
+    const auto readings = static_cast<double>(std::max<std::size_t>(fit.readings, 1));
+    fit.rmse = std::sqrt(sum_of_squares / readings);
+    fit.weighted_rms = std::sqrt(weighted / readings);
+    const std::size_t free = free_count(is_held);
+    fit.degrees_of_freedom = fit.readings > free ? fit.readings - free : 0;
+    fit.reduced_chi_squared =
+        fit.chi_squared / static_cast<double>(std::max<std::size_t>(fit.degrees_of_freedom, 1));
 }
 
 } // namespace
 
-void add_statistics(const measure::Measurement& measurement, const std::vector<bool>& is_held,
-                    ChainFit& fit) {
-    add_residuals(measurement, fit);
-    const auto held = static_cast<std::size_t>(std::ranges::count(is_held, true));
-    const std::size_t free = fit.prediction.parameters - held;
-    fit.degrees_of_freedom = fit.readings > free ? fit.readings - free : 0;
-    const auto degrees = static_cast<double>(std::max<std::size_t>(fit.degrees_of_freedom, 1));
-    if (!fit.is_noise_known) {
-        const double factor = std::sqrt(fit.chi_squared / degrees);
-        for (double& noise : fit.noise)
-            noise *= factor;
-        fit.chi_squared = degrees;
+void add_statistics(std::span<const measure::Measurement> measurements, const JointLayout& layout,
+                    const std::vector<bool>& is_held, JointFit& fit) {
+    double sum_of_squares = 0.0;
+    for (std::size_t m = 0; m < fit.parts.size(); ++m)
+        sum_of_squares += add_residuals(measurements[m], fit.parts[m]);
+    add_sums(layout, is_held, sum_of_squares, fit);
+    add_covariance(layout, is_held, fit);
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        ChainFit& part = fit.parts[m];
+        add_covariance(layout.shares[m], fit.covariance, part);
+        add_parameters(part);
+        say_bounds(part.parameters, held_of(layout.shares[m], is_held), part.reason);
+        std::vector<std::size_t>& places = fit.places.emplace_back();
+        for (const JointLayout::Share& share : layout.shares[m])
+            places.push_back(share.place);
     }
-    fit.reduced_chi_squared = fit.chi_squared / degrees;
-    add_covariance(is_held, fit);
-    add_parameters(is_held, fit);
+    for (std::size_t k = 0; k < layout.names.size(); ++k) {
+        const auto [model, parameter] = layout.owners[k];
+        fit.parameters.push_back(fit.parts[model].parameters[parameter]);
+        fit.parameters.back().name = layout.names[k];
+    }
+    say_bounds(fit.parameters, is_held, fit.reason);
 }
 
 } // namespace culm::calibrate

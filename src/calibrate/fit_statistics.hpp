@@ -2,14 +2,14 @@
 // What a solved fit tells: residuals, χ², covariance, which parameters stand at a bound.
 #pragma once
 
-#include "calibrate/chain_fit.hpp"
+#include "calibrate/joint_fit.hpp"
 
 namespace culm::calibrate {
 
-/// Fills `fit` from its model, times, prediction, noise and is_noise_known. Held parameters get a
-/// standard error of 0. Where the noise is not known it becomes the residuals' own, and the
-/// reduced χ² 1.
-void add_statistics(const measure::Measurement& measurement, const std::vector<bool>& is_held,
-                    ChainFit& fit);
+/// Fills `fit` from the model, times, prediction, noise (by which the residuals were weighted) and
+/// is_noise_known of its parts. Held parameters get a standard error of 0. Where the noise of a
+/// part is not known it becomes the residuals' own, and the part's reduced χ² 1.
+void add_statistics(std::span<const measure::Measurement> measurements, const JointLayout& layout,
+                    const std::vector<bool>& is_held, JointFit& fit);
 
 } // namespace culm::calibrate

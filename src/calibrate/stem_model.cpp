@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/stem_model.hpp"
 
+#include "calibrate/first_mode.hpp"
 #include "calibrate/frame_period.hpp"
 #include "core/error.hpp"
 #include "reduce/population_statistics.hpp"
@@ -96,7 +97,7 @@ StemModel baseline_model(const measure::Measurement& measurement, const ChainOpt
 
     const MeasuredMode vibration = measured_mode(measurement);
     run::CaseSpec& spec = model.spec;
-    const double ratio = vibration.natural_frequency / beam_frequency(spec);
+    const double ratio = vibration.natural_frequency / natural_frequency(spec);
     spec.stem.bond_youngs_modulus *= ratio * ratio;
     spec.stem.bond_damping = 1.0;
     // M = E I (κ + τ κ̇) damps a mode of angular frequency ω by ζ = ωτ/2.

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibrate/joint_residuals.hpp"
+
+#include <algorithm>
+
+namespace culm::calibrate {
+
+JointResiduals::JointResiduals(const std::vector<StemModel>& models, const JointLayout& layout,
+                               std::vector<ReadingResiduals> parts)
+    : models_(models), layout_(layout), parts_(std::move(parts)) {
+    for (std::size_t k = 0; k < layout.names.size(); ++k) {
+        const StemModel& model = start(k);
+        internal_.push_back(owner(k) != nullptr ? to_internal(*owner(k), model.spec,
+                                                              owner(k)->access.get(model.spec))
+                                                : model.release_time / model.release_time_bound);
+    }
+    per_internal_.resize(internal_.size());
+}
+
+const StemModel& JointResiduals::start(std::size_t parameter) const {
+    return models_[layout_.owners[parameter].model];
+}
+
+const FreeParameter* JointResiduals::owner(std::size_t parameter) const {
+    const std::vector<FreeParameter>& free = start(parameter).parameters;
+    const std::size_t place = layout_.owners[parameter].parameter;
+    return place < free.size() ? &free[place] : nullptr;
+}
+
+double JointResiduals::value(std::size_t parameter) const {
+    const FreeParameter* const free = owner(parameter);
+    return free != nullptr ? from_internal(*free, start(parameter).spec, internal_[parameter])
+                           : internal_[parameter] * start(parameter).release_time_bound;
+}
+
+double JointResiduals::natural_per_internal(std::size_t parameter) const {
+    const FreeParameter* const free = owner(parameter);
+    return free != nullptr ? value_per_internal(*free, start(parameter).spec, value(parameter))
+                           : start(parameter).release_time_bound;
+}
+
+std::pair<double, double> JointResiduals::bounds(std::size_t parameter) const {
+    const FreeParameter* const free = owner(parameter);
+    if (free == nullptr)
+        return {-1.0, 1.0};
+    const run::CaseSpec& spec = start(parameter).spec;
+    return std::minmax(
+        {to_internal(*free, spec, free->lower), to_internal(*free, spec, free->upper)});
+}
+
+double JointResiduals::lower(std::size_t parameter) const {
+    return bounds(parameter).first;
+}
+
+double JointResiduals::upper(std::size_t parameter) const {
+    return bounds(parameter).second;
+}
+
+void JointResiduals::PrepareForEvaluation(bool, bool) {
+    for (std::size_t k = 0; k < internal_.size(); ++k)
+        per_internal_[k] = natural_per_internal(k);
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+        std::vector<double> values;
+        for (const JointLayout::Share& share : layout_.shares[part])
+            values.push_back(share.factor * value(share.place));
+        parts_[part].prepare(values);
+    }
+}
+
+bool JointResiduals::evaluate(std::size_t part, const ReadingResiduals::Place& place,
+                              double* residual, double* gradient) const {
+    const ReadingResiduals& own = parts_[part];
+    if (!own.evaluate(place, residual))
+        return false;
+    if (gradient == nullptr)
+        return true;
+    std::fill_n(gradient, internal_.size(), 0.0);
+    const std::vector<JointLayout::Share>& shares = layout_.shares[part];
+    for (std::size_t k = 0; k < shares.size(); ++k)
+        gradient[shares[k].place] = own.derivative(place, k) *
+                                    (shares[k].factor * per_internal_[shares[k].place]) *
+                                    place.inverse_noise;
+    return true;
+}
+
+} // namespace culm::calibrate

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibrate/joint_solution.hpp"
+
+#include "calibrate/joint_residuals.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <ceres/ceres.h>
+#include <glog/logging.h>
+
+namespace culm::calibrate {
+namespace {
+
+constexpr double robust_width = 2.0; // standard deviations
+
+/// The end of a solution, in units of the χ² that one standard error of a parameter makes (so
+/// divided by the reduced χ² of the solution): an improvement below this is not worth a run.
+constexpr double final_improvement = 0.005;
+/// A window that only leads to the next one need not be as good.
+constexpr double passing_improvement = 5.0;
+/// The integrator's choice of steps follows the parameters, which leaves that much noise on the
+/// sum; a step that fails by no more than this has met the noise and not a wrong model.
+constexpr double noise_of_runs = 0.2;
+
+/// One reading as Ceres sees it.
+class ReadingCost : public ceres::CostFunction {
+  public:
+    ReadingCost(const JointResiduals& residuals, std::size_t part,
+                const ReadingResiduals::Place& place)
+        : residuals_(residuals), part_(part), place_(place) {
+        set_num_residuals(1);
+        mutable_parameter_block_sizes()->push_back(
+            static_cast<std::int32_t>(residuals.parameter_count()));
+    }
+    bool Evaluate(const double* const*, double* residuals, double** jacobians) const override {
+        return residuals_.evaluate(part_, place_, residuals,
+                                   jacobians == nullptr ? nullptr : jacobians[0]);
+    }
+
+  private:
+    const JointResiduals& residuals_;
+    std::size_t part_;
+    const ReadingResiduals::Place& place_;
+};
+
+/// Ends the solution where a step promised less than `improvement`, and at the noise of the runs,
+/// where Ceres would shorten its steps in vain.
+class EnoughGained : public ceres::IterationCallback {
+  public:
+    EnoughGained(double readings, double improvement)
+        : readings_(readings), improvement_(improvement) {}
+    ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
+        if (iteration.iteration == 0 || !iteration.step_is_valid)
+            return ceres::SOLVER_CONTINUE;
+        const double gain = iteration.cost_change / iteration.cost * readings_;
+        const double promised = gain / iteration.relative_decrease;
+        const bool is_noise = !iteration.step_is_successful && -gain < noise_of_runs;
+        return is_noise || std::abs(promised) < improvement_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+                                                             : ceres::SOLVER_CONTINUE;
+    }
+
+  private:
+    double readings_;
+    double improvement_;
+};
+
+void bound(const std::vector<bool>& is_held, ceres::Problem& problem, JointResiduals& residuals) {
+    double* const block = residuals.internal();
+    std::vector<int> held;
+    for (std::size_t k = 0; k < residuals.parameter_count(); ++k) {
+        problem.SetParameterLowerBound(block, static_cast<int>(k), residuals.lower(k));
+        problem.SetParameterUpperBound(block, static_cast<int>(k), residuals.upper(k));
+        if (k < is_held.size() && is_held[k])
+            held.push_back(static_cast<int>(k));
+    }
+    if (held.size() == residuals.parameter_count())
+        problem.SetParameterBlockConstant(block);
+    else if (!held.empty())
+        problem.SetManifold(
+            block, new ceres::SubsetManifold(static_cast<int>(residuals.parameter_count()), held));
+}
+
+ceres::Solver::Options solver_settings(int largest_iterations) {
+    ceres::Solver::Options settings;
+    settings.linear_solver_type = ceres::DENSE_QR;
+    settings.max_num_iterations = largest_iterations;
+    // Parameters that the data hardly tell apart would otherwise begin with wild steps.
+    settings.initial_trust_region_radius = 100.0;
+    // Steps are projected onto the bounds; a search along each would cost more runs than it saves.
+    settings.max_num_line_search_step_size_iterations = 0;
+    settings.parameter_tolerance = 1e-9;
+    settings.gradient_tolerance = 1e-14;
+    settings.logging_type = ceres::SILENT;
+    return settings;
+}
+
+JointSolution solution_of(JointResiduals& residuals) {
+    residuals.PrepareForEvaluation(true, true);
+    JointSolution solution;
+    for (const ReadingResiduals& part : residuals.parts()) {
+        solution.models.push_back(part.current_model());
+        solution.predictions.push_back(part.prediction());
+        solution.times.push_back(part.times());
+        solution.runs.push_back(part.runs());
+    }
+    return solution;
+}
+
+} // namespace
+
+JointProblem::JointProblem(std::span<const measure::Measurement> measurements,
+                           const JointLayout& layout, const std::vector<std::vector<double>>& noise,
+                           const std::vector<bool>& is_held, const ChainFitOptions& options)
+    : measurements_(measurements), layout_(layout), noise_(noise), is_held_(is_held),
+      options_(options) {}
+
+JointSolution JointProblem::solve(const std::vector<StemModel>& models,
+                                  const std::vector<double>& last_times, Purpose purpose) const {
+    std::vector<ReadingResiduals> parts;
+    std::size_t readings = 0;
+    for (std::size_t m = 0; m < models.size(); ++m) {
+        parts.emplace_back(models[m], measurements_[m], noise_[m], last_times[m],
+                           options_.heartbeat);
+        readings += parts.back().places().size();
+    }
+    JointResiduals residuals(models, layout_, std::move(parts));
+    ceres::Problem::Options ownership;
+    ownership.evaluation_callback = &residuals;
+    ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    ceres::Problem problem(ownership);
+    ceres::HuberLoss huber(robust_width);
+    for (std::size_t m = 0; m < models.size(); ++m)
+        for (const ReadingResiduals::Place& place : residuals.parts()[m].places())
+            problem.AddResidualBlock(new ReadingCost(residuals, m, place),
+                                     options_.is_robust ? &huber : nullptr, residuals.internal());
+    bound(is_held_, problem, residuals);
+
+    const double improvement = purpose == Purpose::Final ? final_improvement : passing_improvement;
+    const auto count = static_cast<double>(std::max<std::size_t>(readings, 1));
+    EnoughGained enough_gained(count, improvement);
+    ceres::Solver::Options settings = solver_settings(options_.largest_iterations);
+    settings.function_tolerance = improvement / count;
+    settings.callbacks = {&enough_gained};
+    ceres::Solver::Summary summary;
+    FLAGS_minloglevel = google::GLOG_FATAL; // what fails comes back as a reason
+    ceres::Solve(settings, &problem, &summary);
+    JointSolution solution = solution_of(residuals);
+    solution.cost = summary.final_cost;
+    solution.has_converged = summary.termination_type == ceres::CONVERGENCE ||
+                             summary.termination_type == ceres::USER_SUCCESS;
+    solution.message = summary.message;
+    return solution;
+}
+
+} // namespace culm::calibrate
