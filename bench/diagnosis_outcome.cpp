@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bench/diagnosis_outcome.hpp"
+
+#include "bench/cpu_time.hpp"
+#include "core/error.hpp"
+
+#include <cmath>
+#include <span>
+
+namespace culm::bench {
+namespace {
+
+double over_noise(const diagnose::ModelFit& fit, const measure::Measurement& measurement) {
+    return fit.is_fitted() && measurement.noise ? fit.rmse / *measurement.noise : 0.0;
+}
+
+} // namespace
+
+Outcome diagnosed(const measure::Measurement& measurement,
+                  const diagnose::DiagnosisOptions& options) {
+    Outcome outcome;
+    const double start = cpu_seconds();
+    try {
+        const diagnose::Diagnosis found = diagnose::diagnose(std::span(&measurement, 1), options);
+        outcome.verdict = diagnose::to_string(found.conclusion);
+        outcome.reason = found.reason;
+        outcome.effects = found.effects;
+        for (const diagnose::TieGroup& tie : found.ties)
+            outcome.ties.push_back(tie.names);
+        for (const calibrate::FittedParameter& parameter : found.final_fit.parameters)
+            outcome.parameters.push_back(
+                {parameter.name, parameter.value, parameter.standard_error});
+        outcome.baseline_misfit = over_noise(found.baseline, measurement);
+        outcome.final_misfit = over_noise(found.final_fit, measurement);
+        outcome.false_naming = found.false_naming.rate;
+        outcome.runs = found.runs;
+    } catch (const core::NumericalError& error) {
+        outcome.verdict = "failed";
+        outcome.reason = error.what();
+    } catch (const core::InputError& error) {
+        outcome.verdict = "failed";
+        outcome.reason = error.what();
+    }
+    outcome.seconds = cpu_seconds() - start;
+    return outcome;
+}
+
+void to_json(nlohmann::json& json, const Outcome& outcome) {
+    nlohmann::json parameters = nlohmann::json::array();
+    for (const FoundParameter& parameter : outcome.parameters)
+        // JSON has no infinity: an error that the data do not tell is null.
+        parameters.push_back({{"name", parameter.name},
+                              {"value", parameter.value},
+                              {"standard_error", parameter.standard_error}});
+    json = {{"verdict", outcome.verdict},
+            {"reason", outcome.reason},
+            {"effects", outcome.effects},
+            {"ties", outcome.ties},
+            {"parameters", parameters},
+            {"baseline_misfit", outcome.baseline_misfit},
+            {"final_misfit", outcome.final_misfit},
+            {"false_naming", outcome.false_naming},
+            {"runs", outcome.runs},
+            {"cpu_s", outcome.seconds}};
+}
+
+void from_json(const nlohmann::json& json, Outcome& outcome) {
+    json.at("verdict").get_to(outcome.verdict);
+    json.at("reason").get_to(outcome.reason);
+    json.at("effects").get_to(outcome.effects);
+    json.at("ties").get_to(outcome.ties);
+    for (const nlohmann::json& parameter : json.at("parameters")) {
+        const nlohmann::json& error = parameter.at("standard_error");
+        outcome.parameters.push_back({parameter.at("name"), parameter.at("value"),
+                                      error.is_null() ? HUGE_VAL : error.get<double>()});
+    }
+    json.at("baseline_misfit").get_to(outcome.baseline_misfit);
+    json.at("final_misfit").get_to(outcome.final_misfit);
+    json.at("false_naming").get_to(outcome.false_naming);
+    json.at("runs").get_to(outcome.runs);
+    json.at("cpu_s").get_to(outcome.seconds);
+}
+
+} // namespace culm::bench

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the diagnosis says of one recording: the only place where the benchmark meets it.
+#pragma once
+
+#include "diagnose/diagnosis.hpp"
+#include "measure/measurement.hpp"
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace culm::bench {
+
+struct FoundParameter {
+    std::string name; ///< "effect.parameter"
+    double value = 0.0;
+    double standard_error = 0.0;
+};
+
+struct Outcome {
+    std::string verdict;              ///< "adequate", "effect", "tie", "unknown"; "failed"
+    std::string reason;               ///< one sentence
+    std::vector<std::string> effects; ///< of the answer
+    std::vector<std::vector<std::string>> ties; ///< an effect of the answer, then its rivals
+    std::vector<FoundParameter> parameters;     ///< of the best model that was reached
+    double baseline_misfit = 0.0;               ///< rmse over noise
+    double final_misfit = 0.0;
+    double false_naming = 0.0; ///< rate that the diagnosis states for itself
+    int runs = 0;              ///< of the chain with all its derivatives
+    double seconds = 0.0;      ///< of processor time
+};
+
+/// Diagnoses the recording on this process alone. Never throws but run::Abandoned: what could not
+/// be diagnosed has the verdict "failed".
+[[nodiscard]] Outcome diagnosed(const measure::Measurement& measurement,
+                                const diagnose::DiagnosisOptions& options);
+
+void to_json(nlohmann::json& json, const Outcome& outcome);
+void from_json(const nlohmann::json& json, Outcome& outcome);
+
+} // namespace culm::bench

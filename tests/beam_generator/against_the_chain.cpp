@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Two models of one stem that share no line: what the beam records, the chain of spheres explains.
+#include "beam_generator/recording.hpp"
+#include "calibrate/stem_chain.hpp"
+#include "diagnose/candidate_fit.hpp"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace culm::beam {
+namespace {
+
+RecordingSpec recording(std::vector<HiddenEffect> effects, double noise) {
+    RecordingSpec spec;
+    spec.heights = even_heights(spec.stem.length, 8);
+    spec.duration = 0.25;
+    spec.effects = std::move(effects);
+    spec.errors.noise = noise;
+    return spec;
+}
+
+TEST(Chain, FitsABeamThatLacksNothingAndReturnsItsModulusAndDamping) {
+    const RecordingSpec spec = recording({}, 0.0);
+    const diagnose::CandidateFit fit = diagnose::fit_baseline(record(spec));
+    ASSERT_TRUE(fit.fit) << fit.failure;
+    // 56 spheres at 20 mm: seen 0.2 µm, Y + 0.06 %, τ + 0.01 %. Noise is a hundred times that.
+    EXPECT_LT(fit.fit->rmse, 1e-6);
+    const run::CaseSpec& found = fit.fit->model.spec;
+    EXPECT_NEAR(found.stem.bond_youngs_modulus / spec.stem.youngs_modulus, 1.0, 2e-3);
+    EXPECT_NEAR(calibrate::damping_time(found) / spec.stem.damping_time, 1.0, 2e-3);
+    EXPECT_NEAR(found.tip_deflection, spec.tip_deflection, 1e-6);
+}
+
+/// The true effect is added: the error falls to the noise and the parameter comes back.
+void expect_found(const HiddenEffect& effect, const std::string& parameter, double tolerance) {
+    const RecordingSpec spec = recording({effect}, 5e-5);
+    const measure::Measurement measurement = record(spec);
+    const diagnose::CandidateFit baseline = diagnose::fit_baseline(measurement);
+    ASSERT_TRUE(baseline.fit) << baseline.failure;
+    EXPECT_GT(baseline.fit->rmse, 1.3 * spec.errors.noise) << effect.name;
+    const diagnose::CandidateFit fit =
+        diagnose::fit_candidate(physics::parse_effects(effect.name, {}), baseline, measurement);
+    ASSERT_TRUE(fit.fit) << effect.name << ": " << fit.failure;
+    // 2000 readings: their root mean square has a standard error of 1.6 %.
+    EXPECT_LT(fit.fit->rmse, 1.05 * spec.errors.noise) << effect.name;
+    const auto* const found = fit.fit->find(effect.name + "." + parameter);
+    ASSERT_NE(found, nullptr);
+    const double truth = effect.value(parameter);
+    EXPECT_NEAR(found->value / truth, 1.0, tolerance) << effect.name;
+    EXPECT_LT(std::abs(found->value - truth), 4.0 * found->standard_error) << effect.name;
+}
+
+// Tolerances are some three standard errors of such a record.
+TEST(Chain, FindsTheDragOfTheBeam) {
+    expect_found({"quadratic_drag", {{"drag_coefficient", 1.2}}}, "drag_coefficient", 0.05);
+}
+
+TEST(Chain, FindsTheClampOfTheBeam) {
+    expect_found({"clamp_compliance", {{"stiffness_nm_rad", 1.0}}}, "stiffness_nm_rad", 0.1);
+}
+
+TEST(Chain, FindsTheSofteningOfTheBeam) {
+    expect_found({"bending_nonlinearity", {{"gamma_m2", -0.01}}}, "gamma_m2", 0.05);
+}
+
+TEST(Chain, FindsTheRelaxationOfTheBeam) {
+    expect_found({"relaxation", {{"fraction", 0.03}, {"time_s", 0.15}, {"hold_time_s", 10.0}}},
+                 "fraction", 0.1);
+}
+
+} // namespace
+} // namespace culm::beam

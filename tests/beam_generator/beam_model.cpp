@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "beam_generator/beam_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace culm::beam {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+/// A clamp that turns in the plane of the pull only: across it the same shape function is held.
+constexpr double rigid_clamp = 1e4; // times E I/L
+
+double relative_place(double position, double length) {
+    return position / length - 0.5;
+}
+
+VectorXd rigidities(const BeamStem& stem, const BeamTerms& terms, const BeamGrid& grid) {
+    VectorXd values(grid.points());
+    for (Index p = 0; p < grid.points(); ++p) {
+        const double place = relative_place(grid.position[p], grid.length);
+        const double diameter = 1.0 + terms.taper * place;
+        values[p] =
+            stem.rigidity() * std::pow(diameter, 4) * (1.0 + terms.stiffness_gradient * place);
+        if (terms.segment &&
+            std::abs(grid.position[p] - terms.segment->position) < 0.5 * terms.segment->length)
+            values[p] *= terms.segment->stiffness_factor;
+    }
+    return values;
+}
+
+VectorXd weighted_masses(const BeamStem& stem, const BeamTerms& terms, const BeamGrid& grid) {
+    VectorXd values(grid.points() + 1);
+    for (Index p = 0; p < grid.points(); ++p) {
+        const double diameter = 1.0 + terms.taper * relative_place(grid.position[p], grid.length);
+        values[p] = grid.weight[p] * stem.mass_per_length() * diameter * diameter;
+    }
+    values[grid.points()] = terms.tip_mass;
+    return values;
+}
+
+VectorXd rest_curvature(const BeamTerms& terms, const BeamGrid& grid) {
+    const VectorXd place = grid.position / grid.length;
+    return (terms.base_curvature + (terms.tip_curvature - terms.base_curvature) * place.array())
+        .matrix();
+}
+
+double support_acceleration(const std::optional<SupportVibration>& support, double time) {
+    if (!support)
+        return 0.0;
+    const double omega = 2.0 * std::numbers::pi * support->frequency;
+    return -support->amplitude * omega * omega * std::sin(omega * time + support->phase);
+}
+
+} // namespace
+
+BeamModel::BeamModel(const BeamStem& stem, const BeamTerms& terms)
+    : stem_(stem), terms_(terms),
+      grid_(make_grid(stem.length, terms.clamp.has_value(), terms.segment)),
+      rigidity_(rigidities(stem, terms, grid_)), point_mass_(weighted_masses(stem, terms, grid_)),
+      curved_at_rest_(rest_curvature(terms, grid_)) {
+    add_point_laws();
+}
+
+MatrixXd BeamModel::field_rows(const VectorXd& coefficients, const MatrixXd& functions) const {
+    return functions * Eigen::Map<const MatrixXd>(coefficients.data(), grid_.functions(), fields());
+}
+
+BeamModel::Kinematics BeamModel::kinematics(const VectorXd& q) const {
+    Kinematics at;
+    at.slope = field_rows(q, grid_.slope);
+    at.cosine = (1.0 - at.slope.rowwise().squaredNorm().array()).sqrt();
+    at.along = -(at.slope.array().colwise() / at.cosine.array());
+    return at;
+}
+
+BeamModel::Bending BeamModel::bending(const Kinematics& at, const VectorXd& q) const {
+    const MatrixXd slope_rate = field_rows(q, grid_.curvature);
+    const Eigen::ArrayXd c = at.cosine.array();
+    const Eigen::ArrayXd denominator = c + c.square();
+    const Eigen::ArrayXd product = (at.slope.array() * slope_rate.array()).rowwise().sum();
+    const Eigen::ArrayXd turning = product / denominator; // c' = −turning (1 + c)
+    Bending bent;
+    bent.curvature = slope_rate + (at.slope.array().colwise() * turning).matrix();
+    for (Index i = 0; i < fields(); ++i)
+        for (Index j = 0; j < fields(); ++j) {
+            const Eigen::ArrayXd u_i = at.slope.col(i);
+            const Eigen::ArrayXd u_j = at.slope.col(j);
+            const Eigen::ArrayXd turning_by_slope =
+                slope_rate.col(j).array() / denominator +
+                product * (1.0 + 2.0 * c) * u_j / (c * denominator.square());
+            const double same = i == j ? 1.0 : 0.0;
+            bent.by_slope.emplace_back(same * turning + u_i * turning_by_slope);
+            bent.by_slope_rate.emplace_back(same + u_i * u_j / denominator);
+        }
+    return bent;
+}
+
+MatrixXd BeamModel::elastic_moments(const MatrixXd& curvatures) const {
+    MatrixXd bent = curvatures;
+    bent.col(0) -= curved_at_rest_;
+    const Eigen::ArrayXd factor =
+        rigidity_.array() * (1.0 + terms_.cubic_bending * bent.rowwise().squaredNorm().array());
+    MatrixXd moments = bent.array().colwise() * factor;
+    if (fields() == 2) {
+        const double cosine = std::cos(2.0 * terms_.split_angle);
+        const double sine = std::sin(2.0 * terms_.split_angle);
+        const VectorXd split = 0.5 * terms_.stiffness_split * rigidity_;
+        moments.col(0) += split.cwiseProduct(cosine * bent.col(0) + sine * bent.col(1));
+        moments.col(1) += split.cwiseProduct(sine * bent.col(0) - cosine * bent.col(1));
+    }
+    return moments;
+}
+
+void BeamModel::add_inertia_and_loads(const Kinematics& at, const BeamState& state,
+                                      VectorXd& sum) const {
+    const MatrixXd turning = field_rows(state.v, grid_.slope);
+    const MatrixXd spinning_up = field_rows(state.a, grid_.slope);
+    const Eigen::ArrayXd c = at.cosine.array();
+    const Eigen::ArrayXd cosine_rate = (at.along.array() * turning.array()).rowwise().sum();
+    const Eigen::ArrayXd cosine_acceleration =
+        -(turning.rowwise().squaredNorm().array() +
+          (at.slope.array() * spinning_up.array()).rowwise().sum() + cosine_rate.square()) /
+        c;
+    const MatrixXd lateral_velocity = field_rows(state.v, grid_.deflection);
+    const VectorXd axial_velocity = grid_.integral * cosine_rate.matrix();
+
+    MatrixXd lateral = field_rows(state.a, grid_.deflection);
+    lateral.col(0).array() +=
+        support_acceleration(terms_.support, state.time) - terms_.transverse_gravity;
+    lateral.array().colwise() *= point_mass_.array();
+    VectorXd axial = grid_.integral * cosine_acceleration.matrix();
+    axial.array() -= terms_.axial_gravity;
+    axial.array() *= point_mass_.array();
+    if (terms_.linear_drag != 0.0 || terms_.quadratic_drag != 0.0 || terms_.cubic_drag != 0.0) {
+        const Eigen::ArrayXd speed =
+            (lateral_velocity.rowwise().squaredNorm().array() + axial_velocity.array().square())
+                .sqrt()
+                .head(grid_.points());
+        const Eigen::ArrayXd drag =
+            grid_.weight.array() *
+            (terms_.linear_drag + (terms_.quadratic_drag + terms_.cubic_drag * speed) * speed);
+        lateral.topRows(grid_.points()).array() +=
+            lateral_velocity.topRows(grid_.points()).array().colwise() * drag;
+        axial.head(grid_.points()).array() += axial_velocity.head(grid_.points()).array() * drag;
+    }
+    const VectorXd above = grid_.integral.transpose() * axial;
+    for (Index f = 0; f < fields(); ++f)
+        sum.segment(f * grid_.functions(), grid_.functions()) +=
+            grid_.deflection.transpose() * lateral.col(f) +
+            grid_.slope.transpose() * above.cwiseProduct(at.along.col(f));
+}
+
+void BeamModel::add_bending(const Bending& bent, const MatrixXd& moments, VectorXd& sum) const {
+    for (Index j = 0; j < fields(); ++j) {
+        VectorXd on_slope = VectorXd::Zero(grid_.points());
+        VectorXd on_slope_rate = VectorXd::Zero(grid_.points());
+        for (Index i = 0; i < fields(); ++i) {
+            const auto at = static_cast<std::size_t>(i * fields() + j);
+            on_slope += moments.col(i).cwiseProduct(bent.by_slope[at]);
+            on_slope_rate += moments.col(i).cwiseProduct(bent.by_slope_rate[at]);
+        }
+        sum.segment(j * grid_.functions(), grid_.functions()) +=
+            grid_.slope.transpose() * on_slope.cwiseProduct(grid_.weight) +
+            grid_.curvature.transpose() * on_slope_rate.cwiseProduct(grid_.weight);
+    }
+}
+
+void BeamModel::add_clamp(const VectorXd& q, VectorXd& sum) const {
+    if (!terms_.clamp)
+        return;
+    const double slope = q[0];
+    sum[0] += terms_.clamp->stiffness * std::asin(slope) / std::sqrt(1.0 - slope * slope);
+    if (fields() == 2)
+        sum[grid_.functions()] +=
+            rigid_clamp * stem_.rigidity() / stem_.length * q[grid_.functions()];
+}
+
+VectorXd BeamModel::out_of_balance(const BeamState& state, double finger,
+                                   const BranchStep& branches, BranchMoments* rates) const {
+    VectorXd sum = -finger * finger_direction();
+    const Kinematics at = kinematics(state.q);
+    add_inertia_and_loads(at, state, sum);
+    const Bending bent = bending(at, state.q);
+    const MatrixXd turning = field_rows(state.v, grid_.slope);
+    const MatrixXd bending_rate = field_rows(state.v, grid_.curvature);
+    MatrixXd curvature_rate = MatrixXd::Zero(grid_.points(), fields());
+    for (Index i = 0; i < fields(); ++i)
+        for (Index j = 0; j < fields(); ++j) {
+            const auto k = static_cast<std::size_t>(i * fields() + j);
+            curvature_rate.col(i) += bent.by_slope[k].cwiseProduct(turning.col(j)) +
+                                     bent.by_slope_rate[k].cwiseProduct(bending_rate.col(j));
+        }
+    const Eigen::ArrayXd viscosity =
+        rigidity_.array() *
+        (stem_.damping_time +
+         terms_.curvature_damping * bent.curvature.rowwise().squaredNorm().array());
+    MatrixXd moments = elastic_moments(bent.curvature);
+    moments.array() += curvature_rate.array().colwise() * viscosity;
+    for (std::size_t b = 0; b < terms_.branches.size(); ++b) {
+        const RelaxingBranch& branch = terms_.branches[b];
+        const MatrixXd driven =
+            curvature_rate.array().colwise() * (branch.fraction * rigidity_.array());
+        const Index first = static_cast<Index>(b) * fields();
+        const MatrixXd now =
+            (branches.predicted->middleCols(first, fields()) + branches.step * driven) /
+            (1.0 + branches.step / branch.time);
+        moments += now;
+        if (rates != nullptr)
+            rates->middleCols(first, fields()) = driven - now / branch.time;
+    }
+    add_bending(bent, moments, sum);
+    add_clamp(state.q, sum);
+    return sum;
+}
+
+BranchMoments BeamModel::held_branches(const VectorXd& q) const {
+    const auto count = static_cast<Index>(terms_.branches.size());
+    BranchMoments moments(grid_.points(), count * fields());
+    MatrixXd bent = bending(kinematics(q), q).curvature;
+    bent.col(0) -= curved_at_rest_;
+    for (Index b = 0; b < count; ++b) {
+        const RelaxingBranch& branch = terms_.branches[static_cast<std::size_t>(b)];
+        moments.middleCols(b * fields(), fields()) =
+            bent.array().colwise() * (branch.fraction * branch.held_share * rigidity_.array());
+    }
+    return moments;
+}
+
+VectorXd BeamModel::out_of_balance_at_rest(const VectorXd& q, double finger) const {
+    const BranchMoments held = held_branches(q);
+    BeamState state{q, VectorXd::Zero(freedoms()), VectorXd::Zero(freedoms()), 0.0};
+    VectorXd sum = out_of_balance(state, finger, {&held, 0.0});
+    // Neither a moving support nor dry friction belongs to rest.
+    if (terms_.support)
+        sum.head(grid_.functions()) -=
+            grid_.deflection.transpose() * point_mass_ * support_acceleration(terms_.support, 0.0);
+    for (const PointLaw& law : point_laws_)
+        sum -= law.direction * law.force(law.direction.dot(q), 0.0);
+    return sum;
+}
+
+VectorXd BeamModel::finger_direction() const {
+    VectorXd direction = VectorXd::Zero(freedoms());
+    direction.head(grid_.functions()) = grid_.deflection.bottomRows(1).transpose();
+    return direction;
+}
+
+void BeamModel::add_point_laws() {
+    if (terms_.clamp && terms_.clamp->friction_moment != 0.0) {
+        const TurningClamp clamp = *terms_.clamp;
+        VectorXd direction = VectorXd::Zero(freedoms());
+        direction[0] = 1.0;
+        point_laws_.push_back({direction, [clamp](double slope, double rate) {
+                                   const double cosine = std::sqrt(1.0 - slope * slope);
+                                   return -clamp.friction_moment / cosine *
+                                          std::tanh(rate / cosine / clamp.friction_rate);
+                               }});
+    }
+    if (terms_.magnet)
+        point_laws_.push_back({finger_direction(), [magnet = *terms_.magnet](double y, double) {
+                                   const double z = y / magnet.reach;
+                                   return -magnet.force * z * std::exp(0.5 * (1.0 - z * z));
+                               }});
+    if (terms_.cable)
+        point_laws_.push_back({finger_direction(), [cable = *terms_.cable](double, double rate) {
+                                   const double v = rate / cable.speed;
+                                   return -2.0 * cable.force * v / (1.0 + v * v);
+                               }});
+    if (terms_.stop) {
+        VectorXd direction = VectorXd::Zero(freedoms());
+        direction.head(grid_.functions()) = grid_.deflection.topRows(grid_.points()).transpose() *
+                                            grid_.interpolation(terms_.stop->height);
+        point_laws_.push_back({direction, [stop = *terms_.stop](double y, double rate) {
+                                   const double depth = -stop.gap - y;
+                                   return depth <= 0.0 ? 0.0
+                                                       : std::max(0.0, stop.stiffness * depth -
+                                                                           stop.damping * rate);
+                               }});
+    }
+}
+
+} // namespace culm::beam

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "beam_generator/hidden_effect.hpp"
+
+#include "beam_generator/constant_loss.hpp"
+#include "core/error.hpp"
+#include "core/nearest_name.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string_view>
+
+#include <fmt/core.h>
+
+namespace culm::beam {
+namespace {
+
+constexpr double air_density = 1.2;    // kg/m³
+constexpr double segment_share = 0.03; // length of a weak segment over that of the stem
+
+struct Target {
+    const BeamStem& stem;
+    HiddenPhysics& physics;
+
+    [[nodiscard]] BeamTerms& terms() const { return physics.terms; }
+};
+
+using Add = void (*)(const HiddenEffect&, const Target&);
+
+struct KnownEffect {
+    std::string_view name;
+    Add add;
+};
+
+void add_relaxation(const HiddenEffect& effect, const Target& to) {
+    const double time = effect.value("time_s");
+    to.terms().branches.push_back(
+        {effect.value("fraction"), time, std::exp(-effect.value("hold_time_s") / time)});
+}
+
+void add_hysteretic_damping(const HiddenEffect& effect, const Target& to) {
+    for (const RelaxingBranch& branch :
+         constant_loss(effect.value("loss_factor"), to.stem.first_frequency()))
+        to.terms().branches.push_back(branch);
+}
+
+void add_clamp_friction(const HiddenEffect& effect, const Target& to) {
+    to.terms().clamp = TurningClamp{effect.value("stiffness_nm_rad"), effect.value("moment_nm"),
+                                    effect.value("rate_rad_s")};
+}
+
+void add_out_of_plane(const HiddenEffect& effect, const Target& to) {
+    to.terms().is_spatial = true;
+    to.terms().stiffness_split = effect.value("stiffness_split");
+    to.terms().split_angle = effect.value("angle_deg") * std::numbers::pi / 180.0;
+}
+
+constexpr std::array library{
+    KnownEffect{"taper",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().taper = effect.value("relative_change");
+                }},
+    KnownEffect{"stiffness_gradient",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().stiffness_gradient = effect.value("relative_change");
+                }},
+    KnownEffect{"local_defect",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().segment =
+                        WeakSegment{effect.value("position_m"), segment_share * to.stem.length,
+                                    effect.value("stiffness_factor")};
+                }},
+    KnownEffect{"precurvature",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().base_curvature = effect.value("base_curvature_1_m");
+                    to.terms().tip_curvature = effect.value("tip_curvature_1_m");
+                }},
+    KnownEffect{"out_of_plane", add_out_of_plane},
+    KnownEffect{"bending_nonlinearity",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().cubic_bending = effect.value("gamma_m2");
+                }},
+    KnownEffect{"hysteretic_damping", add_hysteretic_damping},
+    KnownEffect{"relaxation", add_relaxation},
+    KnownEffect{"clamp_compliance",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().clamp = TurningClamp{.stiffness = effect.value("stiffness_nm_rad")};
+                }},
+    KnownEffect{"clamp_friction", add_clamp_friction},
+    KnownEffect{"base_motion",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().support =
+                        SupportVibration{effect.value("amplitude_m"), effect.value("frequency_hz"),
+                                         effect.value("phase_rad")};
+                }},
+    KnownEffect{"gravity",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().axial_gravity = effect.value("axial_m_s2");
+                    to.terms().transverse_gravity = effect.value("transverse_m_s2");
+                }},
+    KnownEffect{"tip_mass",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().tip_mass = effect.value("mass_kg");
+                }},
+    KnownEffect{"quadratic_drag",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().quadratic_drag =
+                        0.5 * air_density * effect.value("drag_coefficient") * to.stem.diameter;
+                }},
+    KnownEffect{"viscous_drag",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().linear_drag = effect.value("coefficient_n_s_m2");
+                }},
+    KnownEffect{"finite_release",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().release_duration = effect.value("duration_s");
+                }},
+    KnownEffect{"rolling_shutter",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.physics.camera.readout_time = effect.value("readout_s");
+                }},
+    KnownEffect{"camera_tilt",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.physics.camera.scale_change = effect.value("scale_change");
+                }},
+};
+
+constexpr std::array outside{
+    KnownEffect{"tip_magnet",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().magnet = TipMagnet{effect.value("force_n"), effect.value("reach_m")};
+                }},
+    KnownEffect{
+        "lossy_cable",
+        [](const HiddenEffect& effect, const Target& to) {
+            to.terms().cable = LossyCable{effect.value("force_n"), effect.value("speed_m_s")};
+        }},
+    KnownEffect{"impact_stop",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().stop =
+                        ImpactStop{effect.value("height_m"), effect.value("gap_m"),
+                                   effect.value("stiffness_n_m"), effect.value("damping_n_s_m")};
+                }},
+    KnownEffect{"cubic_drag",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().cubic_drag = effect.value("coefficient_n_s3_m4");
+                }},
+    KnownEffect{"curvature_damping",
+                [](const HiddenEffect& effect, const Target& to) {
+                    to.terms().curvature_damping = effect.value("coefficient_m2_s");
+                }},
+};
+
+template <std::size_t Count>
+std::vector<std::string> names_of(const std::array<KnownEffect, Count>& effects) {
+    std::vector<std::string> names;
+    names.reserve(Count);
+    for (const KnownEffect& effect : effects)
+        names.emplace_back(effect.name);
+    return names;
+}
+
+Add adder_of(const std::string& name) {
+    if (const auto* const found = std::ranges::find(library, name, &KnownEffect::name);
+        found != library.end())
+        return found->add;
+    if (const auto* const found = std::ranges::find(outside, name, &KnownEffect::name);
+        found != outside.end())
+        return found->add;
+    std::vector<std::string> names = library_effects();
+    std::ranges::copy(outside_effects(), std::back_inserter(names));
+    throw core::InputError(
+        fmt::format("no effect \"{}\" for a made-up recording; the nearest is \"{}\"", name,
+                    core::nearest_name(name, names)));
+}
+
+} // namespace
+
+double HiddenEffect::value(std::string_view parameter) const {
+    for (const auto& [given, number] : parameters)
+        if (given == parameter)
+            return number;
+    throw core::InputError(fmt::format("{} needs the parameter {}", name, parameter));
+}
+
+std::vector<std::string> library_effects() {
+    return names_of(library);
+}
+
+std::vector<std::string> outside_effects() {
+    return names_of(outside);
+}
+
+HiddenPhysics hidden_physics(const BeamStem& stem, const std::vector<HiddenEffect>& effects) {
+    HiddenPhysics physics;
+    for (const HiddenEffect& effect : effects)
+        adder_of(effect.name)(effect, {stem, physics});
+    return physics;
+}
+
+} // namespace culm::beam
