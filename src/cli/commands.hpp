@@ -17,12 +17,14 @@ struct CommandResult {
 /// code in `result`, which must outlive the parsing. `argc` and `argv` are main's, for MPI.
 void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 void add_reduce_command(CLI::App& app, CommandResult& result);
+void add_archive_command(CLI::App& app, CommandResult& result);
 void add_simulate_command(CLI::App& app, CommandResult& result);
 void add_import_command(CLI::App& app, CommandResult& result);
 void add_fit_command(CLI::App& app, CommandResult& result);
 void add_track_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 void add_calibrate_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
+void add_diagnose_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 void add_export_command(CLI::App& app);
 void add_effects_command(CLI::App& app);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/compare_action.hpp"
 
+#include "cli/compare_arrays.hpp"
 #include "cli/compare_json.hpp"
 #include "cli/compare_text.hpp"
 #include "cli/effect_table_action.hpp"
@@ -41,7 +42,7 @@ std::vector<diagnose::SelectedEffects> models_of(const CompareArguments& argumen
     return models;
 }
 
-/// DIR/residuals.csv: measured, and of every model the predicted deflections.
+/// DIR/deflections.csv: measured, and of every model the predicted deflections.
 void write_deflections(const fs::path& file, const measure::Measurement& measurement,
                        const diagnose::Ladder& ladder) {
     std::string text = "time_s";
@@ -95,6 +96,7 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
     if (!arguments.output.empty()) {
         write_json((fs::path(arguments.output) / "comparison.json").string(), document);
         write_deflections(fs::path(arguments.output) / "deflections.csv", measurement, ladder);
+        write_comparison_arrays(fs::path(arguments.output) / "comparison.h5", ladder, measurement);
     }
     if (arguments.json != "-")
         fmt::print("{}", comparison_text(document));

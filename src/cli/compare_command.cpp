@@ -52,7 +52,7 @@ void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**
         ->type_name("FILE");
     command
         ->add_option("-o,--output", arguments->output,
-                     "Folder for comparison.json and the measured and modelled deflections")
+                     "Folder for comparison.json, comparison.h5 and deflections.csv")
         ->type_name("DIR");
     add_model_options(*command, *arguments);
     command->callback([arguments, &result, &argc, &argv] {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/compare_json.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace culm::cli {
@@ -20,12 +21,6 @@ json value_json(const calibrate::FittedParameter& parameter) {
             {"stderr", number(parameter.standard_error)},
             {"interval", {number(parameter.value - half), number(parameter.value + half)}},
             {"at_bound", parameter.is_at_bound}};
-}
-
-std::string key_of(const calibrate::FittedParameter& parameter) {
-    if (parameter.name.find('.') != std::string::npos || parameter.unit.empty())
-        return parameter.name;
-    return parameter.name + (parameter.unit == "Pa" ? "_pa" : "_" + parameter.unit);
 }
 
 json held_out_part(const diagnose::HeldOutPart& part) {
@@ -73,6 +68,7 @@ json rung_json(const diagnose::Ladder& ladder, std::size_t k,
              {"runs", rung.candidate.runs},
              {"starts", rung.candidate.starts}};
     if (k > 0) {
+        out["compared_with"] = rung.compared_with;
         out["gain"] = rung.is_gain;
         out["why"] = rung.why;
     }
@@ -96,10 +92,18 @@ json rung_json(const diagnose::Ladder& ladder, std::size_t k,
 
 } // namespace
 
+std::string parameter_key(const calibrate::FittedParameter& parameter) {
+    const std::size_t at = std::min(parameter.name.find('@'), parameter.name.size());
+    std::string key = parameter.name.substr(0, at);
+    if (key.find('.') == std::string::npos && !parameter.unit.empty())
+        key += parameter.unit == "Pa" ? "_pa" : "_" + parameter.unit;
+    return key + parameter.name.substr(at);
+}
+
 json parameters_json(const std::vector<calibrate::FittedParameter>& parameters) {
     json out = json::object();
     for (const calibrate::FittedParameter& parameter : parameters)
-        out[key_of(parameter)] = value_json(parameter);
+        out[parameter_key(parameter)] = value_json(parameter);
     return out;
 }
 

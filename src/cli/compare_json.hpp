@@ -5,6 +5,9 @@
 #include "diagnose/effect_table.hpp"
 #include "diagnose/ladder.hpp"
 
+#include <string>
+#include <vector>
+
 #include <nlohmann/json.hpp>
 
 namespace culm::cli {
@@ -20,6 +23,10 @@ namespace culm::cli {
 [[nodiscard]] nlohmann::json cell_json(const diagnose::EffectCell& cell);
 
 /// bond_youngs_modulus_pa, tip_deflection_m, …; effects' parameters have their unit in their name.
+/// One that belongs to one of several recordings ends in @ and its id: tip_deflection_m@S01.
+[[nodiscard]] std::string parameter_key(const calibrate::FittedParameter& parameter);
+
+/// By parameter_key().
 [[nodiscard]] nlohmann::json
 parameters_json(const std::vector<calibrate::FittedParameter>& parameters);
 

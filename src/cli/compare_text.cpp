@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/compare_text.hpp"
 
+#include "cli/json_cell.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
-
-#include <fmt/format.h>
 
 namespace culm::cli {
 namespace {
@@ -14,15 +13,6 @@ namespace {
 using nlohmann::json;
 
 constexpr double explained = 1.10; ///< residual over noise, at most
-
-double number(const json& value) {
-    return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
-
-std::string cell(const json& value, int decimals) {
-    return value.is_number() ? fmt::format("{:.{}f}", value.get<double>(), decimals)
-                             : std::string("-");
-}
 
 std::string model_name(const json& rung) {
     std::string name;
@@ -42,7 +32,7 @@ std::string finding(const json& rung) {
 }
 
 std::string held_out(const json& part) {
-    return part.contains("failure") ? std::string("-") : cell(part["rms_over_noise"], 2);
+    return part.contains("failure") ? std::string("-") : json_cell(part["rms_over_noise"], 2);
 }
 
 std::string ladder_lines(const json& ladder) {
@@ -58,43 +48,51 @@ std::string ladder_lines(const json& ladder) {
                                 rung["failure"].get<std::string>());
             continue;
         }
-        text += fmt::format("{:<{}} {:>9} {:>7} {:>9} {:>10} {:>10} {:>10}  {}\n", model_name(rung),
-                            width, cell(rung["rmse_mm"], 4), cell(rung["rmse_over_noise"], 2),
-                            cell(rung["reduced_chi2"], 3), cell(rung["bic"], 0),
-                            held_out(rung["held_out"]["last_third"]),
-                            held_out(rung["held_out"]["one_height"]), finding(rung));
+        text +=
+            fmt::format("{:<{}} {:>9} {:>7} {:>9} {:>10} {:>10} {:>10}  {}\n", model_name(rung),
+                        width, json_cell(rung["rmse_mm"], 4), json_cell(rung["rmse_over_noise"], 2),
+                        json_cell(rung["reduced_chi2"], 3), json_cell(rung["bic"], 0),
+                        held_out(rung["held_out"]["last_third"]),
+                        held_out(rung["held_out"]["one_height"]), finding(rung));
     }
     return text;
 }
 
-/// "Y 1.9010 ± 0.0001 GPa", with half of the 95 % interval.
 std::string parameter_line(const std::string& key, const json& entry) {
-    const double value = number(entry["value"]);
-    const double half = number(entry["interval"][1]) - value;
-    const int digits = std::clamp(
-        static_cast<int>(std::ceil(std::log10(std::abs(value) / std::max(half, 1e-300)))) + 2, 3,
-        7);
-    const bool is_known = std::isfinite(half) && half > 0.0;
-    return fmt::format("    {:<40} {:.{}g}{}{}\n", key, value, is_known ? digits : 5,
-                       is_known ? fmt::format(" ± {:.2g}", half) : std::string(),
-                       entry["at_bound"].get<bool>() ? "  (at its bound)" : "");
+    return fmt::format("    {:<40} {}\n", key, value_text(entry));
 }
 
-std::string step_lines(const json& rung) {
+std::string step_lines(const json& rung, const json& ladder) {
     std::string added;
     for (const json& name : rung["added"])
         added += (added.empty() ? "" : " and ") + name.get<std::string>();
-    std::string text =
-        fmt::format("{} is {}: {}.\n", added, rung["gain"].get<bool>() ? "a gain" : "no gain",
-                    rung["why"].get<std::string>());
-    if (rung.contains("change") && number(rung["change"]["bond_youngs_modulus"]) != 0.0)
+    if (rung.contains("failure"))
+        return fmt::format("{} could not be fitted.\n", added);
+    const json& compared_with = ladder[rung["compared_with"].get<std::size_t>()];
+    std::string text = fmt::format("{} {} {} over {}: {}.\n", added,
+                                   rung["added"].size() > 1 ? "together are" : "is",
+                                   rung["gain"].get<bool>() ? "a gain" : "no gain",
+                                   model_name(compared_with), rung["why"].get<std::string>());
+    if (rung.contains("change") && number_in_json(rung["change"]["bond_youngs_modulus"]) != 0.0)
         text += fmt::format("    Y changes by {:+.2f} %, beta by {:+.2f} %\n",
-                            100.0 * number(rung["change"]["bond_youngs_modulus"]),
-                            100.0 * number(rung["change"]["bond_damping"]));
+                            100.0 * number_in_json(rung["change"]["bond_youngs_modulus"]),
+                            100.0 * number_in_json(rung["change"]["bond_damping"]));
     return text;
 }
 
 } // namespace
+
+std::string value_text(const json& parameter) {
+    const double value = number_in_json(parameter["value"]);
+    const double half = number_in_json(parameter["interval"][1]) - value;
+    const int digits = std::clamp(
+        static_cast<int>(std::ceil(std::log10(std::abs(value) / std::max(half, 1e-300)))) + 2, 3,
+        7);
+    const bool is_known = std::isfinite(half) && half > 0.0;
+    return fmt::format("{:.{}g}{}{}", value, is_known ? digits : 5,
+                       is_known ? fmt::format(" ± {:.2g}", half) : std::string(),
+                       parameter["at_bound"].get<bool>() ? "  (at its bound)" : "");
+}
 
 std::string comparison_text(const json& comparison) {
     const json& ladder = comparison["ladder"];
@@ -102,13 +100,13 @@ std::string comparison_text(const json& comparison) {
         fmt::format("{}: {} heights, {} frames, {}\n", comparison["measurement"].get<std::string>(),
                     comparison["heights"].get<int>(), comparison["frames"].get<int>(),
                     comparison.contains("noise_mm") && comparison["noise_known"].get<bool>()
-                        ? fmt::format("noise {} mm ({})", cell(comparison["noise_mm"], 4),
+                        ? fmt::format("noise {} mm ({})", json_cell(comparison["noise_mm"], 4),
                                       comparison["noise_source"].get<std::string>())
                         : std::string("noise not known"));
     text += ladder_lines(ladder) + "\n";
     for (const json& rung : ladder) {
         if (rung.contains("gain"))
-            text += step_lines(rung);
+            text += step_lines(rung, ladder);
         else
             text += "baseline:\n";
         if (rung.contains("parameters") && rung["moves"].get<bool>())
@@ -142,7 +140,7 @@ std::string effect_table_text(const json& table) {
                 text += fmt::format(" {:>8}", found["applies"].get<bool>() ? "failed" : "-");
                 continue;
             }
-            const double ratio = number(found["rmse_over_noise"]);
+            const double ratio = number_in_json(found["rmse_over_noise"]);
             text += fmt::format(" {:>7.2f}{}", ratio,
                                 ratio <= explained              ? '*'
                                 : found["at_bound"].get<bool>() ? 'b'

@@ -8,6 +8,9 @@
 
 namespace culm::cli {
 
+/// "1.9010 ± 0.0001" of a parameter, with half of the 95 % interval.
+[[nodiscard]] std::string value_text(const nlohmann::json& parameter);
+
 /// The ladder, its parameters, which steps are gains, and three sentences on the last model.
 [[nodiscard]] std::string comparison_text(const nlohmann::json& comparison);
 

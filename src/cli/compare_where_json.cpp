@@ -124,7 +124,9 @@ json structure(const diagnose::ResidualStructure& found) {
                           {"lag_rad", number(error.lag)},
                           {"lag_stderr_rad", number(error.lag_error)},
                           {"rest_mm", number(millimetres * error.rest)},
-                          {"rest_stderr_mm", number(millimetres * error.rest_error)}});
+                          {"rest_stderr_mm", number(millimetres * error.rest_error)},
+                          {"measured_over_noise", number(error.measured_over_noise)},
+                          {"modelled_over_noise", number(error.modelled_over_noise)}});
     return {{"thirds", thirds},
             {"shares",
              {{"amplitude", found.amplitude_share},

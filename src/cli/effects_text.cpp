@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/effects_text.hpp"
 
+#include "cli/wrapped_text.hpp"
+
 #include <algorithm>
-#include <sstream>
 #include <vector>
 
 #include <fmt/format.h>
@@ -17,29 +18,9 @@ using physics::EffectParameter;
 constexpr std::size_t text_width = 78;
 constexpr std::size_t label_width = 12;
 
-/// Characters, not bytes: continuation bytes of UTF-8 take no room.
-std::size_t width_of(const std::string& text) {
-    return static_cast<std::size_t>(std::ranges::count_if(
-        text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
-}
-
 /// A label, then the text in lines that begin below its first word.
 std::string labelled(const std::string& label, const std::string& text) {
-    const std::string indent(label_width, ' ');
-    std::string out = fmt::format("{:<{}}", label, label_width);
-    std::istringstream words(text);
-    std::size_t column = 0;
-    for (std::string word; words >> word; column += width_of(word)) {
-        if (column > 0 && column + 1 + width_of(word) > text_width) {
-            out += '\n' + indent;
-            column = 0;
-        } else if (column > 0) {
-            out += ' ';
-            ++column;
-        }
-        out += word;
-    }
-    return out + '\n';
+    return wrapped(fmt::format("{:<{}}", label, label_width), text, text_width);
 }
 
 std::string unit_of(const EffectParameter& parameter) {
@@ -106,6 +87,7 @@ std::string effect_card(const physics::Effect& effect) {
     out += labelled("source", effect.source());
     out += labelled("you see", effect.signature());
     out += labelled("do", effect.remedy());
+    out += labelled("energy", effect.energy());
     if (effect.dimensions() == 3)
         out += labelled("needs", "three dimensions");
     if (!effect.excludes().empty())
@@ -120,9 +102,10 @@ std::string effects_markdown(std::span<const physics::EffectPointer> effects) {
     std::string out;
     for (const physics::EffectPointer& effect : effects) {
         out +=
-            fmt::format("{}### `{}`\n{}.\n\n* Law: {}.\n* Source: {}.\n* You see: {}.\n* Do: {}.\n",
+            fmt::format("{}### `{}`\n{}.\n\n* Law: {}.\n* Source: {}.\n* You see: {}.\n* Do: "
+                        "{}.\n* Energy: {}.\n",
                         out.empty() ? "" : "\n", effect->name(), effect->summary(), effect->law(),
-                        effect->source(), effect->signature(), effect->remedy());
+                        effect->source(), effect->signature(), effect->remedy(), effect->energy());
         if (effect->dimensions() == 3)
             out += "* Needs three dimensions.\n";
         if (!effect->excludes().empty())
@@ -145,6 +128,7 @@ nlohmann::json effects_json(std::span<const physics::EffectPointer> effects) {
                          {"source", effect->source()},
                          {"signature", effect->signature()},
                          {"remedy", effect->remedy()},
+                         {"energy", effect->energy()},
                          {"dimensions", effect->dimensions()},
                          {"excludes", effect->excludes()},
                          {"parameters", parameters}});

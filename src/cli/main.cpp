@@ -48,12 +48,14 @@ int run(int argc, char** argv) {
     culm::cli::CommandResult result;
     culm::cli::add_run_command(app, result, argc, argv);
     culm::cli::add_reduce_command(app, result);
+    culm::cli::add_archive_command(app, result);
     culm::cli::add_simulate_command(app, result);
     culm::cli::add_import_command(app, result);
     culm::cli::add_fit_command(app, result);
     culm::cli::add_track_command(app, result, argc, argv);
     culm::cli::add_calibrate_command(app, result, argc, argv);
     culm::cli::add_compare_command(app, result, argc, argv);
+    culm::cli::add_diagnose_command(app, result, argc, argv);
     culm::cli::add_export_command(app);
     culm::cli::add_effects_command(app);
     try {

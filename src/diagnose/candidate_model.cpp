@@ -42,6 +42,15 @@ calibrate::StemModel candidate_model(const calibrate::StemModel& baseline,
     return model;
 }
 
+bool is_nested(const calibrate::StemModel& model) {
+    return std::ranges::all_of(model.spec.effects, [&model](const auto& active) {
+        const std::string beginning = active.effect->name() + ".";
+        return std::ranges::any_of(model.parameters, [&](const auto& parameter) {
+            return parameter.access.name.starts_with(beginning) && !parameter.is_place;
+        });
+    });
+}
+
 bool can_move_straight_stem(const calibrate::StemModel& model) {
     const physics::ChainModel<double> chain = run::case_model(model.spec).chain;
     return chain.gravity[1] != 0.0 || !chain.straight_moments.empty() || chain.base_motion ||

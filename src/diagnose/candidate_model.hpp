@@ -27,6 +27,9 @@ using SelectedEffects = std::vector<physics::SelectedEffect>;
                                                    const SelectedEffects& effects,
                                                    const measure::Measurement& measurement);
 
+/// Has every effect a size that a fit can make vanish, so that the model contains the one without?
+[[nodiscard]] bool is_nested(const calibrate::StemModel& model);
+
 /// Do these effects move a stem that is held straight: gravity across it, a curvature of its own, a
 /// moving support, or a user's law?
 [[nodiscard]] bool can_move_straight_stem(const calibrate::StemModel& model);

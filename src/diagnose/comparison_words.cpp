@@ -15,7 +15,9 @@ namespace culm::diagnose {
 namespace {
 
 constexpr double largest_relative_error = 0.25; ///< of a decay that is quoted
+constexpr double fastest_decay = 2.0;           ///< per cycle; what falls faster is no swing
 constexpr double standard_errors = 3.0;         ///< from where on a difference is worth a word
+constexpr double smallest_swing = 3.0;          ///< amplitude over noise; below, it has died
 
 std::string p_in_words(double p_value) {
     return p_value < 1e-12 ? "p < 1e-12" : fmt::format("p = {:.2g}", p_value);
@@ -48,11 +50,14 @@ std::string where_it_fails(const Comparison& comparison) {
         return {};
     static constexpr std::array<const char*, 3> names{"first", "second", "last"};
     const auto third = static_cast<std::size_t>(time - comparison.by_time.begin());
-    std::string text = fmt::format(
-        "The misfit is largest at h = {:.4g} mm ({:.1f} times the noise; the mean over the heights "
-        "is {:.1f}) and in the {} third of the time ({:.1f} times",
-        1e3 * height->lower, height->over_noise, std::sqrt(comparison.verdict.reduced_chi_squared),
-        names[third], time->over_noise);
+    std::string text = "The misfit is largest";
+    if (comparison.by_height.size() > 1)
+        text += fmt::format(" at h = {:.4g} mm ({:.1f} times the noise; the mean over the heights "
+                            "is {:.1f}) and",
+                            1e3 * height->lower, height->over_noise,
+                            std::sqrt(comparison.verdict.reduced_chi_squared));
+    text += fmt::format(" in the {} third of the time ({:.1f} times the noise", names[third],
+                        time->over_noise);
     for (std::size_t k = 0; k < comparison.by_time.size(); ++k)
         if (k != third)
             text += fmt::format(", {} {:.1f}", names[k], comparison.by_time[k].over_noise);
@@ -65,24 +70,48 @@ std::string where_it_fails(const Comparison& comparison) {
     return text + ".";
 }
 
-/// The model's amplitude against the measured one, one word per third.
-std::string amplitude_words(const ResidualStructure& structure) {
+/// " … early, … in the middle, … late", for the thirds of which `words` has something to say.
+template <class Words>
+std::string in_thirds(const ResidualStructure& structure, const Words& words) {
     static constexpr std::array<const char*, 3> places{"early", "in the middle", "late"};
-    std::string text = "the model's amplitude is";
+    std::string text;
     for (std::size_t k = 0; k < structure.thirds.size(); ++k) {
-        const SwingError& error = structure.thirds[k];
-        const char* const separator = k == 0 ? "" : ",";
-        const double measured_over_modelled = 1.0 + error.amplitude;
-        if (std::abs(error.amplitude) < standard_errors * error.amplitude_error)
-            text += fmt::format("{} about right {}", separator, places[k]);
-        else if (measured_over_modelled < 0.1)
-            text += fmt::format("{} ten times too large or more {}", separator, places[k]);
-        else
-            text += fmt::format("{} {:.1f} % too {} {}", separator,
-                                100.0 * std::abs(1.0 / measured_over_modelled - 1.0),
-                                error.amplitude < 0.0 ? "large" : "small", places[k]);
+        const std::string phrase = words(structure.thirds[k], places[k]);
+        if (phrase.empty())
+            continue;
+        text += text.empty() ? " " : ", ";
+        text += phrase;
     }
     return text;
+}
+
+bool has_died(double over_noise) {
+    return over_noise < smallest_swing;
+}
+
+/// The model's amplitude against the measured one, where either swings.
+std::string amplitude_words(const ResidualStructure& structure) {
+    const auto words = [](const SwingError& error, const char* place) -> std::string {
+        const bool has_stopped = has_died(error.measured_over_noise);
+        if (has_stopped && has_died(error.modelled_over_noise))
+            return {};
+        if (std::abs(error.amplitude) < standard_errors * error.amplitude_error)
+            return fmt::format("about right {}", place);
+        if (has_stopped)
+            return fmt::format("not yet zero {} (the stem rests)", place);
+        const double measured_over_modelled = 1.0 + error.amplitude;
+        if (measured_over_modelled < 0.1)
+            return fmt::format("ten times too large or more {}", place);
+        return fmt::format("{:.1f} % too {} {}",
+                           100.0 * std::abs(1.0 / measured_over_modelled - 1.0),
+                           error.amplitude < 0.0 ? "large" : "small", place);
+    };
+    const std::string thirds = in_thirds(structure, words);
+    return thirds.empty() ? "a wrong amplitude" : "the model's amplitude, which is" + thirds;
+}
+
+bool is_swing(const WindowFit& found) {
+    return std::abs(found.decay_per_cycle.value) < fastest_decay;
 }
 
 /// The first and the last window in which both sides are known well enough to be quoted.
@@ -90,7 +119,8 @@ std::optional<std::pair<SwingWindow, SwingWindow>>
 telling_windows(const std::vector<SwingWindow>& windows) {
     std::vector<SwingWindow> telling;
     for (const SwingWindow& window : windows)
-        if (window.measured && window.modelled &&
+        if (window.measured && window.modelled && is_swing(*window.measured) &&
+            is_swing(*window.modelled) &&
             window.measured->decay_per_cycle.standard_error <
                 largest_relative_error * std::abs(window.measured->decay_per_cycle.value))
             telling.push_back(window);
@@ -112,18 +142,25 @@ std::string decay_words(const Comparison& comparison) {
                        first.modelled->decay_per_cycle.value, last.modelled->decay_per_cycle.value);
 }
 
+/// Which swing is ahead, where both still swing: in degrees, 360 a cycle.
 std::string phase_words(const Comparison& comparison) {
-    const auto& thirds = comparison.structure.thirds;
-    const auto degrees = [](double lag) { return lag * 180.0 / std::numbers::pi; };
-    std::string text =
-        fmt::format("the measured swing lags the modelled one by {:.2f}° early, "
-                    "{:.2f}° in the middle, {:.2f}° late",
-                    degrees(thirds[0].lag), degrees(thirds[1].lag), degrees(thirds[2].lag));
+    const auto words = [](const SwingError& error, const char* place) -> std::string {
+        if (has_died(error.measured_over_noise) || has_died(error.modelled_over_noise))
+            return {};
+        if (std::abs(error.lag) < standard_errors * error.lag_error)
+            return fmt::format("in step {}", place);
+        return fmt::format("{:.2f}° {} {}", std::abs(error.lag) * 180.0 / std::numbers::pi,
+                           error.lag > 0.0 ? "behind" : "ahead", place);
+    };
+    const std::string thirds = in_thirds(comparison.structure, words);
+    std::string text = thirds.empty() ? "a wrong phase"
+                                      : "the model's phase: against it the measured swing is" +
+                                            thirds + " (a cycle has 360°)";
     if (const auto windows = telling_windows(comparison.windows)) {
         const auto& [first, last] = *windows;
         text += fmt::format(
-            "; from {:.2g} to {:.2g} mm of amplitude the measured frequency goes from {:.2f} to "
-            "{:.2f} Hz, the modelled one from {:.2f} to {:.2f} Hz",
+            "; as the amplitude falls from {:.2g} to {:.2g} mm the measured frequency goes from "
+            "{:.2f} to {:.2f} Hz, the modelled one from {:.2f} to {:.2f} Hz",
             1e3 * first.measured->amplitude, 1e3 * last.measured->amplitude,
             first.measured->frequency.value, last.measured->frequency.value,
             first.modelled->frequency.value, last.modelled->frequency.value);
@@ -132,8 +169,8 @@ std::string phase_words(const Comparison& comparison) {
 }
 
 std::string rest_words(const ResidualStructure& structure) {
-    return fmt::format("the position of rest is off by {:+.4f} mm early, {:+.4f} mm in the middle, "
-                       "{:+.4f} mm late",
+    return fmt::format("the position of rest: the stem's lies {:+.4f} mm beside the model's early, "
+                       "{:+.4f} mm in the middle, {:+.4f} mm late (+: toward positive deflection)",
                        1e3 * structure.thirds[0].rest, 1e3 * structure.thirds[1].rest,
                        1e3 * structure.thirds[2].rest);
 }
@@ -143,9 +180,9 @@ std::string shape_words(const Comparison& comparison) {
     const auto second =
         std::ranges::find(comparison.spectrum.bands, std::string("mode 2"), &SpectrumBand::name);
     const bool is_second = second != comparison.spectrum.bands.end() && second->share > 0.5;
-    return is_second ? "the second mode is not as the model has it"
-                     : "the residuals have a shape over the heights that is not that of the swing: "
-                       "the stem bends elsewhere than the model does";
+    return is_second ? "the second mode, which is not as the model has it"
+                     : "a shape over the heights that is not that of the swing: the stem bends "
+                       "elsewhere than the model does";
 }
 
 std::string what_it_looks_like(const Comparison& comparison) {
@@ -158,15 +195,14 @@ std::string what_it_looks_like(const Comparison& comparison) {
         Part{structure.amplitude_share, amplitude_words(structure) + decay_words(comparison)},
         Part{structure.phase_share, phase_words(comparison)},
         Part{structure.rest_share, rest_words(structure)},
-        Part{structure.other_motion_share,
-             "a motion with the swing's shape but another frequency is left"},
+        Part{structure.other_motion_share, "a motion with the swing's shape but another frequency"},
         Part{structure.other_shape_share, shape_words(comparison)}};
     std::array<std::size_t, 5> order{0, 1, 2, 3, 4};
     std::ranges::stable_sort(order, std::greater{}, [&](std::size_t k) { return parts[k].share; });
-    std::string text = fmt::format("Of what is left, {:.0f} %: {}", 100.0 * parts[order[0]].share,
+    std::string text = fmt::format("Of what is left, {:.0f} % is {}", 100.0 * parts[order[0]].share,
                                    parts[order[0]].words);
     if (parts[order[1]].share > 0.2)
-        text += fmt::format(". Another {:.0f} %: {}", 100.0 * parts[order[1]].share,
+        text += fmt::format(". Another {:.0f} % is {}", 100.0 * parts[order[1]].share,
                             parts[order[1]].words);
     return text + ".";
 }

@@ -78,7 +78,8 @@ RecordScales scales_of(const calibrate::ChainFit& fit) {
     return scales;
 }
 
-/// Changes Y and β until the first mode of `start` has the frequency and decay of `wanted`.
+} // namespace
+
 void keep_first_mode(const integrate::VibrationMode& wanted, calibrate::StemModel& start) {
     physics::StemParameters<double>& stem = start.spec.stem;
     for (int pass = 0; pass < 2; ++pass) { // the effect's share of the stiffness depends on Y
@@ -106,8 +107,6 @@ double absent_value(const calibrate::FreeParameter& parameter) {
                ? parameter.upper
                : std::clamp(parameter.absent, parameter.lower, parameter.upper);
 }
-
-} // namespace
 
 std::vector<double> residual_peaks(const calibrate::ChainFit& fit, std::size_t count) {
     const ResidualSpectrum spectrum = residual_spectrum(fit);
@@ -155,6 +154,17 @@ std::vector<calibrate::StemModel> fit_starts(const calibrate::StemModel& model,
     if (!modes.empty())
         for (calibrate::StemModel& start : starts)
             keep_first_mode(modes.front(), start);
+    return starts;
+}
+
+std::vector<calibrate::StemModel> candidate_starts(const calibrate::StemModel& model,
+                                                   const calibrate::ChainFit& smaller) {
+    std::vector<calibrate::StemModel> starts = fit_starts(model, smaller, StartSize::Absent);
+    const bool has_new_size = std::ranges::any_of(model.parameters, [&](const auto& parameter) {
+        return !parameter.is_place && smaller.find(parameter.access.name) == nullptr;
+    });
+    if (starts.size() == 1 && has_new_size)
+        starts.push_back(fit_starts(model, smaller, StartSize::Default).front());
     return starts;
 }
 

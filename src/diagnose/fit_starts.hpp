@@ -3,6 +3,7 @@
 #pragma once
 
 #include "calibrate/chain_fit.hpp"
+#include "integrate/linearised.hpp"
 
 #include <string>
 #include <vector>
@@ -11,6 +12,12 @@ namespace culm::diagnose {
 
 /// Frequencies (Hz) at which the residuals of a fit are strongest, at most `count`.
 [[nodiscard]] std::vector<double> residual_peaks(const calibrate::ChainFit& fit, std::size_t count);
+
+/// The value of a size at which its effect is absent, within the bounds.
+[[nodiscard]] double absent_value(const calibrate::FreeParameter& parameter);
+
+/// Changes Y and β until the first mode of `start` has the frequency and decay of `wanted`.
+void keep_first_mode(const integrate::VibrationMode& wanted, calibrate::StemModel& start);
 
 enum class StartSize {
     Absent, ///< the fit of the smaller model is the start; no derivative leads away from it for
@@ -24,5 +31,10 @@ enum class StartSize {
 /// mode keeps its frequency and decay: what shifts the frequency would otherwise begin cycles away.
 [[nodiscard]] std::vector<calibrate::StemModel>
 fit_starts(const calibrate::StemModel& model, const calibrate::ChainFit& smaller, StartSize size);
+
+/// Those with the effects absent; without places to choose from there is room for a start with the
+/// usual sizes too.
+[[nodiscard]] std::vector<calibrate::StemModel>
+candidate_starts(const calibrate::StemModel& model, const calibrate::ChainFit& smaller);
 
 } // namespace culm::diagnose

@@ -17,23 +17,25 @@ constexpr std::size_t fewest_blocks = 4;
 constexpr double clear_fall = 0.9; ///< of the mean square, with fewer blocks
 
 /// Which readings a part consists of.
-using IsHeldOut = std::function<bool(std::size_t frame, std::size_t row)>;
+using IsHeldOut = std::function<bool(std::size_t part, std::size_t frame, std::size_t row)>;
 
 /// Mean squares of readings, all together and in blocks of time.
 class PartSum {
   public:
-    PartSum(double block_length, const std::vector<double>& noise)
-        : block_length_(block_length), noise_(noise) {}
-
+    void begin_recording(const HoldOut& hold_out) {
+        end_block();
+        hold_out_ = &hold_out;
+        block_begin_ = 0.0;
+    }
     void begin_frame(double time) {
-        if (time - block_begin_ > block_length_) {
+        if (time - block_begin_ > hold_out_->block_length) {
             end_block();
             block_begin_ = time;
         }
     }
     void add(double residual, std::size_t row) {
         squares_ += residual * residual;
-        const double over_noise = std::pow(residual / noise_[row], 2);
+        const double over_noise = std::pow(residual / hold_out_->noise[row], 2);
         whitened_ += over_noise;
         block_sum_ += over_noise;
         ++count_;
@@ -58,8 +60,7 @@ class PartSum {
         block_count_ = 0;
     }
 
-    double block_length_;
-    const std::vector<double>& noise_;
+    const HoldOut* hold_out_ = nullptr;
     HeldOutPart part_;
     double squares_ = 0.0;
     double whitened_ = 0.0;
@@ -69,43 +70,56 @@ class PartSum {
     std::size_t block_count_ = 0;
 };
 
+/// One model of one or several recordings, of which it does not see everything.
 class Holder {
   public:
-    Holder(const calibrate::ChainFit& fit, const HoldOut& hold_out,
-           const measure::Measurement& measurement, const CandidateOptions& options)
-        : fit_(fit), hold_out_(hold_out), measurement_(measurement), options_(options) {}
+    Holder(std::span<const calibrate::ChainFit> parts, std::span<const HoldOut> hold_out,
+           std::span<const measure::Measurement> recordings)
+        : parts_(parts), hold_out_(hold_out), recordings_(recordings) {}
 
-    [[nodiscard]] HeldOutPart of_prediction(const calibrate::ChainPrediction& prediction,
-                                            const IsHeldOut& is_held_out) const {
-        PartSum sum(hold_out_.block_length, hold_out_.noise);
-        for (std::size_t i = 0; i < prediction.frames; ++i) {
-            sum.begin_frame(measurement_.times[i]);
-            for (std::size_t j = 0; j < prediction.rows; ++j) {
-                const double residual =
-                    measurement_.deflection(i, j) - prediction.readings[i * prediction.rows + j];
-                if (!std::isnan(residual) && is_held_out(i, j))
-                    sum.add(residual, j);
-            }
-        }
+    /// Is the reading in the last third of its recording?
+    [[nodiscard]] bool is_late(std::size_t part, std::size_t frame) const {
+        return parts_[part].times[frame] > parts_[part].times.back() * 2.0 / 3.0;
+    }
+    [[nodiscard]] bool is_in_row(std::size_t part, std::size_t row) const {
+        return row == hold_out_[part].row;
+    }
+
+    /// The model's own predictions.
+    [[nodiscard]] HeldOutPart of_fit(const IsHeldOut& is_held_out) const {
+        PartSum sum;
+        for (std::size_t m = 0; m < parts_.size(); ++m)
+            add(m, parts_[m].prediction, is_held_out, sum);
         return sum.part();
     }
 
-    /// By a fit to `seen` up to `window`.
-    [[nodiscard]] HeldOutPart of_refit(const measure::Measurement& seen,
-                                       std::optional<double> window,
-                                       const IsHeldOut& is_held_out) const {
+    /// By a fit to what is not held out.
+    [[nodiscard]] HeldOutPart of_refit(const IsHeldOut& is_held_out,
+                                       const calibrate::BelongsToRecording& belongs_to_recording,
+                                       const CandidateOptions& options) const {
         HeldOutPart failed;
         try {
-            calibrate::ChainFitOptions options;
-            options.window = window;
-            options.is_first_guess = false;
-            options.heartbeat = options_.heartbeat;
-            const calibrate::ChainFit again = calibrate::fit_chain(fit_.model, seen, options);
-            if (again.has_converged)
-                return of_prediction(
-                    calibrate::predict_readings(again.model, fit_.times, options_.heartbeat),
-                    is_held_out);
-            failed.failure = again.reason;
+            calibrate::JointOptions joint;
+            joint.chain.window = options.window;
+            joint.chain.is_first_guess = false;
+            joint.chain.heartbeat = options.heartbeat;
+            joint.belongs_to_recording = belongs_to_recording;
+            std::vector<calibrate::StemModel> models;
+            for (const calibrate::ChainFit& part : parts_)
+                models.push_back(part.model);
+            const calibrate::JointFit again =
+                calibrate::fit_jointly(models, what_is_seen(is_held_out), joint);
+            if (!again.has_converged) {
+                failed.failure = again.reason;
+                return failed;
+            }
+            PartSum sum;
+            for (std::size_t m = 0; m < parts_.size(); ++m)
+                add(m,
+                    calibrate::predict_readings(again.parts[m].model, parts_[m].times,
+                                                options.heartbeat),
+                    is_held_out, sum);
+            return sum.part();
         } catch (const core::NumericalError& error) {
             failed.failure = error.what();
         }
@@ -113,18 +127,37 @@ class Holder {
     }
 
   private:
-    const calibrate::ChainFit& fit_;
-    const HoldOut& hold_out_;
-    const measure::Measurement& measurement_;
-    const CandidateOptions& options_;
-};
+    [[nodiscard]] std::vector<measure::Measurement>
+    what_is_seen(const IsHeldOut& is_held_out) const {
+        std::vector<measure::Measurement> seen(recordings_.begin(), recordings_.end());
+        for (std::size_t m = 0; m < seen.size(); ++m)
+            for (std::size_t i = 0; i < parts_[m].times.size(); ++i)
+                for (std::size_t j = 0; j < seen[m].heights.size(); ++j)
+                    if (is_held_out(m, i, j))
+                        seen[m].deflections[i * seen[m].heights.size() + j] =
+                            std::numeric_limits<double>::quiet_NaN();
+        return seen;
+    }
 
-measure::Measurement without_row(measure::Measurement measurement, std::size_t row) {
-    for (std::size_t i = 0; i < measurement.times.size(); ++i)
-        measurement.deflections[i * measurement.heights.size() + row] =
-            std::numeric_limits<double>::quiet_NaN();
-    return measurement;
-}
+    void add(std::size_t part, const calibrate::ChainPrediction& prediction,
+             const IsHeldOut& is_held_out, PartSum& sum) const {
+        const measure::Measurement& recording = recordings_[part];
+        sum.begin_recording(hold_out_[part]);
+        for (std::size_t i = 0; i < prediction.frames; ++i) {
+            sum.begin_frame(recording.times[i]);
+            for (std::size_t j = 0; j < prediction.rows; ++j) {
+                const double residual =
+                    recording.deflection(i, j) - prediction.readings[i * prediction.rows + j];
+                if (!std::isnan(residual) && is_held_out(part, i, j))
+                    sum.add(residual, j);
+            }
+        }
+    }
+
+    std::span<const calibrate::ChainFit> parts_;
+    std::span<const HoldOut> hold_out_;
+    std::span<const measure::Measurement> recordings_;
+};
 
 double mean(const std::vector<double>& values) {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -149,26 +182,43 @@ std::size_t row_to_leave_out(const calibrate::ChainFit& baseline) {
     return worst;
 }
 
+HeldOut predict_held_out(std::span<const calibrate::ChainFit> parts,
+                         std::span<const HoldOut> hold_out,
+                         std::span<const measure::Measurement> recordings,
+                         const calibrate::BelongsToRecording& belongs_to_recording,
+                         const CandidateOptions& options) {
+    const Holder holder(parts, hold_out, recordings);
+    const IsHeldOut is_late = [&](std::size_t part, std::size_t frame, std::size_t) {
+        return holder.is_late(part, frame);
+    };
+    const IsHeldOut is_in_row = [&](std::size_t part, std::size_t, std::size_t row) {
+        return holder.is_in_row(part, row);
+    };
+    HeldOut result;
+    result.last_third = holder.of_refit(is_late, belongs_to_recording, options);
+    const bool has_rows = std::ranges::all_of(
+        recordings, [](const auto& recording) { return recording.heights.size() > 1; });
+    if (has_rows)
+        result.one_height = holder.of_refit(is_in_row, belongs_to_recording, options);
+    else
+        result.one_height.failure = "there is only one height";
+    return result;
+}
+
 HeldOut predict_held_out(const CandidateFit& candidate, const HoldOut& hold_out,
                          const measure::Measurement& measurement, const CandidateOptions& options) {
-    const calibrate::ChainFit& fit = *candidate.fit;
-    const double last_seen = fit.times.back() * 2.0 / 3.0;
-    const Holder holder(fit, hold_out, measurement, options);
-    const IsHeldOut is_late = [&](std::size_t frame, std::size_t) {
-        return fit.times[frame] > last_seen;
-    };
-    const IsHeldOut is_in_row = [&](std::size_t, std::size_t j) { return j == hold_out.row; };
-    if (!candidate.moves)
-        return {holder.of_prediction(fit.prediction, is_late),
-                holder.of_prediction(fit.prediction, is_in_row)};
-    HeldOut result;
-    result.last_third = holder.of_refit(measurement, last_seen, is_late);
-    if (measurement.heights.size() < 2)
-        result.one_height.failure = "there is only one height";
-    else
-        result.one_height =
-            holder.of_refit(without_row(measurement, hold_out.row), options.window, is_in_row);
-    return result;
+    const std::span<const calibrate::ChainFit> part(&*candidate.fit, 1);
+    const std::span<const HoldOut> held(&hold_out, 1);
+    const std::span<const measure::Measurement> recording(&measurement, 1);
+    if (candidate.moves)
+        return predict_held_out(part, held, recording, {}, options);
+    const Holder holder(part, held, recording);
+    return {holder.of_fit([&](std::size_t m, std::size_t frame, std::size_t) {
+                return holder.is_late(m, frame);
+            }),
+            holder.of_fit([&](std::size_t m, std::size_t, std::size_t row) {
+                return holder.is_in_row(m, row);
+            })};
 }
 
 bool predicts_better(const HeldOutPart& larger, const HeldOutPart& smaller) {

@@ -2,8 +2,10 @@
 // How well a model predicts readings that it was not fitted to.
 #pragma once
 
+#include "calibrate/joint_fit.hpp"
 #include "diagnose/candidate_fit.hpp"
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,10 +35,18 @@ struct HoldOut {
     double block_length = 0.0; ///< of the blocks of time, s
 };
 
-/// Refits `fit` from its own values twice, without the last third and without the row. Of a model
-/// in which nothing moves the residuals are what it predicts.
+/// Refits the candidate from its own values twice, without the last third and without the row. Of
+/// a model in which nothing moves the residuals are what it predicts.
 [[nodiscard]] HeldOut predict_held_out(const CandidateFit& candidate, const HoldOut& hold_out,
                                        const measure::Measurement& measurement,
+                                       const CandidateOptions& options = {});
+
+/// The same of one model of several recordings, `parts` and `hold_out` one for each: what they
+/// share stays shared, and the held-out readings of all count together.
+[[nodiscard]] HeldOut predict_held_out(std::span<const calibrate::ChainFit> parts,
+                                       std::span<const HoldOut> hold_out,
+                                       std::span<const measure::Measurement> recordings,
+                                       const calibrate::BelongsToRecording& belongs_to_recording,
                                        const CandidateOptions& options = {});
 
 /// Is the mean of the block-wise differences larger − smaller below 0 by more than 1.96 of its

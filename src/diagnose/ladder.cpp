@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/ladder.hpp"
 
+#include "diagnose/mere_noise.hpp"
 #include "diagnose/residual_correlation.hpp"
 
 #include <algorithm>
@@ -63,16 +64,23 @@ std::string parameter_at_bound(const calibrate::ChainFit& fit,
     return {};
 }
 
-/// Why the step from `before` to `rung` is no gain; empty if it is one.
-std::string objection(const Rung& rung, const Rung& before) {
+/// Why the step from `before` to `rung` is no gain; empty if it is one. `below` is the fitted rung
+/// below, `before` itself or refused: then what is new must earn its own keep too, and what was
+/// refused already is not asked for its size again.
+std::string objection(const Rung& rung, const Rung& before, const Rung& below) {
     const calibrate::ChainFit& fit = *rung.candidate.fit;
+    const std::vector<std::string> fresh = difference(rung.candidate.names, below.candidate.names);
     if (!(rung.delta_bic <= -needed_gain))
         return rung.delta_bic > 0.0 ? fmt::format("BIC rises by {:.1f}", rung.delta_bic)
                                     : fmt::format("BIC falls by {:.1f}, less than {:g}",
                                                   -rung.delta_bic, needed_gain);
-    if (std::string bound = parameter_at_bound(fit, rung.added); !bound.empty())
+    if (!(rung.bic - below.bic <= -needed_gain))
+        return fmt::format("BIC {} by {:.1f} against {}, which was no gain",
+                           rung.bic > below.bic ? "rises" : "falls", std::abs(rung.bic - below.bic),
+                           fmt::join(below.candidate.names, " + "));
+    if (std::string bound = parameter_at_bound(fit, fresh); !bound.empty())
         return bound;
-    for (const std::string& effect : rung.added)
+    for (const std::string& effect : fresh)
         if (std::string text = absence_not_excluded(fit, effect); !text.empty())
             return text;
     if (!rung.held_out || !before.held_out)
@@ -137,50 +145,70 @@ void score(Ladder& ladder) {
         rung.bic = size * ladder.effective_readings / count +
                    numbers * std::log(std::max(ladder.effective_readings, 2.0));
     }
+}
+
+/// What `rung` is worth against `before`, the last that was a gain, and `below`, the last fitted.
+void judge_step(Rung& rung, const Rung& before, const Rung& below) {
+    rung.added = difference(rung.candidate.names, before.candidate.names);
+    if (!rung.candidate.fit) {
+        rung.why = "failed: " + rung.candidate.failure;
+        return;
+    }
+    rung.delta_bic = rung.bic - before.bic;
+    if (before.candidate.moves) {
+        rung.modulus_change =
+            relative_change(*rung.candidate.fit, *before.candidate.fit, "bond_youngs_modulus");
+        rung.damping_change =
+            relative_change(*rung.candidate.fit, *before.candidate.fit, "bond_damping");
+    }
+    rung.why = rung.candidate.moves ? objection(rung, before, below)
+                                    : "nothing moves the stem in this model";
+    rung.is_gain = rung.why.empty();
+    if (rung.is_gain)
+        rung.why = fmt::format("BIC falls by {:.0f}, the last third of the time is predicted "
+                               "better ({:.2f} times the noise, before {:.2f})",
+                               -rung.delta_bic, rung.held_out->last_third.over_noise,
+                               before.held_out->last_third.over_noise);
+}
+
+void judge_steps(Ladder& ladder) {
+    std::size_t accepted = 0;
+    std::size_t below = 0;
     for (std::size_t k = 1; k < ladder.rungs.size(); ++k) {
         Rung& rung = ladder.rungs[k];
-        const Rung& before = ladder.rungs[k - 1];
-        if (!rung.candidate.fit) {
-            rung.why = "failed: " + rung.candidate.failure;
-            continue;
-        }
-        if (!before.candidate.fit) {
-            rung.why = "the rung before it failed";
-            continue;
-        }
-        rung.delta_bic = rung.bic - before.bic;
-        if (before.candidate.moves) {
-            rung.modulus_change =
-                relative_change(*rung.candidate.fit, *before.candidate.fit, "bond_youngs_modulus");
-            rung.damping_change =
-                relative_change(*rung.candidate.fit, *before.candidate.fit, "bond_damping");
-        }
-        const std::string reason =
-            rung.candidate.moves ? objection(rung, before) : "nothing moves the stem in this model";
-        rung.is_gain = reason.empty();
-        rung.why = rung.is_gain
-                       ? fmt::format("BIC falls by {:.0f}, the last third of the time is predicted "
-                                     "better ({:.2f} times the noise, before {:.2f})",
-                                     -rung.delta_bic, rung.held_out->last_third.over_noise,
-                                     before.held_out->last_third.over_noise)
-                       : reason;
+        rung.compared_with = accepted;
+        judge_step(rung, ladder.rungs[accepted], ladder.rungs[below]);
+        if (rung.candidate.fit)
+            below = k;
+        if (rung.is_gain)
+            accepted = k;
     }
+}
+
+bool contains(const std::vector<std::string>& larger, const std::vector<std::string>& smaller) {
+    return difference(smaller, larger).empty();
+}
+
+/// The largest fitted model within `names`; the baseline if there is none.
+const CandidateFit& model_within(const std::vector<std::string>& names, const Ladder& ladder) {
+    const CandidateFit* within = &ladder.rungs.front().candidate;
+    for (const Rung& rung : ladder.rungs)
+        if (rung.candidate.fit && contains(names, rung.candidate.names))
+            within = &rung.candidate;
+    return *within;
 }
 
 } // namespace
 
 Ladder climb(const measure::Measurement& measurement, const std::vector<SelectedEffects>& models,
              const CandidateOptions& options) {
+    refuse_mere_noise(measurement, options.window);
     Ladder ladder;
     ladder.rungs.emplace_back().candidate = fit_baseline(measurement, options);
     for (const SelectedEffects& effects : models) {
-        const CandidateFit* smaller = &ladder.rungs.front().candidate;
-        for (const Rung& rung : ladder.rungs) // the largest that could be fitted
-            if (rung.candidate.fit)
-                smaller = &rung.candidate;
         Rung rung;
-        rung.candidate = fit_candidate(effects, *smaller, measurement, options);
-        rung.added = difference(rung.candidate.names, ladder.rungs.back().candidate.names);
+        rung.candidate = fit_candidate(effects, model_within(model_names(effects), ladder),
+                                       measurement, options);
         ladder.rungs.push_back(std::move(rung));
     }
     if (ladder.rungs.front().candidate.fit)
@@ -195,6 +223,7 @@ Ladder climb(const measure::Measurement& measurement, const std::vector<Selected
         ladder.comparisons.push_back(compare(rung.candidate, measurement));
     }
     score(ladder);
+    judge_steps(ladder);
     return ladder;
 }
 

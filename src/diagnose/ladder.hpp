@@ -11,13 +11,16 @@
 
 namespace culm::diagnose {
 
-/// One model on the ladder. Changes and the gain are against the rung before it.
+/// One model on the ladder. Changes and the gain are against the last rung below it that was a
+/// gain; the baseline counts as one. What was refused is no yardstick: a useless effect below would
+/// otherwise take part of the next one's gain, or lend it some.
 struct Rung {
     CandidateFit candidate;
-    std::vector<std::string> added; ///< effects that the rung before does not have
+    std::size_t compared_with = 0;  ///< place of that rung on the ladder
+    std::vector<std::string> added; ///< effects that it does not have
     std::optional<HeldOut> held_out;
     double bic = 0.0;            ///< Bayesian information criterion with effective readings
-    double delta_bic = 0.0;      ///< against the rung before; negative: better
+    double delta_bic = 0.0;      ///< negative: better
     double modulus_change = 0.0; ///< of Y, relative
     double damping_change = 0.0; ///< of β, relative
     bool is_gain = false;
@@ -33,7 +36,10 @@ struct Ladder {
     std::vector<std::optional<std::size_t>> comparison; ///< (rungs): place in `comparisons`
 };
 
-/// Fits the baseline and every model of `models`, each of which contains the one before it.
+/// Throws core::InputError if the readings are no more than their noise.
+///
+/// Fits the baseline and every model of `models`, each of which contains the one before it, from
+/// the largest fitted model that it contains.
 ///
 /// BIC = χ²/s · n/N + k ln n with n effective readings (from the correlation of the residuals of
 /// the best rung, which is closest to that of the noise), N readings, k fitted numbers, and s the
@@ -41,8 +47,10 @@ struct Ladder {
 ///
 /// A rung is a gain if the criterion falls by 10 or more, the last third of the time and the height
 /// that was left out are both predicted better (predicts_better; the height not worse), the
-/// interval of one of its sizes excludes the effect's absence, and none of its parameters stands at
-/// a bound. Effects without a fitted parameter need no interval.
+/// interval of one size of each new effect excludes its absence, and none of their parameters
+/// stands at a bound. Effects without a fitted parameter need no interval. If rungs below were
+/// refused, the criterion must fall by 10 against the uppermost of them too, and new are the
+/// effects that it does not have.
 [[nodiscard]] Ladder climb(const measure::Measurement& measurement,
                            const std::vector<SelectedEffects>& models,
                            const CandidateOptions& options = {});

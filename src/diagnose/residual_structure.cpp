@@ -63,14 +63,39 @@ bool counts(const Swing& swing, std::size_t i) {
            std::isfinite(swing.modelled_speed[i]);
 }
 
+/// √2 times the scatter about the mean, less what noise of that standard deviation adds.
+class Amplitude {
+  public:
+    void add(double value) {
+        sum_ += value;
+        squares_ += value * value;
+        count_ += 1.0;
+    }
+    [[nodiscard]] double over(double noise, double noise_within) const {
+        const double scatter = squares_ / count_ - std::pow(sum_ / count_, 2);
+        return std::sqrt(2.0 * std::max(scatter - noise_within * noise_within, 0.0)) / noise;
+    }
+
+  private:
+    double sum_ = 0.0;
+    double squares_ = 0.0;
+    double count_ = 0.0;
+};
+
 SwingError error_in_third(const Swing& swing, std::size_t third) {
     Regression regression;
-    for (std::size_t i = 0; i < swing.times.size(); ++i)
-        if (counts(swing, i) &&
+    Amplitude measured;
+    Amplitude modelled;
+    for (std::size_t i = 0; i < swing.times.size(); ++i) {
+        if (!counts(swing, i) ||
             std::min(static_cast<std::size_t>(3.0 * swing.times[i] / swing.times.back()),
-                     std::size_t{2}) == third)
-            regression.add(swing, i);
-    if (!regression.is_solvable())
+                     std::size_t{2}) != third)
+            continue;
+        regression.add(swing, i);
+        measured.add(swing.measured[i]);
+        modelled.add(swing.modelled[i]);
+    }
+    if (!regression.is_solvable() || !(swing.noise > 0.0))
         return {};
     const Eigen::Vector3d found = regression.solution();
     const Eigen::Vector3d errors =
@@ -82,7 +107,9 @@ SwingError error_in_third(const Swing& swing, std::size_t third) {
             found(2),
             errors(0),
             errors(1),
-            errors(2)};
+            errors(2),
+            measured.over(swing.noise, swing.noise),
+            modelled.over(swing.noise, 0.0)};
 }
 
 /// Power of the parts, in units of the swing's noise and summed over the frames.

@@ -18,6 +18,10 @@ struct SwingError {
     double amplitude_error = 0.0; ///< standard errors, from the noise
     double lag_error = 0.0;
     double rest_error = 0.0;
+    /// Amplitudes of both swings (√2 times their root mean square, less the noise's) over the noise
+    /// of the swing. A swing that has died has no phase.
+    double measured_over_noise = 0.0;
+    double modelled_over_noise = 0.0;
 };
 
 struct ResidualStructure {

@@ -81,6 +81,7 @@ struct Measurement {
     ReleaseKind release = ReleaseKind::TipPull;
     GravityDirection gravity_direction = GravityDirection::None;
     Reading reading = Reading::Row;
+    std::optional<double> hold_time;         ///< for which the stem was held before the release, s
     std::optional<double> frames_per_second; ///< of the camera
     std::optional<double> noise;             ///< standard deviation of one reading, m
     std::vector<double> noise_by_height;     ///< the same per height, m; empty: not known

@@ -18,6 +18,7 @@ namespace {
 constexpr NumberRange stem_length{1e-3, 100.0};
 constexpr NumberRange stem_width{1e-5, 10.0};
 constexpr NumberRange positive{0.0, 1e12, true};
+constexpr NumberRange longest_hold{0.0, 1e7}; // s, that of the effect relaxation
 
 template <std::size_t N>
 std::vector<std::string> words(const std::array<std::string_view, N>& names) {
@@ -114,6 +115,7 @@ void read_measurement_table(TomlTable& table, Measurement& measurement) {
     const std::array<std::string, 2> readings{"row", "material"};
     if (const auto index = table.word("reading", readings))
         measurement.reading = *index == 0 ? Reading::Row : Reading::Material;
+    measurement.hold_time = table.number("hold_time_s", longest_hold);
 }
 
 /// Whether a number of the file, which the TOML parser rounds to a double before its point is
@@ -232,6 +234,8 @@ std::string stem_file_text(const Measurement& measurement) {
         text += "noise_source = " + quoted(measurement.noise_source) + "\n";
     text += fmt::format("gravity_direction = \"{}\"\nreading = \"{}\"\n",
                         to_string(measurement.gravity_direction), to_string(measurement.reading));
+    if (measurement.hold_time)
+        text += fmt::format("hold_time_s = {}\n", decimal_text(*measurement.hold_time));
     return text;
 }
 

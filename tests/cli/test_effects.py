@@ -51,7 +51,7 @@ class Library(CulmTest):
     def test_card_says_what_one_sees_and_what_to_do(self):
         finished = self.culm("effects", "clamp_friction")
         self.assert_exit(finished, DONE)
-        for label in ("law", "source", "you see", "do", "contains"):
+        for label in ("law", "source", "you see", "do", "energy", "contains"):
             self.assertRegex(finished.stdout, rf"(?m)^{label} +\w")
         self.assertIn("\nrate_rad_s = 0.05 rad/s (0.0001 to 10; known, not fitted)\n",
                       finished.stdout)

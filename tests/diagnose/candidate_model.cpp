@@ -52,6 +52,20 @@ TEST(CandidateModel, KeepsFixedValuesAndFreesTheOthersWithinBoundsOfTheStem) {
     EXPECT_LT(stiffness.upper, 1e5);
 }
 
+TEST(CandidateModel, TakesTheTimeOfTheHoldFromTheMeasurementUnlessItIsFixed) {
+    measure::Measurement measurement = quadratic_drag_record();
+    const auto hold_time = [&](const char* text) {
+        return diagnose::candidate_model(calibrate::baseline_model(measurement), effects(text),
+                                         measurement)
+            .spec.effects.front()
+            .values.at(2);
+    };
+    EXPECT_EQ(hold_time("relaxation"), 10.0); // the default
+    measurement.hold_time = 3.0;
+    EXPECT_EQ(hold_time("relaxation"), 3.0);
+    EXPECT_EQ(hold_time("relaxation(hold_time_s=0.5)"), 0.5);
+}
+
 TEST(CandidateModel, RefusesEffectsThatCannotBeCombined) {
     const measure::Measurement measurement = quadratic_drag_record();
     diagnose::SelectedEffects both = effects("clamp_friction");

@@ -75,6 +75,29 @@ TEST(Ladder, OfARecordThatLacksNothingHasNoGain) {
     EXPECT_FALSE(ladder.rungs[1].is_gain);
 }
 
+TEST(Ladder, JudgesAStepAgainstTheLastModelThatWasAGain) {
+    const diagnose::Ladder ladder = diagnose::climb(
+        record("T2-quadratic_drag"),
+        models({"taper", "taper,quadratic_drag", "taper,quadratic_drag,gravity"}), quick());
+    ASSERT_EQ(ladder.rungs.size(), 4u);
+    const diagnose::Rung& taper = ladder.rungs[1];
+    const diagnose::Rung& drag = ladder.rungs[2];
+    ASSERT_TRUE(taper.candidate.fit && drag.candidate.fit) << taper.why << drag.why;
+    EXPECT_FALSE(taper.is_gain);
+    EXPECT_EQ(taper.compared_with, 0u);
+    // Above a model that was refused: against the baseline, with all that it adds to that.
+    EXPECT_TRUE(drag.is_gain) << drag.why;
+    EXPECT_EQ(drag.compared_with, 0u);
+    EXPECT_EQ(drag.added, (std::vector<std::string>{"taper", "quadratic_drag"}));
+    EXPECT_DOUBLE_EQ(drag.delta_bic, drag.bic - ladder.rungs[0].bic);
+    const auto modulus = [&](std::size_t rung) {
+        return ladder.rungs[rung].candidate.fit->find("bond_youngs_modulus")->value;
+    };
+    EXPECT_DOUBLE_EQ(drag.modulus_change, modulus(2) / modulus(0) - 1.0);
+    EXPECT_EQ(ladder.rungs[3].compared_with, 2u);
+    EXPECT_FALSE(ladder.rungs[3].is_gain);
+}
+
 TEST(Verdict, OnAnExcerptOfOneCycleIsThatItCannotTell) {
     diagnose::CandidateOptions options = quick();
     options.window = 0.015; // 1.3 cycles

@@ -71,6 +71,18 @@ TEST(ResidualStructure, OfAStemThatRestsElsewhereSaysWhere) {
         EXPECT_NEAR(third.rest, 0.1e-3, 4.0 * third.rest_error);
 }
 
+TEST(ResidualStructure, KnowsWhereASwingHasDied) {
+    const auto found = Example([](double time, double modelled) {
+                           return time < 0.4 ? modelled : 0.0;
+                       }).structure();
+    // 10 mm exp(−6t) over the first 0.2 s: √(mean of exp(−12t)) is 0.62.
+    EXPECT_NEAR(found.thirds[0].measured_over_noise, 0.62 * 10e-3 / noise, 5.0);
+    EXPECT_NEAR(found.thirds[0].modelled_over_noise, found.thirds[0].measured_over_noise, 0.5);
+    // The scatter of 200 readings is known to 5 %: of pure noise √(2 · 0.05 …) is left at most.
+    EXPECT_LT(found.thirds[2].measured_over_noise, 1.0);
+    EXPECT_GT(found.thirds[2].modelled_over_noise, 10.0);
+}
+
 TEST(ResidualStructure, OfNoiseHasNoExcess) {
     const auto found = Example([](double, double modelled) { return modelled; }).structure();
     // The mean square of 600 readings scatters by √(2/600).

@@ -35,6 +35,7 @@ void expect_same(const Measurement& a, const Measurement& b) {
     EXPECT_EQ(a.release, b.release);
     EXPECT_EQ(a.gravity_direction, b.gravity_direction);
     EXPECT_EQ(a.reading, b.reading);
+    EXPECT_EQ(a.hold_time, b.hold_time);
     EXPECT_EQ(a.frames_per_second, b.frames_per_second);
     EXPECT_EQ(a.noise, b.noise);
     EXPECT_EQ(a.noise_by_height, b.noise_by_height);
@@ -64,6 +65,8 @@ Measurement computed(const Section& section, bool is_shifted) {
     measurement.gravity_direction =
         is_shifted ? GravityDirection::Transverse : GravityDirection::Axial;
     measurement.reading = is_shifted ? Reading::Material : Reading::Row;
+    if (is_shifted)
+        measurement.hold_time = 10.0 * share(random);
     measurement.frames_per_second = 1000.0 / 3.0;
     measurement.noise = 1e-5 * share(random);
     measurement.noise_source = "40 frames at rest";

@@ -28,6 +28,9 @@ EffectPointer base_motion() {
                       "lowest height too and before the release",
          .remedy = "keep a fixed mark in view; bolt support and camera to the same table; record "
                    "the stem at rest",
+         .energy =
+             "puts in or takes out -d²x_b/dt² Σ m v per second, with the speeds v relative to the "
+             "support; on average it feeds the stem as much as its damping takes. Not conservative",
          .parameters = {{.name = "amplitude_m",
                          .unit = "m",
                          .meaning = "a: amplitude of the support",

@@ -38,6 +38,7 @@ EffectPointer bending_nonlinearity() {
                       "record, with a third harmonic in phase; the decay stays",
          .remedy = "record a static curve of force against deflection, or release from several "
                    "amplitudes; check the camera's lens, which can feign it",
+         .energy = "stores E I (½ κ² + ¼ γ κ⁴) per length. Conservative, as long as 1 + 3 γ κ² > 0",
          .parameters = {{.name = "gamma_m2",
                          .unit = "m²",
                          .meaning = "γ: negative where the stem softens",

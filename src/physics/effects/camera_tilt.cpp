@@ -26,6 +26,7 @@ EffectPointer camera_tilt() {
          .remedy =
              "film a grid or two scale bars, one at the clamp and one at the tip, and set the "
              "camera upright",
+         .energy = "none: the camera does not touch the stem",
          .parameters = {{.name = "scale_change",
                          .unit = "",
                          .meaning = "e: share by which the tip's row is read too large",

@@ -32,6 +32,7 @@ EffectPointer clamp_compliance() {
              "does too",
          .remedy = "film a mark right above the clamp; pull statically and read two heights; clamp "
                    "again. In a model that feeds a bulk simulation keep k out of the modulus",
+         .energy = "stores ½ k θ². Conservative",
          .parameters = {clamp_stiffness()}},
         apply, suit);
 }

@@ -47,6 +47,8 @@ EffectPointer clamp_friction() {
          .remedy =
              "tighten or change the clamp and release again; releases of small amplitude show "
              "it best. The spring of clamp_compliance is part of it",
+         .energy = "stores ½ k θ² and takes out M_f ω tanh(ω/ω_r) per second: 4 M_f θ in a cycle "
+                   "of amplitude θ, whatever its frequency. Gives nothing back",
          .parameters = {{.name = "moment_nm",
                          .unit = "N m",
                          .meaning = "M_f: friction moment of the turning clamp",

@@ -62,6 +62,8 @@ class Effect {
     /// What one would see in a recording, and what to do about it in the laboratory or the study.
     [[nodiscard]] virtual std::string signature() const = 0;
     [[nodiscard]] virtual std::string remedy() const = 0;
+    /// What it stores, and what it takes out of the motion or puts in (energy.hpp computes it).
+    [[nodiscard]] virtual std::string energy() const = 0;
     [[nodiscard]] virtual std::vector<EffectParameter> parameters() const = 0;
     /// The same with defaults, bounds and scales that suit one stem: where to start a fit, and how
     /// far to let it go. The bounds lie within those of parameters(), which hold for every stem.

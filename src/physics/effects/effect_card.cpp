@@ -18,6 +18,7 @@ class CardEffect final : public Effect {
     [[nodiscard]] std::string source() const override { return card_.source; }
     [[nodiscard]] std::string signature() const override { return card_.signature; }
     [[nodiscard]] std::string remedy() const override { return card_.remedy; }
+    [[nodiscard]] std::string energy() const override { return card_.energy; }
     [[nodiscard]] std::vector<EffectParameter> parameters() const override {
         return card_.parameters;
     }

@@ -18,6 +18,7 @@ struct EffectCard {
     std::string source;
     std::string signature;
     std::string remedy;
+    std::string energy;
     std::vector<EffectParameter> parameters;
     std::vector<std::string> excludes = {};
     int dimensions = 2;

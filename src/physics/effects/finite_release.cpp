@@ -35,6 +35,9 @@ EffectPointer finite_release() {
          .signature = "mode 2 is weaker than the model says, in the first milliseconds only, and "
                       "the swing starts late by about half the duration",
          .remedy = "burn or cut a thread instead of letting go; or fit from a later frame",
+         .energy =
+             "the finger still does work while it lets go: F (1 - 3u² + 2u³) times the tip's "
+             "speed, which takes energy out, for the tip moves against its force. After T: none",
          .parameters = {{.name = "duration_s",
                          .unit = "s",
                          .meaning = "T: from the first to the last of the finger's force",

@@ -46,6 +46,7 @@ EffectPointer gravity() {
          .remedy =
              "the direction is known, so nothing is fitted: state it in the measurement; turn "
              "the set-up over to see it",
+         .energy = "stores -m (g_axial x + g_transverse y) per mass. Conservative",
          .parameters = {acceleration("axial_m_s2",
                                      "g_axial: along the stem, positive away from the clamp; -9.81 "
                                      "for a stem that stands upright",

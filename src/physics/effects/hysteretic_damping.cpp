@@ -34,6 +34,9 @@ EffectPointer hysteretic_damping() {
              "the frequency and the air's falls; with one mode in sight they are one",
          .remedy = "needs at least three frequencies: add a known mass at the tip, change the "
                    "length, and compare; the second mode right after the release helps",
+         .energy =
+             "each branch k stores q²/(2 g_k E I) per length and takes out q²/(g_k E I τ_k) per "
+             "second; together π η E I κ² per length in a cycle of amplitude κ. Gives nothing back",
          .parameters = {{.name = "loss_factor",
                          .unit = "",
                          .meaning = "η: twice the damping ratio",

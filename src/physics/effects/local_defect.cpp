@@ -62,6 +62,8 @@ EffectPointer local_defect() {
          .remedy =
              "film more heights near the kink, or bend the stem between four points; with few "
              "heights stiffness_gradient says nearly the same",
+         .energy = "no loss of its own: the segment stores ½ f E I κ². Conservative; the damping "
+                   "of its bonds falls with their stiffness",
          .parameters = {{.name = "position_m",
                          .unit = "m",
                          .meaning = "s0: middle of the segment, from the clamp along the stem",

@@ -39,6 +39,8 @@ EffectPointer out_of_plane() {
                       "early in the record it looks like air drag, late like dry friction",
          .remedy = "film with a second camera at a right angle, or turn the stem by 45 degrees "
                    "about its axis; pull along a principal axis and the beating is gone",
+         .energy = "stores ½ E I (1 ± ε/2) κ² in the two planes and carries energy from one to the "
+                   "other. Conservative, up to the stem's own twist, which is neglected",
          .parameters = {{.name = "stiffness_split",
                          .unit = "",
                          .meaning = "ε: difference of the two stiffnesses over their mean",

@@ -57,6 +57,8 @@ EffectPointer precurvature() {
                       "frequency and decay stay",
          .remedy = "turn the stem by 180 degrees about its axis: the offset changes sign, that of "
                    "a sideways weight does not",
+         .energy =
+             "stores ½ E I (κ - κ0)²: the straight stem holds ½ E I κ0² per length. Conservative",
          .parameters = {curvature("base_curvature_1_m", "clamp"),
                         curvature("tip_curvature_1_m", "tip")}},
         apply, suit);

@@ -32,6 +32,7 @@ EffectPointer quadratic_drag() {
                       "between early and late",
          .remedy = "release from amplitudes 10:1 apart, in vacuum, or with a paper fin at the tip; "
                    "take the drag out of β before it goes into a bulk simulation",
+         .energy = "takes out ½ ρ C_d d |v|³ per length and second. Gives nothing back",
          .parameters = {{.name = "drag_coefficient",
                          .unit = "",
                          .meaning =

@@ -33,7 +33,10 @@ EffectPointer relaxation() {
              "hold, as exp(-t/τ), with the static shape; short τ: only more decay and a "
              "higher frequency, nothing that stands out",
          .remedy = "vary the time for which the stem is held, and release it from the other side; "
-                   "long τ needs a long record. hold_time_s is known: set it",
+                   "long τ needs a long record. hold_time_s is known: state it in the measurement",
+         .energy = "stores q²/(2 g E I) per length beside the bend and takes out q²/(g E I τ) per "
+                   "second. What the hold has left in it is part of the energy at the release; "
+                   "gives nothing else back",
          .parameters = {{.name = "fraction",
                          .unit = "",
                          .meaning = "g: modulus that relaxes over the relaxed one",

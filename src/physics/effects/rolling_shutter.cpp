@@ -23,6 +23,7 @@ EffectPointer rolling_shutter() {
          .signature = "a residual a quarter cycle off that grows with height times speed, all "
                       "through the record; a phase that changes along the stem",
          .remedy = "use a global shutter, or turn the camera so that its rows run along the stem",
+         .energy = "none: the camera does not touch the stem",
          .parameters = {{.name = "readout_s",
                          .unit = "s",
                          .meaning = "T: from the row at the clamp to the row at the tip's height; "

@@ -107,15 +107,21 @@ SelectedEffect parse_effect(std::string_view text, const EffectFileReader& read)
     return selected;
 }
 
-std::vector<SelectedEffect> parse_effects(std::string_view text, const EffectFileReader& read) {
+std::vector<SelectedEffect> parse_alternatives(std::string_view text,
+                                               const EffectFileReader& read) {
     std::vector<SelectedEffect> effects;
     if (trimmed(text).empty())
         return effects;
-    std::vector<EffectPointer> pointers;
-    for (const std::string_view part : split(text)) {
+    for (const std::string_view part : split(text))
         effects.push_back(parse_effect(part, read));
-        pointers.push_back(effects.back().effect);
-    }
+    return effects;
+}
+
+std::vector<SelectedEffect> parse_effects(std::string_view text, const EffectFileReader& read) {
+    std::vector<SelectedEffect> effects = parse_alternatives(text, read);
+    std::vector<EffectPointer> pointers;
+    for (const SelectedEffect& selected : effects)
+        pointers.push_back(selected.effect);
     check_combination(pointers);
     return effects;
 }

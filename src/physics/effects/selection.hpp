@@ -29,6 +29,10 @@ using EffectFileReader = std::function<EffectPointer(const std::string& file)>;
 [[nodiscard]] std::vector<SelectedEffect> parse_effects(std::string_view text,
                                                         const EffectFileReader& read);
 
+/// The same, each by itself: they need not go together.
+[[nodiscard]] std::vector<SelectedEffect> parse_alternatives(std::string_view text,
+                                                             const EffectFileReader& read);
+
 /// As parse_effect and parse_effects write it again, with the fixed values.
 [[nodiscard]] std::string to_string(const SelectedEffect& selected);
 

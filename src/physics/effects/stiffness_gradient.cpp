@@ -30,6 +30,8 @@ EffectPointer stiffness_gradient() {
          .remedy = "test the stem turned end for end, or compare the static shape under a known "
                    "force with the model; a camera that looks at an angle says the same "
                    "(camera_tilt)",
+         .energy = "no loss of its own: it changes what a given bend stores, ½ Y(s) I κ². "
+                   "Conservative; the damping of each bond grows with its stiffness, β stays",
          .parameters = {{.name = "relative_change",
                          .unit = "",
                          .meaning = "r: modulus at the tip less that at the clamp, over that at "

@@ -39,6 +39,8 @@ EffectPointer taper() {
                       "by about 10 %",
          .remedy = "measure the diameter at both ends and fix relative_change; or test the stem "
                    "turned end for end",
+         .energy = "no loss of its own: it changes what a given bend stores, ½ E I(s) κ², and what "
+                   "a given motion holds, ½ m'(s) v². Conservative",
          .parameters = {{.name = "relative_change",
                          .unit = "",
                          .meaning = "r: diameter at the tip less that at the clamp, over that at "

@@ -36,6 +36,7 @@ EffectPointer tip_mass() {
                       "lower modulus would not do; 5 mg on a straw of 80 mg move it by 7 %",
          .remedy = "weigh ear and marker and fix mass_kg; a second release with a known mass tells "
                    "it from clamp and modulus",
+         .energy = "holds ½ m v² at the tip. Conservative",
          .parameters = {{.name = "mass_kg",
                          .unit = "kg",
                          .meaning = "mass at the tip beyond the stem's own",

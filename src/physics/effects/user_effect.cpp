@@ -40,6 +40,7 @@ class UserEffect final : public Effect {
     [[nodiscard]] std::string source() const override { return text_.source; }
     [[nodiscard]] std::string signature() const override { return text_.signature; }
     [[nodiscard]] std::string remedy() const override { return text_.remedy; }
+    [[nodiscard]] std::string energy() const override { return text_.energy; }
     [[nodiscard]] std::vector<EffectParameter> parameters() const override {
         return text_.parameters;
     }

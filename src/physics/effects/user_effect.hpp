@@ -15,9 +15,10 @@ namespace culm::physics {
 struct UserEffectText {
     std::string name; ///< lower-case letters, digits and underscores; none of the library's
     std::string summary;
-    std::string source;    ///< may be empty, as the two below
+    std::string source;    ///< may be empty, as the three below
     std::string signature; ///< what one would see
     std::string remedy;
+    std::string energy; ///< what it stores, takes out or puts in
     UserLawKind kind = UserLawKind::ForcePerLength;
     std::string formula; ///< of expression_variables(kind) and the parameters
     std::vector<EffectParameter> parameters;

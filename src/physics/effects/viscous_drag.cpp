@@ -40,6 +40,7 @@ EffectPointer viscous_drag() {
                       "with one mode in sight nothing tells it from the bonds' damping",
          .remedy = "repeat in vacuum, or with at least three frequencies (mass at the tip, shorter "
                    "length)",
+         .energy = "takes out c v² per length and second. Gives nothing back",
          .parameters = {{.name = "coefficient_n_s_m2",
                          .unit = "N s/m²",
                          .meaning = "c: force per length over speed",

@@ -62,7 +62,7 @@ TEST(Library, HasTheEffectsOfTheDesign) {
 TEST(Library, EveryEffectSaysWhatItIsWhatOneSeesAndWhatToDo) {
     for (const EffectPointer& effect : all_effects()) {
         for (const std::string& text : {effect->summary(), effect->law(), effect->source(),
-                                        effect->signature(), effect->remedy()})
+                                        effect->signature(), effect->remedy(), effect->energy()})
             EXPECT_GT(text.size(), 15U) << effect->name() << ": " << text;
         EXPECT_NE(effect->summary().back(), '.') << effect->name();
         EXPECT_FALSE(effect->parameters().empty()) << effect->name();
@@ -174,6 +174,16 @@ TEST(Selection, ReadsNamesAndFixedValues) {
     EXPECT_TRUE(parse_effects("  ", no_files).empty());
     const ActiveEffect friction = with_defaults(effects[1], StemParameters<double>{});
     EXPECT_EQ(friction.values, (std::vector<double>{3e-4, 0.8, 0.05}));
+}
+
+TEST(Selection, AlternativesNeedNotGoTogether) {
+    const std::string both = "clamp_friction,clamp_compliance(stiffness_nm_rad=2)";
+    EXPECT_THROW(static_cast<void>(parse_effects(both, no_files)), core::InputError);
+    const auto alternatives = parse_alternatives(both, no_files);
+    ASSERT_EQ(alternatives.size(), 2U);
+    EXPECT_EQ(to_string(alternatives[0]), "clamp_friction");
+    EXPECT_EQ(to_string(alternatives[1]), "clamp_compliance(stiffness_nm_rad=2)");
+    EXPECT_TRUE(parse_alternatives("  ", no_files).empty());
 }
 
 TEST(Selection, SaysWhatIsWrong) {

@@ -2,6 +2,8 @@
 // What clamp, air, weight, release and camera make of the chain's numbers.
 #include "core/error.hpp"
 #include "effect_bench.hpp"
+#include "physics/energy.hpp"
+#include "support/random_chain_state.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -95,6 +97,54 @@ TEST(Camera, LeavesTheStemAlone) {
     const EffectBench bench({active("rolling_shutter", {2e-4}), active("camera_tilt", {-0.03})});
     EXPECT_EQ(bench.camera, (CameraView{2e-4, -0.03}));
     EXPECT_TRUE(bench.model.is_plain());
+}
+
+/// A chain in an arbitrary motion, its clamp turning too if it can.
+struct MovingChain {
+    Chain<2, double> chain;
+    std::vector<double> state;
+
+    explicit MovingChain(const EffectBench& bench)
+        : chain(bench.stem.sphere_count, bench.model, bench.law),
+          state(tests::random_state(chain, 5)) {
+        auto base = chain.layout().sphere(state.data(), 0);
+        base.spin[0] = 0.07;
+        chain.layout().set_sphere(state.data(), 0, base);
+    }
+    [[nodiscard]] double power() const {
+        return chain_energy(chain, state.data()).dissipated_power;
+    }
+};
+
+TEST(AirDrag, TakesOutThePowerThatItsCardStates) {
+    const EffectBench bare({});
+    const EffectBench quadratic({active("quadratic_drag", {1e5})});
+    const EffectBench viscous({active("viscous_drag", {1e3})});
+    const MovingChain moving(bare);
+    double by_cube = 0.0;
+    double by_square = 0.0;
+    for (int i = 0; i < bare.stem.sphere_count; ++i) {
+        const auto velocity = moving.chain.layout().sphere(moving.state.data(), i).velocity;
+        const bool is_end = i == 0 || i + 1 == bare.stem.sphere_count;
+        const double length = (is_end ? 0.5 : 1.0) * bare.stem.bond_length;
+        by_cube += 0.5 * 1.2 * 1e5 * bare.stem.bond_outer_diameter * length *
+                   std::pow(dot(velocity, velocity), 1.5);
+        by_square += 1e3 * length * dot(velocity, velocity);
+    }
+    // The difference of two powers, of which the bonds' is larger: its rounding.
+    const double bonds = moving.power();
+    EXPECT_NEAR(MovingChain(quadratic).power() - bonds, by_cube, 1e-12 * bonds);
+    EXPECT_NEAR(MovingChain(viscous).power() - bonds, by_square, 1e-12 * bonds);
+    EXPECT_GT(by_cube, 1e-6 * bonds);
+    EXPECT_GT(by_square, 1e-6 * bonds);
+}
+
+TEST(Clamp, TakesOutThePowerThatItsCardStates) {
+    const MovingChain smooth(EffectBench({active("clamp_friction", {0.0, 0.8, 0.05})}));
+    const MovingChain rubbing(EffectBench({active("clamp_friction", {1e3, 0.8, 0.05})}));
+    const double expected = 1e3 * 0.07 * std::tanh(0.07 / 0.05);
+    EXPECT_NEAR(rubbing.power() - smooth.power(), expected, 1e-12 * smooth.power());
+    EXPECT_GT(expected, 1e-9 * smooth.power());
 }
 
 } // namespace

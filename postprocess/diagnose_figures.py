@@ -1,0 +1,174 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Draws a diagnosis: diagnose_figures.py FILE_OR_DIR [-o OUT].
+
+FILE is what `culm diagnose --json` wrote, DIR that of `culm diagnose -o`. Writes error_ladder,
+ranking, blind_spots and missing_force (where one was reconstructed) to OUT (default: beside the
+file) and prints each path. Exit codes: 0 done, 2 bad input.
+"""
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from diagnosis_results import Diagnosis, DiagnosisError
+from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
+from figure_style import (BLUE, GREY, ORANGE, VERMILLION, FigureSkipped, mark, new_figure, number,
+                          styled)
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+NAMING_GAIN = 10.0  # by which BIC must fall (docs/diagnosis.md)
+LINEAR_BELOW = 10.0  # of the symmetric logarithmic axis of BIC, on either side of 0
+
+
+def plain_log_axis(axis):
+    """Ticks as 0.04 rather than as powers of ten."""
+    axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def with_plain_ticks(axes, smallest: float, largest: float):
+    """1, 2, 5 of every decade that a logarithmic horizontal axis shows."""
+    decades = 10.0 ** np.arange(np.floor(np.log10(smallest)), np.ceil(np.log10(largest)) + 1)
+    every = (decades[:, None] * np.array([1.0, 2.0, 5.0])).ravel()
+    axes.set_xlim(smallest / 1.25, largest * 1.25)
+    shown = [tick for tick in every if smallest / 1.25 <= tick <= largest * 1.25]
+    axes.set_xticks(shown[::1 + len(shown) // 10])
+    plain_log_axis(axes.xaxis)
+
+
+@styled
+def error_ladder_figure(diagnosis: Diagnosis):
+    """The residual of every model on the way to the answer, beside the noise."""
+    ladder = diagnosis.content["ladder"]
+    figure = new_figure(1.1 + 0.35 * len(ladder), diagnosis.heading)
+    axes = figure.subplots()
+    places = np.arange(len(ladder))[::-1]
+    errors = [rung["rmse_mm"] for rung in ladder]
+    axes.plot(errors, places, "o-", color=BLUE, markersize=5)
+    for error, place in zip(errors, places):
+        axes.annotate(f"{number(error, 3)} mm", (error, place), xytext=(0, 6),
+                      textcoords="offset points", ha="center", fontsize=7)
+    noise = diagnosis.content["noise_mm"]
+    axes.axvline(noise, color=GREY, linewidth=0.8, zorder=0)
+    axes.annotate("noise", (noise, 0.03), xycoords=("data", "axes fraction"), rotation=90,
+                  va="bottom", ha="right", fontsize=7)
+    axes.set_xscale("log")
+    with_plain_ticks(axes, min(errors + [noise]), max(errors + [noise]))
+    axes.set_yticks(places, [" +\n".join(rung["model"]) for rung in ladder])
+    axes.set(xlabel="residual, mm (rms)", ylim=(-0.6, len(ladder) - 0.3))
+    return figure
+
+
+@styled
+def ranking_figure(diagnosis: Diagnosis):
+    """BIC of every candidate against the model without it; below the line it may be named."""
+    ranked = [entry for entry in diagnosis.content["ranking"] if entry["delta_bic"] is not None]
+    if not ranked:
+        raise FigureSkipped("no candidate has a score.")
+    figure = new_figure(0.9 + 0.17 * len(ranked), diagnosis.heading)
+    axes = figure.subplots()
+    places = np.arange(len(ranked))[::-1]
+    groups = [("fitted", BLUE, lambda entry: entry["refitted"] and not entry["obstacle"]),
+              ("fitted, cannot be named", ORANGE,
+               lambda entry: entry["refitted"] and entry["obstacle"]),
+              ("score only", GREY, lambda entry: not entry["refitted"])]
+    for label, colour, belongs in groups:
+        chosen = [(place, entry["delta_bic"]) for place, entry in zip(places, ranked)
+                  if belongs(entry)]
+        if chosen:
+            axes.barh([place for place, _ in chosen], [change for _, change in chosen], 0.7,
+                      color=colour, label=label)
+    axes.axvline(-NAMING_GAIN, color=VERMILLION, linewidth=0.8, linestyle="--")
+    axes.axvline(0.0, color="black", linewidth=0.6)
+    axes.set_xscale("symlog", linthresh=LINEAR_BELOW)
+    axes.set_yticks(places, [entry["effect"] for entry in ranked])
+    axes.set(xlabel="change of BIC (left: better; dashed: from here on it counts)",
+             ylim=(-0.6, len(ranked) - 0.4))
+    axes.legend(loc="lower left")
+    return figure
+
+
+def spot_label(spot: dict) -> str:
+    size = spot["smallest_visible"]
+    unit = f" {size['unit']}" if size["unit"] else ""
+    return f"{spot['effect']} {number(size['value'], 2)}{unit}"
+
+
+@styled
+def blind_spots_figure(diagnosis: Diagnosis):
+    """What an effect that is just not visible does to Y and beta."""
+    spots = diagnosis.visible_spots
+    if not spots:
+        raise FigureSkipped("no effect has a size from which on it would show.")
+    spots = sorted(spots, key=lambda spot: abs(spot["bias"]["bond_youngs_modulus"] or 0.0) +
+                   abs(spot["bias"]["bond_damping"] or 0.0))
+    figure = new_figure(0.9 + 0.19 * len(spots), diagnosis.heading)
+    panels = figure.subplots(1, 2, sharey=True)
+    places = np.arange(len(spots))
+    keys = [("bond_youngs_modulus", "bias of Y, %", BLUE), ("bond_damping", "bias of beta, %",
+                                                           VERMILLION)]
+    for panel, letter, (key, label, colour) in zip(panels, "ab", keys):
+        panel.barh(places, [100.0 * (spot["bias"][key] or 0.0) for spot in spots], 0.7,
+                   color=colour)
+        panel.axvline(0.0, color="black", linewidth=0.6)
+        panel.set(xlabel=label, ylim=(-0.6, len(spots) - 0.4))
+        mark(panel, letter)
+    panels[0].set_yticks(places, [spot_label(spot) for spot in spots])
+    return figure
+
+
+@styled
+def missing_force_figure(diagnosis: Diagnosis):
+    """The reconstructed force against displacement and velocity."""
+    force = diagnosis.content["missing_force"]
+    if not force or not force["form"]:
+        raise FigureSkipped("no force was reconstructed.")
+    is_moment = force["kind"] == "bending_moment"
+    key = "moment_n_m" if is_moment else "force_n_per_m"
+    figure = new_figure(2.6, f"{diagnosis.content['measurement']}: {force['form']}")
+    panels = figure.subplots(1, 2, sharey=True)
+    curves = [("against_displacement", "displacement_mm", "displacement of the tip, mm"),
+              ("against_velocity", "velocity_m_s", "velocity of the tip, m/s")]
+    for panel, letter, (curve, quantity, label) in zip(panels, "ab", curves):
+        panel.plot([sample[quantity] for sample in force[curve]],
+                   [sample[key] for sample in force[curve]], color=BLUE)
+        panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+        panel.axvline(0.0, color=GREY, linewidth=0.6, zorder=0)
+        panel.set(xlabel=label)
+        mark(panel, letter)
+    panels[0].set(ylabel="bending moment, N m" if is_moment else "force per length, N/m")
+    return figure
+
+
+FIGURES = {
+    "error_ladder": error_ladder_figure,
+    "ranking": ranking_figure,
+    "blind_spots": blind_spots_figure,
+    "missing_force": missing_force_figure,
+}
+
+
+def parse(arguments):
+    parser = OneSentenceParser(prog="diagnose_figures.py", description="A diagnosis in figures.")
+    parser.add_argument("path", metavar="FILE_OR_DIR", type=Path,
+                        help="of culm diagnose --json or -o")
+    add_output_options(parser, "beside the file")
+    return parser.parse_args(arguments)
+
+
+def main(arguments=None) -> int:
+    options = parse(arguments)
+
+    def draw():
+        diagnosis = Diagnosis(options.path)
+        write_figures("diagnose_figures.py", FIGURES, diagnosis,
+                      options.out or diagnosis.file.parent, options.format)
+
+    return exit_code_of("diagnose_figures.py", (DiagnosisError,), draw)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/candidate_field.hpp"
+
+#include "core/error.hpp"
+#include "physics/effects/library.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace culm::diagnose {
+namespace {
+
+/// Of the best promise; a linear promise may be far off, but a rival in a tie keeps this much. Fits
+/// of spatial chains take most of the time: they have to promise more unless nothing else is left.
+constexpr double least_share = 0.05;
+constexpr double least_spatial_share = 0.6;
+/// Spatial chains cost some six times as much as planar ones.
+constexpr double spatial_cost = 6.0;
+
+double cost_of(const SelectedEffects& effects) {
+    return std::ranges::any_of(effects,
+                               [](const auto& each) { return each.effect->dimensions() > 2; })
+               ? spatial_cost
+               : 1.0;
+}
+
+} // namespace
+
+bool contains(const SelectedEffects& effects, const physics::SelectedEffect& wanted) {
+    return std::ranges::any_of(
+        effects, [&](const auto& each) { return each.effect->name() == wanted.effect->name(); });
+}
+
+bool can_be_combined(const SelectedEffects& effects) {
+    std::vector<physics::EffectPointer> pointers;
+    for (const physics::SelectedEffect& selected : effects)
+        pointers.push_back(selected.effect);
+    try {
+        physics::check_combination(pointers);
+    } catch (const core::InputError&) {
+        return false;
+    }
+    return true;
+}
+
+CandidateField::CandidateField(std::span<const measure::Measurement> recordings,
+                               const DiagnosisOptions& options)
+    : recordings_(recordings), options_(options),
+      candidates_(in_library_order(options.candidates.empty() ? candidate_effects(recordings)
+                                                              : options.candidates)) {
+    std::erase_if(candidates_,
+                  [&](const auto& candidate) { return contains(options.known, candidate); });
+}
+
+CandidateOptions CandidateField::with(const run::Heartbeat& heartbeat) const {
+    CandidateOptions own = options_.candidate;
+    if (heartbeat)
+        own.heartbeat = heartbeat;
+    return own;
+}
+
+ModelFit CandidateField::fit(const SelectedEffects& effects, const ModelFit& smaller) {
+    ModelFit fit = fit_model(effects, smaller, recordings_, options_.candidate);
+    runs_ += fit.runs;
+    if (!fit.is_fitted())
+        throw core::NumericalError(core::FailureKind::FitFailed,
+                                   "the model cannot be fitted: " + fit.failure);
+    return fit;
+}
+
+ModelFit CandidateField::restore(const SearchedModel& model) {
+    ModelFit fit = restored(model.fit, model.effects, recordings_, options_.candidate);
+    runs_ += fit.runs;
+    return fit;
+}
+
+std::vector<EffectScore> CandidateField::score(const ModelFit& base, const SelectedEffects& effects,
+                                               int draws) {
+    SelectedEffects wanted;
+    std::vector<double> costs;
+    for (const physics::SelectedEffect& candidate : candidates_) {
+        SelectedEffects larger = effects;
+        larger.push_back(candidate);
+        if (contains(effects, candidate) || !can_be_combined(larger))
+            continue;
+        wanted.push_back(candidate);
+        costs.push_back(cost_of(larger));
+    }
+    const std::vector<std::string> answers =
+        options_.map(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
+            return to_text(score_effect(base, wanted[item], recordings_, with(heartbeat), draws));
+        });
+    std::vector<EffectScore> scores;
+    for (std::size_t k = 0; k < wanted.size(); ++k) {
+        scores.push_back(score_from_text(answers[k]));
+        scores.back().effect = wanted[k].effect->name();
+    }
+    return scores;
+}
+
+std::vector<SelectedEffects> CandidateField::one_more(const SelectedEffects& effects,
+                                                      const std::vector<EffectScore>& scores,
+                                                      double least_gain, bool all) const {
+    double best = 0.0;
+    for (const EffectScore& score : scores)
+        best = std::max(best, score.gain);
+    std::vector<SelectedEffects> models;
+    for (const EffectScore& score : scores) {
+        const auto candidate = std::ranges::find_if(
+            candidates_, [&](const auto& each) { return each.effect->name() == score.effect; });
+        if (candidate == candidates_.end())
+            continue;
+        const double share = cost_of({*candidate}) > 1.0 ? least_spatial_share : least_share;
+        const bool is_hopeful = score.gain >= std::max(least_gain, share * best);
+        // A score that failed says nothing: the fit must tell.
+        if (!all && !is_hopeful && score.failure.empty())
+            continue;
+        models.push_back(effects);
+        models.back().push_back(*candidate);
+    }
+    return models;
+}
+
+std::vector<SearchedModel> CandidateField::fit_all(const std::vector<SelectedEffects>& models,
+                                                   const ModelFit& smaller) {
+    if (models.empty())
+        return {};
+    std::vector<double> costs;
+    for (const SelectedEffects& effects : models)
+        costs.push_back(cost_of(effects));
+    const std::vector<std::string> answers =
+        options_.map(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
+            return to_text(
+                summary_of(fit_model(models[item], smaller, recordings_, with(heartbeat))));
+        });
+    std::vector<SearchedModel> fitted;
+    for (std::size_t k = 0; k < models.size(); ++k) {
+        fitted.push_back({models[k], summary_from_text(answers[k])});
+        if (fitted.back().fit.names.empty())
+            fitted.back().fit.names = model_names(in_library_order(models[k]));
+        runs_ += fitted.back().fit.runs;
+    }
+    return fitted;
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// All candidates beside a model: scored, sifted and fitted, spread over the ranks.
+#pragma once
+
+#include "diagnose/diagnosis.hpp"
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::diagnose {
+
+/// A set of effects with its fit.
+struct SearchedModel {
+    SelectedEffects effects;
+    FitSummary fit;
+};
+
+class CandidateField {
+  public:
+    CandidateField(std::span<const measure::Measurement> recordings,
+                   const DiagnosisOptions& options);
+
+    [[nodiscard]] const SelectedEffects& candidates() const { return candidates_; }
+    [[nodiscard]] int runs() const { return runs_; }
+
+    /// The chain with these effects, computed on every rank. Throws core::NumericalError if it
+    /// cannot be fitted.
+    [[nodiscard]] ModelFit fit(const SelectedEffects& effects, const ModelFit& smaller);
+    [[nodiscard]] ModelFit restore(const SearchedModel& model);
+
+    /// Every candidate that is not in `effects`, beside `base`, the fit of these effects.
+    [[nodiscard]] std::vector<EffectScore> score(const ModelFit& base,
+                                                 const SelectedEffects& effects, int draws);
+
+    /// `effects` and one candidate more, for those whose score promises at least `least_gain` of χ²
+    /// and a share of what the best one promises; `all`: for those too that promise less.
+    [[nodiscard]] std::vector<SelectedEffects> one_more(const SelectedEffects& effects,
+                                                        const std::vector<EffectScore>& scores,
+                                                        double least_gain, bool all) const;
+
+    [[nodiscard]] std::vector<SearchedModel> fit_all(const std::vector<SelectedEffects>& models,
+                                                     const ModelFit& smaller);
+
+  private:
+    [[nodiscard]] CandidateOptions with(const run::Heartbeat& heartbeat) const;
+
+    std::span<const measure::Measurement> recordings_;
+    const DiagnosisOptions& options_;
+    SelectedEffects candidates_;
+    int runs_ = 0;
+};
+
+[[nodiscard]] bool contains(const SelectedEffects& effects, const physics::SelectedEffect& wanted);
+[[nodiscard]] bool can_be_combined(const SelectedEffects& effects);
+
+} // namespace culm::diagnose

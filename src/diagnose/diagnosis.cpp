@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/diagnosis.hpp"
+
+#include "core/error.hpp"
+#include "diagnose/candidate_field.hpp"
+#include "diagnose/diagnosis_answer.hpp"
+#include "diagnose/mere_noise.hpp"
+#include "diagnose/naming.hpp"
+#include "physics/effects/library.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+namespace culm::diagnose {
+namespace {
+
+constexpr double promising_gain = 8.0; ///< of χ², for which a fit is worth its runs
+/// Of what an effect gains, that another has to promise to be tried in its place.
+constexpr double promised_share = 0.3;
+constexpr std::size_t pairs_of = 4; ///< best single effects that are tried in pairs
+constexpr int most_exchanges = 3;
+
+class Search {
+  public:
+    Search(std::span<const measure::Measurement> recordings, const DiagnosisOptions& options)
+        : recordings_(recordings), options_(options), field_(recordings, options) {}
+
+    [[nodiscard]] Diagnosis run() {
+        for (const measure::Measurement& recording : recordings_)
+            refuse_mere_noise(recording, options_.candidate.window);
+        tell("fitting the published chain");
+        current_ = {options_.known, {}};
+        fit_ = field_.fit({}, {});
+        result_.baseline = fit_;
+        if (!options_.known.empty())
+            fit_ = field_.fit(options_.known, fit_);
+        current_.fit = summary_of(fit_);
+        is_noise_known_ = fit_.parts.front().is_noise_known;
+        add_rung({});
+        while (goes_on()) {
+        }
+        if (added() > 0)
+            exchange();
+        conclude();
+        return std::move(result_);
+    }
+
+  private:
+    void tell(const std::string& what) const {
+        if (options_.progress)
+            options_.progress(what);
+    }
+    [[nodiscard]] std::size_t added() const {
+        return current_.effects.size() - options_.known.size();
+    }
+
+    void add_rung(const HeldOutGain& held_out) {
+        const SetVerdict verdict = judge(fit_, recordings_);
+        DiagnosisRung rung;
+        rung.fit = current_.fit;
+        rung.finding = verdict.finding;
+        rung.p_value = verdict.p_value;
+        rung.tests = verdict.reason;
+        rung.held_out = held_out.larger;
+        rung.held_out_before = held_out.smaller;
+        result_.ladder.push_back(std::move(rung));
+    }
+    [[nodiscard]] Finding finding() const { return result_.ladder.back().finding; }
+
+    /// One step forward; false where the search ends.
+    [[nodiscard]] bool goes_on() {
+        if (finding() == Finding::Undecided)
+            return false;
+        tell(fmt::format("scoring the candidates beside {}", fmt::join(current_.fit.names, " + ")));
+        scores_ = field_.score(fit_, current_.effects,
+                               finding() == Finding::Adequate ? options_.null_draws : 0);
+        are_scores_final_ = finding() == Finding::Adequate;
+        if (added() >= options_.most_effects ||
+            (finding() == Finding::Adequate && !promises_significant_gain()))
+            return false;
+        return step();
+    }
+
+    /// Does a candidate promise more than noise would, for as many as there are? The tests for lack
+    /// of fit look at everything and so miss a weak trace of one effect.
+    [[nodiscard]] bool promises_significant_gain() const {
+        const Yardstick own = yardstick(std::vector{current_.fit}, is_noise_known_);
+        return std::ranges::any_of(scores_, [&](const EffectScore& score) {
+            const double gain = score.gain / own.inflation * own.share;
+            return score.failure.empty() &&
+                   gain_p_value(gain, score.added) * static_cast<double>(scores_.size()) <
+                       naming_level;
+        });
+    }
+
+    [[nodiscard]] bool step() {
+        std::vector<SearchedModel> models = fitted(false, {});
+        bool has_named = name_best(models);
+        if (!has_named && finding() == Finding::Inadequate) {
+            const std::vector<SearchedModel> others = fitted(true, models);
+            models.insert(models.end(), others.begin(), others.end());
+            has_named = name_best(models);
+        }
+        if (!has_named && finding() == Finding::Inadequate &&
+            added() + 2 <= options_.most_effects) {
+            std::vector<SearchedModel> pairs =
+                field_.fit_all(pairs_of_best(models), before_step_fit());
+            tell(fmt::format("{} pairs of effects", pairs.size()));
+            has_named = name_best(pairs);
+        }
+        if (first_step_.empty()) {
+            first_step_ = models;
+            first_scores_ = scores_;
+            first_smaller_ = result_.ladder.front().fit;
+        }
+        return has_named;
+    }
+
+    /// Where name_best() has not changed the current model, it is the one before the step.
+    [[nodiscard]] const ModelFit& before_step_fit() const { return fit_; }
+
+    /// The candidates that promise something, or those that are not among `done`.
+    [[nodiscard]] std::vector<SearchedModel> fitted(bool all,
+                                                    const std::vector<SearchedModel>& done) {
+        std::vector<SelectedEffects> models =
+            field_.one_more(current_.effects, scores_, promising_gain, all);
+        std::erase_if(models, [&](const SelectedEffects& effects) {
+            return std::ranges::any_of(done, [&](const SearchedModel& model) {
+                return model.effects.back().effect == effects.back().effect;
+            });
+        });
+        tell(fmt::format("fitting {} candidates beside {}", models.size(),
+                         fmt::join(current_.fit.names, " + ")));
+        return field_.fit_all(models, fit_);
+    }
+
+    [[nodiscard]] std::vector<SelectedEffects>
+    pairs_of_best(std::vector<SearchedModel> singles) const {
+        std::erase_if(singles, [](const SearchedModel& model) { return !model.fit.is_fitted(); });
+        std::ranges::stable_sort(singles, {},
+                                 [](const SearchedModel& model) { return model.fit.rmse; });
+        singles.resize(std::min(singles.size(), pairs_of));
+        std::vector<SelectedEffects> pairs;
+        for (std::size_t a = 0; a < singles.size(); ++a)
+            for (std::size_t b = a + 1; b < singles.size(); ++b) {
+                SelectedEffects both = singles[a].effects;
+                both.push_back(singles[b].effects.back());
+                if (can_be_combined(both))
+                    pairs.push_back(std::move(both));
+            }
+        return pairs;
+    }
+
+    [[nodiscard]] Yardstick yardstick_with(const std::vector<SearchedModel>& models) const {
+        std::vector<FitSummary> fits{current_.fit};
+        for (const SearchedModel& model : models)
+            fits.push_back(model.fit);
+        return yardstick(fits, is_noise_known_);
+    }
+
+    /// Why this larger model is no step; empty if it is.
+    [[nodiscard]] std::string obstacle(const SearchedModel& model, const Yardstick& by) const {
+        for (std::size_t k = current_.effects.size(); k < model.effects.size(); ++k)
+            if (std::string text = naming_obstacle(model.fit, model.effects[k].effect->name());
+                !text.empty())
+                return text;
+        const double gain = bic(current_.fit, by) - bic(model.fit, by);
+        if (!(gain >= naming_gain))
+            return fmt::format("BIC falls by {:.1f}, less than {:g}", gain, naming_gain);
+        const auto tried = static_cast<double>(std::max<std::size_t>(scores_.size(), 1));
+        const double p = gain_p_value(current_.fit, model.fit, by) * tried;
+        return p < naming_level ? std::string()
+                                : fmt::format("the gain is not significant (p = {:.2g})", p);
+    }
+
+    /// Takes the best of the models that are a step; false if none is.
+    [[nodiscard]] bool name_best(std::vector<SearchedModel> models) {
+        const Yardstick by = yardstick_with(models);
+        std::erase_if(models,
+                      [&](const SearchedModel& model) { return !obstacle(model, by).empty(); });
+        std::ranges::stable_sort(models, {},
+                                 [&](const SearchedModel& model) { return bic(model.fit, by); });
+        for (const SearchedModel& model : models) {
+            ModelFit larger = field_.restore(model);
+            tell(fmt::format("predicting what {} has not seen", fmt::join(model.fit.names, " + ")));
+            const HeldOutGain held_out =
+                held_out_gain(fit_, larger, recordings_, options_.candidate, options_.map);
+            if (!held_out.obstacle.empty()) {
+                refused_[model.effects.back().effect->name()] = held_out.obstacle;
+                continue;
+            }
+            const double gain = bic(current_.fit, by) - bic(model.fit, by);
+            take(model, std::move(larger), held_out);
+            result_.ladder.back().delta_bic = -gain;
+            return true;
+        }
+        return false;
+    }
+
+    void take(const SearchedModel& model, ModelFit fit, const HeldOutGain& held_out) {
+        current_ = model;
+        fit_ = std::move(fit);
+        add_rung(held_out);
+    }
+
+    /// Exchanges every effect of the answer for every other candidate.
+    void exchange() {
+        for (int pass = 0; pass < most_exchanges; ++pass) {
+            rivals_.clear();
+            bool has_changed = false;
+            for (std::size_t k = options_.known.size(); k < current_.effects.size(); ++k)
+                if (exchange_one(k)) {
+                    has_changed = true;
+                    break;
+                }
+            if (!has_changed)
+                return;
+        }
+    }
+
+    /// The fit without one of the effects, and the models with another in its place.
+    struct Without {
+        FitSummary smaller;
+        std::vector<SearchedModel> models;
+    };
+
+    [[nodiscard]] Without rivals_of(std::size_t place) {
+        SelectedEffects rest = current_.effects;
+        rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(place));
+        if (rest.size() == options_.known.size())
+            return {first_smaller_, first_step_};
+        tell(fmt::format("what else could stand for {}", current_.effects[place].effect->name()));
+        const ModelFit smaller = fit_model(rest, result_.baseline, recordings_, options_.candidate);
+        Without out{summary_of(smaller), {}};
+        if (!smaller.is_fitted())
+            return out;
+        const std::vector<EffectScore> scores = field_.score(smaller, rest, 0);
+        const double needed = smaller.chi_squared - current_.fit.chi_squared;
+        out.models = field_.fit_all(
+            field_.one_more(rest, scores, std::max(promising_gain, promised_share * needed), false),
+            smaller);
+        return out;
+    }
+
+    /// True if a better or smaller set has taken the place of the current one.
+    [[nodiscard]] bool exchange_one(std::size_t place) {
+        const std::string out = current_.effects[place].effect->name();
+        Without without = rivals_of(place);
+        std::erase_if(without.models, [&](const SearchedModel& model) {
+            return model.effects.back().effect->name() == out;
+        });
+        const Yardstick by = yardstick_with(without.models);
+        const double here = bic(current_.fit, by);
+        if (added() > 1 && without.smaller.is_fitted() &&
+            bic(without.smaller, by) - here < tie_gap) {
+            SelectedEffects rest = current_.effects;
+            rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(place));
+            return replace({std::move(rest), without.smaller}, by);
+        }
+        std::erase_if(without.models, [](const SearchedModel& model) {
+            return !naming_obstacle(model.fit, model.effects.back().effect->name()).empty();
+        });
+        std::ranges::stable_sort(without.models, {},
+                                 [&](const SearchedModel& model) { return bic(model.fit, by); });
+        Rivals group{current_.effects[place], {}, {}};
+        for (const SearchedModel& model : without.models) {
+            const double gap = bic(model.fit, by) - here;
+            if (gap < -tie_gap)
+                return replace(model, by);
+            if (gap < tie_gap) {
+                group.models.push_back(model);
+                group.delta_bic.push_back(gap);
+            }
+        }
+        if (!group.models.empty())
+            rivals_.push_back(std::move(group));
+        return false;
+    }
+
+    [[nodiscard]] bool replace(const SearchedModel& model, const Yardstick& by) {
+        const double gain = bic(current_.fit, by) - bic(model.fit, by);
+        take(model, field_.restore(model), {});
+        result_.ladder.back().delta_bic = -gain;
+        are_scores_final_ = false;
+        return true;
+    }
+
+    void conclude() {
+        if (!are_scores_final_ && finding() != Finding::Undecided) {
+            tell("what the recording cannot show");
+            scores_ = field_.score(fit_, current_.effects, options_.null_draws);
+        }
+        result_.runs = field_.runs();
+        result_.final_fit = fit_;
+        result_.blind_spots = scores_;
+        complete({recordings_, options_, field_.candidates(), current_, result_.ladder.front().fit,
+                  first_step_, first_scores_.empty() ? scores_ : first_scores_, rivals_, refused_,
+                  is_noise_known_},
+                 result_);
+    }
+
+    std::span<const measure::Measurement> recordings_;
+    const DiagnosisOptions& options_;
+    CandidateField field_;
+    SearchedModel current_;
+    ModelFit fit_; ///< of the current model
+    bool is_noise_known_ = true;
+    std::vector<EffectScore> scores_; ///< of the candidates beside the current model
+    bool are_scores_final_ = false;   ///< with draws of noise
+    std::vector<SearchedModel> first_step_;
+    std::vector<EffectScore> first_scores_;
+    FitSummary first_smaller_;
+    std::vector<Rivals> rivals_;
+    std::map<std::string, std::string> refused_; ///< effects that predict no better, and why
+    Diagnosis result_;
+};
+
+} // namespace
+
+std::string_view to_string(Conclusion conclusion) {
+    switch (conclusion) {
+    case Conclusion::Adequate:
+        return "adequate";
+    case Conclusion::Effect:
+        return "effect";
+    case Conclusion::Tie:
+        return "tie";
+    case Conclusion::Unknown:
+        return "unknown";
+    }
+    return "unknown";
+}
+
+SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings) {
+    SelectedEffects candidates;
+    for (const physics::EffectPointer& effect : physics::all_effects()) {
+        if (effect->name() == "gravity" &&
+            std::ranges::any_of(recordings, [](const measure::Measurement& recording) {
+                return recording.gravity_direction == measure::GravityDirection::None;
+            }))
+            continue;
+        candidates.push_back(
+            {effect, std::vector<std::optional<double>>(effect->parameters().size())});
+    }
+    return candidates;
+}
+
+Diagnosis diagnose(std::span<const measure::Measurement> recordings,
+                   const DiagnosisOptions& options) {
+    return Search(recordings, options).run();
+}
+
+} // namespace culm::diagnose

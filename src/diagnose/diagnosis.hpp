@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which effect recordings call for: stepwise, with exchanges, ties and an honest "unknown".
+#pragma once
+
+#include "diagnose/missing_force.hpp"
+#include "diagnose/model_fit.hpp"
+#include "diagnose/next_experiment.hpp"
+#include "diagnose/score_test.hpp"
+#include "diagnose/verdict.hpp"
+#include "diagnose/work_map.hpp"
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace culm::diagnose {
+
+enum class Conclusion {
+    Adequate, ///< the published chain explains the recording
+    Effect,   ///< these effects, and no others, make it do so
+    Tie,      ///< several sets of effects do, and the recording cannot tell them apart
+    Unknown   ///< no candidate does
+};
+/// "adequate", "effect", "tie", "unknown".
+[[nodiscard]] std::string_view to_string(Conclusion conclusion);
+
+/// One candidate beside the model of the first step.
+struct RankedEffect {
+    std::string effect;
+    FitSummary fit;           ///< without parameters where the score test left no hope
+    bool is_refitted = false; ///< false: rmse, delta_bic and p_value are the score test's
+    double rmse = 0.0;        ///< m
+    double delta_bic = 0.0;   ///< against the model without it: negative is better
+    double p_value = 1.0;     ///< of the gain, for as many candidates as there were (Bonferroni)
+    std::string obstacle;     ///< why it cannot be named whatever it gains; empty if it can
+    std::string signature;
+    std::vector<std::string> looks_like; ///< candidates whose trace is the same but for 20 %
+};
+
+/// A model on the way to the answer.
+struct DiagnosisRung {
+    FitSummary fit;
+    Finding finding = Finding::Undecided;
+    double p_value = 1.0;         ///< smallest adjusted one of the tests for lack of fit
+    std::string tests;            ///< which of them object
+    double delta_bic = 0.0;       ///< against the rung before
+    double held_out = 0.0;        ///< last third of the time, over noise; 0: not computed
+    double held_out_before = 0.0; ///< by the rung before
+};
+
+struct TieGroup {
+    std::vector<std::string> names; ///< the effect that stands in the answer, then its rivals
+    std::vector<double> delta_bic;  ///< of the rivals against it
+    std::string separate_by;
+};
+
+/// How often the search would name an effect where only noise is left.
+struct FalseNaming {
+    double rate = 0.0;
+    double upper_bound = 1.0; ///< of its 95 % interval (Clopper and Pearson 1934)
+    int draws = 0;
+};
+
+struct Diagnosis {
+    Conclusion conclusion = Conclusion::Unknown;
+    std::string reason;               ///< one sentence
+    std::vector<std::string> effects; ///< in the order found; empty if adequate or unknown
+    std::vector<TieGroup> ties;
+    std::vector<RankedEffect> ranking;    ///< best first; failed fits last
+    std::vector<DiagnosisRung> ladder;    ///< the baseline first
+    double explained = 0.0;               ///< share of the baseline's χ² above the noise
+    std::vector<EffectScore> blind_spots; ///< what the final model does not contain
+    FalseNaming false_naming;
+    std::vector<Experiment> next_experiments; ///< the most telling first
+    std::optional<MissingForce> missing_force;
+    ModelFit baseline;
+    ModelFit final_fit; ///< of the best model that was reached, named or not
+    int runs = 0;       ///< of the chain with all its derivatives, by all ranks
+};
+
+struct DiagnosisOptions {
+    CandidateOptions candidate;
+    SelectedEffects known;      ///< that act for certain; part of every model
+    SelectedEffects candidates; ///< empty: candidate_effects()
+    std::size_t most_effects = 3;
+    int null_draws = 200;
+    WorkMap map = one_after_the_other;
+    std::function<void(const std::string&)> progress; ///< told what is done next; may be empty
+};
+
+/// 1. The published chain is fitted and tested for lack of fit (judge()).
+/// 2. Every candidate is scored by a run or a few (score_effect()). Those that promise something
+/// are
+///    fitted through the chain itself; if none can be named, all others too, then pairs of the
+///    best.
+/// 3. The best by bic() joins if it gains at least 10, its gain is significant for the number of
+///    candidates (1 %), none of its parameters stands at a bound, its size is known to be there,
+///    and readings that were held out are predicted better. Up to three times, until the residuals
+///    are noise and no candidate promises a significant gain.
+/// 4. Each effect of the answer is exchanged for every other candidate. A set that is better by 6
+///    takes its place, one within 6 of it is a tie. An effect whose removal costs less than 6 goes.
+/// 5. If structure is left, effects are named only if they explain nearly all of the misfit.
+///
+/// The answer does not depend on the ranks or on the order of the candidates. Throws
+/// core::NumericalError if the published chain cannot be fitted; candidates that fail are listed as
+/// failed. run::Abandoned if the heartbeat says so.
+[[nodiscard]] Diagnosis diagnose(std::span<const measure::Measurement> recordings,
+                                 const DiagnosisOptions& options = {});
+
+/// The candidates that make sense: gravity only where its direction is known.
+[[nodiscard]] SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings);
+
+} // namespace culm::diagnose

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/diagnosis_answer.hpp"
+
+#include "diagnose/naming.hpp"
+#include "diagnose/residual_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <boost/math/special_functions/beta.hpp>
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+namespace culm::diagnose {
+namespace {
+
+/// Effects that leave structure are named only if they explain this much of the misfit: what is
+/// missing is then small beside them. A force of another form leaves more (docs/diagnosis.md).
+constexpr double nearly_all = 0.98;
+constexpr double alike = 0.8;         ///< |cos| of two traces
+constexpr std::size_t most_pairs = 2; ///< of models that an experiment should tell apart
+
+std::vector<std::string> named(const Found& found) {
+    std::vector<std::string> names;
+    for (std::size_t k = found.options.known.size(); k < found.model.effects.size(); ++k)
+        names.push_back(found.model.effects[k].effect->name());
+    return names;
+}
+
+/// Share of the misfit above the noise that is gone.
+double explained_share(const Found& found) {
+    const FitSummary& end = found.model.fit;
+    if (!found.is_noise_known)
+        return 1.0 - std::pow(end.rmse / found.start.rmse, 2);
+    const double excess = found.start.chi_squared - static_cast<double>(found.start.readings);
+    return excess > 0.0 ? std::min((found.start.chi_squared - end.chi_squared) / excess, 1.0) : 0.0;
+}
+
+void add_conclusion(const Found& found, Diagnosis& result) {
+    const DiagnosisRung& last = result.ladder.back();
+    const std::vector<std::string> effects = named(found);
+    result.explained = effects.empty() ? 0.0 : explained_share(found);
+    const bool is_adequate = last.finding == Finding::Adequate;
+    if (effects.empty()) {
+        result.conclusion = is_adequate ? Conclusion::Adequate : Conclusion::Unknown;
+        result.reason = is_adequate ? "the residuals are noise"
+                        : last.finding == Finding::Undecided
+                            ? last.tests
+                            : "no candidate explains what the published chain leaves";
+        return;
+    }
+    if (!is_adequate && result.explained < nearly_all) {
+        result.conclusion = Conclusion::Unknown;
+        result.reason =
+            fmt::format("{} explains {:.1f} % of the misfit, but what it leaves is no noise ({})",
+                        fmt::join(effects, " with "), 100.0 * result.explained, last.tests);
+        return;
+    }
+    result.effects = effects;
+    result.conclusion = found.rivals.empty() ? Conclusion::Effect : Conclusion::Tie;
+    result.reason =
+        is_adequate ? "with it the residuals are noise"
+                    : fmt::format("it explains {:.2f} % of the misfit; what remains is no noise "
+                                  "({})",
+                                  100.0 * result.explained, last.tests);
+    for (const Rivals& rivals : found.rivals) {
+        TieGroup group{{rivals.effect.effect->name()}, rivals.delta_bic, {}};
+        for (const SearchedModel& model : rivals.models)
+            group.names.push_back(model.effects.back().effect->name());
+        group.separate_by = rivals.effect.effect->remedy();
+        result.ties.push_back(std::move(group));
+    }
+}
+
+double cosine(const EffectScore& a, const EffectScore& b) {
+    if (a.direction.size() != b.direction.size())
+        return 0.0;
+    double sum = 0.0;
+    for (std::size_t k = 0; k < a.direction.size(); ++k)
+        sum += a.direction[k] * b.direction[k];
+    return std::abs(sum);
+}
+
+void rank(const Found& found, Diagnosis& result) {
+    std::vector<FitSummary> fits{found.start};
+    for (const SearchedModel& model : found.first_step)
+        fits.push_back(model.fit);
+    const Yardstick by = yardstick(fits, found.is_noise_known);
+    const auto tried = static_cast<double>(found.first_scores.size());
+    for (const EffectScore& score : found.first_scores) {
+        RankedEffect entry;
+        entry.effect = score.effect;
+        const auto model = std::ranges::find_if(found.first_step, [&](const SearchedModel& each) {
+            return each.effects.size() == found.options.known.size() + 1 &&
+                   each.effects.back().effect->name() == score.effect;
+        });
+        if (model != found.first_step.end()) {
+            entry.fit = model->fit;
+            entry.is_refitted = true;
+            entry.rmse = model->fit.rmse;
+            entry.obstacle = naming_obstacle(model->fit, score.effect);
+            if (model->fit.is_fitted()) {
+                entry.delta_bic = bic(model->fit, by) - bic(found.start, by);
+                entry.p_value = std::min(1.0, tried * gain_p_value(found.start, model->fit, by));
+            } else {
+                entry.delta_bic = std::numeric_limits<double>::infinity();
+            }
+        } else {
+            const double gain = score.gain / by.inflation * by.share;
+            entry.delta_bic = score.added * std::log(by.effective_readings) - gain;
+            entry.p_value = std::min(1.0, tried * gain_p_value(gain, score.added));
+            entry.rmse = found.start.rmse *
+                         std::sqrt(std::max(0.0, 1.0 - score.gain / found.start.chi_squared));
+            entry.obstacle = score.failure;
+        }
+        if (const auto refused = found.refused.find(score.effect);
+            refused != found.refused.end() && entry.obstacle.empty())
+            entry.obstacle = refused->second;
+        for (const EffectScore& other : found.first_scores)
+            if (other.effect != score.effect && !score.is_beyond_bounds &&
+                !other.is_beyond_bounds && cosine(score, other) > alike)
+                entry.looks_like.push_back(other.effect);
+        result.ranking.push_back(std::move(entry));
+    }
+    for (RankedEffect& entry : result.ranking)
+        for (const physics::SelectedEffect& candidate : found.candidates)
+            if (candidate.effect->name() == entry.effect)
+                entry.signature = candidate.effect->signature();
+    std::ranges::stable_sort(result.ranking, {}, &RankedEffect::delta_bic);
+}
+
+void count_false_names(const Found& found, Diagnosis& result) {
+    const Yardstick by = yardstick(std::vector{found.model.fit}, found.is_noise_known);
+    const double price = std::log(by.effective_readings);
+    const auto tried = static_cast<double>(result.blind_spots.size());
+    std::vector<bool> is_named;
+    for (const EffectScore& score : result.blind_spots) {
+        is_named.resize(std::max(is_named.size(), score.null_gains.size()), false);
+        for (std::size_t draw = 0; draw < score.null_gains.size(); ++draw) {
+            const double gain = score.null_gains[draw];
+            if (gain - score.added * price >= naming_gain &&
+                tried * gain_p_value(gain, score.added) < naming_level)
+                is_named[draw] = true;
+        }
+    }
+    result.false_naming.draws = static_cast<int>(is_named.size());
+    if (is_named.empty())
+        return;
+    const auto draws = static_cast<double>(is_named.size());
+    const auto hits = static_cast<double>(std::ranges::count(is_named, true));
+    result.false_naming.rate = hits / draws;
+    result.false_naming.upper_bound =
+        hits < draws ? boost::math::ibeta_inv(hits + 1.0, draws - hits, 0.975) : 1.0;
+}
+
+/// A model with a candidate of the size at which the record at hand would just show it.
+SearchedModel just_visible(const Found& found, const physics::SelectedEffect& candidate,
+                           const EffectScore& score) {
+    SearchedModel model = found.model;
+    model.effects.push_back(candidate);
+    model.fit.names = model_names(in_library_order(model.effects));
+    calibrate::FittedParameter size;
+    size.name = score.effect + "." + score.parameter;
+    size.value = score.smallest_visible;
+    model.fit.parameters.push_back(std::move(size));
+    return model;
+}
+
+/// The answer against what it could be taken for; without rivals, against what would do most harm
+/// unseen.
+std::vector<std::pair<Rival, Rival>> pairs_to_separate(const Found& found,
+                                                       const Diagnosis& result) {
+    std::vector<std::pair<Rival, Rival>> pairs;
+    const Rival answer{found.model.effects, found.model.fit, {}};
+    for (const Rivals& rivals : found.rivals)
+        for (const SearchedModel& model : rivals.models)
+            if (pairs.size() < most_pairs)
+                pairs.push_back({answer, {model.effects, model.fit, {}}});
+    if (!pairs.empty() || result.conclusion == Conclusion::Unknown)
+        return pairs;
+    std::vector<const EffectScore*> harmful;
+    for (const EffectScore& score : result.blind_spots)
+        if (score.failure.empty() && !score.is_beyond_bounds && !score.parameter.empty())
+            harmful.push_back(&score);
+    std::ranges::stable_sort(harmful, std::greater{}, [](const EffectScore* score) {
+        return std::max(std::abs(score->youngs_modulus_bias), std::abs(score->damping_bias));
+    });
+    for (const EffectScore* score : harmful)
+        for (const physics::SelectedEffect& candidate : found.candidates)
+            if (candidate.effect->name() == score->effect && pairs.size() < most_pairs) {
+                const SearchedModel with = just_visible(found, candidate, *score);
+                pairs.push_back({{with.effects, with.fit, score->effect}, answer});
+            }
+    return pairs;
+}
+
+} // namespace
+
+void complete(const Found& found, Diagnosis& result) {
+    add_conclusion(found, result);
+    rank(found, result);
+    count_false_names(found, result);
+    const std::vector<std::pair<Rival, Rival>> pairs = pairs_to_separate(found, result);
+    if (!pairs.empty()) {
+        if (found.options.progress)
+            found.options.progress("looking for the experiment that tells most");
+        result.next_experiments =
+            next_experiments(pairs, found.recordings, found.options.candidate, found.options.map);
+    }
+    if (result.conclusion == Conclusion::Unknown &&
+        result.ladder.back().finding == Finding::Inadequate) {
+        if (found.options.progress)
+            found.options.progress("reconstructing the missing force");
+        // What helped in part may be the wrong name for it: the force is all that is missing.
+        result.missing_force = reconstruct_missing_force(result.baseline, found.options.known,
+                                                         found.recordings, found.options.candidate);
+    }
+}
+
+} // namespace culm::diagnose

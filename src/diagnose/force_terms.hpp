@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Simple forces of which a missing one may consist.
+#pragma once
+
+#include "diagnose/candidate_model.hpp"
+#include "physics/effects/user_effect.hpp"
+
+#include <string>
+#include <vector>
+
+namespace culm::diagnose {
+
+/// Powers and products of what a user's law may use, without those that the chain has itself (a
+/// moment in proportion to the curvature and to its rate).
+[[nodiscard]] std::vector<std::string> force_terms(physics::UserLawKind kind);
+
+/// The sum of the terms, each with a parameter of its own (c1, c2, …), as a user's effect of the
+/// name "missing_force"; `values` are the defaults, `scales` their typical sizes.
+[[nodiscard]] physics::UserEffectText force_text(physics::UserLawKind kind,
+                                                 const std::vector<std::string>& terms,
+                                                 const std::vector<double>& values,
+                                                 const std::vector<double>& scales);
+
+/// Coefficients with which each term, at the largest motion of a stem, is about a thousandth of the
+/// elastic forces.
+[[nodiscard]] std::vector<double> term_scales(physics::UserLawKind kind,
+                                              const std::vector<std::string>& terms,
+                                              const run::CaseSpec& spec);
+
+/// The value of a term at a place of the stem; throws core::InputError if it is no expression.
+[[nodiscard]] double term_value(physics::UserLawKind kind, const std::string& term,
+                                const physics::UserLawInputs& inputs);
+
+/// TOML file of a user's effect.
+[[nodiscard]] std::string as_effect_file(const physics::UserEffectText& text);
+
+} // namespace culm::diagnose

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The force that is missing when no known effect explains a recording.
+#pragma once
+
+#include "diagnose/fit_summary.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::diagnose {
+
+struct ForceTerm {
+    std::string term;         ///< as an expression of x, v, kappa, kappa_rate: "v*abs(v)"
+    double coefficient = 0.0; ///< N/m (N m for a moment) per unit of the term
+    double standard_error = 0.0;
+    double stability = 0.0; ///< share of resamples in which the term was chosen
+};
+
+struct ForceSample {
+    double displacement = 0.0; ///< m
+    double velocity = 0.0;     ///< m/s
+    double force = 0.0;        ///< N/m
+};
+
+struct MissingForce {
+    std::string kind; ///< "force_per_length" or "bending_moment"
+    std::string form; ///< the expression with its numbers; empty: nothing stable was found
+    std::vector<ForceTerm> terms;
+    double explained = 0.0; ///< share of the misfit above the noise that it removes
+    std::string character;  ///< "dissipative, grows faster than the speed, …"
+    std::vector<ForceSample> against_displacement; ///< at the tip, at rest
+    std::vector<ForceSample> against_velocity;     ///< at the tip, undeflected
+    std::string as_effect_file;                    ///< TOML of a user's effect with these terms
+    FitSummary fit;                                ///< of the model with this force
+};
+
+/// Regresses what `base` leaves on the traces that simple forces would leave, each computed through
+/// the chain itself and freed of what the model's own parameters can imitate: forward selection,
+/// validated on blocks of time left out, and only terms that 80 % of resamples choose. The chosen
+/// ones are then fitted through the chain as a user's effect.
+[[nodiscard]] MissingForce
+reconstruct_missing_force(const ModelFit& base, const SelectedEffects& effects,
+                          std::span<const measure::Measurement> recordings,
+                          const CandidateOptions& options = {});
+
+} // namespace culm::diagnose

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/model_score.hpp"
+
+#include "diagnose/residual_correlation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/core.h>
+
+namespace culm::diagnose {
+namespace {
+
+constexpr double normal_quantile = 1.959964;
+
+double readings(const FitSummary& model) {
+    return static_cast<double>(std::max<std::size_t>(model.readings, 1));
+}
+
+/// χ², or what stands for it where only the best model's residuals tell the noise.
+double misfit(const FitSummary& model, const Yardstick& yardstick) {
+    if (yardstick.is_noise_known)
+        return model.chi_squared / yardstick.inflation;
+    return std::pow(model.rmse / yardstick.rmse, 2) * readings(model);
+}
+
+bool is_absent(const calibrate::FittedParameter& parameter) {
+    return std::abs(parameter.value - parameter.absent) <=
+           normal_quantile * parameter.standard_error;
+}
+
+} // namespace
+
+Yardstick yardstick(std::span<const FitSummary> models, bool is_noise_known) {
+    const FitSummary* best = nullptr;
+    for (const FitSummary& model : models)
+        if (model.is_fitted() && (best == nullptr || model.rmse < best->rmse))
+            best = &model;
+    Yardstick out;
+    out.is_noise_known = is_noise_known;
+    if (best == nullptr)
+        return out;
+    out.rmse = best->rmse;
+    out.inflation = std::max(1.0, best->reduced_chi_squared);
+    out.effective_readings = std::max(best->effective_readings, 2.0);
+    out.share = std::min(1.0, out.effective_readings / readings(*best));
+    return out;
+}
+
+double bic(const FitSummary& model, const Yardstick& yardstick) {
+    return misfit(model, yardstick) * yardstick.share +
+           static_cast<double>(model.parameters.size()) * std::log(yardstick.effective_readings);
+}
+
+double gain_p_value(double gain, int added) {
+    return chi_squared_tail(std::max(gain, 0.0), std::max(added, 1));
+}
+
+double gain_p_value(const FitSummary& smaller, const FitSummary& larger,
+                    const Yardstick& yardstick) {
+    return gain_p_value((misfit(smaller, yardstick) - misfit(larger, yardstick)) * yardstick.share,
+                        static_cast<int>(larger.parameters.size()) -
+                            static_cast<int>(smaller.parameters.size()));
+}
+
+std::string naming_obstacle(const FitSummary& fit, const std::string& effect) {
+    if (!fit.failure.empty())
+        return fit.failure;
+    if (!fit.moves)
+        return "nothing moves the stem in this model";
+    bool has_size = false;
+    bool is_there = false;
+    std::string bound;
+    std::string absent;
+    for (const calibrate::FittedParameter& parameter : fit.parameters) {
+        if (!parameter.name.starts_with(effect + "."))
+            continue;
+        const bool is_size = !parameter.is_place;
+        has_size = has_size || is_size;
+        const bool stands_absent = is_size && is_absent(parameter);
+        is_there = is_there || (is_size && !parameter.is_at_bound && !stands_absent);
+        if (parameter.is_at_bound)
+            bound = fmt::format("{} stands at its bound, {:.4g}{}{}", parameter.name,
+                                parameter.value, parameter.unit.empty() ? "" : " ", parameter.unit);
+        else if (stands_absent)
+            absent = fmt::format("{} = {:.4g} ± {:.2g} is no different from none", parameter.name,
+                                 parameter.value, normal_quantile * parameter.standard_error);
+    }
+    const bool has_own_sizes = bound.find('@') != std::string::npos;
+    if (!bound.empty() && !(has_own_sizes && is_there))
+        return bound;
+    return has_size && !is_there ? absent : std::string();
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What decides between fitted models: evidence that pays for every fitted number.
+#pragma once
+
+#include "diagnose/fit_summary.hpp"
+
+#include <span>
+#include <string>
+
+namespace culm::diagnose {
+
+/// By what the misfits of models that are compared are weighed: all by the same.
+struct Yardstick {
+    double rmse = 0.0; ///< m, of the best model
+    bool is_noise_known = true;
+    double inflation = 1.0; ///< of χ²: the best model's reduced χ² where that is above 1
+    double share = 1.0;     ///< of the readings that count as independent
+    double effective_readings = 1.0;
+};
+
+/// From the model that fits best, whose residuals are closest to the noise.
+[[nodiscard]] Yardstick yardstick(std::span<const FitSummary> models, bool is_noise_known);
+
+/// Bayesian information criterion, χ²/s · n/N + k ln n: N readings of which n count as independent,
+/// k fitted numbers, s the yardstick's inflation: what the best model misses is noise to all.
+[[nodiscard]] double bic(const FitSummary& model, const Yardstick& yardstick);
+
+/// Probability of a fall of χ² at least as large by numbers that mean nothing.
+[[nodiscard]] double gain_p_value(const FitSummary& smaller, const FitSummary& larger,
+                                  const Yardstick& yardstick);
+[[nodiscard]] double gain_p_value(double gain, int added);
+
+/// Why the effect cannot be named with this fit, whatever it gains: it failed, a parameter stands
+/// at a bound, or none of its sizes is known to be there. Empty if it can. Where recordings have
+/// sizes of their own, one that is there is enough.
+[[nodiscard]] std::string naming_obstacle(const FitSummary& fit, const std::string& effect);
+
+} // namespace culm::diagnose

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/naming.hpp"
+
+#include "diagnose/swing.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+namespace culm::diagnose {
+namespace {
+
+using nlohmann::json;
+
+constexpr double block_periods = 3.0;
+/// The height that was left out may be predicted this much worse where the time is predicted
+/// better: both fits have seen its neighbours.
+constexpr double allowed_rise = 1.02;
+
+std::string to_text(const HeldOut& held_out) {
+    json out = json::array();
+    for (const HeldOutPart* part : {&held_out.last_third, &held_out.one_height})
+        out.push_back({part->rms, part->over_noise, part->blocks, part->failure});
+    return out.dump();
+}
+
+HeldOut held_out_from(const std::string& text) {
+    HeldOut out;
+    if (text.empty()) {
+        out.last_third.failure = out.one_height.failure = "the rank that computed it was lost";
+        return out;
+    }
+    const json told = json::parse(text);
+    HeldOutPart* const parts[]{&out.last_third, &out.one_height};
+    for (std::size_t k = 0; k < 2; ++k)
+        *parts[k] = {told[k][0], told[k][1], told[k][2].get<std::vector<double>>(), told[k][3]};
+    return out;
+}
+
+std::string obstacle(const HeldOutPart& larger, const HeldOutPart& smaller,
+                     const HeldOutPart& larger_height, const HeldOutPart& smaller_height) {
+    if (!larger.failure.empty())
+        return "the fit to the first two thirds failed: " + larger.failure;
+    if (!predicts_better(larger, smaller))
+        return fmt::format("the last third of the time is not predicted better ({:.2f} times the "
+                           "noise, before {:.2f})",
+                           larger.over_noise, smaller.over_noise);
+    if (larger_height.failure.empty() && smaller_height.failure.empty() &&
+        larger_height.over_noise > allowed_rise * smaller_height.over_noise)
+        return fmt::format("the height that was left out is predicted worse ({:.2f} times the "
+                           "noise, before {:.2f})",
+                           larger_height.over_noise, smaller_height.over_noise);
+    return {};
+}
+
+} // namespace
+
+SetVerdict judge(const ModelFit& fit, std::span<const measure::Measurement> recordings) {
+    SetVerdict out;
+    out.finding = Finding::Adequate;
+    bool can_tell = false;
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        const Verdict own = judge(fit.parts[m], swing_of(fit.parts[m], recordings[m]));
+        if (own.finding == Finding::Undecided) {
+            if (!can_tell)
+                out.reason = own.reason;
+            continue;
+        }
+        if (!can_tell)
+            out.reason.clear();
+        can_tell = true;
+        const double p =
+            std::min(1.0, own.p_value * static_cast<double>(fit.parts.size())); // Bonferroni
+        out.p_value = std::min(out.p_value, p);
+        if (p >= naming_level)
+            continue;
+        out.finding = Finding::Inadequate;
+        if (!out.reason.empty())
+            out.reason += "; ";
+        out.reason += own.reason;
+    }
+    if (!can_tell)
+        out.finding = Finding::Undecided;
+    return out;
+}
+
+HeldOutGain held_out_gain(const ModelFit& smaller, const ModelFit& larger,
+                          std::span<const measure::Measurement> recordings,
+                          const CandidateOptions& options, const WorkMap& map) {
+    std::vector<HoldOut> hold_out;
+    for (std::size_t m = 0; m < recordings.size(); ++m)
+        hold_out.push_back({row_to_leave_out(smaller.parts[m]), larger.parts[m].noise,
+                            block_periods / calibrate::beam_frequency(larger.parts[m].model.spec)});
+    const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
+        CandidateOptions own = options;
+        own.heartbeat = heartbeat;
+        return to_text(predict_held_out(item == 0 ? smaller.parts : larger.parts, hold_out,
+                                        recordings, belongs_to_recording, own));
+    };
+    const std::vector<std::string> answers = map({1.0, 1.0}, work);
+    const HeldOut before = held_out_from(answers[0]);
+    const HeldOut after = held_out_from(answers[1]);
+    return {after.last_third.over_noise, before.last_third.over_noise,
+            obstacle(after.last_third, before.last_third, after.one_height, before.one_height)};
+}
+
+} // namespace culm::diagnose

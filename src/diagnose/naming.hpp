@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// When a larger model counts as found: the conditions for naming an effect.
+#pragma once
+
+#include "diagnose/held_out.hpp"
+#include "diagnose/model_score.hpp"
+#include "diagnose/verdict.hpp"
+#include "diagnose/work_map.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::diagnose {
+
+inline constexpr double naming_gain = 10.0;  ///< of BIC, that an effect must bring
+inline constexpr double tie_gap = 6.0;       ///< of BIC, within which two models count as equal
+inline constexpr double naming_level = 0.01; ///< of significance, for all candidates together
+
+/// The tests for lack of fit of every recording, adjusted for their number.
+struct SetVerdict {
+    Finding finding = Finding::Undecided;
+    double p_value = 1.0;
+    std::string reason;
+};
+[[nodiscard]] SetVerdict judge(const ModelFit& fit,
+                               std::span<const measure::Measurement> recordings);
+
+/// Root mean squares of the readings that were held out, over the noise, by both models.
+struct HeldOutGain {
+    double larger = 0.0;
+    double smaller = 0.0;
+    std::string obstacle; ///< why the larger model does not predict better; empty if it does
+};
+
+/// Both models refitted without the last third of the time and without one height, in every
+/// recording; judged as on the ladder of `culm compare`.
+[[nodiscard]] HeldOutGain held_out_gain(const ModelFit& smaller, const ModelFit& larger,
+                                        std::span<const measure::Measurement> recordings,
+                                        const CandidateOptions& options, const WorkMap& map);
+
+} // namespace culm::diagnose

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/next_experiment.hpp"
+
+#include "core/error.hpp"
+#include "physics/effects/stem_scales.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+namespace culm::diagnose {
+namespace {
+
+constexpr std::size_t most_experiments = 3;
+constexpr double worthwhile = 1.2;    ///< times the gap of a mere repetition
+constexpr double largest_pull = 0.45; ///< of the length
+
+/// What is done otherwise: to the stem and its release, and to the camera.
+struct Change {
+    std::string what;
+    std::function<void(run::CaseSpec&)> apply;
+    double duration = 1.0; ///< of the record, times the present one's
+    double rate = 1.0;     ///< of the frames, likewise
+};
+
+bool has(const SelectedEffects& effects, std::string_view name) {
+    return std::ranges::any_of(effects,
+                               [&](const auto& each) { return each.effect->name() == name; });
+}
+
+/// Multiplies one parameter of an effect, if the case contains it.
+std::function<void(run::CaseSpec&)> scale(std::string effect, std::string parameter,
+                                          double factor) {
+    return [effect = std::move(effect), parameter = std::move(parameter),
+            factor](run::CaseSpec& spec) {
+        for (physics::ActiveEffect& active : spec.effects) {
+            const std::vector<physics::EffectParameter> parameters = active.effect->parameters();
+            for (std::size_t k = 0; k < parameters.size(); ++k)
+                if (active.effect->name() == effect &&
+                    (parameter.empty() || parameters[k].name == parameter))
+                    active.values[k] *= factor;
+        }
+    };
+}
+
+Change known_mass(const run::CaseSpec& spec, double share) {
+    const double mass = share * physics::mass_per_length(spec.stem) * spec.stem.free_length();
+    return {fmt::format("fix a known mass of {:.3g} mg to the tip ({:.0f} % of the stem's) and "
+                        "release again",
+                        1e6 * mass, 100.0 * share),
+            [mass](run::CaseSpec& changed) {
+                changed.added_masses.push_back({changed.stem.free_length(), mass});
+            }};
+}
+
+Change other_pull(const run::CaseSpec& spec, double factor) {
+    return {fmt::format("pull the tip aside by {:.1f} mm instead of {:.1f} mm",
+                        1e3 * factor * std::abs(spec.tip_deflection),
+                        1e3 * std::abs(spec.tip_deflection)),
+            [factor](run::CaseSpec& changed) { changed.tip_deflection *= factor; }};
+}
+
+Change shorter_stem(const run::CaseSpec& spec) {
+    constexpr double share = 0.7;
+    return {fmt::format("cut the stem to {:.0f} mm, film the same heights in proportion and "
+                        "release again",
+                        1e3 * share * spec.stem.free_length()),
+            [](run::CaseSpec& changed) {
+                const double before = changed.stem.free_length();
+                changed.stem.sphere_count = std::max(
+                    static_cast<int>(std::lround(share * (changed.stem.sphere_count - 1))) + 1, 5);
+                const double ratio = changed.stem.free_length() / before;
+                for (double& height : changed.heights)
+                    height *= ratio;
+                changed.tip_deflection *= ratio;
+                changed.sample_interval *= ratio * ratio;
+            },
+            share * share, 1.0 / (share * share)};
+}
+
+/// The first is the experiment at hand.
+std::vector<Change> changes_for(const std::vector<std::pair<Rival, Rival>>& pairs,
+                                const run::CaseSpec& spec) {
+    const auto any_has = [&](std::string_view name) {
+        return std::ranges::any_of(pairs, [&](const auto& pair) {
+            return has(pair.first.effects, name) || has(pair.second.effects, name);
+        });
+    };
+    std::vector<Change> changes{{"release again as before", [](run::CaseSpec&) {}},
+                                known_mass(spec, 0.1),
+                                known_mass(spec, 0.5),
+                                other_pull(spec, 0.3),
+                                shorter_stem(spec)};
+    if (1.5 * std::abs(spec.tip_deflection) < largest_pull * spec.stem.free_length())
+        changes.push_back(other_pull(spec, 1.5));
+    changes.push_back({"film with twice the frame rate", [](run::CaseSpec&) {}, 1.0, 2.0});
+    changes.push_back({"film twice as long", [](run::CaseSpec&) {}, 2.0, 1.0});
+    if (any_has("quadratic_drag") || any_has("viscous_drag"))
+        changes.push_back({"release in a vacuum", [](run::CaseSpec& changed) {
+                               scale("quadratic_drag", "drag_coefficient", 0.0)(changed);
+                               scale("viscous_drag", "coefficient_n_s_m2", 0.0)(changed);
+                           }});
+    if (any_has("precurvature"))
+        changes.push_back({"turn the stem by 180 degrees about its own axis and release again",
+                           scale("precurvature", {}, -1.0)});
+    if (any_has("relaxation"))
+        changes.push_back({"hold the stem ten times as long before the release",
+                           scale("relaxation", "hold_time_s", 10.0)});
+    return changes;
+}
+
+std::vector<double> frames_of(const calibrate::ChainFit& fit, const Change& change) {
+    const auto count = static_cast<double>(fit.times.size() - 1);
+    const double first = fit.times.front();
+    const double interval = (fit.times.back() - first) / count / change.rate;
+    const double last = first + (fit.times.back() - first) * change.duration;
+    std::vector<double> times;
+    for (double k = 0.0; first + k * interval <= last * (1.0 + 1e-12); k += 1.0)
+        times.push_back(first + k * interval);
+    return times;
+}
+
+/// Information of the record at hand about all but the release, whose numbers are new each time:
+/// (parameters, parameters), over the noise.
+Eigen::MatrixXd information_without_release(const calibrate::ChainFit& fit) {
+    const auto count = static_cast<Eigen::Index>(fit.prediction.parameters);
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
+    for (std::size_t k = 0; k < fit.residuals.size(); ++k) {
+        const Eigen::Map<const Eigen::VectorXd> gradient(
+            fit.prediction.jacobian.data() + k * fit.prediction.parameters, count);
+        if (std::isfinite(fit.residuals[k]) && gradient.allFinite())
+            sum +=
+                gradient * gradient.transpose() / std::pow(fit.noise[k % fit.prediction.rows], 2);
+    }
+    std::vector<Eigen::Index> kept;
+    std::vector<Eigen::Index> release;
+    const std::vector<std::string> names = fit.model.free_names();
+    for (std::size_t k = 0; k < names.size(); ++k)
+        (names[k] == "tip_deflection" || names[k] == calibrate::release_time_name ? release : kept)
+            .push_back(static_cast<Eigen::Index>(k));
+    const Eigen::MatrixXd cross = sum(kept, release);
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(count, count);
+    out(kept, kept) =
+        sum(kept, kept) -
+        cross * sum(release, release).completeOrthogonalDecomposition().solve(cross.transpose());
+    return out;
+}
+
+calibrate::ChainFit fit_of(const Rival& rival, const measure::Measurement& recording,
+                           const CandidateOptions& options) {
+    const std::span<const measure::Measurement> alone(&recording, 1);
+    calibrate::ChainFit fit = restored(rival.fit, rival.effects, alone, options).parts.front();
+    if (rival.assumed.empty())
+        return fit;
+    std::vector<bool> is_held;
+    for (const std::string& name : fit.model.free_names())
+        is_held.push_back(name.starts_with(rival.assumed + "."));
+    calibrate::ChainFitOptions again;
+    again.window = options.window;
+    again.heartbeat = options.heartbeat;
+    return calibrate::fit_chain_with_held(fit.model, recording, is_held, again);
+}
+
+/// The smallest square of the distance, over the noise, that `other` can come to what `truth`
+/// shows.
+double gap(const calibrate::ChainFit& truth, const calibrate::ChainFit& other, const Change& change,
+           const run::Heartbeat& heartbeat) {
+    const std::vector<double> times = frames_of(truth, change);
+    calibrate::StemModel first = truth.model;
+    calibrate::StemModel second = other.model;
+    for (calibrate::StemModel* model : {&first, &second}) {
+        change.apply(model->spec);
+        model->spec.sample_interval /= change.rate;
+    }
+    const calibrate::ChainPrediction wanted = calibrate::predict_readings(first, times, heartbeat);
+    const calibrate::ChainPrediction offered =
+        calibrate::predict_readings(second, times, heartbeat);
+    const auto count = static_cast<Eigen::Index>(offered.parameters);
+    Eigen::MatrixXd normal = information_without_release(other);
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(count);
+    double square = 0.0;
+    for (std::size_t k = 0; k < wanted.readings.size(); ++k) {
+        const double noise = truth.noise[k % wanted.rows];
+        const double distance = (wanted.readings[k] - offered.readings[k]) / noise;
+        const Eigen::VectorXd column =
+            Eigen::Map<const Eigen::VectorXd>(offered.jacobian.data() + k * offered.parameters,
+                                              count) /
+            noise;
+        if (!std::isfinite(distance) || !column.allFinite())
+            continue;
+        square += distance * distance;
+        normal += column * column.transpose();
+        gradient += distance * column;
+    }
+    Eigen::VectorXd size = normal.diagonal().cwiseSqrt();
+    for (double& entry : size)
+        entry = entry > 0.0 ? 1.0 / entry : 0.0;
+    const Eigen::MatrixXd scaled = size.asDiagonal() * normal * size.asDiagonal();
+    const Eigen::VectorXd right = size.cwiseProduct(gradient);
+    const Eigen::VectorXd step = scaled.completeOrthogonalDecomposition().solve(right);
+    return std::max(0.0, square - right.dot(step));
+}
+
+} // namespace
+
+std::vector<Experiment> next_experiments(const std::vector<std::pair<Rival, Rival>>& pairs,
+                                         std::span<const measure::Measurement> recordings,
+                                         const CandidateOptions& options, const WorkMap& map) {
+    std::vector<std::pair<calibrate::ChainFit, calibrate::ChainFit>> fits;
+    for (const auto& [truth, other] : pairs)
+        fits.emplace_back(fit_of(truth, recordings.front(), options),
+                          fit_of(other, recordings.front(), options));
+    const std::vector<Change> changes = changes_for(pairs, fits.front().first.model.spec);
+    const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
+        const auto& [truth, other] = fits[item % fits.size()];
+        try {
+            return fmt::format("{:.17g}",
+                               gap(truth, other, changes[item / fits.size()], heartbeat));
+        } catch (const core::NumericalError&) { // that experiment cannot be predicted
+            return std::string();
+        }
+    };
+    const std::vector<std::string> answers =
+        map(std::vector<double>(changes.size() * fits.size(), 1.0), work);
+    std::vector<Experiment> experiments;
+    for (std::size_t c = 0; c < changes.size(); ++c) {
+        Experiment experiment{changes[c].what, {}, std::numeric_limits<double>::infinity()};
+        for (std::size_t k = 0; k < fits.size(); ++k)
+            if (const std::string& answer = answers[c * fits.size() + k]; !answer.empty()) {
+                experiment.expected_gap = std::min(experiment.expected_gap, std::stod(answer));
+                experiment.separates.emplace_back(
+                    fmt::format("{}", fmt::join(pairs[k].first.fit.names, " + ")),
+                    fmt::format("{}", fmt::join(pairs[k].second.fit.names, " + ")));
+            }
+        if (!experiment.separates.empty())
+            experiments.push_back(std::move(experiment));
+    }
+    // What tells no more than another release of the same kind is no advice.
+    const double again = experiments.empty() ? 0.0 : experiments.front().expected_gap;
+    std::erase_if(experiments, [again](const Experiment& experiment) {
+        return experiment.expected_gap <= worthwhile * again;
+    });
+    std::ranges::stable_sort(experiments, std::greater{}, &Experiment::expected_gap);
+    experiments.resize(std::min(experiments.size(), most_experiments));
+    return experiments;
+}
+
+} // namespace culm::diagnose

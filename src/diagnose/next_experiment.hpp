@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The experiment that would tell effects apart which this recording cannot.
+#pragma once
+
+#include "diagnose/fit_summary.hpp"
+#include "diagnose/work_map.hpp"
+
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace culm::diagnose {
+
+struct Experiment {
+    std::string what;                                           ///< one sentence, an instruction
+    std::vector<std::pair<std::string, std::string>> separates; ///< models it tells apart, as names
+    /// Square of the distance, in standard deviations, by which the best that one model can do
+    /// misses what the other predicts; the smallest over the pairs. Above 25: five sigma.
+    double expected_gap = 0.0;
+};
+
+/// A model of the recording at hand that others cannot be told from.
+struct Rival {
+    SelectedEffects effects;
+    FitSummary fit;
+    /// An effect whose size is assumed: the other numbers are fitted again beside it.
+    std::string assumed;
+};
+
+/// Simulates each experiment of a list (a known mass at the tip, half and one and a half times the
+/// deflection, a shorter stem, a faster camera, a longer record, a vacuum, the stem turned end for
+/// end …) with both models of each pair and asks how far the second, its numbers within what the
+/// recording at hand allows and its release free, stays away from the first. Best first.
+[[nodiscard]] std::vector<Experiment>
+next_experiments(const std::vector<std::pair<Rival, Rival>>& pairs,
+                 std::span<const measure::Measurement> recordings, const CandidateOptions& options,
+                 const WorkMap& map);
+
+} // namespace culm::diagnose

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/null_noise.hpp"
+
+#include "diagnose/residual_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+namespace culm::diagnose {
+namespace {
+
+constexpr double largest_correlation = 0.95;
+constexpr std::uint64_t seed = 0x63756c6dULL;
+
+/// Standard normal numbers by Box and Muller's method: the same with every library.
+class NormalNumbers {
+  public:
+    explicit NormalNumbers(std::uint64_t draw) : engine_(seed + draw * 0x9e3779b97f4a7c15ULL) {}
+    [[nodiscard]] double operator()() {
+        if (has_second_) {
+            has_second_ = false;
+            return second_;
+        }
+        const double radius = std::sqrt(-2.0 * std::log(uniform()));
+        const double angle = 2.0 * std::numbers::pi * uniform();
+        second_ = radius * std::sin(angle);
+        has_second_ = true;
+        return radius * std::cos(angle);
+    }
+
+  private:
+    /// In (0, 1).
+    [[nodiscard]] double uniform() {
+        return (static_cast<double>(engine_() >> 11) + 0.5) * 0x1.0p-53;
+    }
+    std::mt19937_64 engine_;
+    double second_ = 0.0;
+    bool has_second_ = false;
+};
+
+/// Correlation of neighbouring frames; 0 within two standard errors of it.
+double frame_correlation(const Eigen::MatrixXd& whitened, Eigen::Index row) {
+    double product = 0.0;
+    double square = 0.0;
+    for (Eigen::Index i = 1; i < whitened.rows(); ++i) {
+        product += whitened(i, row) * whitened(i - 1, row);
+        square += whitened(i, row) * whitened(i, row);
+    }
+    const double correlation = square > 0.0 ? product / square : 0.0;
+    const double chance =
+        2.0 / std::sqrt(static_cast<double>(std::max<Eigen::Index>(whitened.rows(), 1)));
+    return correlation > chance ? std::min(correlation, largest_correlation) : 0.0;
+}
+
+} // namespace
+
+Eigen::VectorXd null_noise(const ModelFit& fit, std::uint64_t draw) {
+    NormalNumbers normal(draw);
+    Eigen::Index readings = 0;
+    for (const calibrate::ChainFit& part : fit.parts)
+        readings += static_cast<Eigen::Index>(part.residuals.size());
+    Eigen::VectorXd noise = Eigen::VectorXd::Zero(readings);
+    Eigen::Index begin = 0;
+    for (const calibrate::ChainFit& part : fit.parts) {
+        const Eigen::MatrixXd whitened = whitened_residuals(part);
+        for (Eigen::Index j = 0; j < whitened.cols(); ++j) {
+            const double correlation = frame_correlation(whitened, j);
+            const double fresh = std::sqrt(1.0 - correlation * correlation);
+            double value = normal();
+            for (Eigen::Index i = 0; i < whitened.rows(); ++i) {
+                const Eigen::Index place = i * whitened.cols() + j;
+                if (!std::isnan(part.residuals[static_cast<std::size_t>(place)]))
+                    noise(begin + place) = value;
+                value = correlation * value + fresh * normal();
+            }
+        }
+        begin += static_cast<Eigen::Index>(part.residuals.size());
+    }
+    return noise;
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/diagnosis.hpp"
+
+#include "diagnosis_records.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+using diagnose::Conclusion;
+
+const calibrate::FittedParameter& parameter(const diagnose::FitSummary& fit,
+                                            const std::string& name) {
+    return *std::ranges::find(fit.parameters, name, &calibrate::FittedParameter::name);
+}
+
+TEST(Diagnosis, NamesNothingWhereNothingIsMissing) {
+    const auto recordings = recording("T1-null");
+    const diagnose::Diagnosis found = diagnose::diagnose(
+        recordings,
+        quick_diagnosis("taper,bending_nonlinearity,clamp_compliance,tip_mass,quadratic_drag"));
+    EXPECT_EQ(found.conclusion, Conclusion::Adequate) << found.reason;
+    EXPECT_TRUE(found.effects.empty());
+    EXPECT_EQ(found.ladder.size(), 1u);
+    ASSERT_EQ(found.blind_spots.size(), 5u);
+    // A mass that this record cannot show would be taken for a softer stem.
+    const auto tip_mass =
+        std::ranges::find(found.blind_spots, "tip_mass", &diagnose::EffectScore::effect);
+    ASSERT_NE(tip_mass, found.blind_spots.end());
+    EXPECT_LT(tip_mass->youngs_modulus_bias, 0.0);
+    // The price of a number and the required gain of 10 are far beyond what noise brings.
+    EXPECT_EQ(found.false_naming.draws, 200);
+    EXPECT_LE(found.false_naming.rate, 0.02);
+    EXPECT_LT(found.false_naming.upper_bound, 0.06);
+    EXPECT_FALSE(found.next_experiments.empty());
+}
+
+TEST(Diagnosis, NamesDragAndItsStrength) {
+    const auto recordings = recording("T2-quadratic_drag");
+    const diagnose::Diagnosis found = diagnose::diagnose(
+        recordings, quick_diagnosis("viscous_drag,hysteretic_damping,quadratic_drag,taper"));
+    EXPECT_EQ(found.conclusion, Conclusion::Effect) << found.reason;
+    ASSERT_EQ(found.effects, std::vector<std::string>{"quadratic_drag"});
+    ASSERT_EQ(found.ladder.size(), 2u);
+    EXPECT_EQ(found.ladder.back().finding, diagnose::Finding::Adequate) << found.reason;
+    // The truth is 1.3; its interval of two standard errors is 0.01 wide, the rest is the model's.
+    EXPECT_NEAR(parameter(found.ladder.back().fit, "quadratic_drag.drag_coefficient").value, 1.3,
+                0.05);
+    EXPECT_LT(found.ladder.back().held_out, found.ladder.back().held_out_before);
+    EXPECT_EQ(found.ranking.front().effect, "quadratic_drag");
+    EXPECT_LT(found.ranking.front().p_value, 1e-6);
+}
+
+TEST(Diagnosis, DoesNotDependOnTheOrderOfCandidatesOrOfTheWork) {
+    const auto recordings = recording("T2-quadratic_drag");
+    const diagnose::Diagnosis one =
+        diagnose::diagnose(recordings, quick_diagnosis("taper,quadratic_drag,viscous_drag"));
+    diagnose::DiagnosisOptions other = quick_diagnosis("viscous_drag,taper,quadratic_drag");
+    other.map = [](const std::vector<double>& costs, const diagnose::ItemWork& work) {
+        std::vector<std::string> answers(costs.size());
+        for (std::size_t item = costs.size(); item-- > 0;)
+            answers[item] = work(item, {});
+        return answers;
+    };
+    const diagnose::Diagnosis two = diagnose::diagnose(recordings, other);
+    EXPECT_EQ(one.effects, two.effects);
+    ASSERT_EQ(one.ranking.size(), two.ranking.size());
+    for (std::size_t k = 0; k < one.ranking.size(); ++k) {
+        EXPECT_EQ(one.ranking[k].effect, two.ranking[k].effect);
+        EXPECT_EQ(one.ranking[k].delta_bic, two.ranking[k].delta_bic);
+    }
+    EXPECT_EQ(diagnose::to_text(one.ladder.back().fit), diagnose::to_text(two.ladder.back().fit));
+}
+
+TEST(Diagnosis, WithoutTheTrueEffectItNamesNoneAndFindsTheForce) {
+    const auto recordings = recording("T2-quadratic_drag");
+    const diagnose::Diagnosis found =
+        diagnose::diagnose(recordings, quick_diagnosis("taper,viscous_drag,clamp_compliance"));
+    EXPECT_EQ(found.conclusion, Conclusion::Unknown) << found.reason;
+    EXPECT_TRUE(found.effects.empty());
+    ASSERT_TRUE(found.missing_force);
+    EXPECT_EQ(found.missing_force->kind, "force_per_length");
+    ASSERT_FALSE(found.missing_force->terms.empty());
+    EXPECT_EQ(found.missing_force->terms.front().term, "v*abs(v)") << found.missing_force->form;
+    // −½ ρ d C_d with ρ = 1.2 kg/m³ and C_d = 1.3; terms beside it may take a tenth of it.
+    const double wanted =
+        -0.5 * 1.2 * std::get<measure::CircularSection>(recordings.front().stem.section).diameter *
+        1.3;
+    EXPECT_NEAR(found.missing_force->terms.front().coefficient / wanted, 1.0, 0.15);
+    EXPECT_NE(found.missing_force->character.find("dissipative"), std::string::npos);
+    EXPECT_GT(found.missing_force->explained, 0.95);
+    EXPECT_NE(found.missing_force->as_effect_file.find("expression = \"c1*v*abs(v)"),
+              std::string::npos);
+}
+
+TEST(Diagnosis, ReportsACandidateThatWasLostAndGoesOn) {
+    const auto recordings = recording("T2-quadratic_drag");
+    diagnose::DiagnosisOptions options = quick_diagnosis("taper,viscous_drag,quadratic_drag");
+    options.null_draws = 0;
+    options.map = [](const std::vector<double>& costs, const diagnose::ItemWork& work) {
+        std::vector<std::string> answers = diagnose::one_after_the_other(costs, work);
+        if (costs.size() == 3) // the candidates' scores: taper's rank dies
+            answers.front().clear();
+        return answers;
+    };
+    const diagnose::Diagnosis found = diagnose::diagnose(recordings, options);
+    EXPECT_EQ(found.effects, std::vector<std::string>{"quadratic_drag"});
+    ASSERT_EQ(found.blind_spots.size(), 2u);
+}
+
+} // namespace
+} // namespace culm::tests

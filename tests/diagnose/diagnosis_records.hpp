@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Recordings and options that the tests of the diagnosis share.
+#pragma once
+
+#include "diagnose/diagnosis.hpp"
+#include "measure/measurement_folder.hpp"
+#include "physics/effects/selection.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace culm::tests {
+
+[[nodiscard]] inline std::vector<measure::Measurement> recording(const std::string& name) {
+    const char* const folder = name == "T1-null" ? "measurements" : "hidden-effect";
+    return {measure::read_measurement(std::filesystem::path(CULM_TEST_DATA_DIR) / folder / name)};
+}
+
+/// 40 spheres instead of 56, to be quick: their own error is still below the noise.
+[[nodiscard]] inline diagnose::DiagnosisOptions quick_diagnosis(const std::string& candidates) {
+    diagnose::DiagnosisOptions options;
+    options.candidate.chain.spheres = 40;
+    options.candidates = physics::parse_effects(candidates, {});
+    return options;
+}
+
+} // namespace culm::tests
