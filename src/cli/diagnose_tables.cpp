@@ -130,7 +130,9 @@ std::string ranking_lines(const json& found) {
         text += fmt::format("{:<24} {:>9} {:>10} {:>9}  {}\n", ranked["effect"].get<std::string>(),
                             fmt::format("{}{}", ranked["refitted"].get<bool>() ? "" : "~",
                                         json_cell(ranked["rmse_mm"], 4)),
-                            fmt::format("{:+.0f}", number_in_json(ranked["delta_bic"])),
+                            ranked["delta_bic"].is_null()
+                                ? ""
+                                : fmt::format("{:+.0f}", number_in_json(ranked["delta_bic"])),
                             probability(ranked["p_value"]), remark_of(ranked));
     }
     if (fitted > listed)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/best_fit.hpp"
 
+#include "calibrate/joint_layout.hpp"
 #include "core/error.hpp"
 #include "diagnose/model_fit.hpp"
 
@@ -72,6 +73,7 @@ void BestFit::try_starts(const std::vector<JointStart>& starts, bool is_first_gu
     for (const JointStart& start : starts) {
         calibrate::JointOptions few = joint_options(is_first_guess);
         few.chain.largest_iterations = screening_iterations;
+        few.is_held = places(start);
         try {
             begun.push_back(solved(start, few));
         } catch (const core::NumericalError& error) {
@@ -112,6 +114,19 @@ calibrate::JointFit BestFit::solved(const JointStart& start,
     calibrate::JointFit fit = calibrate::fit_jointly(start, recordings_, options);
     runs_ += fit.runs;
     return fit;
+}
+
+/// Places, angles and time scales: while an effect has hardly any size they have hardly any
+/// derivative, and a first step would throw them far away.
+std::vector<bool> BestFit::places(const JointStart& start) const {
+    const calibrate::JointLayout layout =
+        calibrate::joint_layout(start, recordings_, belongs_to_recording);
+    std::vector<bool> held;
+    for (const calibrate::JointLayout::Owner& owner : layout.owners) {
+        const std::vector<calibrate::FreeParameter>& parameters = start[owner.model].parameters;
+        held.push_back(owner.parameter < parameters.size() && parameters[owner.parameter].is_place);
+    }
+    return held;
 }
 
 calibrate::JointOptions BestFit::joint_options(bool is_first_guess) const {

@@ -24,7 +24,8 @@ class BestFit {
     /// Goes all the way from a start.
     void try_start(const JointStart& start, bool is_first_guess);
 
-    /// Goes all the way from the one that is best after some iterations, and from the next if it
+    /// Goes all the way from the one that is best after some iterations with its places (angles,
+    /// time scales) held, and from the next if it
     /// was better then than that one is in the end.
     void try_starts(const std::vector<JointStart>& starts, bool is_first_guess);
 
@@ -45,6 +46,7 @@ class BestFit {
     [[nodiscard]] calibrate::JointFit solved(const JointStart& start,
                                              const calibrate::JointOptions& options);
     [[nodiscard]] calibrate::JointOptions joint_options(bool is_first_guess) const;
+    [[nodiscard]] std::vector<bool> places(const JointStart& start) const;
     [[nodiscard]] calibrate::JointFit settled(calibrate::JointFit fit);
 
     std::span<const measure::Measurement> recordings_;

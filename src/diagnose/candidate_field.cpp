@@ -100,23 +100,25 @@ std::vector<EffectScore> CandidateField::score(const ModelFit& base, const Selec
 
 std::vector<SelectedEffects> CandidateField::one_more(const SelectedEffects& effects,
                                                       const std::vector<EffectScore>& scores,
-                                                      double least_gain, bool all) const {
+                                                      double least_gain, bool only_best) const {
     double best = 0.0;
     for (const EffectScore& score : scores)
         best = std::max(best, score.gain);
     std::vector<SelectedEffects> models;
-    for (const EffectScore& score : scores) {
-        const auto candidate = std::ranges::find_if(
-            candidates_, [&](const auto& each) { return each.effect->name() == score.effect; });
-        if (candidate == candidates_.end())
+    for (const physics::SelectedEffect& candidate : candidates_) {
+        SelectedEffects larger = effects;
+        larger.push_back(candidate);
+        if (contains(effects, candidate) || !can_be_combined(larger))
             continue;
-        const double share = cost_of({*candidate}) > 1.0 ? least_spatial_share : least_share;
-        const bool is_hopeful = score.gain >= std::max(least_gain, share * best);
+        const auto score =
+            std::ranges::find(scores, candidate.effect->name(), &EffectScore::effect);
+        const bool is_spatial = cost_of({candidate}) > 1.0;
+        const double share = only_best ? (is_spatial ? least_spatial_share : least_share)
+                                       : (is_spatial ? least_share : 0.0);
         // A score that failed says nothing: the fit must tell.
-        if (!all && !is_hopeful && score.failure.empty())
-            continue;
-        models.push_back(effects);
-        models.back().push_back(*candidate);
+        if (score == scores.end() || !score->failure.empty() ||
+            score->gain >= std::max(least_gain, share * best))
+            models.push_back(std::move(larger));
     }
     return models;
 }

@@ -35,10 +35,11 @@ class CandidateField {
                                                  const SelectedEffects& effects, int draws);
 
     /// `effects` and one candidate more, for those whose score promises at least `least_gain` of χ²
-    /// and a share of what the best one promises; `all`: for those too that promise less.
+    /// and, if `only_best`, a share of what the best one promises. Where `scores` is empty: for
+    /// all.
     [[nodiscard]] std::vector<SelectedEffects> one_more(const SelectedEffects& effects,
                                                         const std::vector<EffectScore>& scores,
-                                                        double least_gain, bool all) const;
+                                                        double least_gain, bool only_best) const;
 
     [[nodiscard]] std::vector<SearchedModel> fit_all(const std::vector<SelectedEffects>& models,
                                                      const ModelFit& smaller);

@@ -22,8 +22,14 @@ namespace {
 constexpr double promising_gain = 8.0; ///< of χ², for which a fit is worth its runs
 /// Of what an effect gains, that another has to promise to be tried in its place.
 constexpr double promised_share = 0.3;
-constexpr std::size_t pairs_of = 4; ///< best single effects that are tried in pairs
+constexpr std::size_t pairs_of = 3; ///< best single effects that are tried in pairs
 constexpr int most_exchanges = 3;
+constexpr double certain_share = 0.1; ///< of χ² that may be left
+
+bool has_fitted_number(const physics::Effect& effect) {
+    return std::ranges::any_of(effect.parameters(),
+                               [](const auto& parameter) { return parameter.calibrated; });
+}
 
 class Search {
   public:
@@ -76,6 +82,11 @@ class Search {
     [[nodiscard]] bool goes_on() {
         if (finding() == Finding::Undecided)
             return false;
+        if (!fit_.moves) { // what does not move has no derivatives
+            are_scores_final_ = false;
+            scores_.clear();
+            return added() < options_.most_effects && step();
+        }
         tell(fmt::format("scoring the candidates beside {}", fmt::join(current_.fit.names, " + ")));
         scores_ = field_.score(fit_, current_.effects,
                                finding() == Finding::Adequate ? options_.null_draws : 0);
@@ -99,10 +110,10 @@ class Search {
     }
 
     [[nodiscard]] bool step() {
-        std::vector<SearchedModel> models = fitted(false, {});
+        std::vector<SearchedModel> models = fitted(true, {});
         bool has_named = name_best(models);
         if (!has_named && finding() == Finding::Inadequate) {
-            const std::vector<SearchedModel> others = fitted(true, models);
+            const std::vector<SearchedModel> others = fitted(false, models);
             models.insert(models.end(), others.begin(), others.end());
             has_named = name_best(models);
         }
@@ -124,11 +135,11 @@ class Search {
     /// Where name_best() has not changed the current model, it is the one before the step.
     [[nodiscard]] const ModelFit& before_step_fit() const { return fit_; }
 
-    /// The candidates that promise something, or those that are not among `done`.
-    [[nodiscard]] std::vector<SearchedModel> fitted(bool all,
+    /// The candidates that promise most, or something, as far as they are not among `done`.
+    [[nodiscard]] std::vector<SearchedModel> fitted(bool only_best,
                                                     const std::vector<SearchedModel>& done) {
         std::vector<SelectedEffects> models =
-            field_.one_more(current_.effects, scores_, promising_gain, all);
+            field_.one_more(current_.effects, scores_, promising_gain, only_best);
         std::erase_if(models, [&](const SelectedEffects& effects) {
             return std::ranges::any_of(done, [&](const SearchedModel& model) {
                 return model.effects.back().effect == effects.back().effect;
@@ -178,6 +189,12 @@ class Search {
                                 : fmt::format("the gain is not significant (p = {:.2g})", p);
     }
 
+    /// Effects without a number to fit that take away nearly all of the misfit.
+    [[nodiscard]] bool acts_for_certain(const SearchedModel& model) const {
+        return model.fit.parameters.size() <= current_.fit.parameters.size() &&
+               model.fit.chi_squared < certain_share * current_.fit.chi_squared;
+    }
+
     /// Takes the best of the models that are a step; false if none is.
     [[nodiscard]] bool name_best(std::vector<SearchedModel> models) {
         const Yardstick by = yardstick_with(models);
@@ -185,6 +202,9 @@ class Search {
                       [&](const SearchedModel& model) { return !obstacle(model, by).empty(); });
         std::ranges::stable_sort(models, {},
                                  [&](const SearchedModel& model) { return bic(model.fit, by); });
+        // What acts for certain, with nothing to fit, goes before what would have to be assumed.
+        std::ranges::stable_partition(
+            models, [&](const SearchedModel& model) { return acts_for_certain(model); });
         for (const SearchedModel& model : models) {
             ModelFit larger = field_.restore(model);
             tell(fmt::format("predicting what {} has not seen", fmt::join(model.fit.names, " + ")));
@@ -208,13 +228,13 @@ class Search {
         add_rung(held_out);
     }
 
-    /// Exchanges every effect of the answer for every other candidate.
+    /// Exchanges every effect of the answer for every other candidate; what acts for certain stays.
     void exchange() {
         for (int pass = 0; pass < most_exchanges; ++pass) {
             rivals_.clear();
             bool has_changed = false;
             for (std::size_t k = options_.known.size(); k < current_.effects.size(); ++k)
-                if (exchange_one(k)) {
+                if (has_fitted_number(*current_.effects[k].effect) && exchange_one(k)) {
                     has_changed = true;
                     break;
                 }
@@ -242,7 +262,7 @@ class Search {
         const std::vector<EffectScore> scores = field_.score(smaller, rest, 0);
         const double needed = smaller.chi_squared - current_.fit.chi_squared;
         out.models = field_.fit_all(
-            field_.one_more(rest, scores, std::max(promising_gain, promised_share * needed), false),
+            field_.one_more(rest, scores, std::max(promising_gain, promised_share * needed), true),
             smaller);
         return out;
     }
@@ -263,14 +283,15 @@ class Search {
             return replace({std::move(rest), without.smaller}, by);
         }
         std::erase_if(without.models, [](const SearchedModel& model) {
-            return !naming_obstacle(model.fit, model.effects.back().effect->name()).empty();
+            return !is_rival(model.fit, model.effects.back().effect->name());
         });
         std::ranges::stable_sort(without.models, {},
                                  [&](const SearchedModel& model) { return bic(model.fit, by); });
         Rivals group{current_.effects[place], {}, {}};
         for (const SearchedModel& model : without.models) {
             const double gap = bic(model.fit, by) - here;
-            if (gap < -tie_gap)
+            if (gap < -tie_gap &&
+                naming_obstacle(model.fit, model.effects.back().effect->name()).empty())
                 return replace(model, by);
             if (gap < tie_gap) {
                 group.models.push_back(model);

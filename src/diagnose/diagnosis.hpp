@@ -102,7 +102,10 @@ struct DiagnosisOptions {
 ///    are noise and no candidate promises a significant gain.
 /// 4. Each effect of the answer is exchanged for every other candidate. A set that is better by 6
 ///    takes its place, one within 6 of it is a tie. An effect whose removal costs less than 6 goes.
-/// 5. If structure is left, effects are named only if they explain nearly all of the misfit.
+/// 5. If structure is left, effects are named only if they explain nearly all of a glaring misfit.
+///
+/// Where nothing moves in the published chain (a stem held straight), what acts for certain and has
+/// no number to fit, as gravity, goes before what would have to be assumed.
 ///
 /// The answer does not depend on the ranks or on the order of the candidates. Throws
 /// core::NumericalError if the published chain cannot be fitted; candidates that fail are listed as

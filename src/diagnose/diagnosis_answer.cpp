@@ -19,6 +19,7 @@ namespace {
 /// Effects that leave structure are named only if they explain this much of the misfit: what is
 /// missing is then small beside them. A force of another form leaves more (docs/diagnosis.md).
 constexpr double nearly_all = 0.98;
+constexpr double glaring = 25.0;      ///< reduced χ² of the baseline, from which that can be told
 constexpr double alike = 0.8;         ///< |cos| of two traces
 constexpr std::size_t most_pairs = 2; ///< of models that an experiment should tell apart
 
@@ -51,7 +52,8 @@ void add_conclusion(const Found& found, Diagnosis& result) {
                             : "no candidate explains what the published chain leaves";
         return;
     }
-    if (!is_adequate && result.explained < nearly_all) {
+    const bool is_glaring = found.start.reduced_chi_squared > glaring || !found.is_noise_known;
+    if (!is_adequate && (result.explained < nearly_all || !is_glaring)) {
         result.conclusion = Conclusion::Unknown;
         result.reason =
             fmt::format("{} explains {:.1f} % of the misfit, but what it leaves is no noise ({})",
@@ -139,7 +141,7 @@ void count_false_names(const Found& found, Diagnosis& result) {
     for (const EffectScore& score : result.blind_spots) {
         is_named.resize(std::max(is_named.size(), score.null_gains.size()), false);
         for (std::size_t draw = 0; draw < score.null_gains.size(); ++draw) {
-            const double gain = score.null_gains[draw];
+            const double gain = score.null_gains[draw] * by.share; // as the search counts it
             if (gain - score.added * price >= naming_gain &&
                 tried * gain_p_value(gain, score.added) < naming_level)
                 is_named[draw] = true;

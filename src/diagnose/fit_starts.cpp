@@ -32,6 +32,7 @@ struct RecordScales {
 struct PlaceGrid {
     std::string_view parameter;
     std::function<std::vector<double>(const RecordScales&)> values;
+    bool is_size = false; ///< values of a size, from which a fit of the absent effect does not lead
 };
 
 const std::vector<PlaceGrid>& place_grids() {
@@ -44,7 +45,8 @@ const std::vector<PlaceGrid>& place_grids() {
          [](const RecordScales& s) {
              const double shortest = 1.0 / (2.0 * std::numbers::pi * s.first_frequency);
              const double longest = std::max(s.duration / 3.0, shortest);
-             return std::vector{shortest, std::sqrt(shortest * longest), longest};
+             // Beyond the record the mean only leans; only there it is taken for a curvature.
+             return std::vector{shortest, std::sqrt(shortest * longest), longest, 6.0 * longest};
          }},
         {"base_motion.frequency_hz", [](const RecordScales& s) { return s.peaks; }},
         {"base_motion.phase_rad",
@@ -59,6 +61,12 @@ const std::vector<PlaceGrid>& place_grids() {
          [](const RecordScales&) {
              return std::vector{25.0, 60.0};
          }},
+        // A beat is no small change of a swing without one.
+        {"out_of_plane.stiffness_split",
+         [](const RecordScales&) {
+             return std::vector{0.02, 0.12};
+         },
+         true},
     };
     return grids;
 }
@@ -138,7 +146,8 @@ std::vector<calibrate::StemModel> fit_starts(const calibrate::StemModel& model,
     std::vector<calibrate::StemModel> starts{first};
     for (const calibrate::FreeParameter& parameter : first.parameters) {
         const PlaceGrid* const grid = grid_of(parameter.access.name);
-        if (grid == nullptr || smaller.find(parameter.access.name) != nullptr)
+        if (grid == nullptr || smaller.find(parameter.access.name) != nullptr ||
+            (grid->is_size && size == StartSize::Absent))
             continue;
         std::vector<calibrate::StemModel> finer;
         for (const calibrate::StemModel& start : starts)
@@ -159,6 +168,12 @@ std::vector<calibrate::StemModel> fit_starts(const calibrate::StemModel& model,
 
 std::vector<calibrate::StemModel> candidate_starts(const calibrate::StemModel& model,
                                                    const calibrate::ChainFit& smaller) {
+    const bool has_sizes = std::ranges::any_of(model.parameters, [&](const auto& parameter) {
+        const PlaceGrid* const grid = grid_of(parameter.access.name);
+        return grid != nullptr && grid->is_size && smaller.find(parameter.access.name) == nullptr;
+    });
+    if (has_sizes)
+        return fit_starts(model, smaller, StartSize::Default);
     std::vector<calibrate::StemModel> starts = fit_starts(model, smaller, StartSize::Absent);
     const bool has_new_size = std::ranges::any_of(model.parameters, [&](const auto& parameter) {
         return !parameter.is_place && smaller.find(parameter.access.name) == nullptr;

@@ -63,6 +63,20 @@ double gain_p_value(const FitSummary& smaller, const FitSummary& larger,
                             static_cast<int>(smaller.parameters.size()));
 }
 
+bool is_rival(const FitSummary& fit, const std::string& effect) {
+    if (!fit.is_fitted())
+        return false;
+    bool has_size = false;
+    bool is_there = false;
+    for (const calibrate::FittedParameter& parameter : fit.parameters) {
+        if (!parameter.name.starts_with(effect + ".") || parameter.is_place)
+            continue;
+        has_size = true;
+        is_there = is_there || !is_absent(parameter);
+    }
+    return is_there || !has_size;
+}
+
 std::string naming_obstacle(const FitSummary& fit, const std::string& effect) {
     if (!fit.failure.empty())
         return fit.failure;

@@ -35,4 +35,8 @@ struct Yardstick {
 /// sizes of their own, one that is there is enough.
 [[nodiscard]] std::string naming_obstacle(const FitSummary& fit, const std::string& effect);
 
+/// Could the effect stand in another's place? Also where a parameter ended at a bound, which
+/// forbids to name it but does not rule it out, if only it is there at all.
+[[nodiscard]] bool is_rival(const FitSummary& fit, const std::string& effect);
+
 } // namespace culm::diagnose

@@ -13,8 +13,9 @@ namespace culm::reduce {
 [[nodiscard]] std::vector<double> autocovariance(std::span<const double> values,
                                                  std::size_t largest_lag);
 
-/// p-value of Ljung & Box (1978): that residuals are uncorrelated up to `lags`. 1 if all are equal
-/// or there are no more residuals than lags.
+/// p-value of Ljung & Box (1978): that residuals are uncorrelated up to `lags`, with the
+/// statistic's distribution for finite numbers of residuals. 1 if all are equal or there are no more
+/// residuals than lags.
 [[nodiscard]] double ljung_box_p_value(std::span<const double> residuals, std::size_t lags);
 
 /// Two-sided p-value of Wald & Wolfowitz (1940), normal approximation: that the signs of residuals
