@@ -147,7 +147,7 @@ std::string blind_spot_lines(const json& found) {
     if (found["blind_spots"].empty())
         return {};
     std::string text = fmt::format("{:<24} {:<38} {:>9} {:>9}\n", "blind spots",
-                                   "visible from (3 sigma)", "bias of Y", "of beta");
+                                   "visible at (3 sigma)", "bias of Y", "of beta");
     std::vector<std::string> hidden;
     std::string failed;
     for (const json& spot : found["blind_spots"]) {

@@ -61,10 +61,13 @@ std::string strength_lines(const json& found, const std::string& effect) {
 
 /// What the missing effects did to the calibration, and what they explain.
 std::string consequence(const json& found) {
+    const json& first = found["ladder"].front();
     const json& last = found["ladder"].back();
     std::string text = fmt::format("The error falls from {} mm (rms) to {} mm; the noise is {} mm.",
-                                   json_cell(found["baseline"]["rmse_mm"], 4),
-                                   json_cell(last["rmse_mm"], 4), json_cell(found["noise_mm"], 4));
+                                   json_cell(first["rmse_mm"], 4), json_cell(last["rmse_mm"], 4),
+                                   json_cell(found["noise_mm"], 4));
+    if (first["model"].size() > 1) // the calibration with what is known is not among the results
+        return sentence(text);
     const auto bias = [&found](const char* key) {
         const json& before = found["baseline"]["parameters"];
         const json& after = found["parameters"];
@@ -95,11 +98,12 @@ std::string tie_lines(const json& found) {
 
 std::string named_lines(const json& found) {
     const bool is_tie = found["verdict"] == "tie";
-    std::string text = fmt::format("{}: {} {} missing from the published chain.\n",
-                                   is_tie ? "TIE" : "EFFECT", joined(found["effects"], " and "),
+    std::string text = fmt::format("{}: {} {} missing from {}.\n", is_tie ? "TIE" : "EFFECT",
+                                   joined(found["effects"], " and "),
                                    is_tie                          ? "or a look-alike is"
                                    : found["effects"].size() == 1U ? "is"
-                                                                   : "are");
+                                                                   : "are",
+                                   first_model(found));
     for (const std::string effect : found["effects"]) {
         if (const std::string summary = summary_of(found, effect); !summary.empty())
             text += wrapped("  " + effect + ": ", summary, diagnosis_width - effect.size());

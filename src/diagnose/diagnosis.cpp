@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
 #include <fmt/core.h>
@@ -78,6 +79,12 @@ class Search {
     }
     [[nodiscard]] Finding finding() const { return result_.ladder.back().finding; }
 
+    /// Worth every effort, and an "unknown" if that is in vain.
+    [[nodiscard]] bool fails_clearly() const {
+        return finding() == Finding::Inadequate &&
+               result_.ladder.back().p_value < clear_failure_level;
+    }
+
     /// One step forward; false where the search ends.
     [[nodiscard]] bool goes_on() {
         if (finding() == Finding::Undecided)
@@ -112,17 +119,15 @@ class Search {
     [[nodiscard]] bool step() {
         std::vector<SearchedModel> models = fitted(true, {});
         bool has_named = name_best(models);
-        if (!has_named && finding() == Finding::Inadequate) {
+        if (!has_named && fails_clearly()) {
             const std::vector<SearchedModel> others = fitted(false, models);
             models.insert(models.end(), others.begin(), others.end());
             has_named = name_best(models);
         }
-        if (!has_named && finding() == Finding::Inadequate &&
-            added() + 2 <= options_.most_effects) {
-            std::vector<SearchedModel> pairs =
-                field_.fit_all(pairs_of_best(models), before_step_fit());
-            tell(fmt::format("{} pairs of effects", pairs.size()));
-            has_named = name_best(pairs);
+        if (!has_named && fails_clearly() && added() + 2 <= options_.most_effects) {
+            const std::vector<SelectedEffects> pairs = pairs_of_best(models);
+            tell(fmt::format("fitting {} pairs of effects", pairs.size()));
+            has_named = name_best(field_.fit_all(pairs, fit_));
         }
         if (first_step_.empty()) {
             first_step_ = models;
@@ -131,9 +136,6 @@ class Search {
         }
         return has_named;
     }
-
-    /// Where name_best() has not changed the current model, it is the one before the step.
-    [[nodiscard]] const ModelFit& before_step_fit() const { return fit_; }
 
     /// The candidates that promise most, or something, as far as they are not among `done`.
     [[nodiscard]] std::vector<SearchedModel> fitted(bool only_best,
@@ -198,8 +200,9 @@ class Search {
     /// Takes the best of the models that are a step; false if none is.
     [[nodiscard]] bool name_best(std::vector<SearchedModel> models) {
         const Yardstick by = yardstick_with(models);
-        std::erase_if(models,
-                      [&](const SearchedModel& model) { return !obstacle(model, by).empty(); });
+        std::erase_if(models, [&](const SearchedModel& model) {
+            return refused_models_.contains(model.fit.names) || !obstacle(model, by).empty();
+        });
         std::ranges::stable_sort(models, {},
                                  [&](const SearchedModel& model) { return bic(model.fit, by); });
         // What acts for certain, with nothing to fit, goes before what would have to be assumed.
@@ -211,6 +214,7 @@ class Search {
             const HeldOutGain held_out =
                 held_out_gain(fit_, larger, recordings_, options_.candidate, options_.map);
             if (!held_out.obstacle.empty()) {
+                refused_models_.insert(model.fit.names);
                 refused_[model.effects.back().effect->name()] = held_out.obstacle;
                 continue;
             }
@@ -337,7 +341,8 @@ class Search {
     std::vector<EffectScore> first_scores_;
     FitSummary first_smaller_;
     std::vector<Rivals> rivals_;
-    std::map<std::string, std::string> refused_; ///< effects that predict no better, and why
+    std::map<std::string, std::string> refused_;        ///< effects that predict no better, and why
+    std::set<std::vector<std::string>> refused_models_; ///< likewise
     Diagnosis result_;
 };
 

@@ -45,6 +45,14 @@ void add_conclusion(const Found& found, Diagnosis& result) {
     result.explained = effects.empty() ? 0.0 : explained_share(found);
     const bool is_adequate = last.finding == Finding::Adequate;
     if (effects.empty()) {
+        if (last.finding == Finding::Inadequate && last.p_value >= clear_failure_level) {
+            result.conclusion = Conclusion::Adequate;
+            result.reason =
+                fmt::format("{} objects (p = {:.2g}), which one recording of noise in {:.0f} "
+                            "does too, and no candidate explains it",
+                            last.tests, last.p_value, 1.0 / last.p_value);
+            return;
+        }
         result.conclusion = is_adequate ? Conclusion::Adequate : Conclusion::Unknown;
         result.reason = is_adequate ? "the residuals are noise"
                         : last.finding == Finding::Undecided

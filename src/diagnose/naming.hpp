@@ -17,6 +17,10 @@ inline constexpr double naming_gain = 10.0;  ///< of BIC, that an effect must br
 inline constexpr double tie_gap = 6.0;       ///< of BIC, within which two models count as equal
 inline constexpr double naming_level = 0.01; ///< of significance, for all candidates together
 
+/// Of the tests for lack of fit, from which a model that nothing improves counts as failing: of a
+/// hundred recordings of noise one fails at the tests' own level.
+inline constexpr double clear_failure_level = 1e-4;
+
 /// The tests for lack of fit of every recording, adjusted for their number.
 struct SetVerdict {
     Finding finding = Finding::Undecided;

@@ -136,6 +136,9 @@ EffectPointer make_user_effect(UserEffectText text) {
     for (const EffectParameter& parameter : text.parameters)
         formula.parameters.push_back(parameter.name);
     auto expression = compile_expression(formula);
+    // An exponent that cannot vanish is no size of the effect.
+    for (EffectParameter& parameter : text.parameters)
+        parameter.is_place = parameter.lower > 0.0 || parameter.upper < 0.0;
     for (const std::vector<double>& parameters : parameter_samples(text.parameters))
         for (const UserLawInputs& inputs : samples())
             try {
