@@ -55,7 +55,8 @@ class EnoughGained : public ceres::IterationCallback {
             return ceres::SOLVER_CONTINUE;
         const double gain = iteration.cost_change / iteration.cost * readings_;
         const double promised = gain / iteration.relative_decrease;
-        const bool is_noise = !iteration.step_is_successful && -gain < noise_of_runs;
+        const bool is_noise =
+            !iteration.step_is_successful && -gain < noise_of_runs && promised < noise_of_runs;
         return is_noise || std::abs(promised) < improvement_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
                                                              : ceres::SOLVER_CONTINUE;
     }

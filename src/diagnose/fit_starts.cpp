@@ -26,6 +26,7 @@ struct RecordScales {
     double duration = 0.0;        ///< after the release, s
     double first_frequency = 0.0; ///< Hz
     double stiffness = 0.0;       ///< E I/L, N m/rad
+    double mass = 0.0;            ///< of the stem, kg
     std::vector<double> peaks;    ///< of the residuals, Hz
 };
 
@@ -61,6 +62,12 @@ const std::vector<PlaceGrid>& place_grids() {
          [](const RecordScales&) {
              return std::vector{25.0, 60.0};
          }},
+        // Between a mass and a stiffer stem lies a long valley.
+        {"tip_mass.mass_kg",
+         [](const RecordScales& s) {
+             return std::vector{0.03 * s.mass, 0.3 * s.mass, 1.5 * s.mass};
+         },
+         true},
         // A beat is no small change of a swing without one.
         {"out_of_plane.stiffness_split",
          [](const RecordScales&) {
@@ -81,6 +88,7 @@ RecordScales scales_of(const calibrate::ChainFit& fit) {
     scales.length = fit.model.spec.stem.free_length();
     scales.duration = fit.times.back();
     scales.first_frequency = calibrate::beam_frequency(fit.model.spec);
+    scales.mass = physics::mass_per_length(fit.model.spec.stem) * scales.length;
     scales.stiffness = physics::stiffness_scale(fit.model.spec.stem);
     scales.peaks = residual_peaks(fit, 2);
     return scales;

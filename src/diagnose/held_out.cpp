@@ -49,6 +49,7 @@ class PartSum {
         }
         part_.rms = std::sqrt(squares_ / static_cast<double>(count_));
         part_.over_noise = std::sqrt(whitened_ / static_cast<double>(count_));
+        part_.readings = count_;
         return part_;
     }
 

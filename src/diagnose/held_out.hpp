@@ -13,8 +13,9 @@ namespace culm::diagnose {
 
 /// Readings that a fit did not see.
 struct HeldOutPart {
-    double rms = 0.0;           ///< m
-    double over_noise = 0.0;    ///< root mean square of residual over noise
+    double rms = 0.0;        ///< m
+    double over_noise = 0.0; ///< root mean square of residual over noise
+    std::size_t readings = 0;
     std::vector<double> blocks; ///< mean square of residual over noise in blocks of time
     std::string failure;        ///< why there is no number; empty if there is
 };

@@ -14,8 +14,8 @@ namespace culm::reduce {
                                                  std::size_t largest_lag);
 
 /// p-value of Ljung & Box (1978): that residuals are uncorrelated up to `lags`, with the
-/// statistic's distribution for finite numbers of residuals. 1 if all are equal or there are no more
-/// residuals than lags.
+/// statistic's distribution for finite numbers of residuals. 1 if all are equal or there are no
+/// more residuals than lags.
 [[nodiscard]] double ljung_box_p_value(std::span<const double> residuals, std::size_t lags);
 
 /// Two-sided p-value of Wald & Wolfowitz (1940), normal approximation: that the signs of residuals
