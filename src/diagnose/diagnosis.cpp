@@ -99,13 +99,14 @@ class Search {
                                finding() == Finding::Adequate ? options_.null_draws : 0);
         are_scores_final_ = finding() == Finding::Adequate;
         if (added() >= options_.most_effects ||
-            (finding() == Finding::Adequate && !promises_significant_gain()))
+            (finding() == Finding::Adequate && (added() > 0 || !promises_significant_gain())))
             return false;
         return step();
     }
 
-    /// Does a candidate promise more than noise would, for as many as there are? The tests for lack
-    /// of fit look at everything and so miss a weak trace of one effect.
+    /// Before anything is named: does a candidate promise more than noise would, for as many as
+    /// there are? The tests for lack of fit look at everything and so miss a weak trace of one
+    /// effect.
     [[nodiscard]] bool promises_significant_gain() const {
         const Yardstick own = yardstick(std::vector{current_.fit}, is_noise_known_);
         return std::ranges::any_of(scores_, [&](const EffectScore& score) {

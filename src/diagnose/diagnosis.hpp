@@ -99,7 +99,7 @@ struct DiagnosisOptions {
 /// 3. The best by bic() joins if it gains at least 10, its gain is significant for the number of
 ///    candidates (1 %), none of its parameters stands at a bound, its size is known to be there,
 ///    and readings that were held out are predicted better. Up to three times, until the residuals
-///    are noise and no candidate promises a significant gain.
+///    are noise; beside the published chain also if only the score of a candidate is significant.
 /// 4. Each effect of the answer is exchanged for every other candidate. A set that is better by 6
 ///    takes its place, one within 6 of it is a tie. An effect whose removal costs less than 6 goes.
 /// 5. If structure is left, effects are named only if they explain nearly all of a glaring misfit.
