@@ -4,6 +4,7 @@
 #include "diagnosis_records.hpp"
 
 #include <functional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,10 @@ struct Flaw {
     std::string name;
     std::function<void(beam::RecordingSpec&)> apply;
 };
+
+[[maybe_unused]] void PrintTo(const Flaw& flaw, std::ostream* out) { // NOLINT: GoogleTest's name
+    *out << flaw.name;
+}
 
 std::vector<Flaw> flaws() {
     return {
@@ -43,7 +48,7 @@ class FlawedRecording : public testing::TestWithParam<Flaw> {
         beam::RecordingSpec spec;
         spec.effects = std::move(effects);
         spec.heights = beam::even_heights(spec.stem.length, 6);
-        spec.duration = 0.2;
+        spec.duration = 0.12;
         spec.errors.noise = 0.05e-3;
         GetParam().apply(spec);
         const std::vector<measure::Measurement> recordings{beam::record(spec)};
