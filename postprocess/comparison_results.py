@@ -2,8 +2,9 @@
 """Reads what `culm compare` writes: comparison.json of -o DIR, or the file of --json."""
 from __future__ import annotations
 
-import json
 from pathlib import Path
+
+from json_document import read_document
 
 
 class ComparisonError(Exception):
@@ -16,14 +17,7 @@ class Comparison:
     def __init__(self, path):
         path = Path(path)
         self.file = path / "comparison.json" if path.is_dir() else path
-        try:
-            content = json.loads(self.file.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise ComparisonError(f"{self.file}: {error.strerror}.") from error
-        except ValueError as error:
-            raise ComparisonError(f"{self.file}: not JSON: {error}.") from error
-        if content.get("format") != "culm-comparison" or content.get("version") != 1:
-            raise ComparisonError(f"{self.file}: not written by this version of culm compare.")
+        content = read_document(self.file, "compare", "comparison", ComparisonError)
         self.measurement = content["measurement"]
         self.noise_mm = content.get("noise_mm")
         self.rungs = [rung for rung in content["ladder"] if "failure" not in rung]

@@ -2,8 +2,9 @@
 """Reads what `culm diagnose` writes: diagnosis.json of -o DIR, or the file of --json."""
 from __future__ import annotations
 
-import json
 from pathlib import Path
+
+from json_document import read_document
 
 
 class DiagnosisError(Exception):
@@ -16,15 +17,7 @@ class Diagnosis:
     def __init__(self, path):
         path = Path(path)
         self.file = path / "diagnosis.json" if path.is_dir() else path
-        try:
-            self.content = json.loads(self.file.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise DiagnosisError(f"{self.file}: {error.strerror}.") from error
-        except ValueError as error:
-            raise DiagnosisError(f"{self.file}: not JSON: {error}.") from error
-        if (not isinstance(self.content, dict) or self.content.get("format") != "culm-diagnosis"
-                or self.content.get("version") != 1):
-            raise DiagnosisError(f"{self.file}: not written by this version of culm diagnose.")
+        self.content = read_document(self.file, "diagnose", "diagnosis", DiagnosisError)
 
     @property
     def heading(self) -> str:

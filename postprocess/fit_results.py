@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import csv
-import json
 from pathlib import Path
+
+from json_document import read_document
 
 
 class FitError(Exception):
@@ -16,15 +17,7 @@ class FitResults:
 
     def __init__(self, directory):
         self.directory = Path(directory)
-        file = self.directory / "fit.json"
-        try:
-            content = json.loads(file.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise FitError(f"{file}: {error.strerror}.") from error
-        except ValueError as error:
-            raise FitError(f"{file}: not JSON: {error}.") from error
-        if content.get("format") != "culm-fit" or content.get("version") != 1:
-            raise FitError(f"{file}: not written by this version of culm fit.")
+        content = read_document(self.directory / "fit.json", "fit", "fit", FitError)
         self.stems = content["stems"]
         self.population = content["population"]
 

@@ -47,25 +47,13 @@ std::shared_ptr<LookArguments> add_look_options(CLI::App& command) {
     return arguments;
 }
 
-void add_info(CLI::App& archive, CommandResult& result) {
-    CLI::App* command = archive.add_subcommand(
-        "info", "What is in a study's folder: points, tables, histories, provenance, size");
+/// `info` and `status`: what a glance at the folder tells, in other words.
+void add_glance(CLI::App& archive, CommandResult& result, const char* name, const char* description,
+                const Text& text) {
+    CLI::App* command = archive.add_subcommand(name, description);
     auto arguments = add_look_options(*command);
-    command->callback([arguments, &result] {
-        const auto state = look(*arguments, study::FolderDepth::Glance, info_text);
-        if (!state.problems.empty())
-            result.exit_code = core::ExitCode::PointsFailed;
-    });
-}
-
-void add_status(CLI::App& archive, CommandResult& result) {
-    CLI::App* command = archive.add_subcommand(
-        "status", "How far a study is, also while it runs; reads headers only");
-    auto arguments = add_look_options(*command);
-    command->callback([arguments, &result] {
-        const auto state = look(*arguments, study::FolderDepth::Glance,
-                                [](const auto&, const auto& found) { return status_text(found); });
-        if (!state.problems.empty())
+    command->callback([arguments, &result, text] {
+        if (!look(*arguments, study::FolderDepth::Glance, text).problems.empty())
             result.exit_code = core::ExitCode::PointsFailed;
     });
 }
@@ -158,8 +146,12 @@ void add_archive_command(CLI::App& app, CommandResult& result) {
     CLI::App* archive =
         app.add_subcommand("archive", "Look at, check, merge and export the folder of a study");
     archive->require_subcommand(1);
-    add_info(*archive, result);
-    add_status(*archive, result);
+    add_glance(*archive, result, "info",
+               "What is in a study's folder: points, tables, histories, provenance, size",
+               info_text);
+    add_glance(*archive, result, "status",
+               "How far a study is, also while it runs; reads headers only",
+               [](const auto&, const auto& found) { return status_text(found); });
     add_verify(*archive, result);
     add_merge(*archive, result);
     add_export(*archive, result);

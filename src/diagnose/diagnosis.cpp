@@ -95,10 +95,10 @@ class Search {
             return added() < options_.most_effects && step();
         }
         tell(fmt::format("scoring the candidates beside {}", fmt::join(current_.fit.names, " + ")));
-        scores_ = field_.score(fit_, current_.effects,
-                               finding() == Finding::Adequate ? options_.null_draws : 0);
-        are_scores_final_ = finding() == Finding::Adequate;
-        if (added() >= options_.most_effects ||
+        const bool is_full = added() >= options_.most_effects;
+        are_scores_final_ = is_full || finding() == Finding::Adequate;
+        scores_ = field_.score(fit_, current_.effects, are_scores_final_ ? options_.null_draws : 0);
+        if (is_full ||
             (finding() == Finding::Adequate && (added() > 0 || !promises_significant_gain())))
             return false;
         return step();

@@ -78,7 +78,7 @@ struct Diagnosis {
     std::optional<MissingForce> missing_force;
     ModelFit baseline;
     ModelFit final_fit; ///< of the best model that was reached, named or not
-    int runs = 0;       ///< of the chain with all its derivatives, by all ranks
+    int runs = 0;       ///< of the chain with all its derivatives, for the fits of models
 };
 
 struct DiagnosisOptions {

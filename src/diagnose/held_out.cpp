@@ -13,6 +13,7 @@ namespace culm::diagnose {
 namespace {
 
 constexpr double normal_quantile = 1.959964;
+constexpr double block_periods = 3.0;
 constexpr std::size_t fewest_blocks = 4;
 constexpr double clear_fall = 0.9; ///< of the mean square, with fewer blocks
 
@@ -181,6 +182,10 @@ std::size_t row_to_leave_out(const calibrate::ChainFit& baseline) {
         }
     }
     return worst;
+}
+
+HoldOut hold_out_of(std::size_t row, const calibrate::ChainFit& fit) {
+    return {row, fit.noise, block_periods / calibrate::beam_frequency(fit.model.spec)};
 }
 
 HeldOut predict_held_out(std::span<const calibrate::ChainFit> parts,

@@ -36,6 +36,13 @@ struct HoldOut {
     double block_length = 0.0; ///< of the blocks of time, s
 };
 
+/// By the noise of `fit`, in blocks of three periods of its beam.
+[[nodiscard]] HoldOut hold_out_of(std::size_t row, const calibrate::ChainFit& fit);
+
+/// A height that was left out may be predicted this much worse where the time is predicted better:
+/// both fits have seen its neighbours.
+inline constexpr double allowed_rise = 1.02;
+
 /// Refits the candidate from its own values twice, without the last third and without the row. Of
 /// a model in which nothing moves the residuals are what it predicts.
 [[nodiscard]] HeldOut predict_held_out(const CandidateFit& candidate, const HoldOut& hold_out,

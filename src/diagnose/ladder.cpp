@@ -2,6 +2,7 @@
 #include "diagnose/ladder.hpp"
 
 #include "diagnose/mere_noise.hpp"
+#include "diagnose/naming.hpp"
 #include "diagnose/residual_correlation.hpp"
 
 #include <algorithm>
@@ -12,13 +13,6 @@
 
 namespace culm::diagnose {
 namespace {
-
-constexpr double needed_gain = 10.0;
-constexpr double block_periods = 3.0; ///< of the blocks by which predictions are compared
-constexpr double normal_quantile = 1.959964;
-/// The height that was left out may be predicted this much worse where the time is predicted
-/// better: both fits have seen its neighbours.
-constexpr double allowed_rise = 1.02;
 
 std::vector<std::string> difference(const std::vector<std::string>& larger,
                                     const std::vector<std::string>& smaller) {
@@ -41,12 +35,11 @@ std::string absence_not_excluded(const calibrate::ChainFit& fit, const std::stri
         if (!belongs_to(parameter.name, effect) || parameter.is_place)
             continue;
         has_size = true;
-        const double half_width = normal_quantile * parameter.standard_error;
-        if (std::abs(parameter.value - parameter.absent) > half_width)
+        if (!is_absent(parameter))
             return {};
         const bool is_inverse = parameter.fitted_as == physics::FittedAs::Inverse;
         text = fmt::format("{} = {:.4g} ± {:.2g} {}is no different from {}", parameter.name,
-                           parameter.value, half_width,
+                           parameter.value, interval_half_width(parameter),
                            parameter.unit.empty() ? "" : parameter.unit + " ",
                            is_inverse ? "an infinite one" : fmt::format("{:g}", parameter.absent));
     }
@@ -58,9 +51,7 @@ std::string parameter_at_bound(const calibrate::ChainFit& fit,
     for (const calibrate::FittedParameter& parameter : fit.parameters)
         for (const std::string& effect : effects)
             if (parameter.is_at_bound && belongs_to(parameter.name, effect))
-                return fmt::format("{} stands at its bound, {:.4g}{}{}", parameter.name,
-                                   parameter.value, parameter.unit.empty() ? "" : " ",
-                                   parameter.unit);
+                return bound_text(parameter);
     return {};
 }
 
@@ -70,11 +61,11 @@ std::string parameter_at_bound(const calibrate::ChainFit& fit,
 std::string objection(const Rung& rung, const Rung& before, const Rung& below) {
     const calibrate::ChainFit& fit = *rung.candidate.fit;
     const std::vector<std::string> fresh = difference(rung.candidate.names, below.candidate.names);
-    if (!(rung.delta_bic <= -needed_gain))
+    if (!(rung.delta_bic <= -naming_gain))
         return rung.delta_bic > 0.0 ? fmt::format("BIC rises by {:.1f}", rung.delta_bic)
                                     : fmt::format("BIC falls by {:.1f}, less than {:g}",
-                                                  -rung.delta_bic, needed_gain);
-    if (!(rung.bic - below.bic <= -needed_gain))
+                                                  -rung.delta_bic, naming_gain);
+    if (!(rung.bic - below.bic <= -naming_gain))
         return fmt::format("BIC {} by {:.1f} against {}, which was no gain",
                            rung.bic > below.bic ? "rises" : "falls", std::abs(rung.bic - below.bic),
                            fmt::join(below.candidate.names, " + "));
@@ -119,10 +110,7 @@ const calibrate::ChainFit* best_fit(const Ladder& ladder) {
 
 HoldOut what_to_hold_out(const Ladder& ladder) {
     const calibrate::ChainFit* const best = best_fit(ladder);
-    if (best == nullptr)
-        return {};
-    return {ladder.left_out_row, best->noise,
-            block_periods / calibrate::beam_frequency(best->model.spec)};
+    return best == nullptr ? HoldOut{} : hold_out_of(ladder.left_out_row, *best);
 }
 
 void score(Ladder& ladder) {

@@ -24,12 +24,20 @@ double misfit(const FitSummary& model, const Yardstick& yardstick) {
     return std::pow(model.rmse / yardstick.rmse, 2) * readings(model);
 }
 
-bool is_absent(const calibrate::FittedParameter& parameter) {
-    return std::abs(parameter.value - parameter.absent) <=
-           normal_quantile * parameter.standard_error;
+} // namespace
+
+double interval_half_width(const calibrate::FittedParameter& parameter) {
+    return normal_quantile * parameter.standard_error;
 }
 
-} // namespace
+bool is_absent(const calibrate::FittedParameter& parameter) {
+    return !(std::abs(parameter.value - parameter.absent) > interval_half_width(parameter));
+}
+
+std::string bound_text(const calibrate::FittedParameter& parameter) {
+    return fmt::format("{} stands at its bound, {:.4g}{}{}", parameter.name, parameter.value,
+                       parameter.unit.empty() ? "" : " ", parameter.unit);
+}
 
 Yardstick yardstick(std::span<const FitSummary> models, bool is_noise_known) {
     const FitSummary* best = nullptr;
@@ -94,11 +102,10 @@ std::string naming_obstacle(const FitSummary& fit, const std::string& effect) {
         const bool stands_absent = is_size && is_absent(parameter);
         is_there = is_there || (is_size && !parameter.is_at_bound && !stands_absent);
         if (parameter.is_at_bound)
-            bound = fmt::format("{} stands at its bound, {:.4g}{}{}", parameter.name,
-                                parameter.value, parameter.unit.empty() ? "" : " ", parameter.unit);
+            bound = bound_text(parameter);
         else if (stands_absent)
             absent = fmt::format("{} = {:.4g} ± {:.2g} is no different from none", parameter.name,
-                                 parameter.value, normal_quantile * parameter.standard_error);
+                                 parameter.value, interval_half_width(parameter));
     }
     const bool has_own_sizes = bound.find('@') != std::string::npos;
     if (!bound.empty() && !(has_own_sizes && is_there))

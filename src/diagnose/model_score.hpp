@@ -30,6 +30,15 @@ struct Yardstick {
                                   const Yardstick& yardstick);
 [[nodiscard]] double gain_p_value(double gain, int added);
 
+/// Half of a parameter's 95 % interval.
+[[nodiscard]] double interval_half_width(const calibrate::FittedParameter& parameter);
+
+/// Does that interval contain the value at which the effect is absent?
+[[nodiscard]] bool is_absent(const calibrate::FittedParameter& parameter);
+
+/// "tip_mass.mass_kg stands at its bound, 0 kg".
+[[nodiscard]] std::string bound_text(const calibrate::FittedParameter& parameter);
+
 /// Why the effect cannot be named with this fit, whatever it gains: it failed, a parameter stands
 /// at a bound, or none of its sizes is known to be there. Empty if it can. Where recordings have
 /// sizes of their own, one that is there is enough.

@@ -14,11 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double block_periods = 3.0;
 constexpr double needed_fall = 10.0; ///< of χ² of readings that were held out
-/// The height that was left out may be predicted this much worse where the time is predicted
-/// better: both fits have seen its neighbours.
-constexpr double allowed_rise = 1.02;
 
 std::string to_text(const HeldOut& held_out) {
     json out = json::array();
@@ -114,8 +110,7 @@ HeldOutGain held_out_gain(const ModelFit& smaller, const ModelFit& larger,
                           const CandidateOptions& options, const WorkMap& map) {
     std::vector<HoldOut> hold_out;
     for (std::size_t m = 0; m < recordings.size(); ++m)
-        hold_out.push_back({row_to_leave_out(smaller.parts[m]), larger.parts[m].noise,
-                            block_periods / calibrate::beam_frequency(larger.parts[m].model.spec)});
+        hold_out.push_back(hold_out_of(row_to_leave_out(smaller.parts[m]), larger.parts[m]));
     const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
         CandidateOptions own = options;
         own.heartbeat = heartbeat;

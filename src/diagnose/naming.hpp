@@ -38,7 +38,8 @@ struct HeldOutGain {
 };
 
 /// Both models refitted without the last third of the time and without one height, in every
-/// recording; judged as on the ladder of `culm compare`.
+/// recording. Predicting either better is enough if neither is predicted worse; the ladder of
+/// `culm compare` insists on the time.
 [[nodiscard]] HeldOutGain held_out_gain(const ModelFit& smaller, const ModelFit& larger,
                                         std::span<const measure::Measurement> recordings,
                                         const CandidateOptions& options, const WorkMap& map);

@@ -5,9 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <cstdint>
 #include <numbers>
 #include <random>
+#include <vector>
 
 namespace culm::diagnose {
 namespace {
@@ -57,27 +58,35 @@ double frame_correlation(const Eigen::MatrixXd& whitened, Eigen::Index row) {
 
 } // namespace
 
-Eigen::VectorXd null_noise(const ModelFit& fit, std::uint64_t draw) {
-    NormalNumbers normal(draw);
+Eigen::MatrixXd null_noise(const ModelFit& fit, int draws) {
+    std::vector<std::vector<double>> correlations; // (recordings)(rows)
     Eigen::Index readings = 0;
-    for (const calibrate::ChainFit& part : fit.parts)
-        readings += static_cast<Eigen::Index>(part.residuals.size());
-    Eigen::VectorXd noise = Eigen::VectorXd::Zero(readings);
-    Eigen::Index begin = 0;
     for (const calibrate::ChainFit& part : fit.parts) {
         const Eigen::MatrixXd whitened = whitened_residuals(part);
-        for (Eigen::Index j = 0; j < whitened.cols(); ++j) {
-            const double correlation = frame_correlation(whitened, j);
-            const double fresh = std::sqrt(1.0 - correlation * correlation);
-            double value = normal();
-            for (Eigen::Index i = 0; i < whitened.rows(); ++i) {
-                const Eigen::Index place = i * whitened.cols() + j;
-                if (!std::isnan(part.residuals[static_cast<std::size_t>(place)]))
-                    noise(begin + place) = value;
-                value = correlation * value + fresh * normal();
+        std::vector<double>& rows = correlations.emplace_back();
+        for (Eigen::Index j = 0; j < whitened.cols(); ++j)
+            rows.push_back(frame_correlation(whitened, j));
+        readings += static_cast<Eigen::Index>(part.residuals.size());
+    }
+    Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(readings, draws);
+    for (Eigen::Index draw = 0; draw < noise.cols(); ++draw) {
+        NormalNumbers normal(static_cast<std::uint64_t>(draw));
+        Eigen::Index begin = 0;
+        for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+            const std::vector<double>& residuals = fit.parts[m].residuals;
+            const std::size_t rows = correlations[m].size();
+            for (std::size_t j = 0; j < rows; ++j) {
+                const double correlation = correlations[m][j];
+                const double fresh = std::sqrt(1.0 - correlation * correlation);
+                double value = normal();
+                for (std::size_t place = j; place < residuals.size(); place += rows) {
+                    if (!std::isnan(residuals[place]))
+                        noise(begin + static_cast<Eigen::Index>(place), draw) = value;
+                    value = correlation * value + fresh * normal();
+                }
             }
+            begin += static_cast<Eigen::Index>(residuals.size());
         }
-        begin += static_cast<Eigen::Index>(part.residuals.size());
     }
     return noise;
 }

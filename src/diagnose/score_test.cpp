@@ -229,10 +229,11 @@ class ScoreTest {
             const Eigen::HouseholderQR<Eigen::MatrixXd> solver(basis);
             basis = solver.householderQ() * Eigen::MatrixXd::Identity(basis.rows(), basis.cols());
         }
+        if (noise_.size() == 0)
+            noise_ = null_noise(base_, draws);
         score_.null_gains.resize(static_cast<std::size_t>(draws), 0.0);
         for (int draw = 0; draw < draws; ++draw) {
-            const Eigen::VectorXd seen =
-                basis.transpose() * null_noise(base_, static_cast<std::uint64_t>(draw));
+            const Eigen::VectorXd seen = basis.transpose() * noise_.col(draw);
             const bool counts = !(is_one_sided && added.size() == 1) || seen(0) > 0.0;
             double& gain = score_.null_gains[static_cast<std::size_t>(draw)];
             gain = std::max(gain, counts ? seen.squaredNorm() : 0.0);
@@ -280,6 +281,7 @@ class ScoreTest {
                 parameter.access.get(starts(StartSize::Default).front().front().spec) - start;
             double before = 0.0;
             double power = 2.0;
+            double growth = 1.0;
             for (int pass = 0; pass < 3; ++pass) {
                 for (calibrate::StemModel& model : models)
                     parameter.access.set(model.spec, start + size);
@@ -290,13 +292,13 @@ class ScoreTest {
                     return;
                 if (pass > 0 && standing_out != before)
                     power =
-                        std::clamp(std::log(standing_out / before) / std::log(growth_), 0.5, 4.0);
+                        std::clamp(std::log(standing_out / before) / std::log(growth), 0.5, 4.0);
                 before = standing_out;
-                growth_ = std::pow(visible_at / standing_out, 1.0 / power);
-                keep_size(parameter, models.front(), size * growth_, projection,
+                growth = std::pow(visible_at / standing_out, 1.0 / power);
+                keep_size(parameter, models.front(), size * growth, projection,
                           visible_at / standing_out);
                 smallest_size_ = std::numeric_limits<double>::infinity();
-                size = std::min(size * growth_, parameter.upper - start);
+                size = std::min(size * growth, parameter.upper - start);
             }
             return;
         }
@@ -308,9 +310,9 @@ class ScoreTest {
     const CandidateOptions& options_;
     StackedReadings fitted_;
     Models models_;
+    Eigen::MatrixXd noise_; ///< (readings, draws); drawn when the first start needs it
     EffectScore score_;
     double smallest_size_ = std::numeric_limits<double>::infinity();
-    double growth_ = 1.0;
 };
 
 } // namespace

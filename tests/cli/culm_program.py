@@ -45,6 +45,19 @@ OVERDAMPED = QUICK.replace("[5, 10, 15]", "[5, 10, 30000]")
 UNDISTURBED: dict[str, str] = {}
 
 
+def children_of(process_id: int) -> list[int]:
+    """Processes whose parent that is, from /proc."""
+    children = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            text = stat.read_text(encoding="utf-8")
+        except OSError:
+            continue  # has ended meanwhile
+        if int(text.rpartition(")")[2].split()[1]) == process_id:
+            children.append(int(stat.parent.name))
+    return children
+
+
 class CulmTest(unittest.TestCase):
     """Every test works in an empty folder, `self.folder`."""
 

@@ -5,25 +5,11 @@ import os
 import re
 import signal
 import unittest
-from pathlib import Path
 
 from culm_program import (BAD_INPUT, DONE, OVERDAMPED, PATIENCE, POINTS_FAILED, PROGRAM, QUICK, SLOW,
-                          STOPPED_EARLY, CulmTest)
+                          STOPPED_EARLY, CulmTest, children_of)
 
 LAUNCH = [os.environ["CULM_MPIEXEC"], "--oversubscribe", "--allow-run-as-root", "-n", "2"]
-
-
-def children_of(process_id: int) -> list[int]:
-    """Processes whose parent that is, from /proc."""
-    children = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            text = stat.read_text(encoding="utf-8")
-        except OSError:
-            continue  # has ended meanwhile
-        if int(text.rpartition(")")[2].split()[1]) == process_id:
-            children.append(int(stat.parent.name))
-    return children
 
 
 class TwoRanks(CulmTest):

@@ -6,15 +6,18 @@ import os
 import random
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
-PROGRAM = os.environ["CULM_PROGRAM"]
+# What the tests of the command line know of the program, these know too.
+sys.path.append(str(Path(__file__).resolve().parent.parent / "cli"))
+from culm_program import (BAD_INPUT, DONE, POINTS_FAILED, PROGRAM, STOPPED_EARLY,  # noqa: E402,F401
+                          children_of)
+
 MPIEXEC = os.environ["CULM_MPIEXEC"]
 # Seconds after which a run hangs: far beyond what any of these studies takes.
 PATIENCE = 120
-
-DONE, BAD_INPUT, POINTS_FAILED, STOPPED_EARLY = 0, 2, 3, 75
 
 # 24 points of some 0.05 s; every history is kept, so that every kind of dataset is in the archive.
 STUDY = """
@@ -56,19 +59,6 @@ def start(folder: Path, *arguments, ranks: int) -> subprocess.Popen:
     """Begins a run in a process group of its own, so that all of it can be killed at once."""
     return subprocess.Popen(command(ranks, *arguments), cwd=folder, stdout=subprocess.DEVNULL,
                             stderr=subprocess.DEVNULL, start_new_session=True, env=environment())
-
-
-def children_of(process_id: int) -> list[int]:
-    """Processes whose parent that is, from /proc."""
-    children = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            text = stat.read_text(encoding="utf-8")
-        except OSError:
-            continue  # has ended meanwhile
-        if int(text.rpartition(")")[2].split()[1]) == process_id:
-            children.append(int(stat.parent.name))
-    return children
 
 
 def verify(folder: Path, study: str) -> dict:

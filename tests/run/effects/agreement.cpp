@@ -11,20 +11,12 @@ namespace {
 
 /// A coarse stem, so that the explicit integrator has few steps to take; two periods of mode 1.
 CaseSpec coarse_case() {
-    CaseSpec spec;
-    physics::StemParameters<double>& stem = spec.stem;
-    stem.sphere_count = 9;
-    stem.bond_length = 0.15565 / 8.0;
-    stem.sphere_diameter = stem.bond_length;
-    stem.density = 5.24e-4 * stem.bond_length / (pi / 6.0 * std::pow(stem.sphere_diameter, 3));
-    stem.bond_youngs_modulus = 1e8;
-    stem.tip_mass_share = 0.5;
-    spec.law = physics::consistent_law();
+    CaseSpec spec = coarse_stem();
     set_damping_ratio(spec, 0.01);
     spec.integrator.relative_tolerance = 1e-9;
     spec.store = StoreLevel::Heights;
     spec.heights = {0.05, 0.10, 0.14};
-    const double period = 1.0 / physics::first_frequency(stem);
+    const double period = 1.0 / physics::first_frequency(spec.stem);
     spec.sample_interval = period / 40.0;
     spec.duration = 80.0 * spec.sample_interval;
     return spec;

@@ -18,17 +18,9 @@ namespace {
 
 /// A coarse stem, hardly damped of its own; three periods of mode 1.
 CaseSpec coarse_case() {
-    CaseSpec spec;
-    physics::StemParameters<double>& stem = spec.stem;
-    stem.sphere_count = 9;
-    stem.bond_length = 0.15565 / 8.0;
-    stem.sphere_diameter = stem.bond_length;
-    stem.density = 5.24e-4 * stem.bond_length / (pi / 6.0 * std::pow(stem.sphere_diameter, 3));
-    stem.bond_youngs_modulus = 1e8;
-    stem.tip_mass_share = 0.5;
-    spec.law = physics::consistent_law();
+    CaseSpec spec = coarse_stem();
     set_damping_ratio(spec, 1e-4);
-    spec.duration = 3.0 / physics::first_frequency(stem);
+    spec.duration = 3.0 / physics::first_frequency(spec.stem);
     return spec;
 }
 

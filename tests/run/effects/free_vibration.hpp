@@ -21,6 +21,21 @@ inline physics::ActiveEffect active(const std::string& name, std::vector<double>
     return {physics::effect_named(name), std::move(values)};
 }
 
+/// Eight bonds of a soft stem, so that an explicit integrator has few steps to take; the consistent
+/// law, undamped as yet.
+inline CaseSpec coarse_stem() {
+    CaseSpec spec;
+    physics::StemParameters<double>& stem = spec.stem;
+    stem.sphere_count = 9;
+    stem.bond_length = 0.15565 / 8.0;
+    stem.sphere_diameter = stem.bond_length;
+    stem.density = 5.24e-4 * stem.bond_length / (pi / 6.0 * std::pow(stem.sphere_diameter, 3));
+    stem.bond_youngs_modulus = 1e8;
+    stem.tip_mass_share = 0.5;
+    spec.law = physics::consistent_law();
+    return spec;
+}
+
 /// A stem so slender that it is an Euler-Bernoulli beam to 1e-5 (shear, rotatory inertia), of equal
 /// spheres but for the half one at its end, so that the chain's own error is of second order in
 /// 1/56. First frequency 1.77 Hz; damped by ζ = 0.5 % in mode 1 and more in the others.
