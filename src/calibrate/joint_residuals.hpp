@@ -24,6 +24,7 @@ class JointResiduals : public ceres::EvaluationCallback {
     [[nodiscard]] std::size_t parameter_count() const { return internal_.size(); }
     /// Ceres's parameter block: (parameters).
     [[nodiscard]] double* internal() { return internal_.data(); }
+    [[nodiscard]] const double* internal() const { return internal_.data(); }
     [[nodiscard]] double lower(std::size_t parameter) const; ///< bounds, internal
     [[nodiscard]] double upper(std::size_t parameter) const;
     [[nodiscard]] const std::vector<ReadingResiduals>& parts() const { return parts_; }

@@ -2,6 +2,7 @@
 #include "calibrate/joint_solution.hpp"
 
 #include "calibrate/joint_residuals.hpp"
+#include "calibrate/remaining_gain.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -22,6 +23,13 @@ constexpr double passing_improvement = 5.0;
 /// The integrator's choice of steps follows the parameters, which leaves that much noise on the
 /// sum; a step that fails by no more than this has met the noise and not a wrong model.
 constexpr double noise_of_runs = 0.2;
+
+/// Parameters that the data hardly tell apart would begin with wild steps in a wider region.
+constexpr double first_trust_region = 100.0;
+/// Wide enough to leave steps alone near the end, where a narrow region ends a solution early: in a
+/// valley whose floor has a millionth of its walls' curvature, shortened steps promise nothing.
+constexpr double last_trust_region = 1e10;
+constexpr int most_refinements = 3;
 
 /// One reading as Ceres sees it.
 class ReadingCost : public ceres::CostFunction {
@@ -82,18 +90,35 @@ void bound(const std::vector<bool>& is_held, ceres::Problem& problem, JointResid
             block, new ceres::SubsetManifold(static_cast<int>(residuals.parameter_count()), held));
 }
 
-ceres::Solver::Options solver_settings(int largest_iterations) {
+ceres::Solver::Options solver_settings(int largest_iterations, double trust_region) {
     ceres::Solver::Options settings;
     settings.linear_solver_type = ceres::DENSE_QR;
     settings.max_num_iterations = largest_iterations;
-    // Parameters that the data hardly tell apart would otherwise begin with wild steps.
-    settings.initial_trust_region_radius = 100.0;
+    settings.initial_trust_region_radius = trust_region;
     // Steps are projected onto the bounds; a search along each would cost more runs than it saves.
     settings.max_num_line_search_step_size_iterations = 0;
     settings.parameter_tolerance = 1e-9;
     settings.gradient_tolerance = 1e-14;
     settings.logging_type = ceres::SILENT;
     return settings;
+}
+
+bool has_converged(const ceres::Solver::Summary& summary) {
+    return summary.termination_type == ceres::CONVERGENCE ||
+           summary.termination_type == ceres::USER_SUCCESS;
+}
+
+/// Did shortened steps stop it?
+bool is_far_from_the_end(const ceres::Solver::Summary& summary, const std::vector<bool>& is_held,
+                         std::optional<double> width, JointResiduals& residuals) {
+    if (!has_converged(summary))
+        return false;
+    std::size_t readings = 0;
+    for (const ReadingResiduals& part : residuals.parts())
+        readings += part.places().size();
+    residuals.PrepareForEvaluation(true, true);
+    const double reduced = 2.0 * summary.final_cost / static_cast<double>(readings);
+    return remaining_gain(residuals, is_held, width) > noise_of_runs * std::max(1.0, reduced);
 }
 
 JointSolution solution_of(JointResiduals& residuals) {
@@ -140,16 +165,26 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
     const double improvement = purpose == Purpose::Final ? final_improvement : passing_improvement;
     const auto count = static_cast<double>(std::max<std::size_t>(readings, 1));
     EnoughGained enough_gained(count, improvement);
-    ceres::Solver::Options settings = solver_settings(options_.largest_iterations);
-    settings.function_tolerance = improvement / count;
-    settings.callbacks = {&enough_gained};
-    ceres::Solver::Summary summary;
     FLAGS_minloglevel = google::GLOG_FATAL; // what fails comes back as a reason
-    ceres::Solve(settings, &problem, &summary);
+    const auto solved_within = [&](double trust_region) {
+        ceres::Solver::Options settings =
+            solver_settings(options_.largest_iterations, trust_region);
+        settings.function_tolerance = improvement / count;
+        settings.callbacks = {&enough_gained};
+        ceres::Solver::Summary summary;
+        ceres::Solve(settings, &problem, &summary);
+        return summary;
+    };
+    ceres::Solver::Summary summary = solved_within(first_trust_region);
+    const bool is_solved = has_converged(summary);
+    const auto width = options_.is_robust ? std::optional(robust_width) : std::nullopt;
+    for (int again = 0; again < most_refinements && purpose == Purpose::Final &&
+                        is_far_from_the_end(summary, is_held_, width, residuals);
+         ++again)
+        summary = solved_within(last_trust_region);
     JointSolution solution = solution_of(residuals);
     solution.cost = summary.final_cost;
-    solution.has_converged = summary.termination_type == ceres::CONVERGENCE ||
-                             summary.termination_type == ceres::USER_SUCCESS;
+    solution.has_converged = is_solved;
     solution.message = summary.message;
     return solution;
 }
