@@ -24,6 +24,8 @@ for what in scheduler archive shares efficiency; do
 done
 printf '\n## A point in the archive\n\n'
 "$programs/bench_archive_throughput" "$scratch"
+printf '\n## A study of a million points\n\n'
+"$programs/bench_large_study" 1000000 "$scratch"
 printf '\n## Fits of Eq. 1\n\n'
 "$1/src/cli/culm" run "$root/config/schramm2019.toml" -o "$scratch/fits" --quiet >/dev/null
 "$programs/bench_ring_down_fits" "$scratch/fits"

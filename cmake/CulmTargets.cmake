@@ -3,12 +3,13 @@
 # The flags that every culm target shares: warnings, sanitizers, architecture.
 add_library(culm_build_flags INTERFACE)
 target_compile_features(culm_build_flags INTERFACE cxx_std_20)
+# GCC 12 reports false uninitialised reads inside <experimental/simd> and Eigen with AVX-512.
 target_compile_options(culm_build_flags INTERFACE
-    -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wnon-virtual-dtor -Woverloaded-virtual
-    # GCC 12 reports false uninitialised reads inside <experimental/simd> and Eigen with AVX-512.
-    $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized -Wno-uninitialized>)
+    "$<BUILD_INTERFACE:-Wall;-Wextra;-Wpedantic;-Wshadow;-Wconversion>"
+    "$<BUILD_INTERFACE:-Wnon-virtual-dtor;-Woverloaded-virtual>"
+    "$<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized;-Wno-uninitialized>>")
 if(CULM_WARNINGS_AS_ERRORS)
-    target_compile_options(culm_build_flags INTERFACE -Werror)
+    target_compile_options(culm_build_flags INTERFACE "$<BUILD_INTERFACE:-Werror>")
 endif()
 if(CULM_ARCHITECTURE)
     target_compile_options(culm_build_flags INTERFACE -march=${CULM_ARCHITECTURE})
@@ -27,6 +28,7 @@ function(culm_add_layer folder)
     cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
     add_library(culm_${folder} STATIC ${ARG_SOURCES})
     add_library(culm::${folder} ALIAS culm_${folder})
-    target_include_directories(culm_${folder} PUBLIC ${PROJECT_SOURCE_DIR}/src)
+    target_include_directories(culm_${folder} PUBLIC
+        "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>" "$<INSTALL_INTERFACE:include/culm>")
     target_link_libraries(culm_${folder} PUBLIC culm_build_flags ${ARG_LINKS})
 endfunction()

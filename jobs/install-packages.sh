@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Installs what is missing of the Debian packages in jobs/packages.txt; needs no terminal.
 #
-#   jobs/install-packages.sh [GROUP...]    groups of packages.txt; default: build run figures test
+#   jobs/install-packages.sh [GROUP...]    groups of packages.txt; default: build run figures report test
 #
 # Exit codes: 0 everything is there; 2 something is missing and this user may not install it.
 set -euo pipefail
@@ -14,7 +14,7 @@ case ${1:-} in
         exit 0
         ;;
 esac
-(($#)) || set -- build run figures test
+(($#)) || set -- build run figures report test
 for group in "$@"; do
     if ! grep -q "^$group " "$list"; then
         echo "install-packages.sh: no group '$group' in $list" >&2

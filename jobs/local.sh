@@ -1,13 +1,15 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # From a fresh clone to results on this machine: installs packages, builds, runs a study on all
-# cores, draws its figures. A study that was interrupted goes on where it stopped.
+# cores, tracks and calibrates a rendered video of a stem, finds the physics that a recording hides,
+# and writes all of it as one page. What is there already is not done again.
 #
-#   jobs/local.sh [--ranks N] [--study FILE] [--output DIR]
+#   jobs/local.sh [--ranks N] [--study FILE] [--output DIR] [--study-only]
 #
 #   --ranks N      processes; default: one for each physical core
 #   --study FILE   default: config/schramm2019.toml
 #   --output DIR   default: results/<name of the study file>
+#   --study-only   without the video and the recording
 #
 # Exit codes are those of culm: 0 done, 2 bad input, 3 some points failed, 75 stopped early (start
 # the same command again).
@@ -22,6 +24,7 @@ fail() {
 ranks=
 study=$root/config/schramm2019.toml
 output=
+with_demos=yes
 while (($#)); do
     case $1 in
         -h | --help)
@@ -33,6 +36,10 @@ while (($#)); do
             declare "${1#--}=$2"
             shift 2
             ;;
+        --study-only)
+            with_demos=
+            shift
+            ;;
         *) fail "unknown option '$1'; see --help" ;;
     esac
 done
@@ -41,7 +48,7 @@ done
 output=$(realpath --canonicalize-missing "${output:-$root/results/$(basename "$study" .toml)}")
 culm=$root/build/release/src/cli/culm
 
-"$root"/jobs/install-packages.sh build run figures
+"$root"/jobs/install-packages.sh build run figures report
 "$root"/jobs/build.sh src/cli/all
 
 # Alone first: a wrong study is refused here in one sentence, without mpirun's words around it.
@@ -64,9 +71,40 @@ case $status in
         ;;
     *) exit "$status" ;;
 esac
-/usr/bin/python3 "$root/postprocess/figures.py" "$output" -o "$output/figures"
+export CULM_PYTHON=/usr/bin/python3 # the one for which install-packages.sh installs
+"$CULM_PYTHON" "$root/postprocess/figures.py" "$output" -o "$output/figures"
 
-# culm and figures.py have named their files.
-echo "Everything is in $output; to open, the figures:"
-echo "$output/figures"
+# A stem whose Y and beta are known is filmed, so to speak, and calibrated.
+track_and_calibrate() {
+    local video=$output/demo-video
+    echo
+    echo "A rendered video of a stem with Y = 1.9 GPa and beta = 90, tracked and calibrated:"
+    "$culm" run "$root/config/demo-stem.toml" -o "$video/stem" --resume --quiet </dev/null >/dev/null
+    "$CULM_PYTHON" "$root/postprocess/render_video.py" "$video/stem" -o "$video" >/dev/null
+    "$culm" track "$video/video.toml" -o "$output/recording"
+    "$culm" calibrate "$output/recording" --check -o "$output/calibration"
+}
+
+# A recording with physics that the published chain lacks: what is missing is found, and added.
+find_hidden_effect() {
+    local recording=$root/tests/data/hidden-effect/T2-quadratic_drag found
+    echo
+    echo "What does the recording ${recording##*/} hide? (half a minute on two cores)"
+    mpirun "${placement[@]}" "$culm" diagnose "$recording" -o "$output/diagnosis" </dev/null
+    found=$("$CULM_PYTHON" -c 'import json, sys
+print(",".join(json.load(open(sys.argv[1], encoding="utf-8"))["effects"]))' \
+        "$output/diagnosis/diagnosis.json")
+    echo
+    echo "The recording against the published chain, and with ${found:-nothing more}:"
+    "$culm" compare "$recording" ${found:+--with "$found"} -o "$output/comparison"
+}
+
+if [[ -n $with_demos ]]; then
+    [[ -f $output/calibration/calibration.json ]] || track_and_calibrate
+    [[ -f $output/comparison/comparison.json ]] || find_hidden_effect
+fi
+
+echo
+echo "Everything is in $output; to open:"
+"$culm" report "$output" -o "$output/report.html"
 exit "$status"

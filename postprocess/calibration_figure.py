@@ -8,44 +8,15 @@ DIR). Prints the path. Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
 
-import csv
-import json
+import functools
 import sys
 from pathlib import Path
 
 import numpy as np
+from calibration_results import CalibrationError, CalibrationResults
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figure
-from figure_style import BLUE, GREY, VERMILLION, FigureSkipped, new_figure, number, styled
-
-
-class CalibrationError(Exception):
-    """The folder does not hold what culm calibrate -o writes."""
-
-
-class CalibrationResults:
-    """calibration.json and the predictions beside it."""
-
-    def __init__(self, folder: Path):
-        self.folder = folder
-        try:
-            document = json.loads((folder / "calibration.json").read_text("utf-8"))
-        except (OSError, ValueError) as error:
-            raise CalibrationError(f"{folder / 'calibration.json'} cannot be read: {error}") from None
-        if document.get("format") != "culm-calibration":
-            raise CalibrationError(f"{folder / 'calibration.json'} is not a calibration.")
-        self.stems = document["stems"]
-
-    def prediction(self, stem_number: int):
-        """Times in s; heights in mm; measured and predicted deflection (frames, heights) in mm."""
-        file = self.folder / "predictions" / f"{stem_number:03}.csv"
-        try:
-            with file.open(encoding="utf-8") as lines:
-                names, *rows = csv.reader(lines)
-        except (OSError, ValueError) as error:
-            raise CalibrationError(f"{file} cannot be read: {error}") from None
-        table = np.array([[float(cell) if cell else np.nan for cell in row] for row in rows])
-        heights = [float(name.split("h=")[1][:-2]) for name in names[1::2]]
-        return table[:, 0], heights, table[:, 1::2], table[:, 2::2]
+from figure_style import FigureSkipped, mark, new_figure, styled
+from palette import BLUE, GREY, VERMILLION, number
 
 
 def stem_of(results: CalibrationResults, stem_number: int) -> dict:
@@ -77,6 +48,35 @@ def motion_figure(results: CalibrationResults, stem_number: int = 1):
     lower.plot(times, measured[:, row] - predicted[:, row], ".", color=BLUE, markersize=2.5)
     lower.set(xlabel="time after the release, s", ylabel="measured − fitted, mm")
     return figure
+
+
+@styled
+def population_figure(results: CalibrationResults):
+    """Histograms of Y and beta of all calibrated stems; between the dashed lines lie 90 %."""
+    population = results.content.get("population")
+    if not population:
+        raise FigureSkipped("one stem is no population.")
+    stems = [stem["parameters"] for stem in results.stems if "failure" not in stem]
+    figure = new_figure(2.6, f"{len(stems)} stems")
+    panels = figure.subplots(1, 2)
+    keys = [("bond_youngs_modulus_pa", "bond Young's modulus, GPa", 1e-9),
+            ("bond_damping", "bond damping", 1.0)]
+    for axes, letter, (key, label, factor) in zip(panels, "ab", keys):
+        values = factor * np.array([stem[key]["value"] for stem in stems], dtype=float)
+        counts, edges = np.histogram(values, bins="auto")
+        axes.stairs(counts, edges, fill=True, color=BLUE, alpha=0.75)
+        for end in population[key]["central_90_percent"]:
+            axes.axvline(factor * end, color=VERMILLION, linewidth=0.8, linestyle="--")
+        axes.set(xlabel=label, ylabel="stems")
+        mark(axes, letter)
+    return figure
+
+
+def figures_of(results: CalibrationResults) -> dict:
+    """The functions that draw all that there is, by the names of their files."""
+    motions = {f"motion-{number:03}": functools.partial(motion_figure, stem_number=number)
+               for number in range(1, len(results.stems) + 1)}
+    return {"population": population_figure, **motions}
 
 
 def parse(arguments):

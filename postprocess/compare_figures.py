@@ -16,8 +16,8 @@ import numpy as np
 
 from comparison_results import Comparison, ComparisonError, name_of, numbers
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
-from figure_style import (BLACK, BLUE, GREY, ORANGE, VERMILLION, FigureSkipped, mark, new_figure,
-                          number, styled)
+from figure_style import FigureSkipped, mark, new_figure, styled
+from palette import BLACK, BLUE, GREY, ORANGE, VERMILLION, number
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 MOST_MAPS = 3

@@ -12,12 +12,14 @@ class ComparisonError(Exception):
 
 
 class Comparison:
-    """`rungs` are those of the ladder that could be fitted (docs/compare.md)."""
+    """`content` is the document (docs/schemas/comparison.schema.json), `rungs` are those of its ladder
+    that could be fitted (docs/compare.md)."""
 
     def __init__(self, path):
         path = Path(path)
         self.file = path / "comparison.json" if path.is_dir() else path
         content = read_document(self.file, "compare", "comparison", ComparisonError)
+        self.content = content
         self.measurement = content["measurement"]
         self.noise_mm = content.get("noise_mm")
         self.rungs = [rung for rung in content["ladder"] if "failure" not in rung]

@@ -7,6 +7,7 @@
         study.factor_names                      # ['bond_damping', 'bond_youngs_modulus_gpa']
         frequency = study["frequency"]          # (points), Hz; NaN where there is no answer
         study.unit("frequency")                 # 'Hz'
+        study.table()                           # all of it as a pandas DataFrame
         y = study.tip_deflection(0)             # (samples), m, at the times study.time
 
 Shapes: P points, S samples, H heights, N spheres. Arrays are read when asked for, as float64.
@@ -131,6 +132,20 @@ class Study:
     def results(self) -> dict[str, np.ndarray]:
         """All result columns by name, each (P) in its unit; NaN unless completed."""
         return {name: self._file.read(f"results/{name}") for name in self._result_names}
+
+    def table(self):
+        """Status, factors and results of every point: a pandas DataFrame with the points as its
+        index (units in `attrs["units"]`) where pandas is installed, else a dict of arrays (P)."""
+        columns = {"status": self.statuses, **self.results, **self.factors}
+        order = ["status", *self._factor_names, *self._result_names]
+        columns = {name: columns[name] for name in dict.fromkeys(order)}
+        try:
+            import pandas
+        except ImportError:
+            return columns
+        frame = pandas.DataFrame(columns, index=pandas.RangeIndex(self.points, name="point"))
+        frame.attrs["units"] = {name: self.unit(name) for name in columns if name != "status"}
+        return frame
 
     def parameter(self, key: str) -> np.ndarray:
         """A parameter of the stem or the release at every point, (P), in the unit of its key.

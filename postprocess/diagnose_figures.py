@@ -15,8 +15,8 @@ import numpy as np
 
 from diagnosis_results import Diagnosis, DiagnosisError
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
-from figure_style import (BLUE, GREY, ORANGE, VERMILLION, FigureSkipped, mark, new_figure, number,
-                          styled)
+from figure_style import FigureSkipped, mark, new_figure, styled
+from palette import BLUE, GREY, ORANGE, VERMILLION, number
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 NAMING_GAIN = 10.0  # by which BIC must fall (docs/diagnosis.md)

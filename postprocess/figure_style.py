@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How all figures look: two-column width, colours that colour-blind readers can tell apart."""
+"""How all figures look: two-column width, the common colours (palette.py), one set of sizes."""
 from __future__ import annotations
 
 import functools
@@ -7,16 +7,6 @@ import functools
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-
-# Okabe & Ito (2008), Color Universal Design.
-BLUE = "#0072B2"
-ORANGE = "#E69F00"
-GREEN = "#009E73"
-VERMILLION = "#D55E00"
-BLACK = "#000000"
-GREY = "#BBBBBB"
-SERIES = (BLUE, VERMILLION, GREEN)
-COLOUR_MAP = "viridis"
 
 TWO_COLUMNS_INCH = 7.2  # 183 mm
 MOST_TICKS = 10
@@ -96,8 +86,3 @@ def save(figure, path):
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
         figure.savefig(path, metadata=undated.get(path.suffix))
-
-
-def number(value: float, digits: int = 4) -> str:
-    """A number with so many significant digits and a true minus sign."""
-    return f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}")

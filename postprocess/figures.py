@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws the figures of a study from its result folder: figures.py DIR [-o OUT] [--format png,pdf].
+"""Draws the figures of a result folder: figures.py DIR [-o OUT] [--format png,pdf,svg].
 
-Writes regression, residuals, tip_history and design (of a time-step study: timestep) to OUT
-(default: DIR) and prints each path.
+Of a study regression (Eqs. 12 and 13), residuals (the paper's Fig. 8), tip_history (Fig. 7) and
+design, of a time-step study timestep; of measured stems histories (Fig. 3), population (Fig. 5) and
+banding (Fig. 6); of a calibration, a comparison and a diagnosis theirs: whatever is in DIR. Those of
+measurements are called after what they are of (fit_population, comparison_ladder). They go to OUT
+(default: DIR); prints each path.
 Exit codes: 0 done, 2 bad input. In a notebook call the functions; each returns a matplotlib Figure:
 
     from culm_archive import Study
@@ -16,11 +19,20 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import calibration_figure
+import compare_figures
+import diagnose_figures
+import fit_figures
+from calibration_results import CalibrationError, CalibrationResults
+from comparison_results import Comparison, ComparisonError
 from culm_archive import Study, StudyError
 from design_figure import design_figure
+from diagnosis_results import Diagnosis, DiagnosisError
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
+from fit_results import FitError, FitResults
 from regression_figures import regression_figure, residual_figure
-from timestep_figure import is_timestep_study, timestep_figure
+from timestep_figure import timestep_figure
+from timestep_results import is_timestep_study
 from tip_history_figure import tip_history_figure
 
 FIGURES = {
@@ -32,23 +44,44 @@ FIGURES = {
 TIMESTEP_FIGURES = {"timestep": timestep_figure}
 
 
+# What else than a study a folder may hold: the file that tells, its reader, and its figures.
+DOCUMENTS = (
+    ("fit.json", FitResults, lambda results: fit_figures.FIGURES),
+    ("calibration.json", CalibrationResults, calibration_figure.figures_of),
+    ("comparison.json", Comparison, lambda comparison: compare_figures.FIGURES),
+    ("diagnosis.json", Diagnosis, lambda diagnosis: diagnose_figures.FIGURES),
+)
+REFUSALS = (StudyError, FitError, CalibrationError, ComparisonError, DiagnosisError)
+
+
 def parse(arguments):
-    parser = OneSentenceParser(prog="figures.py", description="Figures of a study.")
-    parser.add_argument("directory", metavar="DIR", type=Path, help="result folder of a study")
+    parser = OneSentenceParser(prog="figures.py", description="Figures of a result folder.")
+    parser.add_argument("directory", metavar="DIR", type=Path, help="result folder")
     add_output_options(parser, "DIR")
     return parser.parse_args(arguments)
 
 
+def draw_study(options):
+    """Refuses, with the reason, what is no study."""
+    with Study(options.directory) as study:
+        drawn = TIMESTEP_FIGURES if is_timestep_study(study) else FIGURES
+        write_figures("figures.py", drawn, study, options.out or study.directory, options.format)
+
+
+def draw(options):
+    folder = options.directory
+    documents = [entry for entry in DOCUMENTS if (folder / entry[0]).is_file()]
+    if not documents or (folder / "study.h5").is_file():
+        draw_study(options)
+    for file, read, figures_of in documents:
+        results = read(folder)
+        named = {f"{Path(file).stem}_{name}": make for name, make in figures_of(results).items()}
+        write_figures("figures.py", named, results, options.out or folder, options.format)
+
+
 def main(arguments=None) -> int:
     options = parse(arguments)
-
-    def draw():
-        with Study(options.directory) as study:
-            drawn = TIMESTEP_FIGURES if is_timestep_study(study) else FIGURES
-            write_figures("figures.py", drawn, study, options.out or study.directory,
-                          options.format)
-
-    return exit_code_of("figures.py", (StudyError,), draw)
+    return exit_code_of("figures.py", REFUSALS, lambda: draw(options))
 
 
 if __name__ == "__main__":

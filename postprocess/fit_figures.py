@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Draws the laboratory figures from a folder of `culm fit -o DIR`: fit_figures.py DIR [-o OUT].
 
-Writes histories (Fig. 3c), population (Fig. 5) and banding (Fig. 6) of Schramm et al. (2019) to OUT
+Writes histories (Fig. 3b and c), population (Fig. 5) and banding (Fig. 6) of Schramm et al. (2019) to OUT
 (default: DIR) and prints each path. Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
@@ -11,53 +11,73 @@ import sys
 from pathlib import Path
 
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
-from figure_style import (BLUE, COLOUR_MAP, GREY, VERMILLION, FigureSkipped, colour_bar, mark,
-                          new_figure, number, styled)
-from fit_results import FitError, FitResults, heights_of
+from figure_style import FigureSkipped, colour_bar, leave_room_above, mark, new_figure, styled
+from palette import BLACK, BLUE, COLOUR_MAP, GREY, VERMILLION, number
+from fit_results import (PUBLISHED_B1_PER_CYCLE, PUBLISHED_B2_HZ, FitError, FitResults,
+                         heights_of)
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
+MOST_CYCLES = 12.0  # that the histories show
+
 
 @styled
 def histories_figure(results: FitResults, stem_number: int = 0):
-    """Fig. 3c: time in cycles, deflection over the stem's largest one, at every height."""
+    """Fig. 3b and c: every height of a stem against time from just before the release, and in
+    cycles over the stem's largest deflection."""
     stem = results.stems[stem_number]
     if "b2_hz" not in stem:
         raise FigureSkipped(f"no height of {stem['measurement']} could be fitted.")
     cycles, deflections = results.normalised(stem_number)
     figure = new_figure(2.8, f"{stem['measurement']}: b2 = {number(stem['b2_hz']['value'])} Hz, "
                              f"b1 = {number(stem['b1_per_cycle']['value'], 3)} per cycle")
-    axes = figure.subplots()
+    in_time, in_cycles = figure.subplots(1, 2)
     heights = [float(name[2:-2]) for name in deflections]
     colours = colormaps[COLOUR_MAP]
+    period_ms, scale = 1e3 / stem["b2_hz"]["value"], stem["largest_deflection_mm"]
     for height, values in zip(heights, deflections.values()):
-        axes.plot(cycles, values, color=colours(height / stem["length_mm"]), linewidth=0.8)
-    axes.axhline(0.0, color=GREY, linewidth=0.5, zorder=0)
-    axes.set(xlabel="time, cycles", ylabel="deflection / largest deflection",
-             xlim=(cycles[0], min(cycles[-1], 12.0)))
+        colour = colours(height / stem["length_mm"])
+        in_time.plot([period_ms * cycle for cycle in cycles], [scale * value for value in values],
+                     color=colour, linewidth=0.8)
+        in_cycles.plot(cycles, values, color=colour, linewidth=0.8)
+    last = min(cycles[-1], MOST_CYCLES)
+    in_time.set(xlabel="time, ms", ylabel="deflection, mm",
+                xlim=(period_ms * cycles[0], period_ms * last))
+    in_cycles.set(xlabel="time, cycles", ylabel="deflection / largest deflection",
+                  xlim=(cycles[0], last))
+    for axes, letter in ((in_time, "b"), (in_cycles, "c")):
+        axes.axhline(0.0, color=GREY, linewidth=0.5, zorder=0)
+        mark(axes, letter)
     shown = ScalarMappable(Normalize(0.0, stem["length_mm"]), colours)
-    colour_bar(figure, shown, axes, "height above the clamp, mm", heights)
+    colour_bar(figure, shown, in_cycles, "height above the clamp, mm", heights)
     return figure
 
 
-def draw_histogram(axes, sample: dict, label: str):
+def draw_histogram(axes, sample: dict, label: str, published: tuple[float, float]):
+    """With its mean as a dashed line, and the published mean and standard deviation above."""
     edges, counts = sample["histogram"]["edges"], sample["histogram"]["counts"]
     axes.stairs(counts, edges, fill=True, color=BLUE, alpha=0.75)
-    axes.axvline(sample["mean"], color=VERMILLION, linewidth=1.0)
+    axes.axvline(sample["mean"], color=BLACK, linewidth=0.8, linestyle="--")
+    mean, deviation = published
+    axes.errorbar([mean], [1.08 * max(counts)], xerr=[deviation], fmt="D", markersize=4,
+                  color=VERMILLION, elinewidth=1.5, label="Schramm et al. (2019), mean ± sd")
+    axes.legend(loc="upper left")
+    leave_room_above(axes, 0.15)
     axes.set(xlabel=label, ylabel="stems",
              title=f"mean {number(sample['mean'], 3)}, sd {number(sample['standard_deviation'], 2)}")
 
 
 @styled
 def population_figure(results: FitResults):
-    """Fig. 5: histograms of b1 per cycle and of b2."""
+    """Fig. 5: histograms of b1 per cycle and of b2, the published mean and spread marked."""
     if results.population is None:
         raise FigureSkipped("one stem is no population.")
     figure = new_figure(2.6, "")
     left, right = figure.subplots(1, 2)
-    draw_histogram(left, results.population["b1_per_cycle"], "b1 per cycle")
-    draw_histogram(right, results.population["b2_hz"], "b2, Hz")
+    draw_histogram(left, results.population["b1_per_cycle"], "b1 per cycle",
+                   PUBLISHED_B1_PER_CYCLE)
+    draw_histogram(right, results.population["b2_hz"], "b2, Hz", PUBLISHED_B2_HZ)
     mark(left, "a")
     mark(right, "b")
     return figure
@@ -72,7 +92,8 @@ def draw_decays(axes, places, fits, **style):
 
 @styled
 def banding_figure(results: FitResults):
-    """Fig. 6: b1 per cycle against the relative height, and against the aspect ratio."""
+    """Fig. 6: b1 per cycle against the relative height, and against the aspect ratio; the published
+    mean and spread of the stems as a line in a band."""
     stems = results.fitted()
     if len(stems) < 2:
         raise FigureSkipped("one stem is no population.")
@@ -86,6 +107,13 @@ def banding_figure(results: FitResults):
                     color=colours(index / max(1, len(stems) - 1)))
     draw_decays(right, [stem["aspect_ratio"] for stem in stems], stems, fmt="o", markersize=3,
                 color=BLUE, elinewidth=0.6)
+    mean, deviation = PUBLISHED_B1_PER_CYCLE
+    for axes in (left, right):
+        axes.axhspan(mean - deviation, mean + deviation, color=VERMILLION, alpha=0.12, linewidth=0,
+                     zorder=0)
+        axes.axhline(mean, color=VERMILLION, linewidth=0.8, linestyle="--", zorder=0,
+                     label="Schramm et al. (2019), mean ± sd")
+    right.legend()
     left.set(xlabel="height / length", ylabel="b1 per cycle")
     right.set(xlabel="length / diameter", ylabel="b1 per cycle")
     mark(left, "a")

@@ -8,6 +8,11 @@ from pathlib import Path
 from json_document import read_document
 
 
+# Schramm et al. (2019), Fig. 5: mean and standard deviation of 29 stems.
+PUBLISHED_B1_PER_CYCLE = (-0.46, 0.17)
+PUBLISHED_B2_HZ = (64.6, 21.2)
+
+
 class FitError(Exception):
     """The folder does not hold what it should; one sentence."""
 

@@ -8,26 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from culm_archive import Study
-from figure_style import (
-    BLACK,
-    BLUE,
-    COLOUR_MAP,
-    VERMILLION,
-    colour_bar,
-    leave_room_above,
-    mark,
-    new_figure,
-    number,
-    styled,
-)
-from study_laws import PUBLISHED_DAMPING, PUBLISHED_YOUNGS_MODULUS, Law, StudyLaw, study_law
+from figure_style import colour_bar, leave_room_above, mark, new_figure, styled
+from palette import BLACK, BLUE, COLOUR_MAP, VERMILLION, number
+from study_laws import (PUBLISHED_DAMPING, PUBLISHED_YOUNGS_MODULUS, Law, StudyLaw,
+                        published_residual_counts, study_law)
 from study_points import StudyPoints, conditions, fitted_points
-
-# A published law is drawn among the residuals if it holds for this study at all: nine of ten points
-# within this, in per cent. Other stems than the paper's have other laws.
-LARGEST_COMPARABLE_RESIDUAL = 20.0
-MOST_BINS = 200
-
 
 @dataclass(frozen=True)
 class Panel:
@@ -168,30 +153,18 @@ def regression_figure(study: Study):
     return figure
 
 
-def bins_that_hold(edges: np.ndarray, values: np.ndarray) -> np.ndarray | None:
-    """The edges, continued at the same width until every value lies between them; None if that
-    takes more than MOST_BINS."""
-    width = edges[1] - edges[0]
-    if np.ptp(np.append(values, edges)) > MOST_BINS * width:
-        return None
-    below = max(0, int(np.ceil((edges[0] - values.min()) / width)))
-    above = max(0, int(np.floor((values.max() - edges[-1]) / width)) + 1)
-    return edges[0] + width * np.arange(-below, edges.size + above)
-
-
 def draw_published_residuals(axes, panel: Panel, edges: np.ndarray):
     """The published law on the same points, or a remark where it is a law of other stems or the
     bins are too narrow for it."""
-    residuals = panel.published.residuals_percent(panel.predictor, panel.response)
     name = f"Schramm et al. (2019), {panel.published_name}"
-    bins = bins_that_hold(edges, residuals)
-    if bins is None or np.quantile(np.abs(residuals), 0.9) > LARGEST_COMPARABLE_RESIDUAL:
+    found = published_residual_counts(panel.published, panel.predictor, panel.response, edges)
+    if found is None:
+        residuals = panel.published.residuals_percent(panel.predictor, panel.response)
         mean = number(residuals.mean(), 3)
         axes.plot([], [], " ", label=f"{name}:\n{mean} % on average, not shown")
         return
-    axes.stairs(
-        np.histogram(residuals, bins)[0], bins, color=VERMILLION, linewidth=1.2, label=name
-    )
+    counts, bins = found
+    axes.stairs(counts, bins, color=VERMILLION, linewidth=1.2, label=name)
 
 
 @styled

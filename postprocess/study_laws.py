@@ -34,6 +34,11 @@ class StudyLaw:
     residual_counts: np.ndarray  # (bins)
 
 
+# A published law is drawn among the residuals if it holds for this study at all: nine of ten points
+# within this, in per cent. Other stems than the paper's have other laws.
+LARGEST_COMPARABLE_RESIDUAL = 20.0
+MOST_BINS = 200
+
 # √Y in √Pa from b2 in Hz (Eq. 12), β from b1 per cycle (Eq. 13).
 PUBLISHED_YOUNGS_MODULUS = Law(intercept=91.4, slope=574.3)
 PUBLISHED_DAMPING = Law(intercept=2.5, slope=-261.4)
@@ -68,3 +73,24 @@ def study_law(study: Study, response: str) -> StudyLaw | str:
             "one edge more than counts."
         )
     return law
+
+
+def bins_that_hold(edges: np.ndarray, values: np.ndarray) -> np.ndarray | None:
+    """The edges, continued at the same width until every value lies between them; None if that
+    takes more than MOST_BINS."""
+    width = edges[1] - edges[0]
+    if np.ptp(np.append(values, edges)) > MOST_BINS * width:
+        return None
+    below = max(0, int(np.ceil((edges[0] - values.min()) / width)))
+    above = max(0, int(np.floor((values.max() - edges[-1]) / width)) + 1)
+    return edges[0] + width * np.arange(-below, edges.size + above)
+
+
+def published_residual_counts(published: Law, predictor, response, edges: np.ndarray):
+    """Counts and edges of the residuals that a published law leaves, with bins like `edges`; None
+    where it is a law of other stems or the bins are too narrow for it."""
+    residuals = published.residuals_percent(predictor, response)
+    bins = bins_that_hold(edges, residuals)
+    if bins is None or np.quantile(np.abs(residuals), 0.9) > LARGEST_COMPARABLE_RESIDUAL:
+        return None
+    return np.histogram(residuals, bins)[0], bins

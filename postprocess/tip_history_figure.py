@@ -5,17 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from culm_archive import Study
-from figure_style import (
-    BLACK,
-    GREY,
-    SERIES,
-    FigureSkipped,
-    leave_room_above,
-    mark,
-    new_figure,
-    number,
-    styled,
-)
+from figure_style import FigureSkipped, leave_room_above, mark, new_figure, styled
+from fitted_motion import fit_window, fitted_motion
+from palette import BLACK, GREY, SERIES, number
 from study_points import StudyPoints, conditions, fitted_points
 
 DAMPING_OF_FIG_7A = 150.0
@@ -63,22 +55,6 @@ def rows_of_varied_damping(points: StudyPoints) -> list[int]:
     if len(rows) == len(DAMPINGS_OF_FIG_7B):
         return rows
     return nearest_rows(points, [(largest, d) for d in smallest_middle_largest(points.damping)])
-
-
-def fit_window(study: Study) -> float:
-    """Time from the release to which Eq. 1 was fitted, s."""
-    try:
-        return float(study.settings["reduce.window_s"])
-    except KeyError:
-        return float(study.time[-1])
-
-
-def fitted_motion(study: Study, point: int, time: np.ndarray, tip: np.ndarray) -> np.ndarray:
-    """Eq. 1 at the times, m; (S). b0 is stored relative to the largest deflection in the window."""
-    in_window = (time >= 0.0) & (time <= fit_window(study))
-    scale = np.max(np.abs(tip[in_window]))
-    envelope = study["amplitude"][point] * scale * np.exp(study["decay_rate"][point] * time)
-    return envelope * np.cos(2.0 * np.pi * study["frequency"][point] * time)
 
 
 def last_visible_time(study: Study, point: int) -> float:

@@ -6,7 +6,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-jobs/install-packages.sh build run figures test
+jobs/install-packages.sh build run figures report test
 jobs/build.sh
 
 # Open MPI refuses to start as root, the only user of many containers, without these two.

@@ -132,6 +132,11 @@ bool FileDescriptor::is_locked() const {
     return false;
 }
 
+bool FileDescriptor::is_same_file(dev_t device, ino_t inode) const {
+    struct stat status {};
+    return ::fstat(descriptor_, &status) == 0 && status.st_dev == device && status.st_ino == inode;
+}
+
 void FileDescriptor::close() {
     if (is_open() && ::close(std::exchange(descriptor_, -1)) != 0)
         throw_storage_error("close", path_, errno);

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <utility>
 
+#include <sys/types.h>
+
 namespace culm::archive {
 
 /// Owns a file descriptor. Every failure is a StorageError with path and the system's text for
@@ -42,6 +44,8 @@ class FileDescriptor {
     void lock_exclusively();
     /// Whether another process holds the file; false where that cannot be told.
     [[nodiscard]] bool is_locked() const;
+    /// Whether this is the file with that device and inode number.
+    [[nodiscard]] bool is_same_file(dev_t device, ino_t inode) const;
     /// Closes and reports the error that a delayed write may leave until then.
     void close();
 

@@ -13,7 +13,9 @@
 namespace culm::archive {
 
 /// An HDF5 file opened for reading. Objects are named by their absolute paths. Every failure is a
-/// StorageError with the file's path and the object's name.
+/// StorageError with the file's path and the object's name; so is an object of another type or
+/// shape than culm writes, and one that announces more than the file can hold. External links are
+/// not followed.
 class Hdf5Input {
   public:
     explicit Hdf5Input(std::filesystem::path path);
@@ -32,6 +34,7 @@ class Hdf5Input {
     [[nodiscard]] std::int64_t integer_attribute(const std::string& object,
                                                  const std::string& name) const;
 
+    /// Refuses datasets whose numbers stand in other files.
     [[nodiscard]] DatasetHandle open_dataset(const std::string& name) const;
     [[nodiscard]] std::vector<hsize_t> shape(const std::string& dataset) const;
     /// A scalar text whose attribute crc32 is verified.
@@ -42,10 +45,16 @@ class Hdf5Input {
     [[nodiscard]] std::vector<double> doubles(const std::string& dataset) const;
     /// The slice [row] along the first axis of a dataset of doubles.
     [[nodiscard]] std::vector<double> doubles_at(const std::string& dataset, hsize_t row) const;
+    /// The slices [row], … [row + rows − 1].
+    [[nodiscard]] std::vector<double> doubles_at(const std::string& dataset, hsize_t row,
+                                                 hsize_t rows) const;
     /// All of a dataset of PointStatus.
     [[nodiscard]] std::vector<std::uint8_t> statuses(const std::string& dataset) const;
 
   private:
+    [[noreturn]] void refuse(const std::string& object, const std::string& why) const;
+    /// Product of the shape, checked against what is stored.
+    [[nodiscard]] hsize_t element_count(const std::string& dataset, std::size_t element_size) const;
     [[nodiscard]] AttributeHandle open_attribute(const std::string& object,
                                                  const std::string& name) const;
 

@@ -138,9 +138,11 @@ HeaderText read_header(const FileDescriptor& file) {
     ByteReader prefix(std::span<const std::byte>(bytes).subspan(magic.size()), name);
     const auto version = prefix.get<std::uint32_t>();
     if (version < oldest_journal_version || version > journal_version)
-        throw core::StorageError(
-            fmt::format("{} has journal format version {}; this culm reads versions {} to {}", name,
-                        version, oldest_journal_version, journal_version));
+        throw core::StorageError(fmt::format(
+            "{} has journal format version {}; this culm reads versions {} to {}. Go on "
+            "with the culm that began the study, or move the file away to compute its "
+            "points again",
+            name, version, oldest_journal_version, journal_version));
     const auto text_size = prefix.get<std::uint32_t>();
     const std::uint64_t size = journal_prefix_size + std::uint64_t{text_size} + sizeof(version);
     if (size <= file.size()) {

@@ -3,13 +3,17 @@
 
 #include "archive/hdf5_call.hpp"
 #include "archive/hdf5_read.hpp"
+#include "archive/hdf5_write.hpp"
 #include "archive/study_format.hpp"
 #include "archive/study_histories.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -20,6 +24,13 @@ namespace {
 std::unique_ptr<Hdf5Input> open_input(const std::filesystem::path& path) {
     const Hdf5Silence silence;
     return std::make_unique<Hdf5Input>(path);
+}
+
+/// Where every format has it.
+std::string writer_of(const Hdf5Input& input) {
+    return input.has("/h5md/creator") && input.has_attribute("/h5md/creator", "version")
+               ? input.text_attribute("/h5md/creator", "version")
+               : "an unknown version";
 }
 
 void require_format(const Hdf5Input& input) {
@@ -34,8 +45,10 @@ void require_format(const Hdf5Input& input) {
     int major = 0;
     const auto parsed = std::from_chars(version.data(), version.data() + version.size(), major);
     if (parsed.ec != std::errc() || major != study_format_major)
-        throw core::InputError(fmt::format("{} has format version {}; this culm reads version {}.x",
-                                           name, version, study_format_major));
+        throw core::InputError(fmt::format(
+            "{} has format version {}; this culm reads version {}.x. It was written by {}: that "
+            "version, or the newest one, reads it",
+            name, version, study_format_major, writer_of(input)));
 }
 
 std::vector<Column> read_columns(const Hdf5Input& input, const std::string& table) {
@@ -88,8 +101,12 @@ StudyDescription read_description(const Hdf5Input& input) {
 
 std::vector<PointStatus> read_statuses(const Hdf5Input& input, std::int64_t points) {
     std::vector<PointStatus> statuses;
-    for (const std::uint8_t number : input.statuses("/results/status"))
+    for (const std::uint8_t number : input.statuses("/results/status")) {
+        if (number > static_cast<std::uint8_t>(PointStatus::Missing))
+            throw core::StorageError(fmt::format("{}: /results/status has the unknown number {}",
+                                                 input.path().string(), number));
         statuses.push_back(static_cast<PointStatus>(number));
+    }
     if (statuses.size() != static_cast<std::size_t>(points))
         throw core::StorageError(fmt::format("{}: /results/status has {} points instead of {}",
                                              input.path().string(), statuses.size(), points));
@@ -145,13 +162,35 @@ PointStatus StudyFile::status(std::int64_t point) const {
     return statuses_[static_cast<std::size_t>(point)];
 }
 
+std::vector<double> StudyFile::require_size(const std::string& dataset, std::vector<double> values,
+                                            std::size_t size) const {
+    if (values.size() != size)
+        throw core::StorageError(fmt::format("{}: {} has {} numbers instead of {}", path().string(),
+                                             dataset, values.size(), size));
+    return values;
+}
+
+std::vector<double> StudyFile::require_history_of_size(const std::string& dataset,
+                                                       std::vector<double> values,
+                                                       std::size_t size) const {
+    if (!values.empty() &&
+        std::ranges::all_of(values, [](double value) { return std::isnan(value); }))
+        throw core::StorageError(
+            fmt::format("{}: {} is absent for a completed point; `culm archive verify` lists what "
+                        "is damaged",
+                        path().string(), dataset));
+    return require_size(dataset, std::move(values), size);
+}
+
 std::vector<double> StudyFile::column(const std::string& table, const std::vector<Column>& columns,
                                       const std::string& name) const {
     std::vector<std::string> names;
     for (const Column& candidate : columns) {
         if (candidate.name == name) {
             const Hdf5Silence silence;
-            return input_->doubles(fmt::format("{}/{}", table, name));
+            return require_size(fmt::format("{}/{}", table, name),
+                                input_->doubles(fmt::format("{}/{}", table, name)),
+                                statuses_.size());
         }
         names.push_back(candidate.name);
     }
@@ -183,19 +222,29 @@ std::vector<double> StudyFile::design() const {
 std::vector<double> StudyFile::tip_deflection(std::int64_t point) const {
     require_history(description_.stored.tip, "tip histories", point);
     const Hdf5Silence silence;
-    return input_->doubles_at("/histories/tip_deflection", static_cast<hsize_t>(point));
+    const std::string dataset = "/histories/tip_deflection";
+    return require_history_of_size(dataset,
+                                   input_->doubles_at(dataset, static_cast<hsize_t>(point)),
+                                   description_.times.size());
 }
 
 std::vector<double> StudyFile::height_deflection(std::int64_t point) const {
     require_history(description_.stored.heights, "height histories", point);
     const Hdf5Silence silence;
-    return input_->doubles_at("/histories/height_deflection", static_cast<hsize_t>(point));
+    const std::string dataset = "/histories/height_deflection";
+    return require_history_of_size(dataset,
+                                   input_->doubles_at(dataset, static_cast<hsize_t>(point)),
+                                   description_.times.size() * description_.heights.size());
 }
 
 std::vector<double> StudyFile::positions(std::int64_t point) const {
     require_history(description_.stored.positions, "positions", point);
     const Hdf5Silence silence;
-    return input_->doubles(fmt::format("/particles/{}/position/value", particle_group_name(point)));
+    const std::string dataset =
+        fmt::format("/particles/{}/position/value", particle_group_name(point));
+    return require_history_of_size(dataset, input_->doubles(dataset),
+                                   description_.times.size() *
+                                       static_cast<std::size_t>(description_.spheres) * 3);
 }
 
 std::string StudyFile::failure_kind(std::int64_t point) const {
@@ -210,6 +259,26 @@ std::string StudyFile::failure_reason(std::int64_t point) const {
     return input_->text_at("/results/failure_reason", static_cast<hsize_t>(point));
 }
 
+std::vector<double> StudyFile::result_values(std::int64_t point) const {
+    const auto chunk =
+        static_cast<std::int64_t>(table_chunk_rows(static_cast<hsize_t>(description_.points)));
+    if (const std::int64_t first = point / chunk * chunk; first != first_result_row_) {
+        first_result_row_ = -1; // in case a column cannot be read
+        result_rows_.clear();
+        const std::int64_t rows = std::min(chunk, description_.points - first);
+        for (const Column& result_column : description_.results)
+            result_rows_.push_back(input_->doubles_at("/results/" + result_column.name,
+                                                      static_cast<hsize_t>(first),
+                                                      static_cast<hsize_t>(rows)));
+        first_result_row_ = first;
+    }
+    std::vector<double> values;
+    values.reserve(result_rows_.size());
+    for (const std::vector<double>& rows : result_rows_)
+        values.push_back(rows[static_cast<std::size_t>(point - first_result_row_)]);
+    return values;
+}
+
 std::optional<PointRecord> StudyFile::record(std::int64_t point) const {
     if (status(point) == PointStatus::Missing)
         return std::nullopt;
@@ -222,10 +291,7 @@ std::optional<PointRecord> StudyFile::record(std::int64_t point) const {
         return record;
     }
     const Hdf5Silence silence;
-    for (const Column& result_column : description_.results)
-        record.values.push_back(
-            input_->doubles_at("/results/" + result_column.name, static_cast<hsize_t>(point))
-                .front());
+    record.values = result_values(point);
     const StoredHistories& stored = description_.stored;
     if (stored.tip)
         record.tip_deflection = tip_deflection(point);

@@ -57,12 +57,23 @@ class StudyFile {
     [[nodiscard]] std::string failure_kind(std::int64_t point) const;
     [[nodiscard]] std::string failure_reason(std::int64_t point) const;
 
-    /// Everything that is stored of a point; nothing if it is missing.
+    /// Everything that is stored of a point; nothing if it is missing. Quick for neighbouring
+    /// points one after the other: results are read a chunk at a time.
     [[nodiscard]] std::optional<PointRecord> record(std::int64_t point) const;
 
   private:
     void require_point(std::int64_t point) const;
     void require_history(bool stored, const char* what, std::int64_t point) const;
+    /// The values, or StorageError if there are more or fewer.
+    [[nodiscard]] std::vector<double>
+    require_size(const std::string& dataset, std::vector<double> values, std::size_t size) const;
+    /// The same of a completed point's history, which is never without a number: if it is, HDF5 has
+    /// put fill values in the place of an absent chunk.
+    [[nodiscard]] std::vector<double> require_history_of_size(const std::string& dataset,
+                                                              std::vector<double> values,
+                                                              std::size_t size) const;
+    /// All results of a point.
+    [[nodiscard]] std::vector<double> result_values(std::int64_t point) const;
     [[nodiscard]] std::vector<double> column(const std::string& table,
                                              const std::vector<Column>& columns,
                                              const std::string& name) const;
@@ -70,6 +81,8 @@ class StudyFile {
     std::unique_ptr<Hdf5Input> input_; // behind a pointer: callers do not see hdf5.h
     StudyDescription description_;
     std::vector<PointStatus> statuses_;
+    mutable std::vector<std::vector<double>> result_rows_; ///< (columns, rows of one chunk)
+    mutable std::int64_t first_result_row_ = -1;           ///< of these; -1: none are held
 };
 
 } // namespace culm::archive

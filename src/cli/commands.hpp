@@ -18,6 +18,7 @@ struct CommandResult {
 void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 void add_reduce_command(CLI::App& app, CommandResult& result);
 void add_archive_command(CLI::App& app, CommandResult& result);
+void add_jobs_command(CLI::App& app);
 void add_simulate_command(CLI::App& app, CommandResult& result);
 void add_import_command(CLI::App& app, CommandResult& result);
 void add_fit_command(CLI::App& app, CommandResult& result);
@@ -27,5 +28,8 @@ void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**
 void add_diagnose_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 void add_export_command(CLI::App& app);
 void add_effects_command(CLI::App& app);
+void add_report_command(CLI::App& app);
+/// The commands `completion` and `manual`, which tell of all that `app` has.
+void add_shell_commands(CLI::App& app);
 
 } // namespace culm::cli

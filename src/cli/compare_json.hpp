@@ -23,7 +23,8 @@ namespace culm::cli {
 [[nodiscard]] nlohmann::json cell_json(const diagnose::EffectCell& cell);
 
 /// bond_youngs_modulus_pa, tip_deflection_m, …; effects' parameters have their unit in their name.
-/// One that belongs to one of several recordings ends in @ and its id: tip_deflection_m@S01.
+/// One that belongs to one of several recordings ends in an at sign and its id:
+/// `tip_deflection_m@S01`.
 [[nodiscard]] std::string parameter_key(const calibrate::FittedParameter& parameter);
 
 /// By parameter_key().

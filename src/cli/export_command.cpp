@@ -2,10 +2,10 @@
 // culm export liggghts|lammps CALIBRATION
 #include "cli/calibration_json.hpp"
 #include "cli/commands.hpp"
+#include "core/file_text.hpp"
 
 #include <fstream>
 #include <memory>
-#include <sstream>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -22,14 +22,9 @@ struct ExportArguments {
 };
 
 void export_lines(const ExportArguments& arguments) {
-    std::ifstream in(arguments.calibration);
-    std::stringstream text;
-    text << in.rdbuf();
-    if (!in)
-        throw core::InputError(fmt::format("{}: cannot be read", arguments.calibration));
+    const std::string text = core::file_text(arguments.calibration);
     std::string lines;
-    for (const calibrate::BulkStem& stem :
-         bulk_stems(text.str(), arguments.calibration, arguments.stem))
+    for (const calibrate::BulkStem& stem : bulk_stems(text, arguments.calibration, arguments.stem))
         lines += (lines.empty() ? "" : "\n") + (arguments.code == "liggghts"
                                                     ? calibrate::liggghts_lines(stem)
                                                     : calibrate::lammps_lines(stem));

@@ -14,12 +14,15 @@ namespace culm::cli {
 
 /// Writes to the file, or to standard output for "-". Throws core::StorageError.
 inline void write_json(const std::string& file, const nlohmann::json& json) {
+    // Names from damaged or foreign files need not be UTF-8.
+    const std::string text =
+        json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
     if (file == "-") {
-        fmt::print("{}\n", json.dump(2));
+        fmt::print("{}\n", text);
         return;
     }
     std::ofstream out(file);
-    out << json.dump(2) << '\n';
+    out << text << '\n';
     out.flush();
     if (!out)
         throw core::StorageError(fmt::format("{}: cannot be written", file));

@@ -49,6 +49,7 @@ int run(int argc, char** argv) {
     culm::cli::add_run_command(app, result, argc, argv);
     culm::cli::add_reduce_command(app, result);
     culm::cli::add_archive_command(app, result);
+    culm::cli::add_jobs_command(app);
     culm::cli::add_simulate_command(app, result);
     culm::cli::add_import_command(app, result);
     culm::cli::add_fit_command(app, result);
@@ -57,7 +58,9 @@ int run(int argc, char** argv) {
     culm::cli::add_compare_command(app, result, argc, argv);
     culm::cli::add_diagnose_command(app, result, argc, argv);
     culm::cli::add_export_command(app);
+    culm::cli::add_report_command(app);
     culm::cli::add_effects_command(app);
+    culm::cli::add_shell_commands(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

@@ -33,6 +33,12 @@ std::string line_of(const farm::Progress& progress) {
     return line;
 }
 
+std::string bar_of(const farm::Progress& progress) {
+    constexpr std::int64_t width = 24; // characters
+    const std::int64_t filled = width * progress.points_done / progress.points_total;
+    return fmt::format("[{:#<{}}{:.<{}}] ", "", filled, "", width - filled);
+}
+
 } // namespace
 
 ProgressDisplay::ProgressDisplay(bool quiet) : quiet_(quiet), terminal_(::isatty(2) == 1) {}
@@ -41,7 +47,7 @@ void ProgressDisplay::show(const farm::Progress& progress) {
     if (quiet_ || progress.points_total == 0)
         return;
     if (terminal_) {
-        fmt::print(stderr, "\r\033[K{}", line_of(progress));
+        fmt::print(stderr, "\r\033[K{}{}", bar_of(progress), line_of(progress));
         std::fflush(stderr);
         line_is_open_ = true;
         return;

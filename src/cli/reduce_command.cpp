@@ -83,7 +83,8 @@ void reduce(const ReduceArguments& arguments, CommandResult& result) {
 
 void add_reduce_command(CLI::App& app, CommandResult& result) {
     CLI::App* command = app.add_subcommand(
-        "reduce", "Fit Eq. 1 to a study's stored histories again and repeat the regressions");
+        "reduce", "Fit Eq. 1 to a study's stored histories again, repeat the regressions and the "
+                  "spread of its stems");
     auto arguments = std::make_shared<ReduceArguments>();
     command->add_option("dir", arguments->folder, "Folder of a completed study")
         ->required()

@@ -2,6 +2,7 @@
 #include "cli/regression_table.hpp"
 
 #include "cli/failed_points.hpp"
+#include "cli/replicate_table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -53,6 +54,8 @@ std::string regression_table(const study::StudySummary& summary) {
     text += law("sqrt(Y)", "b2", "574.3 b2 + 91.4 (Eq. 12; Y in Pa)",
                 summary.regression.sqrt_youngs_modulus);
     text += law("beta", "b1", "-261.4 b1 + 2.5 (Eq. 13)", summary.regression.bond_damping);
+    if (summary.replicates)
+        text += replicate_table(*summary.replicates);
     return text + failed_points_text(summary.failed, summary.points);
 }
 

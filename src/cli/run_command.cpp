@@ -3,15 +3,20 @@
 #include "cli/commands.hpp"
 #include "cli/progress_display.hpp"
 #include "cli/regression_table.hpp"
+#include "cli/repetition_report.hpp"
+#include "cli/run_deadline.hpp"
 #include "cli/stop_signal.hpp"
 #include "cli/timestep_table.hpp"
 #include "cli/version.hpp"
+#include "cluster/walltime.hpp"
 #include "farm/environment.hpp"
+#include "farm/on_root.hpp"
 #include "run/simulate.hpp"
 #include "study/execute.hpp"
 #include "study/summary.hpp"
 
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,8 +29,11 @@ namespace {
 
 struct RunArguments {
     std::string study;
+    std::string archive; ///< folder of the study to be repeated, instead of a study file
     std::string output;
     study::ResumeOptions folder;
+    std::string walltime;
+    farm::Clock::time_point start = farm::Clock::now();
     bool dry_run = false;
     bool quiet = false;
 };
@@ -63,6 +71,9 @@ std::string plan_text(const study::Study& study, const std::vector<std::int64_t>
         fills_lanes ? fmt::format(", up to {} SIMD lanes each", run::lanes_per_batch()) : "",
         integrator_text(study.config), plan.core_seconds, plan.core_seconds / ranks, ranks,
         ranks == 1 ? "" : "s", amount(plan.memory_bytes_per_rank), amount(plan.archive_bytes));
+    if (const std::int64_t tests = study.design.tests; tests > 1)
+        text += fmt::format("stems          {}, {} tests of each\n",
+                            study.design.point_count() / tests, tests);
     return text;
 }
 
@@ -75,9 +86,24 @@ core::ExitCode storage_failure(const core::StorageError& error) {
     return core::ExitCode::StoppedEarly;
 }
 
+/// A walltime in which no point can be computed would be asked for again and again by a script that
+/// starts itself anew on exit code 75.
+core::ExitCode report_walltime_too_short(const study::ExecuteOutcome& outcome) {
+    const std::int64_t missing = outcome.farm.points_total;
+    fmt::print(stderr,
+               "culm: none of the {} missing point{} can be computed in the walltime of this run; "
+               "the shortest takes about {} {}; give it a longer --walltime (job limit)\n",
+               missing, missing == 1 ? "" : "s", cluster::walltime_text(outcome.shortest_batch_s),
+               outcome.farm.pace.is_known() ? "at the pace so far" : "on the reference machine");
+    return core::ExitCode::BadInput;
+}
+
 core::ExitCode report_early_stop(const study::Study& study, const study::StudyFolder& folder,
                                  const study::ExecuteOutcome& outcome) {
     const std::string& failure = outcome.farm.failure;
+    if (outcome.farm.out_of_time && failure.empty() && outcome.farm.lost.empty() &&
+        outcome.farm.points_completed + outcome.farm.points_failed == 0)
+        return report_walltime_too_short(outcome);
     if (!failure.empty())
         fmt::print(stderr, "culm: {}\n", failure);
     for (const farm::LostBatch& lost : outcome.farm.lost)
@@ -85,8 +111,9 @@ core::ExitCode report_early_stop(const study::Study& study, const study::StudyFo
             fmt::print(stderr, "culm: rank {} lost a batch of points: {}\n", lost.rank,
                        lost.reason);
     fmt::print(stderr,
-               "culm: stopped early; {} of {} points are computed and kept in {}. Go on with "
+               "culm: stopped early{}; {} of {} points are computed and kept in {}. Go on with "
                "--resume.\n",
+               outcome.farm.out_of_time ? " before the walltime ends" : "",
                outcome.resumed_points + outcome.farm.points_completed + outcome.farm.points_failed,
                study.design.point_count(), folder.path().string());
     return core::ExitCode::StoppedEarly;
@@ -117,12 +144,37 @@ core::ExitCode report(const study::StudyFolder& folder) {
     return print_summary(folder, summary, regression_table(summary));
 }
 
+study::Study study_of(const RunArguments& arguments, const farm::Communicator* communicator) {
+    if (arguments.archive.empty() == arguments.study.empty())
+        throw core::InputError("give a study file or --from-archive DIR, one of the two");
+    if (arguments.archive.empty())
+        return study::load_study(arguments.study);
+    const study::StudyFolder archived(arguments.archive);
+    study::Study study = study::study_to_repeat(archived);
+    static_cast<void>(farm::on_root(communicator, [&archived] {
+        study::require_comparable(archived);
+        return std::string();
+    }));
+    return study;
+}
+
+std::string output_of(const RunArguments& arguments, const study::Study& study) {
+    std::string output = arguments.output;
+    if (output.empty())
+        output = "results/" + study.config.name + (arguments.archive.empty() ? "" : "-repeated");
+    std::error_code ignored; // a folder that is not there is not the archive's
+    if (!arguments.archive.empty() &&
+        std::filesystem::equivalent(arguments.archive, output, ignored))
+        throw core::InputError(
+            fmt::format("{} is the archive's own folder; choose another one with -o", output));
+    return output;
+}
+
 core::ExitCode run(const RunArguments& arguments, const farm::Communicator* communicator) {
     const bool is_root = communicator == nullptr || communicator->rank() == 0;
     const int ranks = communicator == nullptr ? 1 : communicator->size();
-    const study::Study study = study::load_study(arguments.study);
-    const std::string output =
-        arguments.output.empty() ? "results/" + study.config.name : arguments.output;
+    const study::Study study = study_of(arguments, communicator);
+    const std::string output = output_of(arguments, study);
     const study::StudyFolder folder(output);
     if (arguments.dry_run) {
         std::vector<std::int64_t> all(static_cast<std::size_t>(study.design.point_count()));
@@ -132,11 +184,16 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
             fmt::print("{}output         {}\n", plan_text(study, all, ranks), output);
         return core::ExitCode::Done;
     }
-    watch_stop_signals();
+    const std::optional<RunDeadline> deadline =
+        run_deadline(arguments.walltime, arguments.start, communicator);
+    if (deadline && is_root && !arguments.quiet)
+        fmt::print(stderr, "culm: {}\n", deadline->text);
     ProgressDisplay display(arguments.quiet || !is_root);
     study::ExecuteOptions options;
     options.folder = arguments.folder;
     options.provenance = build_provenance();
+    if (deadline)
+        options.farm.deadline = deadline->time;
     options.farm.stop_requested = [] { return stop_signal_arrived(); };
     options.farm.progress = [&display](const farm::Progress& progress) { display.show(progress); };
     const study::ExecuteOutcome outcome = study::execute(study, folder, communicator, options);
@@ -146,6 +203,9 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
         if (is_root)
             exit_code = outcome.archive_is_complete ? report(folder)
                                                     : report_early_stop(study, folder, outcome);
+        if (is_root && outcome.archive_is_complete && !arguments.archive.empty() &&
+            !report_repetition(study::StudyFolder(arguments.archive), folder))
+            exit_code = core::ExitCode::PointsFailed;
     } catch (const core::StorageError& error) { // the other ranks wait for the exit code
         exit_code = storage_failure(error);
     }
@@ -186,11 +246,16 @@ void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& ar
         "run", "Run a study (alone, or under mpirun or srun), archive and reduce it");
     auto arguments = std::make_shared<RunArguments>();
     command->add_option("study", arguments->study, "Study file (TOML; docs/config.md)")
-        ->required()
         ->type_name("STUDY.toml");
     command
+        ->add_option("--from-archive", arguments->archive,
+                     "Repeat the study of this folder's archive in a new folder, without its study "
+                     "file, and compare: exit code 3 if anything differs")
+        ->type_name("DIR");
+    command
         ->add_option("-o,--output", arguments->output,
-                     "Folder for study.h5 and summary.json (default: results/<study name>)")
+                     "Folder for study.h5 and summary.json (default: results/<study name>, of a "
+                     "repeated study results/<study name>-repeated)")
         ->type_name("DIR");
     CLI::Option* resume =
         command->add_flag("--resume", arguments->folder.resume,
@@ -205,10 +270,19 @@ void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& ar
                      "0: try for ever)")
         ->type_name("N")
         ->check(CLI::Range(0, 1'000'000));
+    command
+        ->add_option("--walltime", arguments->walltime,
+                     "End within this time (90s, 45min, HH:MM:SS, D-HH:MM:SS): no point is begun "
+                     "that would not be done by then, exit code 75 if some are missing (default: "
+                     "what the batch system says of this job)")
+        ->type_name("TIME");
     command->add_flag("--dry-run", arguments->dry_run,
                       "Check everything and print the plan: points, lanes, cost, memory, archive");
     command->add_flag("-q,--quiet", arguments->quiet, "No progress");
     command->callback([arguments, &result, &argc, &argv] {
+        // First of all: batch systems may send theirs while MPI is still starting.
+        if (!arguments->dry_run)
+            watch_stop_signals();
         result.exit_code = farm::Environment::is_under_launcher()
                                ? run_under_launcher(*arguments, argc, argv)
                                : run_alone(*arguments);

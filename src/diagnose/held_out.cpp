@@ -9,13 +9,18 @@
 #include <limits>
 #include <numeric>
 
+#include <fmt/core.h>
+
 namespace culm::diagnose {
 namespace {
 
 constexpr double normal_quantile = 1.959964;
 constexpr double block_periods = 3.0;
 constexpr std::size_t fewest_blocks = 4;
-constexpr double clear_fall = 0.9; ///< of the mean square, with fewer blocks
+constexpr double clear_fall = 0.9;   ///< of the mean square, with fewer blocks
+constexpr double needed_fall = 10.0; ///< of χ², all blocks together
+/// Both fits have seen the neighbours of a height that was left out.
+constexpr double allowed_rise = 1.02;
 
 /// Which readings a part consists of.
 using IsHeldOut = std::function<bool(std::size_t part, std::size_t frame, std::size_t row)>;
@@ -242,6 +247,38 @@ bool predicts_better(const HeldOutPart& larger, const HeldOutPart& smaller) {
         squares += (difference - average) * (difference - average);
     const auto count = static_cast<double>(differences.size());
     return average < -normal_quantile * std::sqrt(squares / (count * (count - 1.0)));
+}
+
+bool is_predicted_better(const HeldOutPart& larger, const HeldOutPart& smaller) {
+    if (!larger.failure.empty() || !smaller.failure.empty())
+        return false;
+    const double square = larger.over_noise * larger.over_noise;
+    const double fall = static_cast<double>(larger.readings) *
+                        (smaller.over_noise * smaller.over_noise - square) / std::max(1.0, square);
+    return fall > needed_fall || predicts_better(larger, smaller);
+}
+
+std::string held_out_obstacle(const HeldOut& larger, const HeldOut& smaller) {
+    const HeldOutPart& time = larger.last_third;
+    const HeldOutPart& height = larger.one_height;
+    if (!time.failure.empty())
+        return "the fit to the first two thirds failed: " + time.failure;
+    const bool has_height = height.failure.empty() && smaller.one_height.failure.empty();
+    const bool is_time_better = is_predicted_better(time, smaller.last_third);
+    const bool is_height_better = has_height && is_predicted_better(height, smaller.one_height);
+    if (!is_time_better && !is_height_better)
+        return fmt::format("neither the last third of the time ({:.3f} times the noise, before "
+                           "{:.3f}) nor the height that was left out is predicted better",
+                           time.over_noise, smaller.last_third.over_noise);
+    if (predicts_better(smaller.last_third, time))
+        return fmt::format("the last third of the time is predicted worse ({:.3f} times the noise, "
+                           "before {:.3f})",
+                           time.over_noise, smaller.last_third.over_noise);
+    if (has_height && height.over_noise > allowed_rise * smaller.one_height.over_noise)
+        return fmt::format("the height that was left out is predicted worse ({:.3f} times the "
+                           "noise, before {:.3f})",
+                           height.over_noise, smaller.one_height.over_noise);
+    return {};
 }
 
 } // namespace culm::diagnose

@@ -39,10 +39,6 @@ struct HoldOut {
 /// By the noise of `fit`, in blocks of three periods of its beam.
 [[nodiscard]] HoldOut hold_out_of(std::size_t row, const calibrate::ChainFit& fit);
 
-/// A height that was left out may be predicted this much worse where the time is predicted better:
-/// both fits have seen its neighbours.
-inline constexpr double allowed_rise = 1.02;
-
 /// Refits the candidate from its own values twice, without the last third and without the row. Of
 /// a model in which nothing moves the residuals are what it predicts.
 [[nodiscard]] HeldOut predict_held_out(const CandidateFit& candidate, const HoldOut& hold_out,
@@ -60,5 +56,15 @@ inline constexpr double allowed_rise = 1.02;
 /// Is the mean of the block-wise differences larger − smaller below 0 by more than 1.96 of its
 /// standard errors? With fewer than four blocks the mean square has to fall by a tenth.
 [[nodiscard]] bool predicts_better(const HeldOutPart& larger, const HeldOutPart& smaller);
+
+/// By blocks of time (predicts_better), or as a whole: what an effect does in the first
+/// milliseconds only is in one block of many. A fall of χ² by 10 in readings that neither model has
+/// seen is odds of 150 to 1.
+[[nodiscard]] bool is_predicted_better(const HeldOutPart& larger, const HeldOutPart& smaller);
+
+/// Why the larger model does not predict better; empty if it does. A late part of the record that
+/// has died down tells nothing of an effect on the modes' shapes, and one row little of a slow
+/// drift: one of the two has to be predicted better, neither worse.
+[[nodiscard]] std::string held_out_obstacle(const HeldOut& larger, const HeldOut& smaller);
 
 } // namespace culm::diagnose

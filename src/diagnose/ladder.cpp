@@ -76,20 +76,17 @@ std::string objection(const Rung& rung, const Rung& before, const Rung& below) {
             return text;
     if (!rung.held_out || !before.held_out)
         return "nothing was held out";
-    const HeldOutPart& time = rung.held_out->last_third;
-    const HeldOutPart& height = rung.held_out->one_height;
-    if (!time.failure.empty())
-        return "the fit to the first two thirds failed: " + time.failure;
-    if (!predicts_better(time, before.held_out->last_third))
-        return fmt::format("the last third of the time is not predicted better ({:.2f} times the "
-                           "noise, before {:.2f})",
-                           time.over_noise, before.held_out->last_third.over_noise);
-    if (height.failure.empty() && before.held_out->one_height.failure.empty() &&
-        height.rms > allowed_rise * before.held_out->one_height.rms)
-        return fmt::format("the height that was left out is predicted worse ({:.2f} times the "
-                           "noise, before {:.2f})",
-                           height.over_noise, before.held_out->one_height.over_noise);
-    return {};
+    return held_out_obstacle(*rung.held_out, *before.held_out);
+}
+
+/// Which of the parts that were held out a gain predicts better.
+std::string held_out_words(const HeldOut& larger, const HeldOut& smaller) {
+    const bool is_time = is_predicted_better(larger.last_third, smaller.last_third);
+    const HeldOutPart& after = is_time ? larger.last_third : larger.one_height;
+    const HeldOutPart& before = is_time ? smaller.last_third : smaller.one_height;
+    return fmt::format("the {} is predicted better ({:.2f} times the noise, before {:.2f})",
+                       is_time ? "last third of the time" : "height that was left out",
+                       after.over_noise, before.over_noise);
 }
 
 double relative_change(const calibrate::ChainFit& now, const calibrate::ChainFit& before,
@@ -153,10 +150,8 @@ void judge_step(Rung& rung, const Rung& before, const Rung& below) {
                                     : "nothing moves the stem in this model";
     rung.is_gain = rung.why.empty();
     if (rung.is_gain)
-        rung.why = fmt::format("BIC falls by {:.0f}, the last third of the time is predicted "
-                               "better ({:.2f} times the noise, before {:.2f})",
-                               -rung.delta_bic, rung.held_out->last_third.over_noise,
-                               before.held_out->last_third.over_noise);
+        rung.why = fmt::format("BIC falls by {:.0f}, {}", -rung.delta_bic,
+                               held_out_words(*rung.held_out, *before.held_out));
 }
 
 void judge_steps(Ladder& ladder) {

@@ -45,12 +45,11 @@ struct Ladder {
 /// the best rung, which is closest to that of the noise), N readings, k fitted numbers, and s the
 /// reduced χ² of the best rung if that is above 1: what all models miss alike is noise to them.
 ///
-/// A rung is a gain if the criterion falls by 10 or more, the last third of the time and the height
-/// that was left out are both predicted better (predicts_better; the height not worse), the
-/// interval of one size of each new effect excludes its absence, and none of their parameters
-/// stands at a bound. Effects without a fitted parameter need no interval. If rungs below were
-/// refused, the criterion must fall by 10 against the uppermost of them too, and new are the
-/// effects that it does not have.
+/// A rung is a gain if the criterion falls by 10 or more, what was held out is predicted better
+/// (held_out_obstacle), the interval of one size of each new effect excludes its absence, and none
+/// of their parameters stands at a bound. Effects without a fitted parameter need no interval. If
+/// rungs below were refused, the criterion must fall by 10 against the uppermost of them too, and
+/// new are the effects that it does not have.
 [[nodiscard]] Ladder climb(const measure::Measurement& measurement,
                            const std::vector<SelectedEffects>& models,
                            const CandidateOptions& options = {});

@@ -14,8 +14,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double needed_fall = 10.0; ///< of χ² of readings that were held out
-
 std::string to_text(const HeldOut& held_out) {
     json out = json::array();
     for (const HeldOutPart* part : {&held_out.last_third, &held_out.one_height})
@@ -35,43 +33,6 @@ HeldOut held_out_from(const std::string& text) {
         *parts[k] = {told[k][0], told[k][1], told[k][2], told[k][3].get<std::vector<double>>(),
                      told[k][4]};
     return out;
-}
-
-/// By blocks of time (predicts_better), or as a whole: what an effect does in the first
-/// milliseconds only is in one block of many. A fall of χ² by 10 in readings that neither model has
-/// seen is odds of 150 to 1.
-bool is_better(const HeldOutPart& larger, const HeldOutPart& smaller) {
-    if (!larger.failure.empty() || !smaller.failure.empty())
-        return false;
-    const double square = larger.over_noise * larger.over_noise;
-    const double fall = static_cast<double>(larger.readings) *
-                        (smaller.over_noise * smaller.over_noise - square) / std::max(1.0, square);
-    return fall > needed_fall || predicts_better(larger, smaller);
-}
-
-/// A late part of the record that has died down tells nothing of an effect on the modes' shapes,
-/// and one row little of a slow drift: one of the two has to be predicted better, neither worse.
-std::string obstacle(const HeldOut& larger, const HeldOut& smaller) {
-    const HeldOutPart& time = larger.last_third;
-    const HeldOutPart& height = larger.one_height;
-    if (!time.failure.empty())
-        return "the fit to the first two thirds failed: " + time.failure;
-    const bool has_height = height.failure.empty() && smaller.one_height.failure.empty();
-    const bool is_time_better = is_better(time, smaller.last_third);
-    const bool is_height_better = has_height && is_better(height, smaller.one_height);
-    if (!is_time_better && !is_height_better)
-        return fmt::format("neither the last third of the time ({:.3f} times the noise, before "
-                           "{:.3f}) nor the height that was left out is predicted better",
-                           time.over_noise, smaller.last_third.over_noise);
-    if (predicts_better(smaller.last_third, time))
-        return fmt::format("the last third of the time is predicted worse ({:.3f} times the noise, "
-                           "before {:.3f})",
-                           time.over_noise, smaller.last_third.over_noise);
-    if (has_height && height.over_noise > allowed_rise * smaller.one_height.over_noise)
-        return fmt::format("the height that was left out is predicted worse ({:.3f} times the "
-                           "noise, before {:.3f})",
-                           height.over_noise, smaller.one_height.over_noise);
-    return {};
 }
 
 } // namespace
@@ -120,7 +81,8 @@ HeldOutGain held_out_gain(const ModelFit& smaller, const ModelFit& larger,
     const std::vector<std::string> answers = map({1.0, 1.0}, work);
     const HeldOut before = held_out_from(answers[0]);
     const HeldOut after = held_out_from(answers[1]);
-    return {after.last_third.over_noise, before.last_third.over_noise, obstacle(after, before)};
+    return {after.last_third.over_noise, before.last_third.over_noise,
+            held_out_obstacle(after, before)};
 }
 
 } // namespace culm::diagnose

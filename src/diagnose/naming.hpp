@@ -38,8 +38,7 @@ struct HeldOutGain {
 };
 
 /// Both models refitted without the last third of the time and without one height, in every
-/// recording. Predicting either better is enough if neither is predicted worse; the ladder of
-/// `culm compare` insists on the time.
+/// recording.
 [[nodiscard]] HeldOutGain held_out_gain(const ModelFit& smaller, const ModelFit& larger,
                                         std::span<const measure::Measurement> recordings,
                                         const CandidateOptions& options, const WorkMap& map);

@@ -25,11 +25,12 @@ double seconds_since(Clock::time_point start) {
 
 Coordinator::Coordinator(const MapCall& call, Mailbox* mailbox, std::vector<bool>& alive)
     : Heartbeat(call.options.poll_interval), call_(call), mailbox_(mailbox), alive_(alive),
-      scheduler_(call.dealt_scheduler()), stop_condition_(call.options),
+      scheduler_(call.dealt_scheduler()), stop_condition_(call.options), permit_(call.options),
       progress_due_(start_ + call.options.progress_interval),
       silence_check_due_(start_ + call.options.silence_until_dead),
       last_seen_(static_cast<std::size_t>(call.size), start_) {
     summary_.ranks = call.size;
+    summary_.pace = call.options.pace;
     for (const Batch& batch : call.batches)
         summary_.points_total += static_cast<std::int64_t>(batch.points.size());
 }
@@ -41,13 +42,18 @@ Summary Coordinator::run() {
     top_up_all();
     Backoff backoff;
     while (!scheduler_.is_finished()) {
-        if (scheduler_.held_by(0).empty() && !scheduler_.hand_out(0)) {
+        if (scheduler_.held_by(0).empty() && !hand_out(0)) {
             poll();
+            // Nobody works, and nothing that is left would be done by the deadline.
+            if (scheduler_.is_idle() && !scheduler_.is_finished() && !hand_out(0)) {
+                summary_.out_of_time = true;
+                scheduler_.stop();
+            }
             backoff.pause();
             continue;
         }
         backoff.reset();
-        settle(0, run_range(call_, scheduler_.held_by(0).front(), *this));
+        settle(0, run_range(call_, scheduler_.held_by(0).front(), *this, permit_));
     }
     Summary summary = take_summary();
     dismiss_workers(summary);
@@ -100,7 +106,7 @@ void Coordinator::handle(Message message) {
         break;
     }
     case MessageKind::Stop:
-        stop_all();
+        stop_all(in.get<bool>());
         break;
     default: // Alive has said all that it has to say.
         break;
@@ -112,11 +118,30 @@ void Coordinator::settle(int rank, const RangeOutcome& outcome) {
         summary_.points_completed += outcome.tally.completed;
         summary_.points_failed += outcome.tally.failed;
         summary_.work_s += outcome.tally.seconds;
+        learn_pace(outcome);
         for (const LostBatch& lost : outcome.lost)
             lose(lost.batch, lost.rank, lost.reason);
     }
     if (!outcome.failure.empty())
         fail(fmt::format("rank {}: {}", rank, outcome.failure));
+}
+
+/// Only from ranges whose batches were all computed to their end.
+void Coordinator::learn_pace(const RangeOutcome& outcome) {
+    std::int64_t points = 0;
+    const std::int64_t end = outcome.range.first + outcome.executed;
+    for (std::int64_t place = outcome.range.first; place < end; ++place)
+        points += static_cast<std::int64_t>(call_.batch_at(place).points.size());
+    if (outcome.tally.completed + outcome.tally.failed < points)
+        return;
+    summary_.pace.learn(scheduler_.cost_of({outcome.range.first, outcome.executed}),
+                        outcome.seconds);
+    if (summary_.pace.is_known())
+        permit_.set_pace(summary_.pace.cautious());
+}
+
+std::optional<Range> Coordinator::hand_out(int rank) {
+    return scheduler_.hand_out(rank, permit_.cost_limit());
 }
 
 void Coordinator::lose(std::size_t batch, int rank, const std::string& reason) {
@@ -126,10 +151,10 @@ void Coordinator::lose(std::size_t batch, int rank, const std::string& reason) {
 
 void Coordinator::top_up(int worker) {
     while (alive_[static_cast<std::size_t>(worker)]) {
-        const std::optional<Range> range = scheduler_.hand_out(worker);
+        const std::optional<Range> range = hand_out(worker);
         if (!range)
             return;
-        post(worker, MessageKind::Assign, call_.new_message().put(*range));
+        post(worker, MessageKind::Assign, call_.new_message().put(*range).put(permit_.pace()));
     }
 }
 
@@ -150,9 +175,10 @@ void Coordinator::post(int worker, MessageKind kind, WireWriter content) {
 
 // --- stop and progress
 
-void Coordinator::stop_all() {
+void Coordinator::stop_all(bool is_too_late) {
     if (stop_requested())
         return;
+    summary_.out_of_time = is_too_late;
     accept_stop();
     scheduler_.stop();
     for (int worker = 1; worker < call_.size; ++worker)
@@ -170,7 +196,7 @@ void Coordinator::call_back() {
     const Clock::time_point now = Clock::now();
     try {
         if (!stop_requested() && stop_condition_.is_met(now))
-            stop_all();
+            stop_all(stop_condition_.is_too_late());
         if (now >= progress_due_)
             report_progress(now);
     } catch (const FarmError&) {
@@ -240,7 +266,9 @@ Summary Coordinator::take_summary() {
     }
     const std::int64_t settled =
         summary_.points_completed + summary_.points_failed + summary_.points_lost;
-    summary_.stopped_early = stop_requested() && settled < summary_.points_total;
+    summary_.stopped_early =
+        (stop_requested() || summary_.out_of_time) && settled < summary_.points_total;
+    summary_.out_of_time = summary_.out_of_time && summary_.stopped_early;
     summary_.elapsed_s = seconds_since(start_);
     std::sort(summary_.lost.begin(), summary_.lost.end(),
               [](const LostBatch& a, const LostBatch& b) { return a.batch < b.batch; });

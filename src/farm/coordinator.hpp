@@ -7,9 +7,11 @@
 #include "farm/map_call.hpp"
 #include "farm/range_outcome.hpp"
 #include "farm/scheduler.hpp"
+#include "farm/start_permit.hpp"
 #include "farm/stop_condition.hpp"
 #include "farm/summary.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,13 +30,15 @@ class Coordinator final : public Heartbeat {
     void serve_messages();
     void handle(Message message);
     void settle(int rank, const RangeOutcome& outcome);
+    void learn_pace(const RangeOutcome& outcome);
+    [[nodiscard]] std::optional<Range> hand_out(int rank);
     void lose(std::size_t batch, int rank, const std::string& reason);
 
     void top_up(int worker);
     void top_up_all();
     void post(int worker, MessageKind kind, WireWriter content);
 
-    void stop_all();
+    void stop_all(bool is_too_late = false);
     void fail(const std::string& reason);
     void call_back();
     void report_progress(Clock::time_point now);
@@ -55,6 +59,7 @@ class Coordinator final : public Heartbeat {
     std::vector<bool>& alive_;
     Scheduler scheduler_;
     StopCondition stop_condition_;
+    StartPermit permit_;
     Clock::time_point start_ = Clock::now();
     Clock::time_point progress_due_;
     Clock::time_point silence_check_due_;

@@ -5,6 +5,7 @@
 #include "farm/batch.hpp"
 #include "farm/communicator.hpp"
 #include "farm/heartbeat.hpp"
+#include "farm/pace.hpp"
 #include "farm/summary.hpp"
 
 #include <chrono>
@@ -24,8 +25,15 @@ struct FarmOptions {
     /// all.
     std::function<bool()> stop_requested;
     std::chrono::milliseconds stop_interval{20};
-    /// Walltime limit: from then on the farm behaves as if stop_requested were true.
+    /// Walltime limit: from then on the farm behaves as if stop_requested were true. Before it no
+    /// batch is begun that would not be done by then, as far as the pace is known.
     std::optional<Clock::time_point> deadline;
+    /// What earlier maps on the same cost unit taught about the batches' times. This one's reports
+    /// are added to it (Summary::pace).
+    Pace pace;
+    /// The clock by which the deadline is judged, for tests; empty: Clock.
+    std::function<Clock::time_point()> now;
+    [[nodiscard]] Clock::time_point time() const { return now ? now() : Clock::now(); }
 
     /// Called on rank 0 at most every `progress_interval`, and once at the end; may be empty.
     std::function<void(const Progress&)> progress;
@@ -36,7 +44,7 @@ struct FarmOptions {
     /// Batches much shorter than this are handed out several at a time, s; 0: always one by one.
     double chunk_seconds = 0.01;
     /// What a unit of the batches' cost is expected to take, s: for the first ranges, before
-    /// reports tell. 0: unknown.
+    /// reports tell and if `pace` does not. 0: unknown.
     double seconds_per_cost = 0.0;
     /// A rank that has not been heard of for so long is given up; 0: never. Must be well above the
     /// longest time that a work function goes without a beat.
@@ -70,6 +78,8 @@ class Farm {
     ///   all ranks as for a stop, and Summary::failure holds the text.
     /// * After a stop no batch is begun any more; those in work are finished, or left early if
     ///   `work` heeds Heartbeat::stop_requested. Summary::stopped_early: points are missing.
+    /// * Of the batches that would not be done by the deadline none is begun, shorter ones still
+    ///   are; the map ends when nothing is left that would be. Summary::stopped_early as well.
     /// * A rank that falls silent (`silence_until_dead`) loses the batch that it was computing, or
     ///   its range of short ones. If it speaks again it gets new work, and what it had been given
     ///   before may be computed twice. The death of rank 0 is not survived. After a death no

@@ -17,7 +17,7 @@ namespace culm::farm {
 enum class MessageKind : int {
     Report = 1, ///< worker to rank 0: a range is finished
     Failure,    ///< worker to rank 0: everybody must stop, with the reason
-    Stop,       ///< either way: a stop was requested
+    Stop,       ///< either way: a stop was requested; to rank 0, whether by the deadline
     Alive,      ///< worker to rank 0
     Farewell,   ///< worker to rank 0: its last message of this map
     Assign,     ///< rank 0 to worker: a range to compute

@@ -7,6 +7,7 @@
 #include "farm/scheduler.hpp"
 #include "farm/wire.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -29,12 +30,19 @@ struct MapCall {
     std::int64_t number;  ///< of this map among those of the farm
     int rank;
     int size;
+    /// Without any cost to go by, all batches count the same.
+    bool is_costless = std::all_of(batches.begin(), batches.end(),
+                                   [](const Batch& batch) { return batch.cost == 0.0; });
 
     [[nodiscard]] std::size_t batch_index(std::int64_t place) const {
         return order[static_cast<std::size_t>(place)];
     }
     [[nodiscard]] const Batch& batch_at(std::int64_t place) const {
         return batches[batch_index(place)];
+    }
+
+    [[nodiscard]] double cost_at(std::int64_t place) const {
+        return is_costless ? 1.0 : batch_at(place).cost;
     }
 
     /// A message of this map, to be continued.
@@ -46,9 +54,11 @@ struct MapCall {
     [[nodiscard]] Scheduler dealt_scheduler() const {
         std::vector<double> costs;
         costs.reserve(order.size());
-        for (const std::size_t index : order)
-            costs.push_back(batches[index].cost);
-        Scheduler scheduler(costs, size, options.chunk_seconds, options.seconds_per_cost);
+        for (std::size_t place = 0; place < order.size(); ++place)
+            costs.push_back(cost_at(static_cast<std::int64_t>(place)));
+        Scheduler scheduler(costs, size, options.chunk_seconds,
+                            options.pace.is_known() ? options.pace.mean()
+                                                    : options.seconds_per_cost);
         scheduler.deal();
         return scheduler;
     }

@@ -35,18 +35,22 @@ void run_batch(const MapCall& call, std::int64_t place, Heartbeat& heartbeat,
 
 } // namespace
 
-RangeOutcome run_range(const MapCall& call, Range range, Heartbeat& heartbeat) {
+RangeOutcome run_range(const MapCall& call, Range range, Heartbeat& heartbeat,
+                       const StartPermit& permit) {
     RangeOutcome outcome;
     outcome.range = range;
-    const Clock::time_point start = Clock::now();
+    const Clock::time_point start = call.options.time();
     while (outcome.executed < range.count && outcome.failure.empty()) {
         heartbeat.beat();
         if (heartbeat.stop_requested())
             break;
-        run_batch(call, range.first + outcome.executed, heartbeat, outcome);
+        const std::int64_t place = range.first + outcome.executed;
+        if (call.cost_at(place) > permit.cost_limit())
+            break;
+        run_batch(call, place, heartbeat, outcome);
         ++outcome.executed;
     }
-    outcome.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    outcome.seconds = std::chrono::duration<double>(call.options.time() - start).count();
     return outcome;
 }
 

@@ -43,23 +43,23 @@ void Scheduler::deal() {
                 (void)hand_out(rank);
 }
 
-std::optional<Range> Scheduler::hand_out(int rank) {
+std::optional<Range> Scheduler::hand_out(int rank, double cost_limit) {
     auto& held = held_[static_cast<std::size_t>(rank)];
     if (stopped_ || remaining_ == 0 || held.size() >= depth(rank))
         return std::nullopt;
     const bool is_prefetch = !held.empty();
     if (is_prefetch && remaining_ < static_cast<std::int64_t>(held_.size()))
         return std::nullopt;
-    Range range;
-    if (taken_back_.empty()) {
-        range = take_fresh_range();
-    } else {
-        range = taken_back_.back();
-        taken_back_.pop_back();
-    }
-    remaining_ -= range.count;
+    std::optional<Range> range = take_returned_range(cost_limit);
+    if (!range)
+        range = take_fresh_range(cost_limit);
+    if (!range)
+        range = take_withheld_batch(cost_limit);
+    if (!range)
+        return std::nullopt;
+    remaining_ -= range->count;
     ++ranges_held_;
-    held.push_back(range);
+    held.push_back(*range);
     return range;
 }
 
@@ -96,13 +96,58 @@ void Scheduler::withdraw(int rank) {
     held.clear();
 }
 
-Range Scheduler::take_fresh_range() {
-    const Range range{next_, chunk_length()};
+std::optional<Range> Scheduler::take_returned_range(double cost_limit) {
+    while (!taken_back_.empty()) {
+        const Range range = without_too_costly(taken_back_.back(), cost_limit);
+        taken_back_.pop_back();
+        if (range.count == 0)
+            continue;
+        const Range part{range.first, length_within(range.first, range.count, cost_limit)};
+        if (part.count < range.count)
+            taken_back_.push_back({part.first + part.count, range.count - part.count});
+        return part;
+    }
+    return std::nullopt;
+}
+
+std::optional<Range> Scheduler::take_fresh_range(double cost_limit) {
+    const auto batches = static_cast<std::int64_t>(cost_before_.size()) - 1;
+    next_ = without_too_costly({next_, batches - next_}, cost_limit).first;
+    if (next_ == batches)
+        return std::nullopt;
+    const Range range{next_, chunk_length(cost_limit)};
     next_ += range.count;
     return range;
 }
 
-std::int64_t Scheduler::chunk_length() const {
+std::optional<Range> Scheduler::take_withheld_batch(double cost_limit) {
+    // Costs fall from place to place: the cheapest of a range stands last.
+    for (Range& range : withheld_) {
+        const Range last{range.first + range.count - 1, 1};
+        if (range.count == 0 || cost_of(last) > cost_limit)
+            continue;
+        --range.count;
+        return last;
+    }
+    return std::nullopt;
+}
+
+/// Costs fall from place to place: the places in front that are above the limit are withheld.
+Range Scheduler::without_too_costly(Range range, double cost_limit) {
+    std::int64_t low = 0;
+    for (std::int64_t high = range.count; low < high;) {
+        const std::int64_t middle = low + (high - low) / 2;
+        if (cost_of({range.first + middle, 1}) > cost_limit)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    if (low > 0)
+        withheld_.push_back({range.first, low});
+    return {range.first + low, range.count - low};
+}
+
+std::int64_t Scheduler::chunk_length(double cost_limit) const {
     const auto shares = 2 * static_cast<std::int64_t>(held_.size());
     const auto batches = static_cast<std::int64_t>(cost_before_.size()) - 1;
     const std::int64_t longest = (batches - next_) / shares;
@@ -116,9 +161,15 @@ std::int64_t Scheduler::chunk_length() const {
     // Written without a division by the seconds, which are zero for work that costs nothing.
     const double budget =
         share * seconds_per_cost <= chunk_seconds_ ? share : chunk_seconds_ / seconds_per_cost;
-    const auto first = cost_before_.begin() + next_;
-    const auto end = std::upper_bound(first + 1, first + longest + 1, start + budget);
-    return std::max<std::int64_t>(1, end - first - 1);
+    return length_within(next_, longest, std::min(budget, cost_limit));
+}
+
+/// The batches from `first` on, at least one and at most `longest`, that cost so much together.
+std::int64_t Scheduler::length_within(std::int64_t first, std::int64_t longest,
+                                      double budget) const {
+    const auto before = cost_before_.begin() + first;
+    const auto end = std::upper_bound(before + 1, before + longest + 1, *before + budget);
+    return std::max<std::int64_t>(1, end - before - 1);
 }
 
 double Scheduler::cost_of(Range range) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -28,6 +29,9 @@ struct Range {
 /// * With many ranks a range takes longer, `coordinator_seconds` times their number: all of them
 ///   together must not send more than rank 0 can answer.
 ///
+/// * With a limit of cost, as the time that is left allows, batches above it are passed over and
+///   shorter ones are handed out; those come back into play should the limit rise again.
+///
 /// The object is deterministic: the same calls give the same answers on every rank.
 class Scheduler {
   public:
@@ -44,8 +48,9 @@ class Scheduler {
     /// every rank can deal it for itself, the farm starts without a message.
     void deal();
 
-    /// The next range for `rank`, if it may have one now.
-    [[nodiscard]] std::optional<Range> hand_out(int rank);
+    /// The next range for `rank`, if it may have one now. It costs no more than `cost_limit`.
+    [[nodiscard]] std::optional<Range>
+    hand_out(int rank, double cost_limit = std::numeric_limits<double>::infinity());
 
     /// `rank` has left `range` after `executed` of its batches (all of them, unless stopped) and
     /// `seconds`. The rest is taken back. False, without effect, if the rank does not hold that
@@ -72,20 +77,29 @@ class Scheduler {
         return ranges_held_ == 0 && (stopped_ || remaining_ == 0);
     }
 
+    /// Nothing is in work, but something may be left to hand out.
+    [[nodiscard]] bool is_idle() const { return ranges_held_ == 0; }
+
     [[nodiscard]] std::int64_t remaining() const { return remaining_; } ///< batches not handed out
     [[nodiscard]] double finished_cost() const { return finished_cost_; }
     [[nodiscard]] double total_cost() const { return cost_before_.back(); }
+    [[nodiscard]] double cost_of(Range range) const;
 
   private:
-    [[nodiscard]] Range take_fresh_range();
-    [[nodiscard]] std::int64_t chunk_length() const;
-    [[nodiscard]] double cost_of(Range range) const;
+    [[nodiscard]] std::optional<Range> take_returned_range(double cost_limit);
+    [[nodiscard]] std::optional<Range> take_fresh_range(double cost_limit);
+    [[nodiscard]] std::optional<Range> take_withheld_batch(double cost_limit);
+    [[nodiscard]] Range without_too_costly(Range range, double cost_limit);
+    [[nodiscard]] std::int64_t chunk_length(double cost_limit) const;
+    [[nodiscard]] std::int64_t length_within(std::int64_t first, std::int64_t longest,
+                                             double budget) const;
     void take_back(Range range);
 
     std::vector<double> cost_before_;      ///< (batches + 1): sum of the costs ahead of each place
     std::vector<std::vector<Range>> held_; ///< (ranks), each of at most two ranges
     std::vector<Range> taken_back_;
-    std::int64_t next_ = 0; ///< first place never handed out
+    std::vector<Range> withheld_; ///< passed over because of the limit
+    std::int64_t next_ = 0;       ///< first place never handed out
     std::int64_t remaining_ = 0;
     std::int64_t ranges_held_ = 0;
     double chunk_seconds_;

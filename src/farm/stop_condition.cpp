@@ -7,7 +7,7 @@ bool StopCondition::is_met(Clock::time_point now) {
     if (now < due_)
         return false;
     due_ = now + options_.stop_interval;
-    if (options_.deadline && now >= *options_.deadline)
+    if (is_too_late())
         return true;
     return options_.stop_requested && options_.stop_requested();
 }

@@ -14,6 +14,11 @@ class StopCondition {
     /// Asks at most every `stop_interval`, in between false. Passes on what the function throws.
     [[nodiscard]] bool is_met(Clock::time_point now);
 
+    /// The deadline has passed.
+    [[nodiscard]] bool is_too_late() const {
+        return options_.deadline && options_.time() >= *options_.deadline;
+    }
+
   private:
     const FarmOptions& options_;
     Clock::time_point due_ = Clock::time_point::min();

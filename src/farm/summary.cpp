@@ -12,6 +12,8 @@ void put(WireWriter& out, const Summary& summary) {
         .put(summary.work_s)
         .put(summary.ranks)
         .put(summary.stopped_early)
+        .put(summary.out_of_time)
+        .put(summary.pace)
         .put_text(summary.failure)
         .put(summary.lost.size());
     for (const LostBatch& lost : summary.lost)
@@ -31,6 +33,8 @@ Summary get_summary(WireReader& in) {
     in.get(summary.work_s);
     in.get(summary.ranks);
     in.get(summary.stopped_early);
+    in.get(summary.out_of_time);
+    in.get(summary.pace);
     in.get_text(summary.failure);
     const auto lost_count = in.get<std::size_t>();
     for (std::size_t i = 0; i < lost_count; ++i) {

@@ -2,6 +2,7 @@
 // What a map over batches tells while it runs, and when it is over.
 #pragma once
 
+#include "farm/pace.hpp"
 #include "farm/wire.hpp"
 
 #include <cstddef>
@@ -39,7 +40,9 @@ struct Summary {
     double elapsed_s = 0.0;       ///< wall time of the map on rank 0
     double work_s = 0.0;          ///< sum of BatchReport::seconds over all ranks
     int ranks = 1;
-    bool stopped_early = false; ///< a stop left points uncomputed
+    bool stopped_early = false; ///< a stop or the deadline left points uncomputed
+    bool out_of_time = false;   ///< it was the deadline
+    Pace pace;                  ///< FarmOptions::pace and what the reports of this map added
     std::string failure; ///< why the farm had to give up (full disk …); empty if it had not
     std::vector<LostBatch> lost; ///< ordered by batch
     std::vector<int> dead_ranks; ///< silent at the end

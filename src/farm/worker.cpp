@@ -15,7 +15,7 @@ namespace culm::farm {
 
 Worker::Worker(const MapCall& call, Mailbox& mailbox)
     : Heartbeat(call.options.poll_interval), call_(call), mailbox_(mailbox),
-      stop_condition_(call.options) {
+      stop_condition_(call.options), permit_(call.options) {
     // The opening hand needs no message: this scheduler deals it as that of rank 0 does.
     const Scheduler scheduler = call.dealt_scheduler();
     const std::span<const Range> hand = scheduler.held_by(call.rank);
@@ -36,7 +36,7 @@ Summary Worker::run() {
         backoff.reset();
         const Range range = queue_.front();
         queue_.pop_front();
-        const RangeOutcome outcome = run_range(call_, range, *this);
+        const RangeOutcome outcome = run_range(call_, range, *this, permit_);
         if (!outcome.failure.empty())
             accept_stop();
         WireWriter report = call_.new_message();
@@ -69,9 +69,10 @@ void Worker::receive_messages() {
         if (head.map != call_.number)
             continue;
         // A range of another list would mean other batches here; rank 0 stops when it notices.
-        if (message->kind == MessageKind::Assign && head.digest == call_.digest)
+        if (message->kind == MessageKind::Assign && head.digest == call_.digest) {
             queue_.push_back(in.get<Range>());
-        else if (message->kind == MessageKind::Stop)
+            permit_.set_pace(in.get<double>());
+        } else if (message->kind == MessageKind::Stop)
             accept_stop();
         else if (message->kind == MessageKind::Summary)
             summary_ = get_summary(in);
@@ -84,7 +85,7 @@ void Worker::watch_stop() {
     try {
         if (!stop_condition_.is_met(Clock::now()))
             return;
-        post(MessageKind::Stop, call_.new_message());
+        post(MessageKind::Stop, call_.new_message().put(stop_condition_.is_too_late()));
     } catch (const FarmError&) {
         throw;
     } catch (const std::exception& error) {

@@ -5,6 +5,7 @@
 #include "farm/heartbeat.hpp"
 #include "farm/mailbox.hpp"
 #include "farm/map_call.hpp"
+#include "farm/start_permit.hpp"
 #include "farm/stop_condition.hpp"
 #include "farm/summary.hpp"
 
@@ -29,6 +30,7 @@ class Worker final : public Heartbeat {
     const MapCall& call_;
     Mailbox& mailbox_;
     StopCondition stop_condition_;
+    StartPermit permit_;
     std::deque<Range> queue_;
     std::optional<Summary> summary_; ///< rank 0 has declared the map over
     Clock::time_point alive_due_ = Clock::now();

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/c3d_file.hpp"
 
-#include "core/error.hpp"
+#include "core/file_text.hpp"
 #include "measure/c3d_bytes.hpp"
 #include "measure/c3d_parameters.hpp"
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <optional>
-#include <sstream>
 
 #include <fmt/format.h>
 
@@ -123,12 +121,7 @@ std::vector<std::string> read_labels(const C3dParameters& parameters, std::size_
 } // namespace
 
 C3dTracks read_c3d(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream || std::filesystem::is_directory(file))
-        throw core::InputError(fmt::format("{}: cannot be read", file.string()));
-    std::ostringstream content;
-    content << stream.rdbuf();
-    C3dBytes bytes(content.str(), file.string());
+    C3dBytes bytes(core::file_text(file, core::largest_recording), file.string());
     if (bytes.size() < block || bytes.byte(1) != 0x50 || bytes.byte(0) < 2)
         bytes.fail("its first two bytes are not those of a C3D file");
     const C3dParameters parameters =

@@ -2,13 +2,12 @@
 #include "measure/delimited_text.hpp"
 
 #include "core/error.hpp"
+#include "core/file_text.hpp"
 #include "measure/decimal_text.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <fstream>
-#include <sstream>
 
 #include <fmt/format.h>
 
@@ -98,12 +97,7 @@ std::size_t length_of_number(std::string_view cell) {
 } // namespace
 
 std::string read_text_file(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream content;
-    if (!stream || std::filesystem::is_directory(file))
-        throw core::InputError(fmt::format("{}: cannot be read", file.string()));
-    content << stream.rdbuf();
-    std::string text = content.str();
+    std::string text = core::file_text(file, core::largest_recording);
     if (text.starts_with("\xEF\xBB\xBF"))
         text.erase(0, 3);
     if (text.find_first_not_of(" \t\r\n") == std::string::npos)

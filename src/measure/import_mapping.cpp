@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/import_mapping.hpp"
 
+#include "core/named_path.hpp"
 #include "measure/decimal_text.hpp"
 #include "measure/stem_file.hpp"
 #include "measure/toml_table.hpp"
@@ -27,6 +28,9 @@ void read_source(TomlTable& table, const std::filesystem::path& folder, bool is_
     const auto file = table.text("file");
     if (!is_named_elsewhere) {
         table.missing("file", "the recording, relative to this file");
+        if (const std::string fault = core::named_path_fault(file.value_or("."));
+            !fault.empty() && table.is_text("file"))
+            table.fault("file", fault + "; `culm import --recording` takes any file");
         mapping.source = folder / file.value_or("");
     }
     const std::array<std::string, 4> delimiters{",", ";", "tab", "space"};

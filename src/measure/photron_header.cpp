@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
+#include "core/file_text.hpp"
 #include "measure/photron_recording.hpp"
 
 #include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <fstream>
 #include <map>
-#include <sstream>
 #include <string_view>
 
 #include <fmt/core.h>
@@ -129,14 +128,9 @@ class HeaderReader {
 } // namespace
 
 PhotronHeader read_photron_header(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream text;
-    text << stream.rdbuf();
-    if (!stream)
-        throw core::InputError(fmt::format("{}: cannot be read", file.string()));
+    const std::string text = core::file_text(file);
     const bool is_xml = lower_case(file.extension().string()) == ".cihx";
-    const HeaderReader reader(file.string(),
-                              is_xml ? entries_of_cihx(text.str()) : entries_of_cih(text.str()));
+    const HeaderReader reader(file.string(), is_xml ? entries_of_cihx(text) : entries_of_cih(text));
 
     PhotronHeader header;
     header.width = reader.whole("Image Width", 1, 1 << 16);

@@ -28,8 +28,7 @@ std::vector<std::string> names_used(const ImportMapping& mapping) {
     for (const MappedHeight& height : mapping.heights)
         names.insert(names.end(), height.names.begin(), height.names.end());
     std::ranges::sort(names);
-    const auto rest = std::ranges::unique(names);
-    names.erase(rest.begin(), rest.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
     return names;
 }
 

@@ -2,12 +2,12 @@
 #include "measure/toml_table.hpp"
 
 #include "core/error.hpp"
+#include "core/file_text.hpp"
 #include "core/nearest_name.hpp"
 #include "measure/decimal_text.hpp"
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -66,17 +66,16 @@ std::string allowed_range(const NumberRange& range) {
 } // namespace
 
 toml::table parse_toml_file(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream)
-        throw core::InputError(fmt::format("{}: cannot be read", file.string()));
-    std::ostringstream text;
-    text << stream.rdbuf();
+    return parse_toml_text(core::file_text(file), file.string());
+}
+
+toml::table parse_toml_text(const std::string& text, const std::string& file) {
     try {
-        return toml::parse(text.str(), std::string_view(file.native()));
+        return toml::parse(text, std::string_view(file));
     } catch (const toml::parse_error& error) {
         const std::size_t line = error.source().begin.line;
-        const bool comma = has_decimal_comma(line_of_text(text.str(), line));
-        throw core::InputError(fmt::format("{}:{}: {}{}", file.string(), line, error.description(),
+        const bool comma = has_decimal_comma(line_of_text(text, line));
+        throw core::InputError(fmt::format("{}:{}: {}{}", file, line, error.description(),
                                            comma ? " (a decimal comma? write a point)" : ""));
     }
 }

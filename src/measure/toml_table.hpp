@@ -20,6 +20,9 @@ namespace culm::measure {
 /// Parses a TOML file. Throws core::InputError with file and line.
 [[nodiscard]] toml::table parse_toml_file(const std::filesystem::path& file);
 
+/// The same of a text; `file` is its name in messages.
+[[nodiscard]] toml::table parse_toml_text(const std::string& text, const std::string& file);
+
 /// Finite numbers from `low` to `high`; `low` itself is not allowed if it is open.
 struct NumberRange {
     double low = 0.0;

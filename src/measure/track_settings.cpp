@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/track_settings.hpp"
 
+#include "core/named_path.hpp"
 #include "measure/decimal_text.hpp"
 #include "measure/stem_file.hpp"
 
@@ -85,6 +86,9 @@ void read_appearance(TomlTable& video, TrackSettings& settings) {
 
 void read_frames(TomlTable& video, TrackSettings& settings) {
     settings.frames = video.text("frames").value_or("");
+    if (const std::string fault = core::named_path_fault(settings.frames);
+        !fault.empty() && video.is_text("frames"))
+        video.fault("frames", fault);
     video.missing("frames", "an image sequence like \"frames/%05d.png\", a video file, or a "
                             "Photron header (.cih)");
     settings.first_frame = whole(video, "first_frame", frame_numbers);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/simulate.hpp"
 
+#include "core/error.hpp"
 #include "core/lanes.hpp"
 #include "integrate/linearised.hpp"
 #include "run/case_model.hpp"
@@ -8,6 +9,7 @@
 #include "run/implicit_lanes.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace culm::run {
 namespace {
@@ -36,10 +38,37 @@ bool can_share_lanes(const CaseSpec& a, const CaseSpec& b) {
 }
 
 CaseOutcome simulate(const CaseSpec& spec, const Heartbeat& heartbeat) {
-    if (spec.integrator.method == IntegrationMethod::Implicit)
-        return simulate_implicit_lanes<double>({&spec, 1}, heartbeat).front();
-    return simulate_explicit_lanes({&spec, 1}, heartbeat).front();
+    try {
+        if (spec.integrator.method == IntegrationMethod::Implicit)
+            return simulate_implicit_lanes<double>({&spec, 1}, heartbeat).front();
+        return simulate_explicit_lanes({&spec, 1}, heartbeat).front();
+    } catch (const core::NumericalError& error) {
+        return CaseFailure{error.kind(), error.what()};
+    }
 }
+
+namespace {
+
+/// Cases that share lanes. What has no value in one lane (a user's formula) ends them all, so each
+/// is then computed by itself, in lanes as well: the neighbours of a lane do not change its bits.
+std::vector<CaseOutcome> simulate_lanes(std::span<const CaseSpec> batch,
+                                        const Heartbeat& heartbeat) {
+    try {
+        return batch.front().integrator.method == IntegrationMethod::Implicit
+                   ? simulate_implicit_lanes<core::Lanes>(batch, heartbeat)
+                   : simulate_explicit_lanes(batch, heartbeat);
+    } catch (const core::NumericalError& error) {
+        if (batch.size() == 1)
+            return {CaseFailure{error.kind(), error.what()}};
+    }
+    std::vector<CaseOutcome> outcomes;
+    outcomes.reserve(batch.size());
+    for (const CaseSpec& spec : batch)
+        outcomes.push_back(std::move(simulate_lanes({&spec, 1}, heartbeat).front()));
+    return outcomes;
+}
+
+} // namespace
 
 std::vector<CaseOutcome> simulate_together(std::span<const CaseSpec> specs,
                                            const Heartbeat& heartbeat) {
@@ -50,10 +79,7 @@ std::vector<CaseOutcome> simulate_together(std::span<const CaseSpec> specs,
         while (end < specs.size() && end - begin < lanes_per_batch() &&
                can_share_lanes(specs[begin], specs[end]))
             ++end;
-        const std::span<const CaseSpec> batch = specs.subspan(begin, end - begin);
-        for (CaseOutcome& outcome : specs[begin].integrator.method == IntegrationMethod::Implicit
-                                        ? simulate_implicit_lanes<core::Lanes>(batch, heartbeat)
-                                        : simulate_explicit_lanes(batch, heartbeat))
+        for (CaseOutcome& outcome : simulate_lanes(specs.subspan(begin, end - begin), heartbeat))
             outcomes.push_back(std::move(outcome));
         begin = end;
     }

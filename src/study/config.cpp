@@ -2,6 +2,7 @@
 #include "study/config.hpp"
 
 #include "core/error.hpp"
+#include "core/file_text.hpp"
 #include "study/case_constraints.hpp"
 #include "study/config_context.hpp"
 #include "study/config_hints.hpp"
@@ -9,10 +10,6 @@
 #include "study/config_reader.hpp"
 
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
-#include <sstream>
-#include <system_error>
 
 #include <fmt/format.h>
 
@@ -85,27 +82,16 @@ void check_base(const ConfigContext& context) {
 } // namespace
 
 StudyConfig load_config(const std::filesystem::path& file) {
-    const auto refuse = [&file](const std::string& reason) {
-        throw core::InputError(fmt::format("{}: cannot be read: {}", file.string(), reason));
-    };
-    std::error_code ignored;
-    if (std::filesystem::is_directory(file, ignored))
-        refuse("it is a folder");
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream)
-        refuse(std::generic_category().message(errno));
-    std::ostringstream text;
-    text << stream.rdbuf();
-    return parse_config(text.str(), file.string());
+    return parse_config(core::file_text(file), file.string());
 }
 
-StudyConfig parse_config(std::string_view text, const std::string& file) {
+StudyConfig parse_config(std::string_view text, const std::string& file, const StudyFiles& files) {
     const toml::table root = parse_toml(text, file);
     StudyConfig config;
     config.file = file;
     config.text = std::string(text);
     ConfigErrors errors(file);
-    ConfigContext context{root, config, errors, {}};
+    ConfigContext context{root, config, errors, {}, files};
     check_sections(context);
     read_study(context);
     read_effects(context);
@@ -119,7 +105,9 @@ StudyConfig parse_config(std::string_view text, const std::string& file) {
     read_archive(context);
     read_timestep(context);
     read_design(context);
+    read_replicates(context);
     read_factors(context);
+    read_correlation(context);
     const bool is_given_twice = !check_exclusive_keys(context);
     config.given.apply_to(config.base);
     config.base.effects = config.effects.with_defaults(config.base.stem);

@@ -3,12 +3,17 @@
 #pragma once
 
 #include "run/case_spec.hpp"
+#include "study/design_sampling.hpp"
 #include "study/effect_parameters.hpp"
 #include "study/factor.hpp"
+#include "study/hypercube_search.hpp"
 #include "study/parameter_table.hpp"
+#include "study/rank_correlation.hpp"
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,8 +33,20 @@ enum class DesignType { Factorial, LatinHypercube, Sobol, List };
 struct DesignOptions {
     DesignType type = DesignType::Factorial;
     std::int64_t points = 0; ///< Latin hypercube, Sobol and list; a factorial's follows from levels
-    std::int64_t replicates = 1;
+    std::int64_t replicates = 1;                             ///< stems for each design point
+    std::int64_t tests = 1;                                  ///< of each stem
+    HypercubeCriterion criterion = HypercubeCriterion::None; ///< of a Latin hypercube
+    Scrambling scrambling = Scrambling::None;                ///< of a Sobol sequence
 };
+
+/// Rank correlations between factors.
+struct FactorCorrelation {
+    std::vector<std::size_t> factors; ///< places in StudyConfig::factors
+    RankCorrelation rank;             ///< in the same order
+};
+
+/// Texts of files that a study names, by the names as they are written there.
+using StudyFiles = std::map<std::string, std::string, std::less<>>;
 
 /// How Eq. 1 is fitted to the histories and the regressions are reduced.
 struct ReduceOptions {
@@ -59,11 +76,13 @@ struct StudyConfig {
     StudyEffects effects;        ///< beyond the published chain
     std::vector<Factor> factors; ///< in the order of the file
     DesignOptions design;
+    std::optional<FactorCorrelation> correlation;
     ReduceOptions reduce;
     TimestepOptions timestep;
     int trajectory_compression = 0; ///< 0 (none) to 9
     std::string file;               ///< name for messages
     std::string text;               ///< the file as it was read
+    StudyFiles files;               ///< tables of measured stems that it names
 
     /// Sorted "key = value" lines of everything that influences the results, after defaults and in
     /// config units: two studies with equal identities compute the same archive. The name, the
@@ -76,8 +95,9 @@ struct StudyConfig {
 [[nodiscard]] StudyConfig load_config(const std::filesystem::path& file);
 
 /// The same for text that was read elsewhere; `file` is used in messages, and its stem as the name
-/// of a study that has none.
-[[nodiscard]] StudyConfig parse_config(std::string_view text, const std::string& file);
+/// of a study that has none. A file in `files` is not looked for on the disk.
+[[nodiscard]] StudyConfig parse_config(std::string_view text, const std::string& file,
+                                       const StudyFiles& files = {});
 
 /// What differs between two identities, one line for each key; empty when they are equal. The first
 /// is called "stored", the second "now".

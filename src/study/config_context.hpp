@@ -25,6 +25,7 @@ struct ConfigContext {
     StudyConfig& config;
     ConfigErrors& errors;
     std::map<std::string, GivenPlace, std::less<>> places; ///< by key
+    const StudyFiles& files;                               ///< that are at hand already
 
     /// The section's table; null if it is absent (or no table, which is recorded elsewhere).
     [[nodiscard]] const toml::table* section(std::string_view name) const {
@@ -45,8 +46,10 @@ void read_integrator(ConfigContext& context);
 void read_vibration(ConfigContext& context); ///< after the integrator, whose step must fit
 void read_reduce(ConfigContext& context);    ///< after the vibration, whose duration it needs
 void read_archive(ConfigContext& context);
-void read_timestep(ConfigContext& context); ///< after the study, whose kind decides
-void read_design(ConfigContext& context);   ///< before the factors
-void read_factors(ConfigContext& context);  ///< the [[design.point]] tables included
+void read_timestep(ConfigContext& context);    ///< after the study, whose kind decides
+void read_design(ConfigContext& context);      ///< before the factors
+void read_replicates(ConfigContext& context);  ///< after the design, before the factors
+void read_factors(ConfigContext& context);     ///< the [[design.point]] tables included
+void read_correlation(ConfigContext& context); ///< after the factors
 
 } // namespace culm::study

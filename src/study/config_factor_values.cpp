@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "study/config_factor_values.hpp"
+#include "study/config_factor_table.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -12,37 +10,6 @@
 namespace culm::study {
 
 namespace {
-
-constexpr std::array<std::string_view, 5> range_keys{"from", "to", "step", "count", "spacing"};
-constexpr std::array<std::string_view, 4> distribution_keys{"mean", "sd", "min", "max"};
-// Less than this share of the unconfined distribution within [min, max] is a mistaken limit.
-constexpr double smallest_kept_probability = 1e-3;
-
-/// One factor's inline table while it is read.
-struct FactorTable {
-    TableReader reader;
-    const Parameter& parameter;
-    ConfigContext& context;
-
-    /// A number of the table that must be one of the parameter's values; in the parameter's unit.
-    [[nodiscard]] std::optional<double> value(std::string_view key) const {
-        const auto number = reader.number(key);
-        if (!number || parameter.range.contains(*number))
-            return number;
-        reader.error(key, parameter_allowed(parameter));
-        return std::nullopt;
-    }
-    void need(std::string_view key, const std::string& who) const {
-        if (!reader.has(key))
-            reader.error(key, who + " needs it");
-    }
-    template <class Keys>
-    void refuse(const Keys& keys, const std::string& reason) const {
-        for (const std::string_view key : keys)
-            if (reader.has(key))
-                reader.error(key, reason);
-    }
-};
 
 /// Levels must be whole for whole-number parameters, and each must occur once.
 bool check_levels(const Levels& levels, const TableEntry& entry, const Parameter& parameter,
@@ -161,62 +128,6 @@ std::optional<Factor> read_range(const FactorTable& table, const TableEntry& ent
     if (!check_levels(levels, entry, table.parameter, table.context.errors))
         return std::nullopt;
     return Factor{&table.parameter, std::move(levels)};
-}
-
-/// [min, max] in the parameter's unit: as given, or the ends of the allowed range that belong to
-/// it.
-std::pair<double, double> truncation(const FactorTable& table, bool is_lognormal) {
-    const Interval& range = table.parameter.range;
-    const double lowest = range.low_open ? std::nextafter(range.low, range.high) : range.low;
-    const double highest = range.high_open ? std::nextafter(range.high, range.low) : range.high;
-    return {table.value("min").value_or(is_lognormal ? std::max(lowest, 0.0) : lowest),
-            table.value("max").value_or(highest)};
-}
-
-std::optional<Factor> read_distribution(const FactorTable& table) {
-    const std::size_t errors_before = table.context.errors.count();
-    table.refuse(range_keys, "only for a range, without distribution");
-    const auto kind = table.reader.word("distribution");
-    if (!kind)
-        return std::nullopt;
-    if (table.parameter.is_whole_number)
-        table.reader.error("distribution", "whole numbers take a list or a range");
-    const bool is_uniform = *kind == "uniform";
-    const bool is_lognormal = *kind == "lognormal";
-    if (is_uniform)
-        table.refuse(std::array{"mean", "sd"}, "a uniform distribution takes min and max");
-    for (const char* key : is_uniform ? std::array{"min", "max"} : std::array{"mean", "sd"})
-        table.need(key, fmt::format("distribution = \"{}\"", *kind));
-    const auto mean = table.value("mean");
-    const auto sd = table.reader.number("sd");
-    const std::pair<double, double> limits = truncation(table, is_lognormal);
-    const double min = limits.first;
-    const double max = limits.second;
-    if (is_lognormal && mean && *mean <= 0.0)
-        table.reader.error("mean", "must be positive for a lognormal distribution");
-    if (is_lognormal && min < 0.0)
-        table.reader.error("min", "must not be negative for a lognormal distribution");
-    if (table.context.errors.count() == errors_before && min >= max)
-        table.reader.error(table.reader.has("max") ? "max" : "min",
-                           fmt::format("max = {} must be greater than min = {}", max, min));
-    if (table.context.errors.count() != errors_before)
-        return std::nullopt;
-    const auto si = [&](double v) { return table.parameter.unit.to_si(v); };
-    const auto make = [&] {
-        if (is_uniform)
-            return Distribution::uniform(si(min), si(max));
-        return is_lognormal ? Distribution::lognormal(si(*mean), si(*sd), si(min), si(max))
-                            : Distribution::normal(si(*mean), si(*sd), si(min), si(max));
-    };
-    const Distribution distribution = make();
-    if (distribution.kept_probability() < smallest_kept_probability) {
-        table.reader.error("mean", fmt::format("only {:.2g} of the distribution lies between min = "
-                                               "{} and max = {}; at least {} must",
-                                               distribution.kept_probability(), min, max,
-                                               smallest_kept_probability));
-        return std::nullopt;
-    }
-    return Factor{&table.parameter, distribution, true};
 }
 
 } // namespace

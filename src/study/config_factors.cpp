@@ -4,6 +4,7 @@
 #include "study/config_factor_values.hpp"
 #include "study/config_hints.hpp"
 #include "study/config_reader.hpp"
+#include "study/design.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +15,6 @@
 namespace culm::study {
 
 namespace {
-
-constexpr std::int64_t largest_point_count = 100'000'000;
 
 std::vector<std::string> parameter_keys(const StudyEffects& effects) {
     std::vector<std::string> keys = effects.keys();
@@ -88,6 +87,21 @@ void read_points(ConfigContext& context) {
     context.config.factors = std::move(columns);
 }
 
+/// Columns that are taken from the same row are of one stem, or of one test, and of one length.
+void check_shared_rows(ConfigContext& context) {
+    const auto& factors = context.config.factors;
+    for (const Factor& factor : factors) {
+        const auto first = std::ranges::find_if(factors, [&](const Factor& other) {
+            return other.coordinate() == factor.coordinate();
+        });
+        if (first->is_per_test != factor.is_per_test)
+            context.errors.add(context.places.find(factor.parameter->key)->second.line,
+                               fmt::format("factors.{}: {} has rows of the same file together, but "
+                                           "another level",
+                                           factor.parameter->key, first->parameter->key));
+    }
+}
+
 /// Records an error if the design would be empty, pointless or too large.
 void check_design(ConfigContext& context) {
     const StudyConfig& config = context.config;
@@ -96,10 +110,20 @@ void check_design(ConfigContext& context) {
         config.design.type == DesignType::LatinHypercube || config.design.type == DesignType::Sobol;
     if (is_sampled && config.factors.empty())
         reader.error("type", "needs at least one factor in [factors]");
+    const char* section = context.section("replicates") != nullptr ? "replicates" : "design";
+    const TableReader replicates(context.section(section), section, section, context.errors);
     const bool draws = std::ranges::any_of(config.factors, &Factor::is_redrawn);
     if (config.design.replicates > 1 && !draws)
-        reader.error("replicates", "must be 1, for no factor is a distribution: every replicate "
-                                   "would repeat the same computation");
+        replicates.error(replicates.has("stems") ? "stems" : "replicates",
+                         "must be 1, for no factor is a distribution: every replicate would repeat "
+                         "the same computation");
+    const bool tests_differ = std::ranges::any_of(config.factors, [](const Factor& factor) {
+        return factor.is_per_test || factor.within_stem.has_value();
+    });
+    if (config.design.tests > 1 && !tests_differ)
+        replicates.error("within", "must be 1, for no factor has level = \"test\" or within_sd: "
+                                   "every test would repeat the same computation");
+    check_shared_rows(context);
     double points = config.design.type == DesignType::Factorial
                         ? 1.0
                         : static_cast<double>(config.design.points);
@@ -107,12 +131,13 @@ void check_design(ConfigContext& context) {
         for (const Factor& factor : config.factors)
             if (const auto* levels = std::get_if<Levels>(&factor.values))
                 points *= static_cast<double>(levels->size());
-    points *= static_cast<double>(config.design.replicates);
-    if (points > static_cast<double>(largest_point_count))
+    points *=
+        static_cast<double>(config.design.replicates) * static_cast<double>(config.design.tests);
+    if (points > static_cast<double>(most_points))
         context.errors.add(reader.line("type"),
                            fmt::format("design: {:.6g} points, replicates included; at most {} are "
                                        "possible",
-                                       points, largest_point_count));
+                                       points, most_points));
 }
 
 } // namespace

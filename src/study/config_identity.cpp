@@ -28,7 +28,7 @@ bool is_geometry_varied(const StudyConfig& config) {
         const std::string_view key = factor.parameter->key;
         return factor.parameter->section == "stem" &&
                (factor.parameter->unit.dimension == Dimension::Length || key == "spheres" ||
-                key == "density_kg_m3");
+                key == "density_kg_m3" || key == "wall_density_kg_m3");
     });
 }
 
@@ -52,6 +52,26 @@ void add_parameters(const StudyConfig& config, Lines& lines) {
     }
 }
 
+/// The level and the scatter within a stem, where they are not the defaults.
+std::string scatter_text(const Factor& factor) {
+    std::string text = factor.is_per_test ? ", level test" : "";
+    if (factor.within_stem)
+        text +=
+            fmt::format(", within_sd {}", config_text(*factor.parameter, factor.within_stem->sd));
+    return text;
+}
+
+/// The values by their check sum: a table may be long.
+std::string measured_text(const Factor& factor) {
+    const auto values = std::get<Distribution>(factor.values).values();
+    std::string all;
+    for (const double value : values)
+        all += config_text(*factor.parameter, value) + "\n";
+    return fmt::format("empirical, file {}, column {}, {} values, FNV-1a {:016x}, rows {}",
+                       factor.measured->file, factor.measured->column, values.size(),
+                       factor_id(all), factor.measured->keeps_rows ? "together" : "independent");
+}
+
 std::string values_text(const Factor& factor) {
     const auto text = [&](double si) { return config_text(*factor.parameter, si); };
     if (const auto* levels = std::get_if<Levels>(&factor.values)) {
@@ -62,13 +82,41 @@ std::string values_text(const Factor& factor) {
         return fmt::format("[{}]", fmt::join(texts, ", "));
     }
     const auto& d = std::get<Distribution>(factor.values);
+    if (factor.measured)
+        return measured_text(factor) + scatter_text(factor);
     const char* role = factor.is_redrawn ? "" : "range, ";
     const bool has_mean =
         d.kind() == DistributionKind::Normal || d.kind() == DistributionKind::Lognormal;
     const std::string moments =
         has_mean ? fmt::format("mean {}, sd {}, ", text(d.mean()), text(d.sd())) : "";
-    return fmt::format("{}{}, {}min {}, max {}", role, to_string(d.kind()), moments, text(d.min()),
-                       text(d.max()));
+    return fmt::format("{}{}, {}min {}, max {}{}", role, to_string(d.kind()), moments,
+                       text(d.min()), text(d.max()), scatter_text(factor));
+}
+
+/// Lines of what studies of older versions cannot have.
+void add_replicate_options(const StudyConfig& config, Lines& lines) {
+    constexpr const char* criteria[] = {"none", "maximin", "centred_discrepancy"};
+    constexpr const char* scramblings[] = {"none", "owen", "digital_shift"};
+    if (config.design.tests > 1)
+        lines["replicates.within"] = fmt::format("{}", config.design.tests);
+    if (config.design.criterion != HypercubeCriterion::None)
+        lines["design.criterion"] = criteria[static_cast<int>(config.design.criterion)];
+    if (config.design.scrambling != Scrambling::None)
+        lines["design.scrambling"] = scramblings[static_cast<int>(config.design.scrambling)];
+    if (!config.correlation)
+        return;
+    const FactorCorrelation& correlation = *config.correlation;
+    for (std::size_t i = 0; i < correlation.factors.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            lines[fmt::format("correlation.{}, {}",
+                              config.factors[correlation.factors[j]].parameter->key,
+                              config.factors[correlation.factors[i]].parameter->key)] =
+                fmt::format("{}", correlation.rank.rank(i, j));
+    std::string order;
+    for (const std::size_t member : correlation.factors)
+        order +=
+            fmt::format("{}{}", order.empty() ? "" : ", ", config.factors[member].parameter->key);
+    lines["correlation.factors"] = order;
 }
 
 void add_factors_and_design(const StudyConfig& config, Lines& lines) {
@@ -179,6 +227,7 @@ std::string StudyConfig::identity() const {
     Lines lines;
     add_parameters(*this, lines);
     add_factors_and_design(*this, lines);
+    add_replicate_options(*this, lines);
     add_model(*this, lines);
     add_effects(*this, lines);
     add_outputs(*this, lines);

@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The catalogue itself: one row for every key.
 #include "physics/bond_law_options.hpp"
+#include "study/config_factor_catalogue.hpp"
 #include "study/config_keys.hpp"
 #include "study/parameter_table.hpp"
-
-#include <limits>
 
 namespace culm::study {
 
 namespace {
 
 constexpr double largest_whole = 9007199254740992.0; // 2⁵³: whole numbers up to it are exact
-constexpr Interval any_number{-std::numeric_limits<double>::max(),
-                              std::numeric_limits<double>::max()};
 
 using Keys = std::vector<ConfigKey>;
 
@@ -165,113 +162,8 @@ Keys model_keys() {
     };
 }
 
-Keys factor_keys() {
-    const std::string section = "factors.<parameter>";
-    const std::string unit = "as the parameter";
-    return {
-        {section, "from", ValueKind::Number, unit, "", any_number, {}, "first value of a range"},
-        {section, "to", ValueKind::Number, unit, "", any_number, {}, "last value of a range"},
-        {section,
-         "step",
-         ValueKind::Number,
-         unit,
-         "",
-         {0.0, any_number.high, true, false},
-         {},
-         "distance of the levels of a range; must divide to − from"},
-        {section,
-         "count",
-         ValueKind::WholeNumber,
-         "",
-         "",
-         {2.0, 1e6},
-         {},
-         "number of levels of a range, both ends included; instead of step"},
-        {section,
-         "spacing",
-         ValueKind::Word,
-         "",
-         "\"linear\"",
-         {},
-         {"linear", "log"},
-         "are the levels equidistant, or their logarithms?"},
-        {section,
-         "distribution",
-         ValueKind::Word,
-         "",
-         "",
-         {},
-         {"normal", "lognormal", "uniform"},
-         "the factor is drawn from a distribution"},
-        {section,
-         "mean",
-         ValueKind::Number,
-         unit,
-         "",
-         any_number,
-         {},
-         "of the normal, or of the lognormal quantity itself, before truncation"},
-        {section,
-         "sd",
-         ValueKind::Number,
-         unit,
-         "",
-         {0.0, any_number.high, true, false},
-         {},
-         "standard deviation of the same"},
-        {section,
-         "min",
-         ValueKind::Number,
-         unit,
-         "the parameter's range",
-         any_number,
-         {},
-         "lower truncation; needed by `uniform`"},
-        {section,
-         "max",
-         ValueKind::Number,
-         unit,
-         "the parameter's range",
-         any_number,
-         {},
-         "upper truncation; needed by `uniform`"},
-    };
-}
-
 Keys output_keys() {
     return {
-        {"design",
-         "type",
-         ValueKind::Word,
-         "",
-         "\"factorial\"",
-         {},
-         {"factorial", "latin_hypercube", "sobol", "list"},
-         "how factors are combined to points"},
-        {"design",
-         "points",
-         ValueKind::WholeNumber,
-         "",
-         "",
-         {1.0, 1e8},
-         {},
-         "number of design points; for `latin_hypercube` and `sobol`, which need it"},
-        {"design",
-         "replicates",
-         ValueKind::WholeNumber,
-         "",
-         "1",
-         {1.0, 1e8},
-         {},
-         "repetitions of every design point with new draws of the distributions"},
-        {"design",
-         "point",
-         ValueKind::Tables,
-         "",
-         "",
-         {},
-         {},
-         "the points of a `list`, which needs them: every table gives one point's values"},
         {"reduce",
          "window_s",
          ValueKind::Number,
@@ -364,16 +256,17 @@ Keys timestep_keys() {
 } // namespace
 
 const std::vector<std::string>& config_sections() {
-    static const std::vector<std::string> sections{"study",      "stem",      "release", "law",
-                                                   "integrator", "vibration", "factors", "design",
-                                                   "reduce",     "timestep",  "archive"};
+    static const std::vector<std::string> sections{
+        "study",  "stem",       "release",     "law",    "integrator", "vibration", "factors",
+        "design", "replicates", "correlation", "reduce", "timestep",   "archive"};
     return sections;
 }
 
 std::vector<ConfigKey> config_keys() {
     Keys keys;
-    for (const Keys& part : {study_keys(), parameter_keys("stem"), parameter_keys("release"),
-                             model_keys(), factor_keys(), output_keys(), timestep_keys()})
+    for (const Keys& part :
+         {study_keys(), parameter_keys("stem"), parameter_keys("release"), model_keys(),
+          factor_keys(), design_keys(), output_keys(), timestep_keys()})
         keys.insert(keys.end(), part.begin(), part.end());
     return keys;
 }

@@ -46,6 +46,8 @@ std::string ConfigKey::allowed() const {
         return "tables [[design.point]] with the same parameters in each";
     case ValueKind::WordList:
         return "a list of names";
+    case ValueKind::Matrix:
+        return "a square matrix [[…], …] of numbers in " + range.text();
     case ValueKind::NumberList:
         return "a list of numbers in " + with_unit(range.text(), unit);
     }

@@ -18,6 +18,7 @@ enum class ValueKind {
     WholeNumber,
     NumberList,
     WordList,
+    Matrix,
     Tables
 };
 

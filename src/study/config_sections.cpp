@@ -4,6 +4,7 @@
 #include "study/config_context.hpp"
 #include "study/config_reader.hpp"
 #include "study/effect_file.hpp"
+#include "study/study_files.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -64,6 +65,29 @@ void read_parameters(const std::string& section, ConfigContext& context) {
     }
 }
 
+/// How the points of a Latin hypercube or a Sobol sequence are made more even, or random.
+void read_evenness(const TableReader& reader, DesignOptions& design) {
+    const std::string criterion = reader.word("criterion").value_or("none");
+    if (criterion == "maximin")
+        design.criterion = HypercubeCriterion::Maximin;
+    else if (criterion == "centred_discrepancy")
+        design.criterion = HypercubeCriterion::CentredDiscrepancy;
+    if (reader.has("criterion") && design.type != DesignType::LatinHypercube)
+        reader.error("criterion", "only with type = \"latin_hypercube\"");
+    if (design.criterion != HypercubeCriterion::None && design.points > most_searched_points)
+        reader.error("criterion",
+                     fmt::format("at most {} points can be made more even; type = \"sobol\" with "
+                                 "scrambling = \"owen\" is even for any number",
+                                 most_searched_points));
+    const std::string scrambling = reader.word("scrambling").value_or("none");
+    if (scrambling == "owen")
+        design.scrambling = Scrambling::Owen;
+    else if (scrambling == "digital_shift")
+        design.scrambling = Scrambling::DigitalShift;
+    if (reader.has("scrambling") && design.type != DesignType::Sobol)
+        reader.error("scrambling", "only with type = \"sobol\"");
+}
+
 } // namespace
 
 void ConfigContext::note_given(const std::string& key, const GivenPlace& place) {
@@ -99,14 +123,16 @@ void read_effects(ConfigContext& context) {
         context.errors.add(line, "study.effects", value_text(*node), "must be a list of names");
         return;
     }
-    const std::filesystem::path folder = std::filesystem::path(context.config.file).parent_path();
     std::vector<std::string> texts;
     for (const toml::node& name : *names)
         texts.push_back(name.value_or<std::string>(""));
     try {
         context.config.effects = StudyEffects(physics::parse_effects(
-            fmt::format("{}", fmt::join(texts, ",")),
-            [&folder](const std::string& file) { return read_effect_file(folder / file); }));
+            fmt::format("{}", fmt::join(texts, ",")), [&context](const std::string& file) {
+                const std::filesystem::path study(context.config.file);
+                return read_effect_text(text_of_named_file(context, file),
+                                        (study.parent_path() / file).string());
+            }));
     } catch (const core::InputError& error) {
         context.errors.add(line, fmt::format("study.effects: {}", error.what()));
     }
@@ -209,6 +235,18 @@ void read_archive(ConfigContext& context) {
         static_cast<int>(reader.whole_number("trajectory_compression").value_or(0));
 }
 
+void read_replicates(ConfigContext& context) {
+    const toml::table* table = context.section("replicates");
+    const TableReader reader(table, "replicates", "replicates", context.errors);
+    reader.refuse_unknown_keys();
+    DesignOptions& design = context.config.design;
+    const toml::table* of_design = context.section("design");
+    if (reader.has("stems") && of_design != nullptr && of_design->contains("replicates"))
+        reader.error("stems", "not together with design.replicates, which means the same");
+    design.replicates = reader.whole_number("stems").value_or(design.replicates);
+    design.tests = reader.whole_number("within").value_or(1);
+}
+
 void read_design(ConfigContext& context) {
     const TableReader reader(context.section("design"), "design", "design", context.errors);
     reader.refuse_unknown_keys();
@@ -227,6 +265,7 @@ void read_design(ConfigContext& context) {
         reader.error("points", fmt::format("type = \"{}\" needs it", type));
     if (!is_sampled && reader.has("points"))
         reader.error("points", "only with type = \"latin_hypercube\" or \"sobol\"");
+    read_evenness(reader, design);
     if (design.type == DesignType::List && !reader.has("point"))
         reader.error("point", "type = \"list\" needs [[design.point]] tables");
     if (design.type != DesignType::List && reader.has("point"))

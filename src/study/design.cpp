@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/design.hpp"
 
-#include "study/design_sampling.hpp"
 #include "study/random.hpp"
+#include "study/unit_samples.hpp"
 
 #include <utility>
 #include <variant>
@@ -21,75 +21,41 @@ void fill_column(Design& design, std::size_t column, ValueAt value_at) {
             design.values[row * width + column] = value_at(point, replicate);
 }
 
-/// A distribution in a factorial or a list: an independent draw at every point and replicate.
-void fill_with_draws(const StudyConfig& config, Design& design, std::size_t column) {
+/// The scatter of a test about its stem's value.
+double scattered(double value, const WithinStemScatter& scatter, const RandomKey& key) {
+    return Distribution::normal(value, scatter.sd, scatter.min, scatter.max)
+        .quantile(random_uniform(key));
+}
+
+void fill_from_sample(const StudyConfig& config, Design& design, std::size_t column,
+                      const UnitSample& sample) {
     const Factor& factor = design.factors[column];
-    const auto& distribution = std::get<Distribution>(factor.values);
-    RandomKey key{config.seed, RandomPurpose::Draw, factor_id(factor.parameter->key), 0, 0};
+    const std::int64_t repeats = design.replicates / sample.draws;
+    RandomKey key{config.seed, RandomPurpose::WithinStem, factor_id(factor.parameter->key), 0, 0};
     fill_column(design, column, [&](std::int64_t point, std::int64_t replicate) {
+        const std::int64_t place = point * sample.draws + replicate / repeats;
+        const double value = factor.quantile(sample.u[static_cast<std::size_t>(place)]);
+        if (!factor.within_stem)
+            return value;
         key.point = static_cast<std::uint64_t>(point);
         key.replicate = static_cast<std::uint64_t>(replicate);
-        return distribution.quantile(random_uniform(key));
+        return scattered(value, *factor.within_stem, key);
     });
 }
 
-void fill_factorial(const StudyConfig& config, Design& design) {
+/// Levels that are taken one by one: all combinations, or the points of a list.
+void fill_levels(const StudyConfig& config, Design& design, const UnitSamples& samples) {
     std::int64_t period = 1; // design points after which the column's level changes
     for (std::size_t column = design.factors.size(); column-- > 0;) {
-        const auto* levels = std::get_if<Levels>(&design.factors[column].values);
-        if (levels == nullptr) {
-            fill_with_draws(config, design, column);
+        if (samples.sample_of_factor[column] != UnitSamples::none)
             continue;
-        }
-        const auto count = static_cast<std::int64_t>(levels->size());
+        const auto& levels = std::get<Levels>(design.factors[column].values);
+        const auto count = static_cast<std::int64_t>(levels.size());
         fill_column(design, column, [&](std::int64_t point, std::int64_t) {
-            return (*levels)[static_cast<std::size_t>(point / period % count)];
+            return levels[static_cast<std::size_t>(point / period % count)];
         });
-        period *= count;
-    }
-}
-
-void fill_list(const StudyConfig& config, Design& design) {
-    for (std::size_t column = 0; column < design.factors.size(); ++column) {
-        if (const auto* levels = std::get_if<Levels>(&design.factors[column].values))
-            fill_column(design, column, [&](std::int64_t point, std::int64_t) {
-                return (*levels)[static_cast<std::size_t>(point)];
-            });
-        else
-            fill_with_draws(config, design, column);
-    }
-}
-
-void fill_latin_hypercube(const StudyConfig& config, Design& design) {
-    const std::size_t width = design.factors.size();
-    for (std::size_t column = 0; column < width; ++column) {
-        const Factor& factor = design.factors[column];
-        SampleKey key{config.seed, factor.parameter->key, 0};
-        std::vector<double> u;
-        for (std::int64_t replicate = 0; replicate < design.replicates; ++replicate) {
-            key.replicate = replicate;
-            if (replicate == 0 || factor.is_redrawn)
-                u = latin_hypercube_coordinate(key, design.design_points);
-            for (std::size_t point = 0; point < u.size(); ++point) {
-                const std::size_t row = point * static_cast<std::size_t>(design.replicates) +
-                                        static_cast<std::size_t>(replicate);
-                design.values[row * width + column] = factor.quantile(u[point]);
-            }
-        }
-    }
-}
-
-void fill_sobol(const StudyConfig& config, Design& design) {
-    const std::size_t width = design.factors.size();
-    const std::vector<double> points = sobol_points(design.design_points, width);
-    for (std::size_t column = 0; column < width; ++column) {
-        const Factor& factor = design.factors[column];
-        SampleKey key{config.seed, factor.parameter->key, 0};
-        fill_column(design, column, [&](std::int64_t point, std::int64_t replicate) {
-            const double u = points[static_cast<std::size_t>(point) * width + column];
-            key.replicate = replicate;
-            return factor.quantile(replicate > 0 && factor.is_redrawn ? rotated(u, key) : u);
-        });
+        if (config.design.type == DesignType::Factorial)
+            period *= count;
     }
 }
 
@@ -105,23 +71,20 @@ std::int64_t design_point_count(const StudyConfig& config) {
 
 } // namespace
 
+std::int64_t point_count_of(const StudyConfig& config) {
+    return design_point_count(config) * config.design.replicates * config.design.tests;
+}
+
 Design make_design(const StudyConfig& config) {
-    Design design{config.factors, design_point_count(config), config.design.replicates, {}};
+    const std::int64_t replicates = config.design.replicates * config.design.tests;
+    Design design{config.factors, design_point_count(config), replicates, config.design.tests, {}};
     design.values.resize(static_cast<std::size_t>(design.point_count()) * design.factors.size());
-    switch (config.design.type) {
-    case DesignType::Factorial:
-        fill_factorial(config, design);
-        break;
-    case DesignType::LatinHypercube:
-        fill_latin_hypercube(config, design);
-        break;
-    case DesignType::Sobol:
-        fill_sobol(config, design);
-        break;
-    case DesignType::List:
-        fill_list(config, design);
-        break;
-    }
+    const UnitSamples samples = draw_unit_samples(config, design.design_points);
+    fill_levels(config, design, samples);
+    for (std::size_t column = 0; column < design.factors.size(); ++column)
+        if (const std::size_t sample = samples.sample_of_factor[column];
+            sample != UnitSamples::none)
+            fill_from_sample(config, design, column, samples.samples[sample]);
     return design;
 }
 

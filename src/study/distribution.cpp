@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <boost/math/distributions/normal.hpp>
 
@@ -39,6 +40,13 @@ Distribution Distribution::lognormal(double mean, double sd, double min, double 
     return result;
 }
 
+Distribution Distribution::empirical(std::vector<double> values) {
+    const auto [least, largest] = std::ranges::minmax(values);
+    Distribution result{DistributionKind::Empirical, least, largest};
+    result.values_ = std::move(values);
+    return result;
+}
+
 void Distribution::set_normal_core(double location, double scale, double low, double high) {
     location_ = location;
     scale_ = scale;
@@ -57,6 +65,10 @@ double Distribution::quantile(double u) const {
         return std::clamp(min_ + u * (max_ - min_), min_, max_);
     if (kind_ == DistributionKind::LogUniform)
         return std::clamp(min_ * std::exp(u * std::log(max_ / min_)), min_, max_);
+    if (kind_ == DistributionKind::Empirical) {
+        const auto place = static_cast<std::size_t>(u * static_cast<double>(values_.size()));
+        return values_[std::min(place, values_.size() - 1)];
+    }
     const double v = mirrored_ ? 1.0 - u : u;
     // Rounding may reach an end of (0, 1), where the quantile is infinite.
     const double p = std::clamp(low_tail_ + v * (high_tail_ - low_tail_),
@@ -76,6 +88,8 @@ const char* to_string(DistributionKind kind) {
         return "normal";
     case DistributionKind::Lognormal:
         return "lognormal";
+    case DistributionKind::Empirical:
+        return "empirical";
     }
     return "unknown";
 }

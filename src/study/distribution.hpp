@@ -2,11 +2,13 @@
 // Truncated distributions that factors are drawn from, by their inverse distribution functions.
 #pragma once
 
+#include <span>
 #include <string>
+#include <vector>
 
 namespace culm::study {
 
-enum class DistributionKind { Uniform, LogUniform, Normal, Lognormal };
+enum class DistributionKind { Uniform, LogUniform, Normal, Lognormal, Empirical };
 
 /// A distribution confined to [min, max]. Values are in SI, as the factor's.
 class Distribution {
@@ -21,8 +23,13 @@ class Distribution {
     /// it is confined to [min, max], min >= 0: σ² = ln(1 + sd²/mean²), μ = ln mean − σ²/2.
     [[nodiscard]] static Distribution lognormal(double mean, double sd, double min, double max);
 
+    /// Each of the measured values with equal probability. `u` selects them in the order given:
+    /// ascending values make an inverse distribution function, rows of a table keep what belongs
+    /// together. At least one value.
+    [[nodiscard]] static Distribution empirical(std::vector<double> values);
+
     /// The value below which the fraction u of the (confined) distribution lies, 0 < u < 1; always
-    /// in [min, max] and increasing in u.
+    /// in [min, max] and increasing in u (but for empirical values in another order).
     [[nodiscard]] double quantile(double u) const;
 
     /// How much of the unconfined distribution lies between min and max; 1 for the uniform ones.
@@ -33,6 +40,7 @@ class Distribution {
     [[nodiscard]] double sd() const { return sd_; }     ///< of the normal and lognormal
     [[nodiscard]] double min() const { return min_; }
     [[nodiscard]] double max() const { return max_; }
+    [[nodiscard]] std::span<const double> values() const { return values_; } ///< of the empirical
 
   private:
     Distribution(DistributionKind kind, double min, double max);
@@ -48,9 +56,10 @@ class Distribution {
     double low_tail_ = 0.0; ///< its distribution function at the lower end (mirrored: upper end)
     double high_tail_ = 1.0;
     bool mirrored_ = false; ///< computed from the other tail, where it is accurate
+    std::vector<double> values_;
 };
 
-/// "uniform", "log-uniform", "normal", "lognormal".
+/// "uniform", "log-uniform", "normal", "lognormal", "empirical".
 [[nodiscard]] const char* to_string(DistributionKind kind);
 
 } // namespace culm::study

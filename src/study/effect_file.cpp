@@ -2,6 +2,7 @@
 #include "study/effect_file.hpp"
 
 #include "core/error.hpp"
+#include "core/file_text.hpp"
 #include "core/nearest_name.hpp"
 #include "measure/toml_table.hpp"
 #include "physics/effects/user_effect.hpp"
@@ -150,8 +151,12 @@ physics::UserEffectText read_text(TomlTable& table, FileFaults& faults) {
 } // namespace
 
 physics::EffectPointer read_effect_file(const std::filesystem::path& file) {
-    const toml::table root = measure::parse_toml_file(file);
-    FileFaults faults(file.string());
+    return read_effect_text(core::file_text(file), file.string());
+}
+
+physics::EffectPointer read_effect_text(const std::string& source, const std::string& file) {
+    const toml::table root = measure::parse_toml_text(source, file);
+    FileFaults faults(file);
     refuse_other_keys(root, "", std::vector<std::string>{"effect", "parameters"}, faults);
     if (!root.contains("effect"))
         faults.add(0, "[effect] is missing: a table with name, kind and expression");

@@ -14,6 +14,10 @@ namespace culm::study {
 /// everything that is wrong; a mistake in the formula with a caret under its place.
 [[nodiscard]] physics::EffectPointer read_effect_file(const std::filesystem::path& file);
 
+/// The same of a text that was read elsewhere; `file` is its name in messages.
+[[nodiscard]] physics::EffectPointer read_effect_text(const std::string& source,
+                                                      const std::string& file);
+
 /// Effects as they are named on the command line, those in files included:
 /// quadratic_drag,clamp_friction(moment_nm=3e-4),./my.toml. Throws core::InputError.
 [[nodiscard]] std::vector<physics::SelectedEffect> effects_from(std::string_view text);

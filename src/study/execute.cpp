@@ -6,7 +6,10 @@
 #include "farm/on_root.hpp"
 #include "run/simulate.hpp"
 #include "study/assemble.hpp"
+#include "study/folder_lock.hpp"
+#include "study/pace_file.hpp"
 #include "study/point_results.hpp"
+#include "study/study_files.hpp"
 #include "study/study_note.hpp"
 #include "study/timestep_point.hpp"
 
@@ -151,8 +154,9 @@ archive::PointRecord given_up_record(std::int64_t point, int crash_limit) {
     return record;
 }
 
-farm::Summary compute(const Study& study, const FolderContent& content, const StudyFolder& folder,
-                      const farm::Communicator* communicator, const ExecuteOptions& options) {
+void compute(const Study& study, const FolderContent& content, const StudyFolder& folder,
+             const farm::Communicator* communicator, const ExecuteOptions& options,
+             ExecuteOutcome& outcome) {
     std::optional<archive::JournalWriter> journal;
     std::string complaint;
     try {
@@ -178,15 +182,17 @@ farm::Summary compute(const Study& study, const FolderContent& content, const St
     };
     farm::FarmOptions farm_options = options.farm;
     farm_options.seconds_per_cost = 1.0; // make_batches plans in seconds
-    farm::Summary summary;
+    farm_options.pace = earlier_pace(folder, batches, communicator);
     if (communicator == nullptr)
-        summary = farm::Farm().map(batches, work, farm_options);
+        outcome.farm = farm::Farm().map(batches, work, farm_options);
     else
-        summary = farm::Farm(*communicator).map(batches, work, farm_options);
+        outcome.farm = farm::Farm(*communicator).map(batches, work, farm_options);
+    outcome.shortest_batch_s = shortest_expected_time(batches, outcome.farm.pace);
     journal->close();
+    if (rank_of(communicator) == 0)
+        write_pace(folder, outcome.farm.pace);
     if (communicator != nullptr)
         communicator->barrier();
-    return summary;
 }
 
 StudyNote note_of(const Study& study, const std::string& start,
@@ -197,7 +203,8 @@ StudyNote note_of(const Study& study, const std::string& start,
             study.config.file,
             start,
             communicator == nullptr ? 1 : communicator->size(),
-            options.provenance};
+            options.provenance,
+            study.config.files};
 }
 
 /// A note is for people who look on; whether the disk takes points is for the journals to tell.
@@ -225,7 +232,10 @@ std::string distinct_hosts(const farm::Communicator* communicator) {
 ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
                        const farm::Communicator* communicator, const ExecuteOptions& options) {
     const std::string start = now_text();
+    std::optional<FolderLock> lock; // on rank 0, until the archive is written
     const FolderContent content = unpack(farm::on_root(communicator, [&] {
+        make_writable(folder);
+        lock.emplace(folder);
         return pack(prepare_folder(folder, study.config.identity(), study.design.point_count(),
                                    options.folder));
     }));
@@ -238,11 +248,13 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
     }
     if (rank_of(communicator) == 0)
         leave_note(folder, note_of(study, start, communicator, options));
-    outcome.farm = compute(study, content, folder, communicator, options);
+    compute(study, content, folder, communicator, options, outcome);
 
     std::vector<std::pair<std::string, std::string>> provenance = options.provenance;
     provenance.emplace_back("config", study.config.text);
     provenance.emplace_back("config_file", study.config.file);
+    if (!study.config.files.empty())
+        provenance.emplace_back("config_files", to_text(study.config.files));
     provenance.emplace_back("study_name", study.config.name);
     provenance.emplace_back("seed", std::to_string(study.config.seed));
     provenance.emplace_back("hosts", distinct_hosts(communicator));
@@ -250,6 +262,8 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
     provenance.emplace_back("start", start);
     provenance.emplace_back("end", now_text());
     provenance.emplace_back("wall_s", fmt::format("{:.3f}", outcome.farm.elapsed_s));
+    if (outcome.farm.pace.is_known())
+        provenance.emplace_back("pace", fmt::format("{:.6g}", outcome.farm.pace.mean()));
     const auto assembly_start = Clock::now();
     const std::string is_complete = farm::on_root(communicator, [&]() -> std::string {
         return assemble_archive(study, folder, provenance) ? "yes" : "no";

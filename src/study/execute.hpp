@@ -32,6 +32,8 @@ struct ExecuteOutcome {
     std::int64_t resumed_points = 0; ///< found computed when the run began
     bool archive_is_complete = false;
     double assembly_s = 0.0; ///< wall time from the journals to the study file
+    /// What the shortest of this run's batches is expected to take, s.
+    double shortest_batch_s = 0.0;
 };
 
 /// Every point is marked in its rank's journal before it is begun. One in whose computation a

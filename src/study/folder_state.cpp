@@ -3,12 +3,14 @@
 
 #include "archive/file_descriptor.hpp"
 #include "archive/study_file.hpp"
+#include "archive/study_probe.hpp"
 #include "core/error.hpp"
 #include "study/config.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <system_error>
+#include <utility>
 
 #include <fmt/core.h>
 
@@ -43,6 +45,10 @@ void read_archive(const StudyFolder& folder, FolderDepth depth, FolderState& sta
         return;
     std::error_code ignored; // the size is for people
     state.archive_bytes = fs::file_size(folder.archive(), ignored);
+    if (std::string death = archive::death_while_opening(folder.archive()); !death.empty()) {
+        state.problems.push_back(std::move(death));
+        return;
+    }
     attempt(state, [&] {
         const archive::StudyFile file(folder.archive());
         state.archive = file.description();

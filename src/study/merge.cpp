@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "study/assemble.hpp"
 #include "study/folder_state.hpp"
+#include "study/study_files.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -137,11 +138,12 @@ Origin origin_of(const std::vector<FolderState>& states, const StudyFolder& firs
     for (const FolderState& state : states) {
         if (state.archive) {
             const Texts& texts = state.archive->provenance;
-            return {parse_study(text_of(texts, "config"), text_of(texts, "config_file")),
+            return {parse_study(text_of(texts, "config"), text_of(texts, "config_file"),
+                                files_from_text(text_of(texts, "config_files"))),
                     text_of(texts, "ranks"), text_of(texts, "start")};
         }
         if (state.note)
-            return {parse_study(state.note->config, state.note->config_file),
+            return {parse_study(state.note->config, state.note->config_file, state.note->files),
                     std::to_string(state.note->ranks), state.note->start};
     }
     throw core::InputError(fmt::format(
@@ -172,6 +174,8 @@ MergeOutcome merge_folders(const std::vector<StudyFolder>& sources, const StudyF
     Texts texts = provenance;
     texts.emplace_back("config", origin.study.config.text);
     texts.emplace_back("config_file", origin.study.config.file);
+    if (!origin.study.config.files.empty())
+        texts.emplace_back("config_files", to_text(origin.study.config.files));
     texts.emplace_back("study_name", origin.study.config.name);
     texts.emplace_back("seed", std::to_string(origin.study.config.seed));
     texts.emplace_back("ranks", origin.ranks);

@@ -36,6 +36,19 @@ void make_spheres_touch(CaseSpec& spec) {
     spec.stem.density *= ratio * ratio;
 }
 
+/// Volume of the bond's section along one bond over that of a sphere.
+double section_share(const CaseSpec& spec) {
+    const double outer = spec.stem.bond_outer_diameter;
+    const double inner = spec.stem.bond_inner_diameter;
+    const double diameter = spec.stem.sphere_diameter;
+    return 1.5 * (outer * outer - inner * inner) * spec.stem.bond_length /
+           (diameter * diameter * diameter);
+}
+
+void set_wall_density(CaseSpec& spec, double density) {
+    spec.stem.density = density * section_share(spec);
+}
+
 // Upper ends are far beyond any plant: they exist to catch a value in the wrong unit.
 constexpr Interval diameter_range{0.0, 1000.0, true, false};
 constexpr Interval length_range{0.0, 100000.0, true, false};
@@ -88,6 +101,16 @@ constexpr std::array<Parameter, parameter_count> table{{
      "density of the spheres",
      [](const CaseSpec& c) { return c.stem.density; },
      [](CaseSpec& c, double v) { c.stem.density = v; }},
+    {"wall_density_kg_m3",
+     "stem",
+     kilogram_per_cubic_metre,
+     {0.0, 30000.0, true, false},
+     false,
+     "2/3 of density_kg_m3 for a solid section of touching spheres",
+     "density of the section's material, from which the mass per length follows with the section; "
+     "not together with density_kg_m3",
+     [](const CaseSpec& c) { return c.stem.density / section_share(c); },
+     set_wall_density},
     {"poissons_ratio",
      "stem",
      dimensionless,
@@ -133,6 +156,7 @@ constexpr std::array<Parameter, parameter_count> table{{
 constexpr std::array exclusive{
     ExclusiveKeys{"length_mm", "bond_length_mm"},
     ExclusiveKeys{"bond_wall_mm", "bond_inner_diameter_mm"},
+    ExclusiveKeys{"wall_density_kg_m3", "density_kg_m3"},
 };
 
 std::size_t index_of(const Parameter& parameter) {
@@ -184,6 +208,9 @@ void ParameterValues::apply_to(run::CaseSpec& spec) const {
             table[i].set(spec, *values_[i]);
     if (has("length_mm") && !has("sphere_diameter_mm"))
         make_spheres_touch(spec);
+    // The mass of the section needs the section and the spheres.
+    if (const auto density = get(*find_parameter("wall_density_kg_m3")))
+        set_wall_density(spec, *density);
     for (const auto& [place, value] : of_effects_)
         spec.effects.at(place.effect).values.at(place.value) = value;
 }

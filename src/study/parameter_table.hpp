@@ -46,7 +46,7 @@ struct EffectParameterRow {
     Parameter parameter;
 };
 
-inline constexpr std::size_t parameter_count = 13;
+inline constexpr std::size_t parameter_count = 14;
 
 /// The table. Its order is the order in which `ParameterValues::apply_to` calls the setters.
 [[nodiscard]] std::span<const Parameter, parameter_count> parameters();
@@ -83,6 +83,8 @@ class ParameterValues {
     ///     spheres. Were the diameter not the bond length, the shear lever arms of the law
     ///     `schramm2019` (the radii) would not span the bond, and the frequency of a stem would
     ///     depend on the number of spheres (docs/config.md has the figures).
+    ///   - wall_density gives the spheres the mass of their part of the section, wall_density ·
+    ///     π (d_o² − d_i²)/4 · bond_length, whatever their diameter.
     void apply_to(run::CaseSpec& spec) const;
 
   private:

@@ -153,8 +153,8 @@ Study load_study(const std::filesystem::path& file) {
     return checked(load_config(file));
 }
 
-Study parse_study(std::string_view text, const std::string& file) {
-    return checked(parse_config(text, file));
+Study parse_study(std::string_view text, const std::string& file, const StudyFiles& files) {
+    return checked(parse_config(text, file, files));
 }
 
 double estimated_seconds(const run::CaseSpec& spec) {

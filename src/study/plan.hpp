@@ -20,7 +20,9 @@ struct Study {
 /// Loads, generates and checks everything, the stability of explicit steps included.
 /// Throws core::InputError with every complaint.
 [[nodiscard]] Study load_study(const std::filesystem::path& file);
-[[nodiscard]] Study parse_study(std::string_view text, const std::string& file);
+/// A file in `files` is not looked for on the disk.
+[[nodiscard]] Study parse_study(std::string_view text, const std::string& file,
+                                const StudyFiles& files = {});
 
 /// Expected computing time of a case on one core of the reference machine, s. Only ratios matter
 /// for the schedule; the order of magnitude is for people (docs/performance.md).

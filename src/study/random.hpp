@@ -12,10 +12,14 @@ namespace culm::study {
 
 /// What a random number is used for; numbers of different purposes are independent.
 enum class RandomPurpose : std::uint64_t {
-    Draw = 1,             ///< a value of a distribution
-    Permutation = 2,      ///< a step of the shuffling of Latin hypercube strata
-    StratumPlace = 3,     ///< the place within a stratum
-    SequenceRotation = 4, ///< the rotation of a Sobol sequence
+    Draw = 1,               ///< a value of a distribution
+    Permutation = 2,        ///< a step of the shuffling of Latin hypercube strata
+    StratumPlace = 3,       ///< the place within a stratum
+    SequenceRotation = 4,   ///< the rotation of a Sobol sequence
+    SequenceScrambling = 5, ///< flips of a scrambled sequence's leading digits
+    ScrambledTail = 6,      ///< its other digits
+    HypercubeSearch = 7,    ///< an exchange between strata
+    WithinStem = 8,         ///< the scatter of a test about its stem's value
 };
 
 /// The place of a random number.
@@ -51,6 +55,12 @@ struct RandomKey {
 [[nodiscard]] constexpr double open_unit_interval(std::uint64_t bits) {
     const std::uint64_t high = bits >> 11;
     return high == 0 ? 0x1p-54 : static_cast<double>(high) * 0x1p-53;
+}
+
+/// A number in [0, bound). The product's high half is biased by less than bound/2⁶⁴.
+[[nodiscard]] constexpr std::uint64_t random_below(std::uint64_t bound, std::uint64_t bits) {
+    __extension__ using Wide = unsigned __int128;
+    return static_cast<std::uint64_t>((static_cast<Wide>(bits) * bound) >> 64);
 }
 
 [[nodiscard]] inline double random_uniform(const RandomKey& key) {

@@ -41,22 +41,6 @@ void refuse_without_resume(const fs::path& where, bool resume) {
                         where.string()));
 }
 
-void make_writable(const fs::path& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error == std::errc::no_space_on_device)
-        throw core::StorageError(
-            fmt::format("cannot create the folder {}: {}", folder.string(), error.message()));
-    if (error)
-        throw core::InputError(
-            fmt::format("cannot create the folder {}: {}; choose another one with -o",
-                        folder.string(), error.message()));
-    if (::access(folder.c_str(), W_OK | X_OK) != 0)
-        throw core::InputError(
-            fmt::format("cannot write to the folder {}: {}; choose another one with -o",
-                        folder.string(), std::generic_category().message(errno)));
-}
-
 constexpr std::string_view advice =
     "Move this file away to compute the study again, or choose another folder with -o.";
 
@@ -154,6 +138,22 @@ bool is_there(const fs::path& path) {
     return exists;
 }
 
+void make_writable(const StudyFolder& folder) {
+    const std::string name = folder.path().string();
+    std::error_code error;
+    fs::create_directories(folder.path(), error);
+    if (error == std::errc::no_space_on_device)
+        throw core::StorageError(
+            fmt::format("cannot create the folder {}: {}", name, error.message()));
+    if (error)
+        throw core::InputError(fmt::format(
+            "cannot create the folder {}: {}; choose another one with -o", name, error.message()));
+    if (::access(name.c_str(), W_OK | X_OK) != 0)
+        throw core::InputError(
+            fmt::format("cannot write to the folder {}: {}; choose another one with -o", name,
+                        std::generic_category().message(errno)));
+}
+
 fs::path StudyFolder::journal_of_rank(int rank) const {
     return journals() / fmt::format("rank-{:05d}.culmj", rank);
 }
@@ -181,7 +181,7 @@ FolderContent prepare_folder(const StudyFolder& folder, const std::string& ident
         known.add(scan);
         content.archive_is_complete = false; // not before the journals have been merged into it
     }
-    make_writable(folder.path());
+    make_writable(folder);
     known.fill(content);
     content.archive_is_complete = content.archive_is_complete && content.pending_points.empty();
     return content;

@@ -20,6 +20,10 @@ class StudyFolder {
     [[nodiscard]] std::filesystem::path journal_of_rank(int rank) const;
     /// What the running study is (study_note.hpp).
     [[nodiscard]] std::filesystem::path note() const { return journals() / "study.json"; }
+    /// What its points took so far (pace_file.hpp).
+    [[nodiscard]] std::filesystem::path pace() const { return journals() / "pace.json"; }
+    /// Held by the job that works in the folder (folder_lock.hpp).
+    [[nodiscard]] std::filesystem::path lock() const { return folder_ / "study.lock"; }
     [[nodiscard]] std::filesystem::path summary() const { return folder_ / "summary.json"; }
 
   private:
@@ -29,6 +33,10 @@ class StudyFolder {
 /// Whether there is such a file or folder. Throws core::InputError when that cannot be told, for
 /// example because the folder above may not be searched.
 [[nodiscard]] bool is_there(const std::filesystem::path& path);
+
+/// Creates the folder if need be. Throws core::InputError when it may not be written,
+/// core::StorageError when the disk has no room for it.
+void make_writable(const StudyFolder& folder);
 
 /// What to do with a folder that holds the study already.
 struct ResumeOptions {

@@ -2,6 +2,7 @@
 #include "study/study_note.hpp"
 
 #include "core/error.hpp"
+#include "study/study_files.hpp"
 
 #include <cerrno>
 #include <fstream>
@@ -21,11 +22,11 @@ nlohmann::ordered_json to_json(const StudyNote& note) {
     nlohmann::ordered_json facts = nlohmann::ordered_json::object();
     for (const auto& [name, text] : note.provenance)
         facts[name] = text;
-    return {{"format", note_format}, {"format_version", "1.0"},
+    return {{"format", note_format}, {"format_version", "1.1"},
             {"name", note.name},     {"points", note.points},
             {"start", note.start},   {"ranks", note.ranks},
             {"provenance", facts},   {"config_file", note.config_file},
-            {"config", note.config}};
+            {"config", note.config}, {"config_files", to_text(note.files)}};
 }
 
 StudyNote from_json(const nlohmann::ordered_json& json) {
@@ -37,7 +38,10 @@ StudyNote from_json(const nlohmann::ordered_json& json) {
                    json.at("config_file"),
                    json.at("start"),
                    json.at("ranks"),
-                   {}};
+                   {},
+                   files_from_text(json.value("config_files", std::string()))};
+    if (note.points < 0 || note.points > most_points)
+        throw core::StorageError(fmt::format("{} points cannot be", note.points));
     for (const auto& [name, text] : json.at("provenance").items())
         note.provenance.emplace_back(name, text.get<std::string>());
     return note;

@@ -23,6 +23,7 @@ struct StudyNote {
     int ranks = 1;           ///< of the latest run
     /// Facts about the program that computes: name and text.
     std::vector<std::pair<std::string, std::string>> provenance;
+    StudyFiles files; ///< that the study names
 
     bool operator==(const StudyNote&) const = default;
 };

@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "study/point_results.hpp"
+#include "study/study_files.hpp"
 #include "study/summary_json.hpp"
 
 #include <cmath>
@@ -69,7 +70,8 @@ ArchivedStudy open_archive(const StudyFolder& folder) {
     archive::StudyFile file(folder.archive());
     const std::string config = provenance_text(file, "config");
     const std::string name = provenance_text(file, "config_file");
-    return {std::move(file), parse_study(config, name)};
+    const StudyFiles files = files_from_text(provenance_text(file, "config_files"));
+    return {std::move(file), parse_study(config, name, files)};
 }
 
 StudySummary reduce_study(const ArchivedStudy& archived, const std::optional<ReduceOptions>& refit,
@@ -116,6 +118,8 @@ StudySummary reduce_study(const ArchivedStudy& archived, const std::optional<Red
     summary.regression = reduce::regress_study(
         {summary.youngs_modulus, summary.bond_damping, summary.decay_per_cycle, summary.frequency},
         summary.reduce.significance);
+    summary.replicates =
+        summarise_replicates(archived.study, summary.decay_per_cycle, summary.frequency);
     return summary;
 }
 

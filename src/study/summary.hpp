@@ -5,6 +5,7 @@
 #include "archive/study_file.hpp"
 #include "reduce/study_regression.hpp"
 #include "study/plan.hpp"
+#include "study/replicate_summary.hpp"
 #include "study/study_folder.hpp"
 
 #include <cstdint>
@@ -35,6 +36,7 @@ struct StudySummary {
     std::vector<double> decay_per_cycle; ///< (points), NaN where there is no fit
     std::vector<double> frequency;       ///< (points), Hz
     reduce::StudyRegression regression;
+    std::optional<ReplicateSummary> replicates; ///< of a study with factors
 };
 
 /// Opens a study's archive together with the study that made it.

@@ -68,19 +68,23 @@ json to_json(const StudySummary& summary) {
     json failed = json::array();
     for (const FailedPoint& point : summary.failed)
         failed.push_back({{"point", point.point}, {"kind", point.kind}, {"reason", point.reason}});
-    return {{"points", summary.points},
-            {"completed", summary.completed},
-            {"failed", failed},
-            {"ranks", summary.ranks},
-            {"wall_s", summary.wall_s},
-            {"fit",
-             {{"window_s", summary.reduce.window ? json(*summary.reduce.window) : json(nullptr)},
-              {"amplitude", summary.reduce.is_amplitude_free ? "free" : "fixed"},
-              {"significance", summary.reduce.significance}}},
-            {"regression",
-             {{"sqrt_youngs_modulus",
-               to_json(summary.regression.sqrt_youngs_modulus, "frequency", "sqrt(Pa)")},
-              {"bond_damping", to_json(summary.regression.bond_damping, "decay_per_cycle", "1")}}}};
+    json out{
+        {"points", summary.points},
+        {"completed", summary.completed},
+        {"failed", failed},
+        {"ranks", summary.ranks},
+        {"wall_s", summary.wall_s},
+        {"fit",
+         {{"window_s", summary.reduce.window ? json(*summary.reduce.window) : json(nullptr)},
+          {"amplitude", summary.reduce.is_amplitude_free ? "free" : "fixed"},
+          {"significance", summary.reduce.significance}}},
+        {"regression",
+         {{"sqrt_youngs_modulus",
+           to_json(summary.regression.sqrt_youngs_modulus, "frequency", "sqrt(Pa)")},
+          {"bond_damping", to_json(summary.regression.bond_damping, "decay_per_cycle", "1")}}}};
+    if (summary.replicates)
+        add_to_json(out, *summary.replicates);
+    return out;
 }
 
 } // namespace culm::study

@@ -66,7 +66,7 @@ class Interruption(CulmTest):
         second = self.culm("run", "s.toml", "-o", "out", "--resume")
         self.assertEqual(
             second.stderr.splitlines()[0],
-            "culm: cannot write out/journal/rank-00000.culmj: another process has it open; is the "
+            "culm: cannot write out/study.lock: another process has it open; is the "
             "study running already?")
         self.assert_exit(second, STOPPED_EARLY)
         process.communicate()

@@ -126,11 +126,14 @@ class ReadOnlyFolder(CulmTest):
     def test_that_may_not_be_searched_is_refused(self):
         (self.folder / "closed").chmod(0o000)
         self.addCleanup((self.folder / "closed").chmod, 0o700)
-        for command in (["run", "s.toml", "-o", "closed"], ["reduce", "closed"]):
+        for command, complaint in (
+                (["run", "s.toml", "-o", "closed"],
+                 "cannot write to the folder closed: Permission denied; choose another one with "
+                 "-o"),
+                (["reduce", "closed"], "cannot look for closed/study.h5: Permission denied")):
             finished = self.as_ordinary_user(*command)
             self.assert_exit(finished, BAD_INPUT)
-            self.assertEqual(finished.stderr,
-                             "culm: cannot look for closed/study.h5: Permission denied\n")
+            self.assertEqual(finished.stderr, f"culm: {complaint}\n")
 
     def test_place_of_a_file_is_refused(self):
         self.assert_refused(self.culm("run", "s.toml", "-o", "s.toml"),

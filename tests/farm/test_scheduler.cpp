@@ -271,6 +271,42 @@ TEST(Scheduler, ignores_a_report_of_a_range_that_the_rank_does_not_hold) {
     EXPECT_DOUBLE_EQ(scheduler.finished_cost(), 0.0);
 }
 
+TEST(Scheduler, passes_over_batches_above_the_limit_and_hands_out_shorter_ones) {
+    Scheduler scheduler({{5.0, 4.0, 3.0, 2.0, 1.0}}, 1, one_by_one);
+    const auto range = scheduler.hand_out(0, 3.5);
+    EXPECT_EQ(range, (Range{2, 1}));
+    EXPECT_EQ(scheduler.remaining(), 4) << "what was passed over is still to be done";
+    ASSERT_TRUE(scheduler.report(0, *range, 1, 1.0));
+    EXPECT_EQ(scheduler.hand_out(0, 0.5), std::nullopt);
+    EXPECT_TRUE(scheduler.is_idle());
+    EXPECT_FALSE(scheduler.is_finished());
+}
+
+TEST(Scheduler, hands_out_what_was_passed_over_when_the_limit_rises_again) {
+    Scheduler scheduler({{5.0, 4.0, 3.0, 2.0, 1.0}}, 1, one_by_one);
+    ASSERT_EQ(scheduler.hand_out(0, 0.5), std::nullopt);
+    std::vector<std::int64_t> places;
+    while (const auto range = scheduler.hand_out(0, 4.0)) {
+        ASSERT_EQ(range->count, 1);
+        places.push_back(range->first);
+        ASSERT_TRUE(scheduler.report(0, *range, 1, 1.0));
+    }
+    EXPECT_EQ(places, (std::vector<std::int64_t>{4, 3, 2, 1}));
+    EXPECT_EQ(scheduler.remaining(), 1);
+}
+
+TEST(Scheduler, a_range_costs_no_more_than_the_limit) {
+    // 1000 batches of 1 ms, ranges of 10 ms.
+    Scheduler scheduler(std::vector<double>(1000, 1.0), 1, 0.01, 1e-3);
+    EXPECT_EQ(scheduler.hand_out(0, 4.5), (Range{0, 4}));
+    // What comes back is cut to the limit too, and none of it is lost.
+    ASSERT_TRUE(scheduler.report(0, {0, 4}, 0, 0.0));
+    EXPECT_EQ(scheduler.hand_out(0, 2.0), (Range{0, 2}));
+    ASSERT_TRUE(scheduler.report(0, {0, 2}, 2, 0.0));
+    EXPECT_EQ(scheduler.hand_out(0, 9.0), (Range{2, 2}));
+    EXPECT_EQ(scheduler.remaining(), 996);
+}
+
 TEST(Scheduler, needs_a_rank) {
     EXPECT_THROW(Scheduler(falling_costs(1), 0, one_by_one), FarmError);
 }

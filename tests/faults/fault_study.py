@@ -18,6 +18,8 @@ from culm_program import (BAD_INPUT, DONE, POINTS_FAILED, PROGRAM, STOPPED_EARLY
 MPIEXEC = os.environ["CULM_MPIEXEC"]
 # Seconds after which a run hangs: far beyond what any of these studies takes.
 PATIENCE = 120
+# mpirun processes that end_in_order had to kill.
+HUNG_LAUNCHERS: list[int] = []
 
 # 24 points of some 0.05 s; every history is kept, so that every kind of dataset is in the archive.
 STUDY = """
@@ -51,8 +53,9 @@ def command(ranks: int, *arguments) -> list[str]:
 
 def culm(folder: Path, *arguments, ranks: int = 1) -> subprocess.CompletedProcess:
     """Runs to the end."""
-    return subprocess.run(command(ranks, *arguments), cwd=folder, text=True, capture_output=True,
-                          timeout=PATIENCE, check=False, env=environment())
+    # A damaged archive may have texts that are not UTF-8.
+    return subprocess.run(command(ranks, *arguments), cwd=folder, text=True, errors="replace",
+                          capture_output=True, timeout=PATIENCE, check=False, env=environment())
 
 
 def start(folder: Path, *arguments, ranks: int) -> subprocess.Popen:
@@ -96,9 +99,27 @@ def kill_at_random(process: subprocess.Popen, chance: random.Random, ranks: int,
         for worker in workers:
             kill(worker)
         kill(process.pid)
-    process.wait(timeout=PATIENCE)
-    wait_for_the_end_of(workers)
+    end_in_order(process, workers)
     return kind
+
+
+def end_in_order(process: subprocess.Popen, workers: list[int]) -> bool:
+    """Waits for the ranks, then for their launcher. Open MPI 4.1.4's locks itself up now and then
+    (in PMIx_server_finalize) when ranks die while it starts them: then it is killed, and False is
+    returned. Ranks that go on for ever are the program's fault: AssertionError."""
+    if not workers:
+        process.wait(timeout=PATIENCE)
+        return True
+    wait_for_the_end_of(workers)
+    assert not any(map(is_alive, workers)), "a rank did not end"
+    try:
+        process.wait(timeout=15)
+        return True
+    except subprocess.TimeoutExpired:
+        kill(process.pid)
+        process.wait()
+        HUNG_LAUNCHERS.append(process.pid)
+        return False
 
 
 def kill(process_id: int):

@@ -16,7 +16,7 @@
 namespace culm::measure {
 namespace {
 
-/// video.toml of the demonstration, with the frames named absolutely and the truth's heights.
+/// video.toml of the demonstration beside a link to its frames, with settings more.
 std::filesystem::path demo_settings(const std::filesystem::path& data,
                                     const tests::TemporaryFolder& folder,
                                     const std::string& extra) {
@@ -25,9 +25,8 @@ std::filesystem::path demo_settings(const std::filesystem::path& data,
     text << in.rdbuf();
     std::string settings = text.str();
     const std::string place = "frames = \"";
-    settings.replace(
-        settings.find(place), place.size(),
-        fmt::format("{}\n{}{}/", extra, place, std::filesystem::absolute(data).string()));
+    settings.replace(settings.find(place), place.size(), fmt::format("{}\n{}demo/", extra, place));
+    std::filesystem::create_directory_symlink(std::filesystem::absolute(data), folder / "demo");
     const std::filesystem::path file = folder / "video.toml";
     std::ofstream(file) << settings;
     return file;

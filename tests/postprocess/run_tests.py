@@ -14,7 +14,8 @@ def main():
     if missing:
         print(f"skipped: {', '.join(missing)} is not installed")
         return SKIPPED
-    sys.path[:0] = [str(HERE), str(HERE.parents[1] / "postprocess")]
+    sys.path[:0] = [str(HERE), str(HERE.parent / "support"),
+                    str(HERE.parents[1] / "postprocess")]
     tests = unittest.defaultTestLoader.discover(str(HERE), pattern="test_*.py")
     result = unittest.TextTestRunner(verbosity=2).run(tests)
     return 0 if result.wasSuccessful() and result.testsRun > 0 else 1

@@ -90,6 +90,10 @@ class Synthetic:
         given["bond_youngs_modulus_gpa"] = ("GPa", self.modulus_gpa)
         return given | self.extra_factors
 
+    def provenance(self):
+        """Entries of /provenance but for the configuration."""
+        return {"compiler": "GNU 12.2"}
+
     def write(self, folder):
         """study.h5 and summary.json in the folder."""
         folder = Path(folder)
@@ -185,8 +189,10 @@ def write_archive(path, study):
 
 
 def add_provenance(group, study):
-    group.attrs.create("entries", ["compiler", "config"], dtype=TEXT)
-    group.attrs["compiler"] = "GNU 12.2"
+    entries = study.provenance()
+    group.attrs.create("entries", [*entries, "config"], dtype=TEXT)
+    for name, text in entries.items():
+        group.attrs[name] = text
     add_text(group, "config", "[factors]\n# β\n")
     settings = {"law.name": "schramm2019", "reduce.window_s": DURATION, "study.store": study.store}
     settings |= {"stem.density_kg_m3": 125, "release.tip_deflection_mm": 15}

@@ -3,13 +3,16 @@
 import contextlib
 import io
 import json
+import shutil
 import tempfile
 import unittest
 from pathlib import Path
 
 import calibration_figure
-from calibration_figure import CalibrationError, CalibrationResults
+import synthetic_results
+from calibration_results import CalibrationError, CalibrationResults
 from figure_style import FigureSkipped
+from matplotlib.patches import StepPatch
 
 
 class CalibrationFigure(unittest.TestCase):
@@ -39,6 +42,18 @@ class CalibrationFigure(unittest.TestCase):
     def test_a_failed_stem_is_skipped_with_its_reason(self):
         with self.assertRaisesRegex(FigureSkipped, "no motion"):
             calibration_figure.motion_figure(CalibrationResults(self.folder), 2)
+
+    def test_population_shows_all_stems_and_the_range_of_90_percent(self):
+        shutil.rmtree(self.folder / "predictions")
+        synthetic_results.write_calibration(self.folder, ("A", "B", "C"))
+        results = CalibrationResults(self.folder)
+        modulus, damping = calibration_figure.population_figure(results).axes
+        for axes in (modulus, damping):
+            stairs, = (patch for patch in axes.patches if isinstance(patch, StepPatch))
+            self.assertEqual(sum(stairs.get_data().values), 3)
+        self.assertEqual([line.get_xdata()[0] for line in damping.lines], [0.9, 1.1])
+        names = ["population", *(f"motion-00{number}" for number in (1, 2, 3, 4))]
+        self.assertEqual(list(calibration_figure.figures_of(results)), names)
 
     def test_writes_the_figure_and_prints_its_path(self):
         printed = io.StringIO()

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The reader gives what the file holds, and says what is wrong where it cannot."""
+import importlib.util
 import os
 import subprocess
 import tempfile
 import unittest
+import unittest.mock
 from pathlib import Path
 
 import h5py
@@ -61,6 +63,22 @@ class StudyIsRead(unittest.TestCase):
         self.assertEqual(positions.shape, (SAMPLES, SPHERES, 3))
         np.testing.assert_array_equal(positions, self.truth.positions(5))
         self.assertEqual(self.study.spheres, SPHERES)
+
+    def test_all_of_it_is_one_table_with_or_without_pandas(self):
+        without = {"pandas": None}  # what an import of it then finds
+        with unittest.mock.patch.dict("sys.modules", without):
+            table = self.study.table()
+        names = ["status", *self.study.factor_names, *self.study.result_names]
+        self.assertEqual(list(table), names)
+        np.testing.assert_array_equal(table["frequency"], self.study["frequency"])
+        if importlib.util.find_spec("pandas") is None:
+            self.skipTest("pandas is not installed; the rest was tested")
+        frame = self.study.table()
+        self.assertEqual(list(frame.columns), names)
+        self.assertEqual(frame.index.name, "point")
+        self.assertEqual(frame.loc[4, "status"], "failed")
+        self.assertEqual(frame.attrs["units"]["frequency"], "Hz")
+        np.testing.assert_array_equal(frame["frequency"], self.study["frequency"])
 
     def test_a_constant_parameter_is_repeated_for_every_point(self):
         np.testing.assert_array_equal(self.study.parameter("density_kg_m3"), np.full(12, 125.0))

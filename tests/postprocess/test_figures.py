@@ -9,6 +9,7 @@ from pathlib import Path
 
 import figures
 import numpy as np
+import synthetic_results
 from culm_archive import Study, StudyError
 from figure_style import FigureSkipped
 from matplotlib.collections import PathCollection, QuadMesh
@@ -302,6 +303,19 @@ class Command(FigureTest):
         self.assertTrue((self.folder / "regression.png").is_file())
         self.assertFalse((self.folder / "tip_history.png").exists())
         self.assertIn("tip_history is left out: the study stores no tip histories", err)
+
+    def test_everything_that_a_folder_holds_is_drawn(self):
+        self.open()
+        synthetic_results.write_calibration(self.folder, ("S1",))
+        synthetic_results.write_comparison(self.folder)
+        synthetic_results.write(self.folder, "diagnosis.json", synthetic_results.diagnosis())
+        code, out, err = self.run_command(self.folder, "-o", self.folder / "all")
+        self.assertEqual(code, 0)
+        names = {Path(line).stem for line in out.split()}
+        self.assertLessEqual({"regression", "design", "residuals", "calibration_motion-001",
+                              "comparison_residuals", "comparison_ladder",
+                              "diagnosis_error_ladder", "diagnosis_ranking"}, names)
+        self.assertIn("calibration_motion-002 is left out: broken was not calibrated: no motion", err)
 
     def test_bad_input_ends_with_2_and_one_sentence(self):
         self.assert_refused("study.h5 does not exist", self.folder)

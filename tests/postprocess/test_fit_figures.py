@@ -25,7 +25,8 @@ def sample(mean):
 def stem(number):
     heights = [{"height_mm": 50.0 * j, "b1_per_cycle": estimate(-0.1 * number - 0.01 * j)}
                for j in (1, 2)]
-    return {"measurement": f"S{number}", "length_mm": 150.0, "aspect_ratio": 50.0 + number,
+    return {"measurement": f"S{number}", "length_mm": 150.0,
+            "largest_deflection_mm": 20.0, "aspect_ratio": 50.0 + number,
             "b1_per_cycle": estimate(-0.1 * number), "b2_hz": estimate(60.0 + number),
             "heights": [*heights, {"height_mm": 120.0, "failure": "no"}]}
 
@@ -46,14 +47,19 @@ class FitFigures(unittest.TestCase):
             json.dumps({"format": "culm-fit", "version": 1, **content}), "utf-8")
 
     def test_histories_show_every_height_over_cycles(self):
-        axes = fit_figures.histories_figure(FitResults(self.folder)).axes[0]
+        in_time, axes, _ = fit_figures.histories_figure(FitResults(self.folder)).axes
+        # b2 = 61 Hz and a largest deflection of 20 mm undo the normalisation.
+        self.assertAlmostEqual(in_time.lines[0].get_xdata()[2], 500.0 / 61.0)
+        self.assertAlmostEqual(in_time.lines[0].get_ydata()[2], -4.0)
         self.assertEqual(list(axes.lines[0].get_xdata()), [-0.1, 0, 0.5, 1])
         self.assertEqual(list(axes.lines[0].get_ydata()), [0.3, 0.3, -0.2, 0.1])
         self.assertNotEqual(axes.lines[1].get_ydata()[2], axes.lines[1].get_ydata()[2])  # a gap
 
     def test_population_shows_both_histograms(self):
         figure = fit_figures.population_figure(FitResults(self.folder))
-        for axes, mean in zip(figure.axes, (-0.2, 62.0)):
+        for axes, mean, published in zip(figure.axes, (-0.2, 62.0), (-0.46, 64.6)):
+            marked = axes.containers[0].lines[0]
+            self.assertEqual(marked.get_xdata()[0], published)
             stairs, = (patch for patch in axes.patches if isinstance(patch, StepPatch))
             self.assertEqual(list(stairs.get_data().values), [1, 2])
             self.assertEqual(axes.lines[0].get_xdata()[0], mean)
@@ -61,6 +67,7 @@ class FitFigures(unittest.TestCase):
     def test_banding_shows_fitted_heights_and_aspect_ratios(self):
         left, right = fit_figures.banding_figure(FitResults(self.folder)).axes
         self.assertEqual(len(left.containers), 3)
+        self.assertIn(-0.46, [axes.get_ydata()[0] for axes in left.lines])
         line = left.containers[1].lines[0]
         self.assertEqual([round(y, 6) for y in line.get_ydata()], [-0.21, -0.22])
         self.assertEqual([round(x, 6) for x in line.get_xdata()], [0.333333, 0.666667])

@@ -11,7 +11,8 @@ import figures
 import numpy as np
 from culm_archive import Study, StudyError
 from synthetic_study import Synthetic, write_summary
-from timestep_figure import extrapolated_to_zero, timestep_figure
+from timestep_figure import timestep_figure
+from timestep_results import extrapolated_to_zero
 
 FRACTIONS = ("0.25", "0.5", "0.75", "0.9")
 A, B = 1.0, 2.83

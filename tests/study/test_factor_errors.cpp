@@ -76,7 +76,7 @@ TEST(FactorErrors, DistributionNeedsItsMoments) {
               "s.toml:2: factors.length_mm.sd = 0: must be a number above 0");
     EXPECT_EQ(factor_refusal("length_mm = { distribution = \"gauss\", mean = 156, sd = 4 }"),
               "s.toml:2: factors.length_mm.distribution = \"gauss\": must be \"normal\", "
-              "\"lognormal\" or \"uniform\"");
+              "\"lognormal\", \"uniform\" or \"empirical\"");
     EXPECT_EQ(
         factor_refusal("length_mm = { distribution = \"normal\", mean = 9, sd = 4, step = 1 }"),
         "s.toml:2: factors.length_mm.step = 1: only for a range, without distribution");

@@ -23,8 +23,9 @@ ALLOWED: dict[str, set[str]] = {
     "study": {"core", "physics", "archive", "farm", "measure", "run", "reduce"},
     "calibrate": {"core", "physics", "archive", "farm", "integrate", "measure", "run", "reduce"},
 }
+ALLOWED["cluster"] = {"core", "farm", "study"}
 ALLOWED["diagnose"] = ALLOWED["calibrate"] | {"calibrate", "study"}
-ALLOWED["cli"] = ALLOWED["diagnose"] | {"diagnose"}
+ALLOWED["cli"] = ALLOWED["diagnose"] | {"diagnose", "cluster"}
 
 # What a library's headers and CMake targets look like -> the folders that may use it.
 LIBRARIES = {

@@ -75,6 +75,29 @@ TEST(UsersMomentAtTheClamp, AsASpringIsTheCompliantClamp) {
               1e-5);
 }
 
+TEST(UsersFormula, WithoutAValueInOneLaneFailsThatCaseAlone) {
+    std::vector<CaseSpec> specs(3, slender_case());
+    for (CaseSpec& spec : specs) {
+        set_damping_ratio(spec, 0.005);
+        // Has a value while the stem is held, but not where a far pull swings it to.
+        spec.effects = {formula(physics::UserLawKind::ForcePerLength, "c*sqrt(0.011 + x)", 1e-6)};
+        spec.tip_deflection = 5e-3;
+        spec.duration = 1.0;
+        spec.sample_interval = 1e-3;
+    }
+    specs[1].tip_deflection = 20e-3;
+    const std::vector<CaseOutcome> outcomes = simulate_together(specs);
+    ASSERT_EQ(outcomes.size(), 3U);
+    ASSERT_TRUE(std::holds_alternative<CaseFailure>(outcomes[1]));
+    EXPECT_EQ(std::get<CaseFailure>(outcomes[1]).kind, core::FailureKind::UserExpression);
+    const std::vector<CaseOutcome> alone = simulate_together({specs.data(), 1});
+    for (const std::size_t k : {0U, 2U}) {
+        ASSERT_TRUE(std::holds_alternative<CaseResult>(outcomes[k]));
+        EXPECT_EQ(std::get<CaseResult>(outcomes[k]).tip_deflection,
+                  std::get<CaseResult>(alone[0]).tip_deflection);
+    }
+}
+
 TEST(UsersFormula, WithoutAValueFailsTheCaseWithItsInputs) {
     CaseSpec spec = slender_case();
     spec.tip_deflection = 20e-3; // beyond what is tried when the formula is read

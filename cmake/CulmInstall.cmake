@@ -1,0 +1,66 @@
+# `cmake --install`: a tree that may stand anywhere, with libculm for other programs; CPack's package.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+# Libraries and headers of the layers: find_package(culm), then link culm::run and its like.
+set(culm_package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/culm)
+set(culm_libraries culm_build_flags)
+foreach(layer core physics integrate measure archive farm run reduce study cluster calibrate diagnose)
+    if(TARGET culm_${layer})
+        list(APPEND culm_libraries culm_${layer})
+        set_target_properties(culm_${layer} PROPERTIES EXPORT_NAME ${layer})
+        install(DIRECTORY src/${layer} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/culm
+            COMPONENT libraries FILES_MATCHING PATTERN "*.hpp")
+    endif()
+endforeach()
+install(TARGETS ${culm_libraries} EXPORT culmTargets
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/culm COMPONENT libraries)
+install(EXPORT culmTargets NAMESPACE culm:: DESTINATION ${culm_package_folder} COMPONENT libraries)
+configure_package_config_file(cmake/culmConfig.cmake.in ${PROJECT_BINARY_DIR}/culmConfig.cmake
+    INSTALL_DESTINATION ${culm_package_folder})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/culmConfigVersion.cmake
+    COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/culmConfig.cmake ${PROJECT_BINARY_DIR}/culmConfigVersion.cmake
+    cmake/FindOpenCvModules.cmake
+    DESTINATION ${culm_package_folder} COMPONENT libraries)
+
+# What the program itself says of its commands.
+if(NOT CMAKE_CROSSCOMPILING)
+    set(culm_manual ${PROJECT_BINARY_DIR}/manual)
+    add_custom_command(OUTPUT ${culm_manual}/culm.1
+        COMMAND culm manual ${culm_manual}
+        COMMAND culm completion bash > ${culm_manual}/culm.bash
+        COMMAND culm completion zsh > ${culm_manual}/culm.zsh
+        COMMAND culm completion fish > ${culm_manual}/culm.fish
+        DEPENDS culm COMMENT "Manual pages and completions" VERBATIM)
+    add_custom_target(culm_manual ALL DEPENDS ${culm_manual}/culm.1)
+    install(DIRECTORY ${culm_manual}/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1
+        FILES_MATCHING PATTERN "*.1")
+    install(FILES ${culm_manual}/culm.bash
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME culm)
+    install(FILES ${culm_manual}/culm.zsh
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _culm)
+    install(FILES ${culm_manual}/culm.fish
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
+endif()
+
+install(DIRECTORY config jobs DESTINATION ${CMAKE_INSTALL_DATADIR}/culm USE_SOURCE_PERMISSIONS)
+install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES README.md CHANGELOG.md CITATION.cff LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
+
+set(CPACK_PACKAGE_NAME culm)
+set(CPACK_PACKAGE_VENDOR "the culm authors")
+set(CPACK_PACKAGE_CONTACT "the culm authors <culm@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "calibration of flexible-stem discrete-element models")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_GENERATOR DEB)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "openmpi-bin")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3, python3-h5py, python3-matplotlib, python3-numpy")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "r-cran-plotly, bash-completion")
+include(CPack)

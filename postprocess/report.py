@@ -1,0 +1,74 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes what a folder of results holds as one page: report.py DIR -o report.html.
+
+`culm report` hands over to this program (docs/report.md). DIR, or folders in it, may hold what
+`culm run`, `track`, `fit`, `calibrate`, `compare` and `diagnose` leave with -o. The page needs no
+network. Prints its path. Exit codes: 0 done, 2 bad input or something missing on this machine.
+"""
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+EXIT_BAD_INPUT = 2
+PROGRAM = "culm report"
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(
+        prog=PROGRAM, description="What a folder of results holds as one page with figures.")
+    parser.add_argument("directory", metavar="DIR", type=Path,
+                        help="folder of results, or of such folders")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path,
+                        help="the page to write (DIR/report.html)")
+    parser.add_argument("--plotly-js", metavar="FILE", type=Path,
+                        help="the drawing library, if it is not found")
+    return parser.parse_args(arguments)
+
+
+def refuse(sentence) -> int:
+    print(f"{PROGRAM}: {sentence}", file=sys.stderr)
+    return EXIT_BAD_INPUT
+
+
+def write_whole(file: Path, text: str):
+    """Never leaves half a page behind."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = file.with_name(file.name + ".tmp")
+    try:
+        unfinished.write_text(text, encoding="utf-8")
+        os.replace(unfinished, file)
+    except OSError:
+        unfinished.unlink(missing_ok=True)
+        raise
+
+
+def main(arguments=None) -> int:
+    options = parse(arguments)
+    try:
+        from report_page.contents import REFUSALS, NothingToReport, sections_of
+        from report_page.library import LibraryMissing, plotly_js
+        from report_page.page import page_of
+    except ModuleNotFoundError as missing:
+        return refuse(f"{sys.executable} lacks the module '{missing.name}': "
+                      "jobs/install-packages.sh figures report installs what is needed for Debian's "
+                      "/usr/bin/python3 (the variable CULM_PYTHON names the Python to use).")
+    output = options.output or options.directory / "report.html"
+    try:
+        library, version = plotly_js(options.plotly_js)
+        sections = sections_of(options.directory)
+        name = options.directory.resolve().name
+        write_whole(output, page_of(name, sections, library, version))
+    except (NothingToReport, LibraryMissing, *REFUSALS) as error:
+        return refuse(error)
+    except OSError as error:
+        return refuse(f"{error.filename}: {error.strerror}.")
+    print(output)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

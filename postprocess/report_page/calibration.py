@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Calibrated stems: Y and beta with their uncertainty, what is left, and the population."""
+from __future__ import annotations
+
+import numpy as np
+
+from calibration_results import CalibrationError, CalibrationResults
+from palette import VERMILLION
+from report_page.drawing import axis, bars, histogram_of, layout, level
+from report_page.markup import Plot, Section, escaped, facts, folded, shown, table, with_error
+from report_page.measured import (PARAMETER_COLUMNS, add_animation, colour_limit, legend_of,
+                                  map_plot, motion_plots, parameter_rows)
+
+MOST_DETAILED = 3  # stems that are drawn one by one
+QUANTITIES = (("bond_youngs_modulus_pa", "Y, GPa", 1e-9), ("bond_damping", "beta", 1.0),
+              ("b2_hz", "b2, Hz", 1.0), ("b1_per_cycle", "b1 per cycle", 1.0))
+
+
+def calibration_section(results: CalibrationResults, key: str, place: str) -> Section:
+    """The section of a folder of `culm calibrate -o`."""
+    done = [stem for stem in results.stems if "failure" not in stem]
+    failed = [stem for stem in results.stems if "failure" in stem]
+    section = Section(key, f"Calibration ({place})")
+    section.tone = "good" if done and not failed and all(
+        stem["fit"]["adequate"] for stem in done) else "doubt"
+    section.verdict += _sentences(results, done, failed)
+    section.heading("The stems")
+    section.add(_stem_table(done))
+    _add_population(section, results, done)
+    for number, stem in enumerate(results.stems, 1):
+        if "failure" not in stem and done.index(stem) < MOST_DETAILED:
+            _add_stem(section, results, number, stem)
+    if len(done) > MOST_DETAILED:
+        section.add(f"<p class=\"note\">The first {MOST_DETAILED} of {len(done)} stems are drawn; "
+                    "postprocess/calibration_figure.py --stem N draws any.</p>")
+    if failed:
+        section.heading("Stems that could not be calibrated")
+        section.add(table(["stem", "why"], [[s["measurement"], s["failure"]] for s in failed]))
+    _add_provenance(section, results)
+    return section
+
+
+def _sentences(results: CalibrationResults, done: list, failed: list) -> list[str]:
+    found = []
+    for stem in done if len(done) <= MOST_DETAILED else []:
+        parameters, fit = stem["parameters"], stem["fit"]
+        modulus, damping = parameters["bond_youngs_modulus_pa"], parameters["bond_damping"]
+        end = ("the chain explains the recording to its noise" if fit["adequate"]
+               else "SOMETHING IS MISSING in the model: " + _missing(fit))
+        found.append(f"{stem['measurement']}: Y = {with_error(modulus, 1e-9)} GPa, beta = "
+                     f"{with_error(damping)} (95 %); {end}.")
+    if len(done) > MOST_DETAILED:
+        missing = sum(not stem["fit"]["adequate"] for stem in done)
+        found.append(f"{len(done)} stems were calibrated; the chain explains {len(done) - missing} "
+                     "of them to their noise.")
+    population = results.content.get("population")
+    if population:
+        low, high = population["bond_youngs_modulus_pa"]["central_90_percent"]
+        damping = population["bond_damping"]["central_90_percent"]
+        found.append(f"90 % of the stems have Y between {shown(1e-9 * low, 3)} and "
+                     f"{shown(1e-9 * high, 3)} GPa and beta between {shown(damping[0], 3)} and "
+                     f"{shown(damping[1], 3)}.")
+    if failed:
+        found.append(f"{len(failed)} of {len(results.stems)} stems could not be calibrated.")
+    return found
+
+
+def _missing(fit: dict) -> str:
+    tests = [test["name"] for test in fit["tests"]
+             if test["adjusted_p_value"] is not None and test["adjusted_p_value"] < 0.01]
+    return fit["reason"] or ", ".join(tests) or "see the tests"
+
+
+def _stem_table(stems: list) -> str:
+    rows = []
+    for stem in stems:
+        fit, mode = stem["fit"], stem["mode"]
+        rows.append([stem["measurement"],
+                     with_error(stem["parameters"]["bond_youngs_modulus_pa"], 1e-9),
+                     with_error(stem["parameters"]["bond_damping"]),
+                     with_error(mode["b2_hz"]), with_error(mode["b1_per_cycle"]),
+                     fit["rmse_mm"], fit["noise_mm"], fit["reduced_chi2"],
+                     "fits" if fit["adequate"] else "something is missing"])
+    return table(["stem", "Y, GPa", "beta", "b2, Hz", "b1 per cycle", "rms, mm", "noise, mm",
+                  "reduced chi²", "verdict"], rows)
+
+
+def _value(stem: dict, key: str):
+    estimate = stem["parameters"].get(key) or stem["mode"].get(key)
+    return np.nan if estimate["value"] is None else estimate["value"]
+
+
+def _add_population(section: Section, results: CalibrationResults, stems: list):
+    population = results.content.get("population")
+    if not population:
+        return
+    plots, rows = [], []
+    for key, label, factor in QUANTITIES:
+        values = factor * np.array([_value(stem, key) for stem in stems], dtype=float)
+        counts, edges = histogram_of(values)
+        entry = population[key]
+        low, high = (factor * end for end in entry["central_90_percent"])
+        plots.append(Plot(f"population-{key.replace('_', '-')}", "", f"Histogram of {label}.",
+                          [bars(counts, edges)],
+                          layout(axis(label), axis("stems", dtick=max(1, int(counts.max()) // 4)),
+                                 legend=False, bargap=0,
+                                 shapes=[level(end, VERMILLION, "dash", "x") for end in (low, high)]),
+                          230))
+        rows.append([label, factor * entry["mean"], factor * entry["standard_deviation"],
+                     factor * entry["median"], low, high])
+    section.heading("The population")
+    section.add_plots(plots, "Dashed: between them lie 90 % of the stems.",
+                      table(["quantity", "mean", "sd", "median", "5 %", "95 %"], rows))
+
+
+def _add_stem(section: Section, results: CalibrationResults, number: int, stem: dict):
+    section.heading(f"Stem {stem['measurement']}")
+    section.add(table(PARAMETER_COLUMNS, parameter_rows(stem["parameters"])))
+    _add_checks(section, stem)
+    try:
+        time, heights, measured, predicted = results.prediction(number)
+    except CalibrationError as error:
+        section.add(f"<p class=\"note\">{escaped(error)}</p>")
+        return
+    name, residual = f"{number:03}", measured - predicted
+    models = [("fitted chain", predicted, VERMILLION)]
+    section.add_plots(motion_plots(name, time, heights, measured, models),
+                      f"Noise {shown(stem['fit']['noise_mm'], 3)} mm ({stem['fit']['noise_source']}).",
+                      legend=legend_of(models))
+    if len(heights) > 1:
+        section.add_plots([map_plot(f"map-{name}", "measured − fitted, mm", time, heights, residual,
+                                    colour_limit(residual))],
+                          "What the chain leaves; noise has no pattern.")
+        add_animation(section, name, time, heights, measured, [("fitted chain", predicted)])
+
+
+def _add_checks(section: Section, stem: dict):
+    check, via = stem.get("check"), stem.get("via")
+    if check and "failure" not in check:
+        section.add(table(["closing test", "measured", "simulated", "error, %", "resolution, %"],
+                          [[label, check[f"measured_{key}"], check[f"simulated_{key}"],
+                            check[f"{short}_error_percent"], check[f"{short}_resolution_percent"]]
+                           for label, key, short in (("b1 per cycle", "b1_per_cycle", "b1"),
+                                                     ("b2, Hz", "b2_hz", "b2"))]))
+    if via and "failure" not in via:
+        rows = [[law, *(with_error(via[key][member], factor) if via[key][member] else "–"
+                        for key, _, factor in QUANTITIES[:2])]
+                for law, member in (("Eqs. 12 and 13", "single_law"),
+                                    ("terms kept by F-tests", "f_test_terms"))]
+        section.add(table([f"by the study {via['study']}", "Y, GPa", "beta"], rows))
+        section.add("".join(f"<p class=\"note\">{escaped(w)}</p>" for w in via["warnings"]))
+    for part in (check, via):
+        if part and "failure" in part:
+            section.add(f"<p class=\"note\">{escaped(part['failure'])}</p>")
+    section.add("".join(f"<p class=\"note\">{escaped(r)}</p>" for r in stem.get("remarks", [])))
+    section.add(folded("Tests of what is missing", table(
+        ["test", "p", "p, adjusted for their number"],
+        [[test["name"], test["p_value"], test["adjusted_p_value"]]
+         for test in stem["fit"]["tests"]])))
+
+
+def _add_provenance(section: Section, results: CalibrationResults):
+    section.heading("Provenance and cost")
+    rows = [[name.replace("_", " "), "–" if value in (None, "") else value]
+            for name, value in results.content["options"].items()]
+    stems = [stem for stem in results.stems if "failure" not in stem]
+    rows += [["runs of the chain", sum(stem["fit"]["runs"] for stem in stems)],
+             ["readings", sum(stem["fit"]["readings"] for stem in stems)]]
+    rows += [[f"recording of {stem['measurement']}", stem.get("folder", "–")]
+             for stem in results.stems]
+    section.add(facts(rows))
+    section.add("".join(f"<p class=\"note\">{escaped(text)}</p>"
+                        for text in results.content.get("remarks", [])))

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Model against measurement: the verdict, the ladder, where the models fail, the moving stem."""
+from __future__ import annotations
+
+import h5py
+import numpy as np
+
+from comparison_results import Comparison, name_of, numbers
+from palette import BLUE, ORANGE, VERMILLION
+from report_page.drawing import axis, dots, layout, level, log_axis
+from report_page.markup import Plot, Section, escaped, facts, folded, plain, shown, table
+from report_page.measured import (FIRST, LAST, PARAMETER_COLUMNS, add_animation, amplitude_plots,
+                                  amplitude_table, colour_limit, legend_of, map_array, map_plot,
+                                  motion_plots, parameter_rows, where_plots, where_table)
+
+MOST_MAPS = 3
+FINDINGS = {"adequate": "fits", "inadequate": "something is missing", "undecided": "undecided"}
+
+
+def comparison_section(comparison: Comparison, key: str, place: str) -> Section:
+    """The section of a folder of `culm compare -o`."""
+    section = Section(key, f"Comparison of {comparison.measurement} ({place})")
+    _add_verdict(section, comparison)
+    section.heading("The error ladder")
+    _add_ladder(section, comparison)
+    section.heading("Where the models fail")
+    _add_maps(section, comparison)
+    wheres = _first_and_last(comparison)
+    section.add_plots(where_plots(wheres), "Along the stem and over frequency.",
+                      where_table(wheres[-1][1]), legend_of(wheres))
+    plots = amplitude_plots(wheres)
+    if plots:
+        section.heading("Against the amplitude")
+        section.add_plots(plots, "In windows of five cycles; measured and modelled are read in the "
+                                 "same way. Bars: 95 %.", amplitude_table(wheres[-1][1]),
+                          legend_of(wheres))
+    _add_motion(section, comparison)
+    _add_parameters(section, comparison)
+    _add_provenance(section, comparison)
+    return section
+
+
+def best_rung(comparison: Comparison) -> dict:
+    """The last model that was a gain, else the baseline."""
+    gains = [rung for rung in comparison.rungs if rung.get("gain")]
+    return (gains or comparison.rungs[:1])[-1]
+
+
+def _add_verdict(section: Section, comparison: Comparison):
+    base, best = comparison.rungs[0], best_rung(comparison)
+    section.tone = "good" if best["verdict"]["finding"] == "adequate" else "doubt"
+    section.verdict.append(_in_one_sentence(comparison, base, best))
+    section.verdict.append(f"The published chain: {base['sentences'][0]}")
+    if best is base:
+        section.verdict += base["sentences"][1:]
+    else:
+        section.verdict.append(f"With {' and '.join(best['model'][1:])}: {best['sentences'][0]}")
+        section.verdict += best["sentences"][1:]
+        before = comparison.content["ladder"][best["compared_with"]]
+        section.verdict.append(f"Against {name_of(before)} the calibrated Y changes by "
+                               f"{_percent(best['change']['bond_youngs_modulus'])}, beta by "
+                               f"{_percent(best['change']['bond_damping'])}.")
+    refused = [rung for rung in comparison.rungs[1:] if not rung.get("gain")]
+    section.verdict += [f"The step to {name_of(rung)} was no gain: {rung['why']}."
+                        for rung in refused]
+
+
+def _in_one_sentence(comparison: Comparison, base: dict, best: dict) -> str:
+    which, finding = comparison.measurement, best["verdict"]["finding"]
+    if finding == "undecided":
+        return f"{which} is too short, too small or too noisy to tell whether the model explains it."
+    if best is base:
+        return (f"The published chain explains {which} to its noise." if finding == "adequate" else
+                f"The published chain does not explain {which}: something is missing.")
+    effects = " and ".join(best["model"][1:])
+    end = "does" if finding == "adequate" else "comes nearer, but something is missing still"
+    return f"The published chain does not explain {which}; with {effects} it {end}."
+
+
+def _percent(share) -> str:
+    return "–" if share is None else f"{100.0 * share:+.3g} %".replace("-", "\N{MINUS SIGN}")
+
+
+def _held_out(rung: dict, key: str):
+    return rung["held_out"][key].get("rms_over_noise")
+
+
+def _add_ladder(section: Section, comparison: Comparison):
+    rungs = comparison.rungs
+    labels = [plain(" + ".join(rung["model"])) for rung in rungs]
+    traces, shares = [], []
+    for label, colour, symbol, read in (
+            ("all readings", BLUE, "circle", lambda rung: rung["rmse_over_noise"]),
+            ("last third, predicted", ORANGE, "square", lambda r: _held_out(r, "last_third")),
+            ("one height, predicted", VERMILLION, "triangle-up",
+             lambda r: _held_out(r, "one_height"))):
+        shares += [read(rung) for rung in rungs]
+        traces.append(dots(numbers(shares[-len(rungs):]), labels, label, colour, 10, symbol))
+    left = 24 + 7 * max(map(len, labels))
+    plot = Plot("ladder", "", "Residual over noise of every model on the ladder.", traces,
+                layout(log_axis("residual / noise (1: nothing but noise is left)", [1.0, *shares]),
+                       axis(type="category", range=[len(rungs) - 0.5, -0.5]), left,
+                       shapes=[level(1.0, along="x")]), 150 + 42 * len(rungs))
+    rows = [[name_of(rung), rung["rmse_mm"], rung["rmse_over_noise"], rung["reduced_chi2"],
+             rung["bic"], rung.get("delta_bic"), _held_out(rung, "last_third"),
+             _held_out(rung, "one_height"), FINDINGS[rung["verdict"]["finding"]],
+             {True: "a gain", False: "no gain"}.get(rung.get("gain"), "")] for rung in rungs]
+    section.add_plots([plot], "Every model from the published chain upward; predicted: of readings "
+                              "that the fit did not see.")
+    section.add(table(["model", "rms, mm", "/ noise", "reduced chi²", "BIC", "change of BIC",
+                       "last third", "one height", "verdict", ""], rows))
+
+
+def _first_and_last(comparison: Comparison) -> list:
+    rungs, best = comparison.rungs, best_rung(comparison)
+    last = best if best is not rungs[0] else rungs[-1]
+    chosen = [(rungs[0], FIRST)] + ([(last, LAST)] if last is not rungs[0] else [])
+    return [(name_of(rung), rung["where"], colour) for rung, colour in chosen]
+
+
+def _add_maps(section: Section, comparison: Comparison):
+    rungs = comparison.rungs
+    rungs = rungs if len(rungs) <= MOST_MAPS else [*rungs[:MOST_MAPS - 1], rungs[-1]]
+    maps = [rung["where"]["residual_map"] for rung in rungs]
+    if len(maps[0]["height_mm"]) < 2:
+        return
+    values = [map_array(entry) for entry in maps]
+    limit = colour_limit(*values)
+    plots = [map_plot(f"map-{k}", f"{name_of(rung)}: {shown(rung['rmse_mm'], 3)} mm rms",
+                      entry["time_s"], entry["height_mm"], value, limit)
+             for k, (rung, entry, value) in enumerate(zip(rungs, maps, values))]
+    for plot in plots:
+        section.add_plots([plot], "" if plot is not plots[-1] else
+                          "Measured − modelled, mm, all on one scale: blue below zero, red above. "
+                          "Noise has no pattern.")
+
+
+def _arrays(comparison: Comparison):
+    """Times, heights (mm), measured (mm) and predictions by model from comparison.h5; None if it is
+    not there."""
+    file = comparison.file.parent / "comparison.h5"
+    if not file.is_file():
+        return None
+    with h5py.File(file, "r") as content:
+        models = [(str(group.attrs["model"]), 1e3 * group["predicted"][()])
+                  for name, group in sorted(content.items()) if name.startswith("model_")]
+        return (content["time"][()], 1e3 * content["height"][()], 1e3 * content["measured"][()],
+                models)
+
+
+def _add_motion(section: Section, comparison: Comparison):
+    arrays = _arrays(comparison)
+    section.heading("The motion")
+    if arrays is None:
+        section.add("<p class=\"note\">`culm compare -o DIR` leaves comparison.h5, from which the "
+                    "motion is drawn; it is not here.</p>")
+        return
+    time, heights, measured, models = arrays
+    drawn = {name_of(comparison.rungs[0]): FIRST, name_of(best_rung(comparison)): LAST}
+    chosen = [(label, predicted, drawn[label]) for label, predicted in models if label in drawn]
+    section.add_plots(motion_plots("all", time, heights, measured, chosen),
+                      f"Noise {shown(comparison.noise_mm, 3)} mm.", legend=legend_of(chosen))
+    if np.size(heights) > 1:
+        add_animation(section, "all", time, heights, measured, models)
+
+
+def _add_parameters(section: Section, comparison: Comparison):
+    section.heading("Parameters")
+    for rung in comparison.rungs:
+        content = table(PARAMETER_COLUMNS, parameter_rows(rung["parameters"]))
+        content += table(["test", "p", "p, adjusted for their number"],
+                         [[test["name"], test["p_value"], test["adjusted_p_value"]]
+                          for test in rung["verdict"]["tests"]])
+        if rung is best_rung(comparison):
+            section.add(table(PARAMETER_COLUMNS, parameter_rows(rung["parameters"]), name_of(rung)))
+        section.add(folded(f"{name_of(rung)}: parameters and tests", content))
+
+
+def _add_provenance(section: Section, comparison: Comparison):
+    content = comparison.content
+    section.heading("Provenance and cost")
+    rows = [["recording", content["folder"]],
+            ["frames, heights", f"{content['frames']}, {content['heights']}"],
+            ["noise", f"{shown(content.get('noise_mm'), 3)} mm ({content.get('noise_source', '–')})"],
+            ["effective readings", content["effective_readings"]],
+            ["runs of the chain", sum(rung["runs"] for rung in comparison.rungs)]]
+    rows += [[name.replace("_", " "), "–" if value in (None, "") else value]
+             for name, value in content["options"].items()]
+    section.add(facts(rows))
+    failed = [rung for rung in content["ladder"] if "failure" in rung]
+    if failed:
+        section.heading("Models that could not be fitted")
+        section.add(table(["model", "why"], [[name_of(r), r["failure"]] for r in failed]))
+    section.add("".join(f"<p class=\"note\">{escaped(text)}</p>" for text in content["remarks"]))

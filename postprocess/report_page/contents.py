@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a folder holds: studies, recordings, fits, calibrations, comparisons, diagnoses."""
+from __future__ import annotations
+
+from pathlib import Path
+
+from calibration_results import CalibrationError, CalibrationResults
+from comparison_results import Comparison, ComparisonError
+from culm_archive import Study, StudyError
+from diagnosis_results import Diagnosis, DiagnosisError
+from fit_results import FitError, FitResults
+from report_page.calibration import calibration_section
+from report_page.comparison import comparison_section
+from report_page.diagnosis import diagnosis_section
+from report_page.markup import Section
+from report_page.measurements import RecordingError, fit_section, recording_section
+from report_page.study import study_section
+
+class UnexpectedContent(Exception):
+    """A file does not hold what its schema promises; one sentence."""
+
+
+REFUSALS = (StudyError, CalibrationError, ComparisonError, DiagnosisError, FitError, RecordingError,
+            UnexpectedContent)
+
+
+class NothingToReport(Exception):
+    """The folder holds no results; one sentence."""
+
+
+def _study(folder: Path, key: str, place: str) -> Section:
+    with Study(folder) as study:
+        return study_section(study, key, place)
+
+
+# The file that tells of each kind, and what makes its section; in the order of the page.
+KINDS = (
+    ("study.h5", "study", _study),
+    ("track.json", "recording", recording_section),
+    ("fit.json", "fit", lambda folder, *names: fit_section(FitResults(folder), *names)),
+    ("calibration.json", "calibration",
+     lambda folder, *names: calibration_section(CalibrationResults(folder), *names)),
+    ("comparison.json", "comparison",
+     lambda folder, *names: comparison_section(Comparison(folder), *names)),
+    ("diagnosis.json", "diagnosis",
+     lambda folder, *names: diagnosis_section(Diagnosis(folder), *names)),
+)
+
+
+def folders_of(directory: Path) -> list[Path]:
+    """The folder itself and those in it."""
+    return [directory, *sorted(path for path in directory.iterdir() if path.is_dir())]
+
+
+def _section(make, file: Path, key: str, place: str) -> Section:
+    """A document of the right version in which something is not as its schema says is refused."""
+    try:
+        return make(file.parent, key, place)
+    except (KeyError, TypeError, IndexError, AttributeError) as error:
+        raise UnexpectedContent(f"{file}: not as this version of culm writes it: "
+                                f"{type(error).__name__}, {error}.") from error
+
+
+def sections_of(directory: Path) -> list[Section]:
+    """A section for every result in the folder and in those directly in it; of a result that cannot
+    be read it says why. Raises NothingToReport, or what the reader said if nothing could be read."""
+    if not directory.is_dir():
+        raise NothingToReport(f"{directory} is not a folder.")
+    sections, refusals, counts = [], [], {}
+    folders = folders_of(directory)
+    for file, kind, make in KINDS:
+        for folder in folders:
+            if not (folder / file).is_file():
+                continue
+            counts[kind] = counts.get(kind, 0) + 1
+            key = kind if counts[kind] == 1 else f"{kind}-{counts[kind]}"
+            place = folder.resolve().name
+            try:
+                sections.append(_section(make, folder / file, key, place))
+            except REFUSALS as error:
+                refusals.append(error)
+                sections.append(Section(key, f"{kind.capitalize()} ({place})", "doubt",
+                                        [f"Not on this page: {error}"]))
+    if not sections:
+        known = ", ".join(file for file, _, _ in KINDS)
+        raise NothingToReport(f"{directory} holds no results: neither in it nor in a folder of it is "
+                              f"any of {known} (culm run|track|fit|calibrate|compare|diagnose -o).")
+    if len(refusals) == len(sections):
+        raise refusals[0]
+    return sections

@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A diagnosis: which effect is missing, how sure that is, what the recording could not show."""
+from __future__ import annotations
+
+import math
+
+from diagnosis_results import Diagnosis
+from palette import BLUE, GREY, ORANGE, VERMILLION
+from report_page.drawing import axis, dots, layout, level, line, log_axis
+from report_page.markup import (Plot, Section, escaped, facts, folded, half_width, plain,
+                                shown, table)
+from report_page.measured import (PARAMETER_COLUMNS, amplitude_plots, amplitude_table, colour_limit,
+                                  legend_of, map_array, map_plot, parameter_rows, where_plots, where_table)
+
+NAMING_GAIN = 10.0  # by which BIC must fall (docs/diagnosis.md)
+MOST_RECORDINGS = 3
+FINDINGS = {"adequate": "fits", "inadequate": "something is missing", "undecided": "undecided"}
+
+
+def diagnosis_section(diagnosis: Diagnosis, key: str, place: str) -> Section:
+    """The section of a folder of `culm diagnose -o`."""
+    content = diagnosis.content
+    section = Section(key, f"Diagnosis of {content['measurement']} ({place})")
+    section.tone = "good" if content["verdict"] in ("adequate", "effect") else "doubt"
+    section.verdict += verdict_sentences(content)
+    section.heading("The error ladder")
+    _add_ladder(section, content)
+    _add_missing_force(section, content)
+    section.heading("The candidates")
+    _add_ranking(section, content)
+    _add_blind_spots(section, diagnosis)
+    _add_next(section, content)
+    _add_where(section, content)
+    _add_provenance(section, content)
+    return section
+
+
+def verdict_sentences(content: dict) -> list[str]:
+    """What a hurried reader takes away."""
+    effects = " and ".join(content["effects"])
+    first = {
+        "adequate": "ADEQUATE: the published chain explains the recording to its noise; no effect "
+                    "is missing that this recording could show.",
+        "effect": f"EFFECT: {effects} is missing from the published chain."
+                  if len(content["effects"]) == 1 else
+                  f"EFFECT: {effects} are missing from the published chain.",
+        "tie": f"TIE: something is missing; {effects or 'several effects'} would explain it, and so "
+               "would others that this recording cannot tell apart.",
+        "unknown": "UNKNOWN: none of the candidates explains the recording.",
+    }[content["verdict"]]
+    found = [first]
+    base, last = content["ladder"][0], content["ladder"][-1]
+    if last is not base:
+        found.append(f"The error falls from {shown(base['rmse_mm'], 3)} mm (rms) to "
+                     f"{shown(last['rmse_mm'], 3)} mm; the noise is "
+                     f"{shown(content['noise_mm'], 3)} mm.")
+    else:
+        found.append(f"The published chain leaves {shown(base['rmse_mm'], 3)} mm (rms); the noise "
+                     f"is {shown(content['noise_mm'], 3)} mm.")
+    for group, separate in zip(content["ties"], content["ties_separate_by"]):
+        found.append(f"Cannot be told apart: {', '.join(group)}. {separate}")
+    force = content["missing_force"]
+    if force and force["form"]:
+        found.append(f"The missing {force['kind'].replace('_', ' ')} looks like {force['form']} "
+                     f"({force['character']}) and explains "
+                     f"{shown(100.0 * force['explained'], 3)} % of the misfit.")
+    if content["reason"]:
+        found.append(f"Why: {content['reason']}.")
+    return found
+
+
+def _add_ladder(section: Section, content: dict):
+    ladder = content["ladder"]
+    labels = [plain(" + ".join(rung["model"][-1:] if place else rung["model"]))
+              for place, rung in enumerate(ladder)]
+    labels = [label if place == 0 else f"+ {label}" for place, label in enumerate(labels)]
+    noise = content["noise_mm"]
+    errors = [rung["rmse_mm"] for rung in ladder]
+    trace = dots(errors, labels, "residual", BLUE, 11, mode="lines+markers+text",
+                 text=[f"{shown(error, 3)} mm" for error in errors], textposition="top center",
+                 hoverinfo="x+y", line={"color": BLUE, "width": 1})
+    ends = [value for value in [*errors, noise] if value]
+    look = layout(log_axis("residual, mm (rms); dashed: the noise", ends),
+                  axis(type="category", range=[len(ladder) - 0.5, -0.7]), 24 + 7 * max(map(len, labels)),
+                  legend=False, shapes=[level(noise, VERMILLION, "dash", "x")] if noise else [])
+    rows = [[" + ".join(rung["model"]), rung["rmse_mm"], rung["reduced_chi2"],
+             rung.get("delta_bic"), rung.get("held_out_before_over_noise"),
+             rung.get("held_out_over_noise"), FINDINGS[rung["finding"]]] for rung in ladder]
+    section.add_plots([Plot("ladder", "", "Residual of every model on the way to the answer.",
+                            [trace], look, 130 + 52 * len(ladder))],
+                      "Every model on the way to the answer.")
+    section.add(table(["model", "rms, mm", "reduced chi²", "change of BIC",
+                       "last third predicted before, / noise", "after", "verdict"], rows))
+    section.add(table(PARAMETER_COLUMNS, parameter_rows(content["parameters"]),
+                      "Parameters of the best model"))
+    section.add(folded("Parameters of the published chain alone", table(
+        PARAMETER_COLUMNS, parameter_rows(content["baseline"]["parameters"]))))
+
+
+def _add_missing_force(section: Section, content: dict):
+    force = content["missing_force"]
+    if not force or not force["form"]:
+        return
+    is_moment = force["kind"] == "bending_moment"
+    member, label = (("moment_n_m", "bending moment, N m") if is_moment
+                     else ("force_n_per_m", "force per length, N/m"))
+    plots = []
+    curves = (("against_displacement", "displacement_mm", "displacement of the tip, mm"),
+              ("against_velocity", "velocity_m_s", "velocity of the tip, m/s"))
+    largest = 1.08 * max(abs(sample[member]) for curve, _, _ in curves for sample in force[curve])
+    for curve, quantity, title in curves:
+        samples = force[curve]
+        plots.append(Plot(f"force-{curve.replace('_', '-')}", "", f"Missing {label} {curve} of the "
+                          "tip.", [line([s[quantity] for s in samples], [s[member] for s in samples],
+                                        "", BLUE, width=2)],
+                          layout(axis(title, zeroline=True),
+                                 axis(label, zeroline=True, range=[-largest, largest]),
+                                 legend=False)))
+    section.heading("The missing force")
+    section.add_plots(plots, f"{force['form']}; {force['character']}. x deflection, v its rate, "
+                             "kappa curvature; SI units.",
+                      table(["term", "coefficient", "± (95 %)", "chosen in resamples"],
+                            [[term["term"], term["coefficient"], shown(half_width(term["stderr"]), 2),
+                              term["stability"]] for term in force["terms"]]))
+    section.add(folded("The same as an effect of your own (missing_force.toml)",
+                       f"<pre>{escaped(force['effect_file'])}</pre>"))
+
+
+def _add_ranking(section: Section, content: dict):
+    ranked = [entry for entry in content["ranking"] if entry["delta_bic"] is not None]
+    traces = []
+    for label, colour, belongs in (
+            ("fitted", BLUE, lambda e: e["refitted"] and not e["obstacle"]),
+            ("fitted, cannot be named", ORANGE, lambda e: e["refitted"] and e["obstacle"]),
+            ("score only", GREY, lambda e: not e["refitted"])):
+        chosen = [entry for entry in ranked if belongs(entry)]
+        if chosen:
+            traces.append({"type": "bar", "orientation": "h", "name": label,
+                           "x": [_symmetric_log(entry["delta_bic"]) for entry in chosen],
+                           "y": [plain(entry["effect"]) for entry in chosen],
+                           "text": [f"{plain(entry['effect'])}: {shown(entry['delta_bic'], 5)}"
+                                    for entry in chosen],
+                           "hoverinfo": "text", "textposition": "none", "marker": {"color": colour}})
+    if ranked:
+        names = [plain(entry["effect"]) for entry in ranked]
+        ticks = _bic_ticks([entry["delta_bic"] for entry in ranked])
+        look = layout(axis("change of BIC (left: better; dashed: from here on it counts)",
+                           tickvals=[_symmetric_log(tick) for tick in ticks],
+                           ticktext=[shown(float(tick), 6) for tick in ticks]),
+                      axis(type="category", autorange="reversed", categoryorder="array",
+                           categoryarray=names), 24 + 7 * max(map(len, names)),
+                      shapes=[level(_symmetric_log(-NAMING_GAIN), VERMILLION, "dash", "x"),
+                              level(0.0, "#444444", "solid", "x")])
+        section.add_plots([Plot("ranking", "", "Change of BIC by every candidate.", traces, look,
+                                120 + 22 * len(ranked))],
+                          "Beside the model of the first step. Score only: the error is what the "
+                          "score test promises.")
+    rows = [[entry["effect"], entry["rmse_mm"], entry["delta_bic"], entry["p_value"],
+             "yes" if entry["refitted"] else "score only",
+             entry["obstacle"] or (f"looks like {', '.join(entry['looks_like'])}"
+                                   if entry["looks_like"] else ""),
+             entry.get("signature", "")] for entry in content["ranking"]]
+    section.add(folded("All candidates with their signatures", table(
+        ["effect", "rms, mm", "change of BIC", "p", "fitted", "remark", "what it leaves"], rows)))
+    if content["failed"]:
+        section.add(table(["candidate that could not be fitted", "why"],
+                          [[entry["effect"], entry["reason"]] for entry in content["failed"]]))
+
+
+def _symmetric_log(value: float) -> float:
+    """Linear below 10, then in decades; plotly.js has no such axis."""
+    size = abs(value)
+    return math.copysign(size / 10.0 if size <= 10.0 else 1.0 + math.log10(size / 10.0), value)
+
+
+def _bic_ticks(values: list[float]) -> list[float]:
+    ticks = [-10.0 ** power for power in range(6, 0, -1)] + [0.0]
+    ticks += [10.0 ** power for power in range(1, 7)]
+    low, high = min(values), max(values)
+    return [tick for tick in ticks if min(-10.0, 2.0 * low) <= tick <= max(10.0, 2.0 * high)]
+
+
+def _add_blind_spots(section: Section, diagnosis: Diagnosis):
+    spots = sorted(diagnosis.visible_spots, key=lambda spot: -_largest_bias(spot))
+    section.heading("What this recording could not show")
+    content = diagnosis.content
+    others = [spot["effect"] for spot in content["blind_spots"] if spot not in spots]
+    if spots:
+        names = [plain(spot["effect"]) for spot in spots]
+        traces = [{"type": "bar", "orientation": "h", "name": label, "y": names,
+                   "x": [100.0 * (spot["bias"][key] or 0.0) for spot in spots],
+                   "marker": {"color": colour}, "hoverinfo": "x+y"}
+                  for key, label, colour in (("bond_youngs_modulus", "bias of Y, %", BLUE),
+                                             ("bond_damping", "bias of beta, %", VERMILLION))]
+        section.add_plots([Plot("blind-spots", "", "Bias of Y and beta by an effect that is just "
+                                "too small to be seen.", traces,
+                                layout(axis("bias, % (of an effect that is just not visible)",
+                                            zeroline=True),
+                                       axis(type="category", autorange="reversed"),
+                                       24 + 7 * max(map(len, names)), barmode="group"),
+                                120 + 30 * len(spots))],
+                          "An effect below the size in the table may be there unseen; by so much "
+                          "the calibration would be off.")
+        section.add(table(["effect", "visible from", "unit", "bias of Y, %", "bias of beta, %"],
+                          [[f"{spot['effect']}: {spot['smallest_visible']['parameter']}",
+                            spot["smallest_visible"]["value"], spot["smallest_visible"]["unit"],
+                            _percent(spot["bias"]["bond_youngs_modulus"]),
+                            _percent(spot["bias"]["bond_damping"])] for spot in spots]))
+    if others:
+        section.add(f"<p class=\"note\">At no possible size: {escaped(', '.join(others))}.</p>")
+    rate = content["false_naming"]
+    if rate["rate"] is not None:
+        section.add(f"<p>False naming: {shown(100.0 * rate['rate'], 2)} % of {rate['draws']} "
+                    "recordings simulated without any further effect (95 %: at most "
+                    f"{shown(100.0 * rate['upper_bound'], 2)} %).</p>")
+
+
+def _largest_bias(spot: dict) -> float:
+    return max(abs(spot["bias"][key] or 0.0) for key in ("bond_youngs_modulus", "bond_damping"))
+
+
+def _percent(share):
+    return None if share is None else 100.0 * share
+
+
+def _add_next(section: Section, content: dict):
+    if not content["next_experiment"]:
+        return
+    section.heading("Next experiments, the most telling first")
+    rows = [[entry["what"], "; ".join(" from ".join(pair) for pair in entry["separates"]),
+             None if entry["expected_gap"] is None else entry["expected_gap"] ** 0.5]
+            for entry in content["next_experiment"]]
+    section.add(table(["experiment", "tells apart", "distance, standard deviations"], rows))
+
+
+def _add_where(section: Section, content: dict):
+    section.heading("What the best model leaves")
+    wheres = content.get("where_by_recording") or [content["where"]]
+    recordings = content["recordings"]
+    for place, (where, recording) in enumerate(zip(wheres[:MOST_RECORDINGS], recordings)):
+        residuals = map_array(where["residual_map"])
+        if residuals.ndim == 2 and residuals.shape[1] > 1:
+            entry = where["residual_map"]
+            section.add_plots([map_plot(f"map-{place}", f"{recording['id']}: measured − modelled, mm",
+                                        entry["time_s"], entry["height_mm"], residuals,
+                                        colour_limit(residuals))],
+                              "Noise has no pattern.")
+    label = " + ".join(content["ladder"][-1]["model"])
+    first = [(label, wheres[0], VERMILLION)]
+    section.add_plots(where_plots(first), "Along the stem and over frequency, best model.",
+                      where_table(wheres[0]), legend_of(first))
+    plots = amplitude_plots(first)
+    if plots:
+        section.add_plots(plots, "Frequency and decay against amplitude, in windows of five cycles; "
+                                 "measured and modelled are read in the same way. Bars: 95 %.",
+                          amplitude_table(wheres[0]), legend_of(first))
+
+
+def _add_provenance(section: Section, content: dict):
+    section.heading("Provenance and cost")
+    rows = [[f"recording {recording['id']}",
+             f"{recording['folder']}: {recording['frames']} frames, {recording['heights']} heights, "
+             f"noise {shown(recording['noise_mm'], 3)} mm ({recording['noise_source']})"]
+            for recording in content["recordings"]]
+    rows.append(["runs of the chain", content["runs"]])
+    for name, value in content["options"].items():
+        text = ", ".join(value) if isinstance(value, list) else value
+        rows.append([name.replace("_", " "), "–" if text in (None, "") else text])
+    section.add(facts(rows))
+    section.add("".join(f"<p class=\"note\">{escaped(text)}</p>" for text in content["remarks"]))

@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Measurement beside model: the motion, what is left of it, where it is left, and the moving stem."""
+from __future__ import annotations
+
+import numpy as np
+
+from comparison_results import numbers
+from palette import BLACK, BLUE, GREY, VERMILLION, number
+from report_page.drawing import axis, dots, heat_map, layout, level, line, log_axis, thinned
+from report_page.markup import (Plot, Section, data_script, escaped, half_width, plain, shown,
+                                table)
+from report_page.picker import packed
+
+FIRST, LAST = BLUE, VERMILLION  # of the smallest and the largest model
+ANIMATED_CYCLES_MS = 1e3  # of the record that the moving stem shows
+MOST_FRAMES = 500
+LARGEST_PART = 0.995  # of the residuals fits the colours of a map
+
+
+def map_plot(name: str, title: str, time_s, heights_mm, residual_mm, largest: float) -> Plot:
+    """Residuals (T, H) over height and time; `largest` is the end of the colours, mm."""
+    time, kept, group = thinned(np.asarray(time_s, float), np.asarray(residual_mm, float))
+    remark = f" (of {group} frames the largest)" if group > 1 else ""
+    return Plot(name, plain(title) + remark, f"Map of {title} over height and time.",
+                [heat_map(1e3 * time, heights_mm, kept.T, "", largest)],
+                layout(axis("time, ms"), axis("height, mm"), legend=False), 260)
+
+
+def map_array(residual_map: dict) -> np.ndarray:
+    """The residuals of a member `residual_map`, (T, H), mm."""
+    return np.array([numbers(row) for row in residual_map["residual_mm"]], dtype=float)
+
+
+def colour_limit(*arrays: np.ndarray) -> float:
+    """One scale for several maps: nearly all of the first fits."""
+    known = np.abs(arrays[0][np.isfinite(arrays[0])])
+    return float(np.quantile(known, LARGEST_PART)) if known.size else 1.0
+
+
+def motion_plots(name: str, time_s, heights_mm, measured_mm, models: list) -> list[Plot]:
+    """The row that moves most, and below what each model leaves; models: (label, predicted (T, H),
+    colour)."""
+    measured = np.asarray(measured_mm, dtype=float)
+    swing = np.nanmax(np.abs(np.where(np.isfinite(measured), measured, 0.0)), axis=0)
+    row = int(np.argmax(swing))
+    time = 1e3 * np.asarray(time_s, dtype=float)
+    upper = [dots(time, measured[:, row], "measured", BLACK, 4)]
+    lower = []
+    for label, predicted, colour in models:
+        upper.append(line(time, predicted[:, row], plain(label), colour, width=1.2))
+        lower.append(line(time, measured[:, row] - predicted[:, row], plain(label), colour,
+                          width=1.0))
+    where = f"at h = {number(heights_mm[row])} mm"
+    return [Plot(f"motion-{name}", f"Deflection {where}", f"Measured and modelled deflection {where} "
+                 "against time.", upper,
+                 layout(axis("time, ms"), axis("deflection, mm"), legend=False)),
+            Plot(f"left-{name}", f"Measured − modelled {where}", f"What the models leave {where} "
+                 "against time.", lower,
+                 layout(axis("time, ms"), axis("residual, mm"), legend=False))]
+
+
+def legend_of(models: list) -> tuple:
+    """Of drawings with measured dots and lines of models; models: (label, anything, colour)."""
+    return (("measured", BLACK, "dots"), *((label, colour, "line") for label, _, colour in models))
+
+
+def add_animation(section: Section, name: str, time_s, heights_mm, measured_mm, models: list):
+    """The stem in slow motion: measured dots over the modelled stem; models: (label, predicted)."""
+    time = np.asarray(time_s, dtype=float)
+    frames = np.flatnonzero(time <= time[0] + 1e-3 * ANIMATED_CYCLES_MS)[:MOST_FRAMES]
+    measured = np.asarray(measured_mm, dtype=float)[frames]
+    largest = float(np.nanmax(np.abs(measured))) or 1.0
+    heights = np.asarray(heights_mm, dtype=float)
+    place = f"{section.key}-stem-{name}"
+    content = {"plot": place, "frames": int(frames.size), "heights": heights,
+               "time": packed(1e3 * time[frames]), "measured": packed(measured),
+               "models": [{"name": label, **packed(np.asarray(predicted, float)[frames])}
+                          for label, predicted in models]}
+    look = layout(axis("deflection, mm", range=[-1.15 * largest, 1.15 * largest], fixedrange=True),
+                  axis("height, mm", range=[0.0, 1.06 * float(heights.max())], fixedrange=True))
+    traces = [line([], [], "modelled", VERMILLION, width=3), dots([], [], "measured", BLACK, 9)]
+    traces[0]["line"]["shape"] = "spline"
+    plot = Plot(f"stem-{name}", "The stem in slow motion", "The measured positions over the "
+                "modelled stem at one moment; play it or move the slider.", traces, look, 420)
+    caption = ("Dots: measured; line: the model through the measured heights and the clamp. The "
+               "scales of the axes differ.")
+    if frames.size < time.size:
+        caption += f" The first {frames.size} of {time.size} frames."
+    section.add(f"<div class=\"animation\">{data_script(content, 'animation-data')}"
+                f"{_animation_controls(place, content['models'], frames.size)}"
+                f"{section.figure([plot], caption)}</div>")
+
+
+def _animation_controls(place: str, models: list, frames: int) -> str:
+    place = escaped(place)
+    choices = "".join(f"<option value=\"{k}\"{' selected' if k == len(models) - 1 else ''}>"
+                      f"{escaped(model['name'])}</option>" for k, model in enumerate(models))
+    speeds = "".join(f"<option value=\"{s}\"{' selected' if s == 100 else ''}>1 : {s}</option>"
+                     for s in (20, 50, 100, 200, 500))
+    return (f"<div class=\"controls\"><button type=\"button\" class=\"play\">Play</button> "
+            f"<label for=\"{place}-time\">Time</label> <input id=\"{place}-time\" type=\"range\" "
+            f"min=\"0\" max=\"{frames - 1}\" value=\"0\" class=\"moment\"> "
+            f"<label for=\"{place}-speed\">Slowed down</label> <select id=\"{place}-speed\" "
+            f"class=\"speed\">{speeds}</select> "
+            f"<label for=\"{place}-model\">Model</label> <select id=\"{place}-model\" "
+            f"class=\"model\">{choices}</select> <output class=\"facts\"></output></div>")
+
+
+def _windows(where: dict, key: str, side: str):
+    return [(window[side]["amplitude_mm"], window[side][key]["value"], window[side][key]["stderr"])
+            for window in where["against_amplitude"] if window[side] and window["measured"]]
+
+
+def amplitude_plots(wheres: list) -> list[Plot]:
+    """Frequency and decay against amplitude; wheres: (label, member `where`, colour), the last of
+    them gives the measured side."""
+    plots = []
+    for key, label in (("frequency_hz", "frequency, Hz"), ("b1_per_cycle", "decay per cycle b1")):
+        measured = _windows(wheres[-1][1], key, "measured")
+        if not measured:
+            return []
+        x, y, error = (numbers(part) for part in zip(*measured))
+        amplitudes = x
+        trace = dots(x, y, "measured", BLACK, 7)
+        trace["error_y"] = {"type": "data", "array": [half_width(value) for value in error],
+                            "thickness": 1, "color": BLACK}
+        traces = [trace]
+        for name, where, colour in wheres:
+            modelled = _windows(where, key, "modelled")
+            if modelled:
+                x, y, _ = (numbers(part) for part in zip(*modelled))
+                traces.append(line(x, y, plain(name), colour, mode="lines+markers",
+                                   marker={"color": colour, "size": 4}))
+        plots.append(Plot(f"amplitude-{key.replace('_', '-')}", label, f"{label} against amplitude, "
+                          "measured beside modelled.", traces,
+                          layout(log_axis("amplitude, mm", amplitudes), axis(label), legend=False)))
+    return plots
+
+
+def amplitude_table(where: dict) -> str:
+    rows = []
+    for window in where["against_amplitude"]:
+        sides = [window["measured"], window["modelled"]]
+        if sides[0] is None:
+            continue
+        rows.append([f"{1e3 * window['begin_s']:.1f} … {1e3 * window['end_s']:.1f}",
+                     sides[0]["amplitude_mm"],
+                     *(side[key]["value"] if side else None
+                       for key in ("frequency_hz", "b1_per_cycle") for side in sides)])
+    return table(["time, ms", "amplitude, mm", "frequency measured, Hz", "modelled",
+                  "b1 per cycle measured", "modelled"], rows)
+
+
+def where_plots(wheres: list) -> list[Plot]:
+    """Along the stem and over frequency; wheres as in amplitude_plots."""
+    heights, spectrum, banding = [], [], []
+    for name, where, colour in wheres:
+        groups = where["by_height"]
+        heights.append(line(numbers([group["rms_over_noise"] for group in groups]),
+                            [group["height_mm"] for group in groups], plain(name), colour,
+                            mode="lines+markers"))
+        spectrum.append(line(where["spectrum"]["frequency_hz"],
+                             numbers(where["spectrum"]["power_over_noise"]), plain(name), colour,
+                             width=1.1))
+        known = [height for height in where["banding"]["heights"] if height["modelled"]]
+        banding.append(line([height["modelled"]["value"] for height in known],
+                            [height["height_mm"] for height in known], plain(name), colour))
+    known = [height for height in wheres[-1][1]["banding"]["heights"] if height["measured"]]
+    measured = dots([height["measured"]["value"] for height in known],
+                    [height["height_mm"] for height in known], "measured", BLACK, 7)
+    measured["error_x"] = {"type": "data", "thickness": 1, "color": BLACK,
+                           "array": [half_width(height["measured"]["stderr"]) for height in known]}
+    powers = [value for _, where, _ in wheres for value in where["spectrum"]["power_over_noise"]]
+    modes = wheres[-1][1]["spectrum"]["mode_frequencies_hz"]
+    return [Plot("by-height", "Residual along the stem", "Residual over noise against height.",
+                 heights, layout(axis("residual / noise", rangemode="tozero"), axis("height, mm"),
+                                 legend=False, shapes=[level(1.0, along="x")])),
+            Plot("banding", "b1 along the stem", "Decay per cycle against height, measured beside "
+                 "modelled.", [measured, *banding],
+                 layout(axis("decay per cycle b1"), axis("height, mm"), legend=False)),
+            Plot("spectrum", "Spectrum of the residuals", "Power of the residuals over that of the "
+                 "noise against frequency; grey lines: the modes of the fitted chain.", spectrum,
+                 layout(axis("frequency, Hz"), log_axis("power / noise", powers), legend=False,
+                        shapes=[level(mode, GREY, "solid", "x") for mode in modes]))]
+
+
+def where_table(where: dict) -> str:
+    rows = [[f"h = {shown(group['height_mm'])} mm", group["rms_mm"], group["rms_over_noise"]]
+            for group in where["by_height"]]
+    rows += [[f"{1e3 * group['begin_s']:.0f} … {1e3 * group['end_s']:.0f} ms", group["rms_mm"],
+              group["rms_over_noise"]] for group in where["by_time"]]
+    return table(["where", "rms, mm", "over the noise"], rows)
+
+
+def parameter_rows(parameters: dict) -> list:
+    """Name, value with its 95 % half width, unit, remark; in units that suit a stem."""
+    rows = []
+    for name, entry in parameters.items():
+        factor, unit = READABLE.get(unit_of(name, entry), (1.0, unit_of(name, entry)))
+        value, error = entry["value"], entry["stderr"]
+        rows.append([NAMES.get(name, name), shown(None if value is None else factor * value, 6),
+                     shown(half_width(error, factor), 2), unit,
+                     "at its bound" if entry.get("at_bound") else ""])
+    return rows
+
+
+NAMES = {"bond_youngs_modulus_pa": "bond Young's modulus Y", "bond_damping": "bond damping β",
+         "tip_deflection_m": "tip deflection", "release_time_s": "release time"}
+READABLE = {"Pa": (1e-9, "GPa"), "m": (1e3, "mm"), "s": (1e3, "ms")}
+PARAMETER_COLUMNS = ["parameter", "value", "± (95 %)", "unit", ""]
+
+
+def unit_of(name: str, entry: dict) -> str:
+    """As the document states it, else of the names that always have it."""
+    known = {"bond_youngs_modulus_pa": "Pa", "tip_deflection_m": "m", "release_time_s": "s"}
+    return entry.get("unit") or known.get(name.split("@")[0], "")

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What was measured: a tracked video, and Eq. 1 fitted to measured stems."""
+from __future__ import annotations
+
+import base64
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+
+from fit_results import PUBLISHED_B1_PER_CYCLE, PUBLISHED_B2_HZ, FitResults, heights_of
+from palette import BLACK, BLUE, GREEN, ORANGE, VERMILLION
+from report_page.drawing import axis, bars, dots, layout, level, line
+from report_page.markup import Plot, Section, facts, plain, shown, table
+from report_page.measured import map_plot
+
+LARGEST_PICTURE = 3_000_000  # bytes of a contact sheet that the page carries
+STEM_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, BLACK, "#CC79A7")
+STEM_SYMBOLS = ("circle", "square-open")
+MOST_STEMS = len(STEM_COLOURS) * len(STEM_SYMBOLS)  # drawn along the height
+
+
+class RecordingError(Exception):
+    """A tracked recording cannot be read; one sentence."""
+
+
+def recording_section(folder: Path, key: str, place: str) -> Section:
+    """The section of a folder of `culm track -o`."""
+    try:
+        tracked = json.loads((folder / "track.json").read_text(encoding="utf-8"))
+        time, heights, deflection = _deflections(folder / "deflection.csv")
+        section = Section(key, f"Recording of {tracked['stem']} ({place})")
+        release = tracked["release"]
+        section.verdict.append(
+            f"{tracked['frames_tracked']} frames at {shown(tracked['fps'])} frames/s were tracked; the "
+            f"tip was pulled by {shown(release['pull_mm'])} mm at {shown(release['pull_at_height_mm'])}"
+            f" mm and swings at {shown(tracked['swing_hz'])} Hz.")
+        rows = _rows(tracked)
+        for group in ("view", "contrast", "release"):
+            rows += _rows(tracked[group], f"{group}: ")
+        noises = [[row["height_mm"], row["noise_mm"], row["moving_noise_mm"],
+                   f"{100.0 * row['seen']:.1f} %"] for row in tracked["heights"]]
+    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
+        raise RecordingError(f"{folder}: not readable as a tracked recording: {error}.") from error
+    _add_contact_sheet(section, folder / "contact_sheet.png")
+    largest = float(np.nanmax(np.abs(deflection)))
+    section.add_plots([map_plot("deflection", "Deflection, mm", time, heights,
+                                deflection, largest)], "Measured deflection of every row.",
+                      table(["height, mm", "noise, mm", "noise while moving, mm", "seen"], noises))
+    section.add(facts(rows))
+    return section
+
+
+def _rows(group: dict, prefix: str = "") -> list:
+    """The plain members of a group as names and values."""
+    return [[prefix + name.replace("_", " "), value] for name, value in group.items()
+            if not isinstance(value, (dict, list))]
+
+
+def _deflections(file: Path):
+    """Times in s, heights in mm, deflections in mm (T, H)."""
+    with file.open(newline="", encoding="utf-8") as lines:
+        header, *rows = csv.reader(line for line in lines if not line.startswith("#"))
+    values = np.array([[float(cell) if cell else np.nan for cell in row] for row in rows])
+    return values[:, 0], [float(name[2:-2]) for name in header[1:]], values[:, 1:]
+
+
+def _add_contact_sheet(section: Section, file: Path):
+    if not file.is_file() or file.stat().st_size > LARGEST_PICTURE:
+        return
+    picture = base64.b64encode(file.read_bytes()).decode("ascii")
+    section.add(f"<figure><img alt=\"Contact sheet: frames of the video with the tracked axis drawn "
+                f"in, and all histories\" src=\"data:image/png;base64,{picture}\"><figcaption>The "
+                "contact sheet: was the right thing tracked?</figcaption></figure>")
+
+
+def fit_section(results: FitResults, key: str, place: str) -> Section:
+    """The section of a folder of `culm fit -o`."""
+    section = Section(key, f"Eq. 1 fitted to measured stems ({place})")
+    stems = results.fitted()
+    population = results.population
+    if population:
+        section.verdict.append(
+            f"{population['stems']} stems: b1 per cycle {shown(population['b1_per_cycle']['mean'], 3)}"
+            f" (sd {shown(population['b1_per_cycle']['standard_deviation'], 2)}), b2 "
+            f"{shown(population['b2_hz']['mean'], 3)} Hz (sd "
+            f"{shown(population['b2_hz']['standard_deviation'], 2)}); the paper's 29 stems: −0.46 "
+            "(0.17) and 64.6 Hz (21.2).")
+    else:
+        section.verdict += [f"{stem['measurement']}: b1 per cycle "
+                            f"{shown(stem['b1_per_cycle']['value'])}, b2 "
+                            f"{shown(stem['b2_hz']['value'])} Hz." for stem in stems]
+    section.add(table(
+        ["stem", "b1 per cycle", "b2, Hz", "heights that fit", "of", "largest deflection, mm"],
+        [[stem["measurement"], stem["b1_per_cycle"]["value"], stem["b2_hz"]["value"],
+          stem["adequate_heights"], len(stem["heights"]), stem["largest_deflection_mm"]]
+         for stem in stems]))
+    if population:
+        _add_population(section, population)
+    if stems:
+        _add_banding(section, stems)
+    return section
+
+
+def _add_population(section: Section, population: dict):
+    plots = []
+    for name, label, (mean, deviation) in (
+            ("b1_per_cycle", "b1 per cycle", PUBLISHED_B1_PER_CYCLE),
+            ("b2_hz", "b2, Hz", PUBLISHED_B2_HZ)):
+        entry = population[name]
+        histogram = entry["histogram"]
+        most = max(histogram["counts"]) or 1
+        published = line([mean - deviation, mean + deviation], [1.06 * most] * 2,
+                         "paper: mean ± sd", VERMILLION, width=3)
+        middle = dots([mean], [1.06 * most], "paper: mean", VERMILLION, 9, "diamond",
+                      showlegend=False)
+        plots.append(Plot(f"population-{name.replace('_', '-')}", label, f"Histogram of {label}.",
+                          [bars(histogram["counts"], histogram["edges"], "stems"), published,
+                           middle],
+                          layout(axis(label), axis("stems", dtick=max(1, most // 4)), bargap=0,
+                                 shapes=[level(entry["mean"], BLACK, "dash", "x")]), 280))
+    section.add_plots(plots, "As in the paper's Fig. 5; dashed: the mean of these stems.")
+
+
+def _add_banding(section: Section, stems: list):
+    traces = []
+    for place, stem in enumerate(stems[:MOST_STEMS]):
+        heights = heights_of(stem)
+        colour = STEM_COLOURS[place % len(STEM_COLOURS)]
+        traces.append(dots([height["height_mm"] / stem["length_mm"] for height in heights],
+                           [height["b1_per_cycle"]["value"] for height in heights],
+                           plain(stem["measurement"]), colour, 7,
+                           STEM_SYMBOLS[place // len(STEM_COLOURS)], mode="lines+markers",
+                           line={"color": colour, "width": 1}))
+    caption = "As in the paper's Fig. 6a: does b1 depend on the height?"
+    if len(stems) > MOST_STEMS:
+        caption += f" {MOST_STEMS} of {len(stems)} stems."
+    section.add_plots([Plot("banding", "", "Decay per cycle against height over length.", traces,
+                            layout(axis("height / length"), axis("b1 per cycle")))], caption)

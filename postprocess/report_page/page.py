@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Puts the sections together into one page that needs nothing but a browser."""
+from __future__ import annotations
+
+from pathlib import Path
+
+from report_page.markup import Section, escaped
+
+HERE = Path(__file__).resolve().parent
+# The browser itself refuses whatever would need a network.
+POLICY = ("default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; "
+          "style-src 'unsafe-inline'; "
+          "img-src data: blob:")
+
+
+def page_of(name: str, sections: list[Section], library: str, library_version: str) -> str:
+    """The whole page; `library` is the source of plotly.js."""
+    style = (HERE / "page.css").read_text(encoding="utf-8")
+    script = (HERE / "page.js").read_text(encoding="utf-8")
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="{POLICY}">
+<title>culm: {escaped(name)}</title>
+<style>
+{style}</style>
+</head>
+<body>
+<a class="skip" href="#content">Skip to the results</a>
+<header>
+<h1>culm: {escaped(name)}</h1>
+{_overview(sections)}
+</header>
+<noscript><p class="note">The figures need JavaScript; texts and tables do without.</p></noscript>
+<main id="content">
+{"".join(section.markup() for section in sections)}
+</main>
+<footer><p>Written by culm report; drawn by plotly.js {escaped(library_version)} (MIT), which this
+page carries within it. Every number comes from the files in the folder.</p></footer>
+<script>{library}</script>
+<script>
+{script}</script>
+</body>
+</html>
+"""
+
+
+def _overview(sections: list[Section]) -> str:
+    """The first words of every verdict, with links."""
+    items = []
+    for section in sections:
+        first = section.verdict[0] if section.verdict else ""
+        items.append(f"<li class=\"{section.tone}\"><a href=\"#{escaped(section.key)}\">"
+                     f"{escaped(section.title)}</a>: {escaped(first)}</li>")
+    return f"<nav aria-label=\"Results\"><ul>{''.join(items)}</ul></nav>"

@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A study of vibrations: its laws, where they hold, its points with their histories, its cost."""
+from __future__ import annotations
+
+import numpy as np
+
+from culm_archive import Study, StudyError
+from design_map import decay_per_damping, frequency_deviation_percent, grid_of, map_obstacle
+from palette import BLACK, BLUE, VERMILLION, number
+from report_page.drawing import (SEQUENTIAL, axis, bars, chosen_rows, colour_bar, dots, heat_map,
+                                 layout, line, outline)
+from report_page.markup import Plot, Section, shown, table
+from report_page.picker import add_picker
+from report_page.population import add_population, add_sensitivity
+from report_page.study_facts import (add_cost, add_failures, add_provenance, completion_sentence,
+                                     title_of)
+from report_page.timestep import add_timestep
+from study_laws import (PUBLISHED_DAMPING, PUBLISHED_YOUNGS_MODULUS, Law, StudyLaw,
+                        published_residual_counts, study_law)
+from study_points import StudyPoints, conditions, fitted_points
+from timestep_results import is_timestep_study
+
+
+def study_section(study: Study, key: str, place: str) -> Section:
+    """The section of a result folder of `culm run`."""
+    section = Section(key, title_of(study, place))
+    section.verdict.append(completion_sentence(study))
+    section.tone = "good" if study.is_completed.all() else "doubt"
+    if is_timestep_study(study):
+        add_timestep(section, study)
+    else:
+        add_vibrations(section, study)
+    add_failures(section, study)
+    add_cost(section, study)
+    add_provenance(section, study)
+    return section
+
+
+def add_vibrations(section: Section, study: Study):
+    try:
+        points = fitted_points(study)
+    except StudyError as error:
+        section.verdict.append(str(error))
+        return
+    responses = _responses(points)
+    section.verdict += [_law_sentence(study, response) for response in responses]
+    laws = [(response, study_law(study, response.key)) for response in responses]
+    laws = [_equation(r, found.law) for r, found in laws if isinstance(found, StudyLaw)]
+    if laws:
+        section.verdict[0] += f" {'; '.join(laws)}."
+    texts = [_point_text(points, row) for row in range(points.id.size)]
+    section.heading("The laws that read a stem")
+    _add_regressions(section, study, points, responses, texts)
+    _add_residual_histograms(section, study, responses)
+    section.heading("The points")
+    add_picker(section, study, points)
+    _add_maps(section, study, points)
+    add_population(section, study)
+    add_sensitivity(section, study)
+
+
+class _Response:
+    """√Y on b2 (Eq. 12) or β on b1 (Eq. 13), and the published law."""
+
+    def __init__(self, key, symbol, predictor_symbol, values, predictor, other, published, labels):
+        self.key, self.symbol, self.predictor_symbol = key, symbol, predictor_symbol
+        self.values, self.predictor, self.other = values, predictor, other
+        self.published: Law = published
+        self.equation, self.label, self.predictor_label, self.other_label = labels
+
+
+def _responses(points: StudyPoints) -> tuple[_Response, _Response]:
+    return (_Response("sqrt_youngs_modulus", "√Y", "b2", np.sqrt(points.youngs_modulus),
+                      points.frequency, points.damping, PUBLISHED_YOUNGS_MODULUS,
+                      ("Eq. 12", "√Y, √Pa", "frequency b2, Hz", "β")),
+            _Response("bond_damping", "β", "b1", points.damping, points.decay_per_cycle,
+                      1e-9 * points.youngs_modulus, PUBLISHED_DAMPING,
+                      ("Eq. 13", "bond damping β", "decay per cycle b1", "Y, GPa")))
+
+
+def _equation(response: _Response, law: Law) -> str:
+    sign = "+" if law.intercept >= 0.0 else "\N{MINUS SIGN}"
+    return (f"{response.symbol} = {shown(law.slope)} {response.predictor_symbol} {sign} "
+            f"{shown(abs(law.intercept))}")
+
+
+def _law_sentence(study: Study, response: _Response) -> str:
+    found = study_law(study, response.key)
+    if isinstance(found, str):
+        return f"No law for {response.symbol}: {found}"
+    largest = np.abs(found.law.residuals_percent(response.predictor, response.values)).max()
+    return (f"{_equation(response, found.law)} (adjusted R² {found.adjusted_r_squared:.5f}) reads "
+            f"{response.symbol} within {shown(float(largest), 2)} % of its largest value; published "
+            f"({response.equation}): {_equation(response, response.published)}.")
+
+
+def _point_text(points: StudyPoints, row: int) -> str:
+    return (f"point {points.id[row]}<br>Y = {number(1e-9 * points.youngs_modulus[row])} GPa, "
+            f"β = {number(points.damping[row])}<br>b2 = {number(points.frequency[row])} Hz, "
+            f"b1 = {number(points.decay_per_cycle[row])} per cycle")
+
+
+def _regression_plot(response: _Response, found: StudyLaw | str, ids, texts) -> Plot:
+    """Above the laws, below what the fitted one leaves."""
+    leaves = (np.zeros(response.values.size) if isinstance(found, str)
+              else found.law.residuals_percent(response.predictor, response.values))
+    rows = chosen_rows(np.abs(leaves))
+    cloud = dots(response.predictor[rows], response.values[rows], "points", BLUE, 7,
+                 text=[texts[row] for row in rows], hoverinfo="text", showlegend=False)
+    if np.ptp(response.other) > 0.0:
+        cloud["marker"] |= {"color": response.other[rows], "colorscale": SEQUENTIAL,
+                            "colorbar": colour_bar(response.other_label)}
+    ends = np.array([response.predictor.min(), response.predictor.max()])
+    traces = [cloud]
+    if isinstance(found, StudyLaw):
+        traces.append(line(ends, found.law(ends), "this study", BLACK, hoverinfo="skip"))
+    traces.append(line(ends, response.published(ends), f"published, {response.equation}",
+                       VERMILLION, "dash", hoverinfo="skip"))
+    look = layout(axis(response.predictor_label, anchor="y2"),
+                  axis(response.label, domain=[0.36, 1], exponentformat="none"), 78)
+    if isinstance(found, StudyLaw):
+        traces.append(dots(response.predictor[rows], leaves[rows], "residual", BLUE, 4,
+                           yaxis="y2", text=[f"point {point}" for point in ids[rows]],
+                           hoverinfo="text+y",
+                           showlegend=False))
+        look["yaxis2"] = axis("residual, %", domain=[0, 0.25], zeroline=True)
+    else:
+        look |= {"xaxis": axis(response.predictor_label), "yaxis": axis(response.label)}
+    return Plot(f"regression-{response.key}", f"{response.symbol} on {response.predictor_symbol}",
+                f"{response.label} against {response.predictor_label} of every fitted point, with "
+                "the law of this study and the published one; the residuals below.", traces, look,
+                460)
+
+
+def _add_regressions(section: Section, study: Study, points: StudyPoints, responses, texts):
+    found = [(response, study_law(study, response.key)) for response in responses]
+    known = [pair for pair in found if isinstance(pair[1], StudyLaw)]
+    plots = [_regression_plot(r, law, points.id, texts) for r, law in known or found]
+    caption = (f"Every point is one simulated stem ({conditions(study)}). Residuals in per cent of "
+               "the largest value.")
+    most = max(len(plot.traces[0]["x"]) for plot in plots)
+    if most < points.id.size:
+        caption += (f" About {most} of {points.id.size} points are drawn, those with the largest "
+                    "residuals among them.")
+    section.add_plots(plots, caption, _laws_table(study, responses))
+
+
+def _laws_table(study: Study, responses) -> str:
+    rows = []
+    for response in responses:
+        entry = study.summary["regression"][response.key]
+        if "reason" in entry:
+            continue
+        low, high = entry["interval"]["slope"]
+        rows.append([response.symbol, entry["slope"], f"{shown(low, 5)} … {shown(high, 5)}",
+                     entry["intercept"], f"{entry['adjusted_r2']:.5f}", response.published.slope,
+                     response.published.intercept,
+                     "; ".join(f"{shown(term['coefficient'])} {term['term']}"
+                               for term in entry["terms"]) or "–"])
+    return table(["of", "slope", "95 % interval", "intercept", "adjusted R²", "published slope",
+                  "published intercept", "terms kept by F-tests"], rows)
+
+
+def _add_residual_histograms(section: Section, study: Study, responses):
+    plots = []
+    for response in responses:
+        found = study_law(study, response.key)
+        if isinstance(found, str):
+            continue
+        traces = [bars(found.residual_counts, found.residual_edges, "this study", BLUE)]
+        published = published_residual_counts(response.published, response.predictor,
+                                              response.values, found.residual_edges)
+        if published:
+            traces.append(outline(*published, f"published, {response.equation}", VERMILLION))
+        plots.append(Plot(f"residuals-{response.key}", f"Residuals of {response.symbol}",
+                          f"Histogram of the residuals of {response.symbol}.", traces,
+                          layout(axis(f"residual of {response.symbol}, % of the largest value"),
+                                 axis("points"), bargap=0), 280))
+    if plots:
+        section.add_plots(plots, "Residuals as in the paper's Fig. 8. A published law is left out "
+                                 "where it is one of other stems.")
+
+
+def _add_maps(section: Section, study: Study, points: StudyPoints):
+    obstacle = map_obstacle(study, points)
+    if obstacle:
+        return
+    plots = []
+    for name, title, values in (
+            ("frequency", "b2/√Y against its value at low β, %",
+             frequency_deviation_percent(points)),
+            ("decay", "−b1/β, 10⁻³ per cycle", decay_per_damping(points))):
+        grid = grid_of(points, values)
+        if grid is None:
+            rows = chosen_rows(np.abs(values - np.median(values)))
+            trace = dots(1e-9 * points.youngs_modulus[rows], points.damping[rows], title, BLUE, 7,
+                         text=[number(value) for value in values[rows]], hoverinfo="x+y+text")
+            trace["marker"] |= {"color": values[rows], "colorscale": SEQUENTIAL,
+                                "colorbar": colour_bar("")}
+        else:
+            moduli, dampings, cells = grid
+            trace = heat_map(1e-9 * moduli, dampings, cells, "")
+        plots.append(Plot(f"map-{name}", title, f"Map of {title} over Y and β.", [trace],
+                          layout(axis("bond Young's modulus Y, GPa"), axis("bond damping β"),
+                                 legend=False)))
+    section.add_plots(plots, "Where the stem is one lightly damped mode both maps are flat; where "
+                             "they are not, Eqs. 12 and 13 bend.")

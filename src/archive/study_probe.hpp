@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whether HDF5 survives a damaged file.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace culm::archive {
+
+/// HDF5 1.10 keeps short texts in a heap without checksums and believes the sizes in it: a flipped
+/// bit there ends the process that reads it. So a child process reads all but the numbers first.
+/// Empty if it survived (whatever it thinks of the file), else what happened to it. Not for
+/// processes with several threads.
+[[nodiscard]] std::string death_while_opening(const std::filesystem::path& path);
+
+} // namespace culm::archive

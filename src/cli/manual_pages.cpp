@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/manual_pages.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+namespace culm::cli {
+namespace {
+
+/// Text that roff would take for a request or an escape.
+std::string escaped(const std::string& text) {
+    std::string out;
+    for (const char c : text) {
+        if (out.empty() && (c == '.' || c == '\''))
+            out += "\\&";
+        if (c == '\\')
+            out += "\\e";
+        else if (c == '-')
+            out += "\\-";
+        else
+            out += c;
+    }
+    return out;
+}
+
+std::string bold(const std::string& text) {
+    return "\\fB" + escaped(text) + "\\fR";
+}
+
+std::string italic(const std::string& text) {
+    return "\\fI" + escaped(text) + "\\fR";
+}
+
+/// "-o, --output DIR", or the positional's name.
+std::string heading(const CLI::Option& option) {
+    std::vector<std::string> names;
+    for (const std::string& name : option.get_snames())
+        names.push_back(bold("-" + name));
+    for (const std::string& name : option.get_lnames())
+        names.push_back(bold("--" + name));
+    std::string text = fmt::format("{}", fmt::join(names, ", "));
+    if (names.empty())
+        return italic(option.get_name());
+    if (const std::string type = option.get_type_name(); !type.empty())
+        text += " " + italic(type);
+    return text;
+}
+
+void add_options(const CLI::App& command, bool positional, const std::string& title,
+                 std::string& page) {
+    std::string entries;
+    for (const CLI::Option* option : command.get_options())
+        if (option->get_positional() == positional && !option->get_group().empty())
+            entries +=
+                fmt::format(".TP\n{}\n{}\n", heading(*option), escaped(option->get_description()));
+    if (!entries.empty())
+        page += fmt::format(".SH {}\n{}", title, entries);
+}
+
+std::string synopsis(const CLI::App& command, const std::string& words) {
+    std::string text = bold(words) + " [" + italic("options") + "]";
+    for (const CLI::Option* option : command.get_options())
+        if (option->get_positional()) {
+            const std::string name =
+                italic(option->get_name()) + (option->get_items_expected_max() > 1 ? " ..." : "");
+            text += option->get_required() ? " " + name : " [" + name + "]";
+        }
+    if (!command.get_subcommands({}).empty())
+        text += " " + italic("command");
+    return text;
+}
+
+std::string file_stem(const std::string& words) {
+    std::string name = words;
+    std::ranges::replace(name, ' ', '-');
+    return name;
+}
+
+void add_page(const CLI::App& command, const std::string& words, const std::string& version,
+              std::map<std::string, std::string>& pages) {
+    const std::string name = file_stem(words);
+    std::string title = name;
+    std::ranges::transform(title, title.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    std::string page = fmt::format(".TH \"{}\" 1 \"\" \"culm {}\" \"culm\"\n", title, version);
+    page += fmt::format(".SH NAME\n{} \\- {}\n", escaped(name), escaped(command.get_description()));
+    page += fmt::format(".SH SYNOPSIS\n{}\n", synopsis(command, words));
+    add_options(command, true, "ARGUMENTS", page);
+    add_options(command, false, "OPTIONS", page);
+    std::string commands;
+    for (const CLI::App* below : command.get_subcommands({})) {
+        const std::string inner = words + " " + below->get_name();
+        commands += fmt::format(".TP\n{}(1)\n{}\n", bold(file_stem(inner)),
+                                escaped(below->get_description()));
+        add_page(*below, inner, version, pages);
+    }
+    if (!commands.empty())
+        page += ".SH COMMANDS\n" + commands;
+    page += ".SH EXIT STATUS\n0 done, 2 bad input, 3 some points failed, 75 stopped early "
+            "(resumable).\n";
+    if (const auto space = words.rfind(' '); space != std::string::npos)
+        page += fmt::format(".SH SEE ALSO\n{}(1)\n", bold(file_stem(words.substr(0, space))));
+    pages[name + ".1"] = page;
+}
+
+} // namespace
+
+std::map<std::string, std::string> manual_pages(const CLI::App& program,
+                                                const std::string& version) {
+    std::map<std::string, std::string> pages;
+    add_page(program, program.get_name(), version, pages);
+    return pages;
+}
+
+} // namespace culm::cli

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// culm report DIR -o report.html: hands over to the Python program postprocess/report.py.
+#include "cli/commands.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
+#include <unistd.h>
+
+namespace culm::cli {
+namespace {
+
+struct ReportArguments {
+    std::string directory;
+    std::string output;
+    std::string plotly_js;
+};
+
+/// Where the program lies beside this one, installed or linked into a build tree. Throws
+/// core::StorageError if it is not there.
+std::filesystem::path report_program() {
+    const std::filesystem::path here =
+        std::filesystem::read_symlink("/proc/self/exe").parent_path();
+    std::filesystem::path program =
+        (here / "../share/culm/postprocess/report.py").lexically_normal();
+    if (!std::filesystem::exists(program))
+        throw core::StorageError(
+            fmt::format("{}: is not there; this program writes the report and belongs to culm's "
+                        "installation",
+                        program.string()));
+    return program;
+}
+
+/// Replaces this process; returns only by throwing.
+[[noreturn]] void hand_over(const ReportArguments& arguments) {
+    const char* named = std::getenv("CULM_PYTHON");
+    std::vector<std::string> words = {named != nullptr && *named != '\0' ? named : "python3", "-B",
+                                      report_program().string()};
+    if (!arguments.output.empty())
+        words.push_back("--output=" + arguments.output);
+    if (!arguments.plotly_js.empty())
+        words.push_back("--plotly-js=" + arguments.plotly_js);
+    words.insert(words.end(), {"--", arguments.directory});
+    std::vector<char*> argv;
+    argv.reserve(words.size() + 1);
+    for (std::string& word : words)
+        argv.push_back(word.data());
+    argv.push_back(nullptr);
+    std::fflush(nullptr);
+    ::execvp(argv.front(), argv.data());
+    throw core::StorageError(fmt::format(
+        "{}: cannot be run: {}; a report needs Python 3 with h5py and numpy "
+        "(jobs/install-packages.sh figures report; the variable CULM_PYTHON names another Python)",
+        words.front(), std::strerror(errno)));
+}
+
+} // namespace
+
+void add_report_command(CLI::App& app) {
+    CLI::App* command = app.add_subcommand(
+        "report", "Write what a folder of results holds as one page with figures (docs/report.md)");
+    auto arguments = std::make_shared<ReportArguments>();
+    command
+        ->add_option("directory", arguments->directory,
+                     "Folder that culm run, track, fit, calibrate, compare or diagnose wrote with "
+                     "-o, or a folder of such folders")
+        ->required()
+        ->type_name("DIR");
+    command
+        ->add_option("-o,--output", arguments->output,
+                     "The page to write (default: DIR/report.html)")
+        ->type_name("FILE");
+    command
+        ->add_option("--plotly-js", arguments->plotly_js,
+                     "The drawing library plotly.js, if it is not found by itself")
+        ->type_name("FILE");
+    command->callback([arguments] { hand_over(*arguments); });
+}
+
+} // namespace culm::cli

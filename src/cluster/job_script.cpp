@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cluster/job_script.hpp"
+
+#include "cluster/shell_word.hpp"
+#include "cluster/walltime.hpp"
+#include "cluster_generated/run_until_complete.hpp"
+#include "core/error.hpp"
+
+#include <algorithm>
+#include <sstream>
+#include <string_view>
+
+#include <fmt/core.h>
+
+namespace culm::cluster {
+namespace {
+
+bool is_letter_or_digit(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+}
+
+void require_directive_word(std::string_view option, std::string_view text) {
+    const auto is_allowed = [](char c) {
+        return is_letter_or_digit(c) ||
+               std::string_view("_.-+@,").find(c) != std::string_view::npos;
+    };
+    if (text.starts_with('-') || !std::ranges::all_of(text, is_allowed))
+        throw core::InputError(
+            fmt::format("{}: {} is no name that a batch system has; allowed are letters, digits "
+                        "and _ . - + @ ,",
+                        option, shell_word(text)));
+}
+
+/// A name for people, of characters that every batch system takes in a directive. PBS wants a
+/// letter in front.
+std::string job_name(std::string_view study) {
+    std::string name = "culm-";
+    for (const char c : study.substr(0, 40))
+        name += is_letter_or_digit(c) || c == '_' || c == '.' || c == '-' ? c : '_';
+    return name;
+}
+
+std::string commented(const std::string& lines) {
+    std::string text;
+    std::istringstream in(lines);
+    for (std::string line; std::getline(in, line);)
+        text += fmt::format("#{}{}\n", line.empty() ? "" : " ", line);
+    return text;
+}
+
+std::string slurm_directives(const JobText& text, const JobSize& size) {
+    std::string lines =
+        fmt::format("#SBATCH --job-name={}\n"
+                    "#SBATCH --nodes={}\n"
+                    "#SBATCH --ntasks={}\n"
+                    "#SBATCH --ntasks-per-node={}\n"
+                    "#SBATCH --time={}\n",
+                    job_name(text.study_name), size.nodes, size.ranks,
+                    std::min(text.ranks_per_node, size.ranks), walltime_text(size.walltime_s));
+    if (!text.partition.empty())
+        lines += fmt::format("#SBATCH --partition={}\n", text.partition);
+    if (!text.account.empty())
+        lines += fmt::format("#SBATCH --account={}\n", text.account);
+    // culm stops by itself before the limit; the signal is for pre-emption and for a clock that is
+    // wrong. B: the shell of this script gets it and passes it on.
+    return lines + "#SBATCH --signal=B:USR1@120\n"
+                   "#SBATCH --requeue\n"
+                   "#SBATCH --open-mode=append\n"
+                   "#SBATCH --output=%x-%j.log\n";
+}
+
+std::string pbs_directives(const JobText& text, const JobSize& size) {
+    const int per_node = std::min(text.ranks_per_node, size.ranks);
+    std::string lines = fmt::format("#PBS -N {}\n"
+                                    "#PBS -l select={}:ncpus={}:mpiprocs={}\n"
+                                    "#PBS -l walltime={}\n",
+                                    job_name(text.study_name).substr(0, 15), size.nodes, per_node,
+                                    per_node, walltime_text_in_hours(size.walltime_s));
+    if (!text.partition.empty())
+        lines += fmt::format("#PBS -q {}\n", text.partition);
+    if (!text.account.empty())
+        lines += fmt::format("#PBS -A {}\n", text.account);
+    return lines + "#PBS -j oe\n#PBS -r y\n";
+}
+
+} // namespace
+
+std::string size_text(const JobSize& size, std::int64_t points) {
+    return fmt::format(
+        "{} point{} to compute, {:.3g} core seconds {}\n"
+        "{} rank{} on {} node{}: about {} of computing, no point longer than about {}\n"
+        "jobs of {}: it is expected to start {}\n",
+        points, points == 1 ? "" : "s", size.core_seconds,
+        size.pace_is_learned ? "at the pace of this study's runs so far"
+                             : "on the reference machine (nothing has been timed here yet)",
+        size.ranks, size.ranks == 1 ? "" : "s", size.nodes, size.nodes == 1 ? "" : "s",
+        walltime_text(size.compute_s), walltime_text(size.longest_batch_s),
+        walltime_text(size.walltime_s),
+        size.jobs == 1 ? std::string("once") : fmt::format("{} times", size.jobs));
+}
+
+std::string job_script(BatchSystem system, const JobText& text, const JobSize& size) {
+    const bool is_slurm = system == BatchSystem::Slurm;
+    require_directive_word(is_slurm ? "--partition" : "--queue", text.partition);
+    require_directive_word("--account", text.account);
+    const std::string submission =
+        is_slurm ? "Submit with sbatch. It asks to be queued again (scontrol requeue) until the\n"
+                   "study is complete; scancel ends it, and submitting it again goes on.\n"
+                 : "Submit with qsub. It submits itself again until the study is complete; qdel "
+                   "ends it,\nand submitting it again goes on.\n";
+    std::string script = "#!/bin/bash\n";
+    script += is_slurm ? slurm_directives(text, size) : pbs_directives(text, size);
+    script += "#\n" + commented("Written by `culm jobs`.\n" + submission + "\n" +
+                                size_text(size, text.points));
+    script += "set -u\n\n";
+    script += fmt::format("MODULES=\"\"           # for example \"gcc/12 openmpi/4.1\"\n"
+                          "CULM={}\n"
+                          "STUDY={}\n"
+                          "OUTPUT={}\n"
+                          "LAUNCHER=(mpirun)     # or (srun --mpi=pmix)\n",
+                          shell_word(text.culm.string()), shell_word(text.study.string()),
+                          shell_word(text.output.string()));
+    script += is_slurm ? "WALLTIME_S=0          # 0: culm asks Slurm for the time that is left\n"
+                       : fmt::format("WALLTIME_S={}          # the limit above, s\n",
+                                     static_cast<long long>(size.walltime_s));
+    script += "\n# shellcheck disable=SC2086 # module takes several words\n"
+              "[[ -z $MODULES ]] || module load $MODULES\n";
+    if (!is_slurm)
+        script += "cd \"$PBS_O_WORKDIR\" || exit 2\n";
+    script += "\n";
+    script += run_until_complete;
+    script += "\nrun_until_complete \"$WALLTIME_S\" \\\n"
+              "    \"${LAUNCHER[@]}\" \"$CULM\" run \"$STUDY\" -o \"$OUTPUT\" --resume\n";
+    return script;
+}
+
+} // namespace culm::cluster

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a unit of the batches' cost takes, learned from the ones that were computed.
+#pragma once
+
+namespace culm::farm {
+
+/// Sums over everything that was timed; a plain value that travels between ranks and runs.
+struct Pace {
+    double cost = 0.0;    ///< Σ c: cost of all that was timed, in the batches' unit
+    double seconds = 0.0; ///< Σ t
+    double squares = 0.0; ///< Σ t²/c: for the scatter
+
+    void learn(double batch_cost, double batch_seconds);
+
+    [[nodiscard]] bool is_known() const { return cost > 0.0; }
+
+    /// Mean seconds for a unit of cost, weighted by cost. Only if known.
+    [[nodiscard]] double mean() const { return seconds / cost; }
+
+    /// Seconds for a unit of cost that a batch will hardly exceed: a tenth above the mean (which
+    /// a single batch may tell) and three standard deviations of what was timed. Only if known.
+    [[nodiscard]] double cautious() const;
+
+    /// The same mean and scatter with the weight of at most so much cost: what an earlier run knew
+    /// must not outweigh what this one finds, perhaps on another machine.
+    [[nodiscard]] Pace with_weight_up_to(double most_cost) const;
+
+    friend bool operator==(const Pace&, const Pace&) = default;
+};
+
+} // namespace culm::farm

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Sobol indices: what share of a response's variance each input explains.
+#pragma once
+
+#include "reduce/population_statistics.hpp"
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace culm::reduce {
+
+/// An input, or inputs that depend on each other and therefore share one index. Groups are
+/// independent of each other.
+struct InputGroup {
+    std::string name;
+    Eigen::MatrixXd values;  ///< at the study's points: (points, inputs)
+    Eigen::MatrixXd nodes;   ///< the joint distribution as nodes: (nodes, inputs)
+    Eigen::VectorXd weights; ///< of the nodes, sum 1
+};
+
+/// A share of the variance with its 95 % interval.
+struct Share {
+    double value = 0.0;
+    Bounds interval;
+};
+
+/// Indices of Sobol (1993) and Homma & Saltelli (1996).
+struct GroupSensitivity {
+    std::string name;
+    Share first_order; ///< explained by this group alone
+    Share total;       ///< with its interactions: what would go if the group were fixed
+};
+
+struct Sensitivity {
+    std::size_t points = 0;
+    int degree = 0;        ///< of the polynomials; 0: no input explains anything
+    std::size_t terms = 0; ///< with the constant
+    /// Share of the variance that the polynomials predict of points that were left out (Q², one at
+    /// a time); what is missing to 1 is noise or too short a series.
+    double predicted_share = 0.0;
+    double mean = 0.0;               ///< of the response under the inputs' distributions
+    double standard_deviation = 0.0; ///< of the same
+    double interactions = 0.0;       ///< share that no group explains alone
+    std::vector<GroupSensitivity> groups;
+};
+
+/// Polynomial chaos by least squares (Sudret 2008): products of the groups' orthonormal
+/// polynomials up to a total degree, which is that of the smallest leave-one-out error. Squared
+/// coefficients are corrected for their variance; intervals are of the delta method with
+/// heteroscedasticity-consistent covariances (HC3, MacKinnon & White 1985).
+/// `responses` has the shape (points, responses); one result for each column.
+/// Throws core::NumericalError (FitFailed) when there are too few points for degree 1 or no input
+/// varies.
+[[nodiscard]] std::vector<Sensitivity> analyse_sensitivity(const std::vector<InputGroup>& groups,
+                                                           const Eigen::MatrixXd& responses);
+
+} // namespace culm::reduce

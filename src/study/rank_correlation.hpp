@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Rank correlations between the coordinates of points in the unit cube.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::study {
+
+/// Spearman's rank correlations of a normal copula, turned into those of its normal variables:
+/// r = 2 sin(π ρ/6) (Pearson 1907), and its Cholesky factor.
+class RankCorrelation {
+  public:
+    RankCorrelation() = default;
+    /// `rank` is symmetric with ones on the diagonal, (variables, variables), row-major. Throws
+    /// core::InputError with what is wrong and by what factor it would be right if the normal
+    /// correlations are not positive definite.
+    RankCorrelation(std::size_t variables, std::vector<double> rank);
+
+    [[nodiscard]] std::size_t variables() const { return variables_; }
+    [[nodiscard]] double rank(std::size_t i, std::size_t j) const {
+        return rank_[i * variables_ + j];
+    }
+
+    /// Turns one point's independent coordinates, each uniform in (0, 1), into dependent ones.
+    void correlate(std::span<double> u) const;
+
+    /// Puts the values of each column into another order so that the columns have these rank
+    /// correlations, nearly; each keeps its values, and so its strata (Iman & Conover 1982).
+    /// `columns` has the shape (variables, points).
+    void reorder(std::vector<std::vector<double>>& columns) const;
+
+  private:
+    std::size_t variables_ = 0;
+    std::vector<double> rank_;
+    std::vector<double> factor_; ///< lower triangle L, L Lᵀ = normal correlations, row-major
+};
+
+} // namespace culm::study

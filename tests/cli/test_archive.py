@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""culm archive as programs and older studies meet it: JSON schema, older formats, missing data, and
+readers that are not culm's."""
+
+import csv
+import importlib.util
+import json
+import math
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+from culm_program import (BAD_INPUT, DONE, OVERDAMPED, POINTS_FAILED, PROGRAM, QUICK, SLOW,
+                          STOPPED_EARLY, CulmTest)
+
+SOURCE = Path(__file__).resolve().parents[2]
+OLDER = SOURCE / "tests" / "data" / "older-formats"
+sys.path.append(str(SOURCE / "tests" / "support"))
+from json_schema import schema_faults  # noqa: E402
+
+SCHEMA = json.loads((SOURCE / "docs/schemas/archive.schema.json").read_text(encoding="utf-8"))
+HAS_H5PY = importlib.util.find_spec("h5py") is not None
+
+FULL = '[study]\nstore = "full"\nheights_mm = [60, 120]\n' + QUICK
+
+
+BOUNDED = """
+[effect]
+name = "bounded"
+kind = "force_per_length"
+expression = "-1e-4 * v * sqrt(vmax - abs(v))"
+[parameters.vmax]
+default = 5
+lower = 2
+upper = 10
+"""
+
+
+class ArchiveTest(CulmTest):
+    def told(self, command: str, folder: str) -> dict:
+        """The JSON of info, status or verify, which follows the schema."""
+        finished = self.culm("archive", command, folder, "--json", "-")
+        self.assertIn(finished.returncode, (DONE, POINTS_FAILED), finished.stderr)
+        found = json.loads(finished.stdout)
+        self.assertEqual(schema_faults(found, SCHEMA), [], command)
+        return found
+
+    def interrupted(self, text: str = SLOW):
+        """A folder with journals of some points, of a run that met a limit of the file size."""
+        self.write("s.toml", text)
+        stopped = self.culm(
+            "run", "s.toml", "-o", "out", "-q",
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000)))
+        self.assert_exit(stopped, STOPPED_EARLY)
+
+    def table(self, folder: str, code: int = DONE) -> list[dict]:
+        self.assert_exit(self.culm("archive", "export", folder, "-o", "tables"), code)
+        with open(self.folder / "tables/points.csv", encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))
+
+
+class Json(ArchiveTest):
+    def test_of_a_whole_study_follows_the_schema(self):
+        self.write("s.toml", FULL)
+        self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), DONE)
+        for command in ("info", "status", "verify"):
+            found = self.told(command, "out")
+            self.assertEqual(found["points"],
+                             {"total": 9, "completed": 9, "failed": 0, "missing": 0})
+        self.assertTrue(found["is_whole"])
+        self.assertIn("config", found["archive"]["provenance"])
+
+    def test_of_journals_and_of_damage_follows_the_schema(self):
+        self.interrupted()
+        for command in ("info", "status", "verify"):
+            found = self.told(command, "out")
+            self.assertIsNone(found["archive"])
+            self.assertEqual(found["points"]["total"], 24)
+            self.assertEqual(found["points"]["missing"], len(found["missing_points"]))
+        journal = next((self.folder / "out/journal").glob("*.culmj"))
+        journal.write_bytes(journal.read_bytes()[:-9] + b"damaged!!")
+        self.assertFalse(self.told("verify", "out")["is_whole"])
+        (self.folder / "out/journal/study.json").unlink()
+        self.assertIsNone(self.told("verify", "out")["points"])
+
+    def test_of_a_running_study_follows_the_schema(self):
+        self.write("s.toml", SLOW)
+        process = self.start(PROGRAM, "run", "s.toml", "-o", "out", "-q")
+        self.wait_for_points("out", 1)
+        process.send_signal(signal.SIGSTOP)
+        found = self.told("status", "out")
+        process.send_signal(signal.SIGCONT)
+        self.assertTrue(found["is_running"])
+        self.assertGreater(len(found["unfinished_starts"]), 0)
+
+
+class OlderFormats(ArchiveTest):
+    def copied(self, name: str) -> str:
+        shutil.copytree(OLDER / name, self.folder / name)
+        shutil.copy(OLDER / "study.toml", self.folder)
+        return name
+
+    def test_archive_of_version_1_0_is_read_number_by_number(self):
+        folder = self.copied("study-1.0")
+        self.assertTrue(self.told("verify", folder)["is_whole"])
+        self.table(folder)
+        self.assertEqual((self.folder / "tables/points.csv").read_bytes(),
+                         (OLDER / "study-1.0/points.csv").read_bytes())
+        self.assert_exit(self.culm("reduce", folder, "--keep"), DONE)
+        # Nothing is left to compute.
+        resumed = self.culm("run", "study.toml", "-o", folder, "--resume")
+        self.assert_exit(resumed, DONE)
+        self.assertNotIn("points/s", resumed.stderr)
+
+    def test_archive_of_version_1_0_can_be_repeated(self):
+        # Its numbers came from another integrator: they differ, and that is told.
+        folder = self.copied("study-1.0")
+        again = self.culm("run", "--from-archive", folder, "-o", "again", "-q")
+        self.assert_exit(again, POINTS_FAILED)
+        self.assertRegex(again.stdout, r"version    culm 0\.1\.0 \(4bdb53e-dirty\) \(archived\)\n")
+        relative = re.search(r"results/frequency: 6 of 6 points, .*relative (\S+)\)", again.stdout)
+        # Both integrators keep b2 within 0.001 % (CHANGELOG.md).
+        self.assertLess(float(relative[1]), 2e-5)
+
+    def test_journal_of_version_1_is_read_and_continued(self):
+        folder = self.copied("journal-1")
+        found = self.told("verify", folder)
+        self.assertEqual(found["journals"][0]["outcomes"], 4)
+        self.assertIsNone(found["points"])  # there was no note beside it yet
+        resumed = self.culm("run", "study.toml", "-o", folder, "--resume")
+        self.assert_exit(resumed, DONE)
+        self.assertIn("2/2 points", resumed.stderr)
+        old = (OLDER / "study-1.0/points.csv").read_text(encoding="utf-8").splitlines()
+        self.table(folder)
+        new = (self.folder / "tables/points.csv").read_text(encoding="utf-8").splitlines()
+        self.assertEqual(len(new), 7)
+        self.assertEqual(len(set(old) & set(new)), 1 + 4)  # the header, and what was kept
+
+    @unittest.skipUnless(HAS_H5PY, "h5py is missing")
+    def test_archive_of_a_newer_version_is_refused_with_what_to_do(self):
+        import h5py
+        folder = self.copied("study-1.0")
+        with h5py.File(self.folder / folder / "study.h5", "r+") as file:
+            file.attrs["format_version"] = "2.0"
+        refused = self.culm("reduce", folder)
+        self.assert_exit(refused, BAD_INPUT)
+        self.assertIn("has format version 2.0; this culm reads version 1.x. It was written by culm "
+                      "0.1.0 (4bdb53e-dirty): that version, or the newest one, reads it",
+                      refused.stderr)
+
+    def test_journal_of_a_newer_version_is_refused_with_what_to_do(self):
+        folder = self.copied("journal-1")
+        journal = self.folder / folder / "journal/rank-00000.culmj"
+        content = bytearray(journal.read_bytes())
+        content[8] = 9
+        journal.write_bytes(content)
+        refused = self.culm("run", "study.toml", "-o", folder, "--resume")
+        self.assertIn("has journal format version 9; this culm reads versions 1 to 2. Go on with "
+                      "the culm that began the study, or move the file away to compute its points "
+                      "again", refused.stderr)
+        self.assertNotEqual(refused.returncode, DONE)
+        self.assertEqual(journal.read_bytes(), content)
+
+
+class MissingData(ArchiveTest):
+    def test_are_empty_in_tables_and_named_missing(self):
+        self.interrupted()
+        self.assert_exit(self.culm("archive", "merge", "out", "-o", "merged"), POINTS_FAILED)
+        missing = self.told("verify", "merged")["missing_points"]
+        self.assertGreater(len(missing), 10)
+        rows = self.table("merged", POINTS_FAILED)
+        self.assertEqual([int(row["point"]) for row in rows if row["status"] == "missing"], missing)
+        for row in rows:
+            frequency = row["frequency [Hz]"]
+            if row["status"] == "missing":
+                self.assertEqual(frequency, "")
+            else:
+                self.assertTrue(math.isfinite(float(frequency)))
+        # No table of deflections is made up for them.
+        exported = self.culm("archive", "export", "merged", "-o", "t2", "--histories")
+        self.assert_exit(exported, POINTS_FAILED)
+        self.assertFalse((self.folder / f"t2/point_{missing[0]:06}.csv").exists())
+
+    def test_of_failed_points_are_empty_with_the_reason_beside(self):
+        # Stiff stems swing faster than the formula allows.
+        self.write("bounded.toml", BOUNDED)
+        self.write("s.toml", '[study]\neffects = ["bounded.toml"]\n' + QUICK)
+        self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), POINTS_FAILED)
+        rows = self.table("out")
+        failed = [row for row in rows if row["status"] == "failed"]
+        self.assertEqual({row["bond_youngs_modulus_gpa [GPa]"] for row in failed}, {"4", "9"})
+        for row in failed:
+            self.assertEqual(row["frequency [Hz]"], "")
+            self.assertEqual(row["failure_kind"], "user_expression")
+            self.assertIn("is not a number at", row["failure_reason"])
+        self.assertEqual(len(self.told("verify", "out")["failed_points"]), len(failed))
+
+    def test_of_histories_without_a_fit_are_empty(self):
+        self.write("s.toml", OVERDAMPED)
+        self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), POINTS_FAILED)
+        without = [row["bond_damping"] for row in self.table("out") if not row["frequency [Hz]"]]
+        self.assertEqual(without, ["30000"] * 3)
+
+    @unittest.skipUnless(HAS_H5PY, "h5py is missing")
+    def test_are_not_a_number_for_other_readers_never_zero(self):
+        import h5py
+        import numpy
+        self.interrupted()
+        self.assert_exit(self.culm("archive", "merge", "out", "-o", "merged"), POINTS_FAILED)
+        with h5py.File(self.folder / "merged/study.h5") as file:
+            missing = file["results/status"][:] == 2
+            self.assertTrue(missing.any())
+            self.assertTrue(numpy.isnan(file["results/frequency"][:][missing]).all())
+            tip = file["histories/tip_deflection"]
+            self.assertTrue(math.isnan(tip.fillvalue))
+            self.assertTrue(numpy.isnan(tip[:][missing]).all())
+            self.assertTrue(numpy.isfinite(tip[:][~missing]).all())
+
+    @unittest.skipUnless(HAS_H5PY, "h5py is missing")
+    def test_absent_chunks_are_damage_and_no_fill_values(self):
+        import h5py
+        self.write("s.toml", QUICK)
+        self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), DONE)
+        with h5py.File(self.folder / "out/study.h5", "r+") as file:
+            old = file["histories/tip_deflection"]
+            shape, chunks = old.shape, old.chunks
+            del file["histories/tip_deflection"]
+            new = file.create_dataset("histories/tip_deflection", shape, "f8", chunks=chunks,
+                                      fletcher32=True, fillvalue=0.0)
+            new.attrs["unit"] = "m"
+        found = self.told("verify", "out")
+        self.assertFalse(found["is_whole"])
+        self.assertEqual([entry["dataset"] for entry in found["archive"]["damaged"]],
+                         ["/histories/tip_deflection"])
+        self.assert_exit(self.culm("reduce", "out", "--keep"), BAD_INPUT)
+
+
+class OtherReaders(ArchiveTest):
+    def setUp(self):
+        super().setUp()
+        self.write("s.toml", FULL)
+        self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), DONE)
+        self.archive = str(self.folder / "out/study.h5")
+
+    @unittest.skipUnless(shutil.which("h5dump"), "h5dump (hdf5-tools) is missing")
+    def test_h5dump_reads_headers_and_numbers(self):
+        headers = subprocess.run(["h5dump", "-H", self.archive], capture_output=True, text=True,
+                                 check=True).stdout
+        for text in ('DATASET "tip_deflection"', 'GROUP "h5md"', 'ATTRIBUTE "format_version"',
+                     'DATASET "frequency"'):
+            self.assertIn(text, headers)
+        numbers = subprocess.run(["h5dump", "-d", "/results/frequency", "-m", "%.17g", "-y",
+                                  self.archive], capture_output=True, text=True, check=True).stdout
+        printed = re.search(r"DATA \{(.*?)\}", numbers, re.DOTALL)[1]
+        expected = [float(row["frequency [Hz]"]) for row in self.table("out")]
+        self.assertEqual([float(text) for text in printed.replace(",", " ").split()], expected)
+
+    @unittest.skipUnless(HAS_H5PY, "h5py is missing")
+    def test_h5py_reads_what_the_tables_say(self):
+        import h5py
+        with h5py.File(self.archive) as file:
+            found = file["results/decay_per_cycle"][:].tolist()
+        self.assertEqual(found, [float(row["decay_per_cycle"]) for row in self.table("out")])
+
+    @unittest.skipUnless(importlib.util.find_spec("MDAnalysis") and HAS_H5PY,
+                         "MDAnalysis (python3-mdanalysis) is missing")
+    def test_mdanalysis_reads_a_trajectory(self):
+        import h5py
+        import MDAnalysis
+        import numpy
+        from MDAnalysis.coordinates.H5MD import H5MDReader
+        H5MDReader._unit_translation["length"]["m"] = "m"
+        universe = MDAnalysis.Universe.empty(15)
+        universe.load_new(self.archive, format="H5MD", convert_units=False)
+        with h5py.File(self.archive) as file:
+            expected = file["particles/point_000000/position/value"][:]
+        self.assertEqual(len(universe.trajectory), len(expected))
+        for frame in (0, 17, len(expected) - 1):
+            universe.trajectory[frame]
+            # MDAnalysis keeps positions in single precision.
+            self.assertTrue(numpy.allclose(universe.atoms.positions, expected[frame], rtol=1e-6,
+                                           atol=1e-9))
+
+
+if __name__ == "__main__":
+    unittest.main()

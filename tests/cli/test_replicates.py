@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A population of stems: what is told about it, on any number of ranks, and without its table."""
+
+import json
+import os
+import unittest
+
+from culm_program import BAD_INPUT, DONE, PATIENCE, PROGRAM, CulmTest
+
+LAUNCH = [os.environ["CULM_MPIEXEC"], "--oversubscribe", "--allow-run-as-root", "-n", "3"]
+
+POPULATION = """
+[study]
+name = "population"
+store = "fit"
+[stem]
+spheres = 8
+[vibration]
+duration_s = 5e-3
+sample_interval_s = 2e-5
+[factors]
+bond_youngs_modulus_gpa = { distribution = "empirical", file = "stems.csv", column = "modulus", unit = "GPa" }
+bond_damping = { distribution = "normal", mean = 8, sd = 2, min = 2, max = 14, within_sd = 0.5 }
+density_kg_m3 = { distribution = "normal", mean = 125, sd = 10, min = 80, max = 170 }
+tip_deflection_mm = { distribution = "uniform", min = 0.5, max = 1.5, level = "test" }
+[correlation]
+factors = ["bond_damping", "density_kg_m3"]
+rank = [[1, 0.5], [0.5, 1]]
+[design]
+type = "latin_hypercube"
+points = 24
+[replicates]
+within = 3
+"""
+
+
+class Replicates(CulmTest):
+    def setUp(self):
+        super().setUp()
+        self.write("stems.csv", "id,modulus\na,1.0\nb,1.4\nc,2.2\nd,3.1\n")
+        self.study = self.write("s.toml", POPULATION)
+
+    def summary(self, folder: str) -> dict:
+        return json.loads((self.folder / folder / "summary.json").read_text(encoding="utf-8"))
+
+    def fits(self, folder: str) -> bytes:
+        return (self.folder / folder / "fits.csv").read_bytes()
+
+    def test_the_spread_is_printed_and_written(self):
+        finished = self.culm("run", self.study, "-o", "out")
+        self.assert_exit(finished, DONE)
+        for text in ("Spread of 72 points", "sd between stems", "Where the spread comes from",
+                     "bond_damping, density_kg_m3 depend on each other"):
+            self.assertIn(text, finished.stdout)
+        summary = self.summary("out")
+        self.assertEqual(summary["population"]["frequency"]["points"], 72)
+        components = summary["variance_components"]["decay_per_cycle"]
+        self.assertEqual((components["stems"], components["tests"]), (24, 72))
+        self.assertGreater(components["intraclass_correlation"]["value"], 0.5)
+        indices = {entry["group"]: entry for entry in
+                   summary["sensitivity"]["frequency"]["indices"]}
+        self.assertEqual(set(indices), {"bond_youngs_modulus_gpa", "bond_damping, density_kg_m3",
+                                        "tip_deflection_mm"})
+        # The frequency goes with the root of the modulus, which spreads by a factor of three.
+        self.assertGreater(indices["bond_youngs_modulus_gpa"]["first_order"]["value"], 0.8)
+        self.assertGreater(summary["sensitivity"]["frequency"]["predicted_share"], 0.99)
+
+    def test_the_plan_tells_stems_and_tests(self):
+        finished = self.culm("run", self.study, "--dry-run")
+        self.assert_exit(finished, DONE)
+        self.assertIn("stems          24, 3 tests of each\n", finished.stdout)
+
+    def test_an_interrupted_run_goes_on_with_the_same_stems(self):
+        self.write("long.toml", POPULATION.replace("points = 24", "points = 800"))
+        self.assert_exit(self.culm("run", "long.toml", "-o", "whole", "-q"), DONE)
+        process = self.start(PROGRAM, "run", "long.toml", "-o", "parts", "-q")
+        journal = self.folder / "parts/journal/rank-00000.culmj"
+        while process.poll() is None and not (journal.exists() and journal.stat().st_size > 20000):
+            pass
+        process.kill()
+        process.wait()
+        self.assert_exit(self.culm("run", "long.toml", "-o", "parts", "--resume", "-q"), DONE)
+        self.assertEqual(self.fits("whole"), self.fits("parts"))
+
+    def test_any_number_of_ranks_gives_the_same_tables(self):
+        self.assert_exit(self.culm("run", self.study, "-o", "alone", "-q"), DONE)
+        process = self.start(*LAUNCH, PROGRAM, "run", self.study, "-o", "ranks", "-q")
+        _, errors = process.communicate(timeout=PATIENCE)
+        self.assertEqual(process.returncode, DONE, errors)
+        self.assertEqual(self.fits("alone"), self.fits("ranks"))
+        one, other = self.summary("alone"), self.summary("ranks")
+        for key in ("population", "variance_components", "sensitivity"):
+            self.assertEqual(one[key], other[key])
+
+    def test_the_archive_is_reduced_without_the_table(self):
+        self.assert_exit(self.culm("run", self.study, "-o", "out", "-q"), DONE)
+        before = self.summary("out")
+        (self.folder / "stems.csv").unlink()
+        self.assert_exit(self.culm("reduce", "out"), DONE)
+        self.assertEqual(self.summary("out"), before)
+
+    def test_another_table_is_another_study(self):
+        self.assert_exit(self.culm("run", self.study, "-o", "out", "-q"), DONE)
+        self.write("stems.csv", "id,modulus\na,1.0\nb,1.4\nc,2.2\nd,3.2\n")
+        refused = self.culm("run", self.study, "-o", "out", "--resume")
+        self.assert_exit(refused, BAD_INPUT)
+        self.assertIn("factors.bond_youngs_modulus_gpa", refused.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the batch system says of the time that is left, and asking other programs.
+#include "cluster/batch_system.hpp"
+#include "cluster/program_output.hpp"
+
+#include <map>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace culm::cluster {
+namespace {
+
+/// A batch system on paper: variables, squeue's answer, and the commands that were run.
+struct PaperSystem {
+    std::map<std::string, std::string> variables;
+    std::string answer;
+    std::vector<std::vector<std::string>> asked;
+
+    std::optional<TimeLeft> time_left() {
+        return time_left_of_job({[this](const std::string& name) { return variables[name]; },
+                                 [this](const std::vector<std::string>& words) {
+                                     asked.push_back(words);
+                                     return answer;
+                                 },
+                                 [] { return 1000.0; }, [] { return 40.0; }});
+    }
+};
+
+TEST(BatchSystem, says_nothing_outside_of_a_job) {
+    PaperSystem system;
+    EXPECT_FALSE(system.time_left().has_value());
+    EXPECT_TRUE(system.asked.empty());
+}
+
+TEST(BatchSystem, slurm_is_asked_once_by_squeue) {
+    PaperSystem system{{{"SLURM_JOB_ID", "17"}}, "1:30:00 \n", {}};
+    const auto left = system.time_left();
+    ASSERT_TRUE(left.has_value());
+    EXPECT_EQ(left->seconds, 5400.0);
+    EXPECT_EQ(left->source, "squeue, job 17");
+    EXPECT_EQ(system.asked, (std::vector<std::vector<std::string>>{
+                                {"squeue", "--noheader", "--jobs=17", "--Format=TimeLeft"}}));
+}
+
+TEST(BatchSystem, the_end_time_that_newer_slurms_set_needs_no_question) {
+    PaperSystem system{{{"SLURM_JOB_ID", "17"}, {"SLURM_JOB_END_TIME", "1600"}}, "9:00", {}};
+    EXPECT_EQ(system.time_left()->seconds, 600.0);
+    EXPECT_TRUE(system.asked.empty());
+}
+
+TEST(BatchSystem, a_job_without_limit_or_answer_has_no_time_left_to_tell) {
+    for (const char* answer : {"UNLIMITED\n", "", "error"}) {
+        PaperSystem system{{{"SLURM_JOB_ID", "17"}}, answer, {}};
+        EXPECT_FALSE(system.time_left().has_value()) << answer;
+    }
+}
+
+TEST(BatchSystem, a_job_number_that_is_none_is_not_asked_for) {
+    PaperSystem system{{{"SLURM_JOB_ID", "17;id"}}, "1:00", {}};
+    EXPECT_FALSE(system.time_left().has_value());
+    EXPECT_TRUE(system.asked.empty());
+}
+
+TEST(BatchSystem, pbs_counts_from_the_start_of_the_jobs_shell) {
+    PaperSystem system{{{"PBS_JOBID", "12.server"}, {"PBS_WALLTIME", "3600"}}, "", {}};
+    EXPECT_EQ(system.time_left()->seconds, 3560.0);
+    system.variables.erase("PBS_JOBID");
+    EXPECT_FALSE(system.time_left().has_value());
+}
+
+TEST(BatchSystem, the_real_clock_and_session_are_sane) {
+    const BatchSystemAccess access = real_batch_system();
+    EXPECT_GT(access.now(), 1.7e9); // 2023
+    EXPECT_GE(access.session_age(), 0.0);
+    EXPECT_EQ(access.variable("CULM_NO_SUCH_VARIABLE"), "");
+}
+
+TEST(ProgramOutput, is_what_the_program_prints_without_a_shell) {
+    using std::chrono::seconds;
+    EXPECT_EQ(program_output({"printf", "%s", "$(id) *"}, seconds(20)), "$(id) *");
+    EXPECT_EQ(program_output({"false"}, seconds(20)), "");
+    EXPECT_EQ(program_output({"sh", "-c", "echo text; exit 1"}, seconds(20)), "") << "it failed";
+    EXPECT_EQ(program_output({"culm-no-such-program"}, seconds(20)), "");
+    EXPECT_EQ(program_output({}, seconds(20)), "");
+}
+
+TEST(ProgramOutput, of_a_program_that_hangs_or_floods_is_nothing) {
+    EXPECT_EQ(program_output({"sleep", "1000"}, std::chrono::milliseconds(50)), "");
+    EXPECT_EQ(program_output({"yes"}, std::chrono::seconds(20)), "");
+}
+
+} // namespace
+} // namespace culm::cluster

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// bash reads a quoted word as the text that it was made of, whatever that holds.
+#include "cluster/program_output.hpp"
+#include "cluster/shell_word.hpp"
+#include "core/error.hpp"
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace culm::cluster {
+namespace {
+
+/// What a program gets that bash calls with this word.
+std::string as_bash_reads(const std::string& word) {
+    return program_output({"bash", "-c", "printf %s " + word + "; printf ."},
+                          std::chrono::seconds(20));
+}
+
+std::string byte(int value) {
+    return std::string(1, static_cast<char>(value));
+}
+
+TEST(ShellWord, leaves_plain_paths_readable) {
+    EXPECT_EQ(shell_word("/home/a_b/study-1.toml"), "/home/a_b/study-1.toml");
+    EXPECT_EQ(shell_word("my study"), "'my study'");
+    EXPECT_EQ(shell_word(""), "''");
+}
+
+TEST(ShellWord, is_read_back_by_bash_as_the_same_text) {
+    const std::vector<std::string> nasty = {"",         " ",
+                                            "a b",      "it's",
+                                            "\"",       "$HOME",
+                                            "`id`",     "$(id)",
+                                            "a;b",      "a\nb",
+                                            "\n",       "\\",
+                                            "\\n",      "a\\'b",
+                                            "~",        "*",
+                                            "!!",       "#x",
+                                            "-n",       "a\tb",
+                                            "{a,b}",    "a=b",
+                                            "\x7f",     "é ü",
+                                            "\xff\xfe", "'\n#SBATCH --hold",
+                                            "$'x'",     "a'\\''b",
+                                            "a\r\nb",   "&& rm"};
+    for (const std::string& text : nasty)
+        EXPECT_EQ(as_bash_reads(shell_word(text)), text + ".") << shell_word(text);
+}
+
+TEST(ShellWord, of_every_byte_is_read_back) {
+    std::string all;
+    for (int value = 1; value < 256; ++value)
+        all += byte(value);
+    EXPECT_EQ(as_bash_reads(shell_word(all)), all + ".");
+    // And where a digit follows an escaped character.
+    EXPECT_EQ(as_bash_reads(shell_word("\n7\x01"
+                                       "1")),
+              "\n7\x01"
+              "1.");
+}
+
+TEST(ShellWord, of_random_bytes_is_read_back) {
+    std::mt19937 random(5);
+    std::uniform_int_distribution<int> any(1, 255);
+    for (int k = 0; k < 50; ++k) {
+        std::string text;
+        for (int length = any(random) % 40; length > 0; --length)
+            text += byte(any(random));
+        EXPECT_EQ(as_bash_reads(shell_word(text)), text + ".") << shell_word(text);
+    }
+}
+
+TEST(ShellWord, stays_on_one_line) {
+    EXPECT_EQ(shell_word("a\n#SBATCH --hold").find('\n'), std::string::npos);
+}
+
+TEST(ShellWord, refuses_a_zero_byte) {
+    EXPECT_THROW((void)shell_word(std::string("a\0b", 3)), core::InputError);
+}
+
+} // namespace
+} // namespace culm::cluster

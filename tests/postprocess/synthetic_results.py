@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Small results of every command but culm run, as their schemas in docs/schemas want them."""
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+HEIGHTS_MM = (50.0, 100.0, 150.0)
+TIME = np.linspace(-0.005, 0.295, 61)
+NOISE_MM = 0.04
+UNSEEN = (3, 1)  # frame and height without a reading
+PARAMETERS = {"bond_youngs_modulus_pa": (2.0e9, 1e6), "bond_damping": (60.0, 0.2),
+              "tip_deflection_m": (0.02, 1e-5), "release_time_s": (1e-6, 1e-6)}
+
+
+def estimate(value, stderr=0.01):
+    return {"value": value, "stderr": stderr, "interval": [value - 2 * stderr, value + 2 * stderr]}
+
+
+def motion(decay, scale=1.0):
+    """Deflection (T, H) in mm of a stem that is held and then swings."""
+    time = np.maximum(TIME, 0.0)
+    swing = scale * 20.0 * np.exp(-decay * time) * np.cos(2 * np.pi * 60.0 * time)
+    return swing[:, None] * (np.array(HEIGHTS_MM) / 150.0) ** 2
+
+
+MEASURED = motion(12.0)
+MEASURED[UNSEEN] = np.nan
+PREDICTED = {"baseline": motion(9.0), "baseline + quadratic_drag": motion(12.0, 1.001)}
+
+
+def rows(values):
+    """Numbers as JSON has them."""
+    return [[None if np.isnan(value) else round(float(value), 6) for value in row]
+            for row in values]
+
+
+def parameters(extra=None):
+    table = {**PARAMETERS, **(extra or {})}
+    return {name: {**estimate(*pair), "at_bound": False} for name, pair in table.items()}
+
+
+def group(**place):
+    return {"readings": 60, "rms_mm": 0.1, "mean_mm": 0.01, "rms_over_noise": 2.5, **place}
+
+
+def plain(value):
+    return {"value": value, "stderr": 0.01}
+
+
+def window(amplitude, decay):
+    return {"amplitude_mm": amplitude, "frequency_hz": plain(60.0), "b1_per_cycle": plain(decay),
+            "rest_mm": plain(0.0)}
+
+
+def where(predicted, decay):
+    third = {"amplitude": 0.1, "amplitude_stderr": 0.01, "lag_rad": 0.0, "lag_stderr_rad": 0.01,
+             "rest_mm": 0.0, "rest_stderr_mm": 0.01, "measured_over_noise": 100.0,
+             "modelled_over_noise": 90.0}
+    return {
+        "by_height": [group(height_mm=height) for height in HEIGHTS_MM],
+        "by_time": [group(begin_s=0.1 * k, end_s=0.1 * (k + 1)) for k in range(3)],
+        "by_amplitude": [group(smallest_mm=1.0, largest_mm=5.0)],
+        "spectrum": {"frequency_hz": [0.0, 20.0, 40.0, 60.0],
+                     "power_over_noise": [1.0, None, 3.0, 40.0], "mode_frequencies_hz": [60.0],
+                     "bands": []},
+        "against_amplitude": [
+            {"begin_s": 0.0, "end_s": 0.08, "measured": window(10.0, -0.2),
+             "modelled": window(10.0, decay)},
+            {"begin_s": 0.08, "end_s": 0.16, "measured": window(3.0, -0.15), "modelled": None},
+            {"begin_s": 0.16, "end_s": 0.24, "measured": None, "modelled": None}],
+        "modes": [],
+        "banding": {"heights": [{"height_mm": 50.0, "measured": plain(-0.2),
+                                 "modelled": plain(decay)},
+                                {"height_mm": 100.0, "measured": None, "modelled": None}],
+                    "measured": None, "modelled": None},
+        "structure": {"thirds": [third] * 3, "shares": {
+            "amplitude": 1.0, "phase": 0.0, "rest": 0.0, "other_motion": 0.0, "other_shape": 0.0}},
+        "pattern_over_heights": {"share": 0.5, "rms_mm": [0.1, 0.1, 0.1]},
+        "residual_map": {"time_s": TIME.tolist(), "height_mm": list(HEIGHTS_MM),
+                         "residual_mm": rows(MEASURED - predicted)},
+    }
+
+
+def comparison_rung(names, finding, predicted, decay):
+    held_out = {"rms_mm": 0.1, "rms_over_noise": 2.0}
+    ratio = 5.0 if finding == "inadequate" else 1.0
+    sentence = "The model fits." if finding == "adequate" else "Something is missing."
+    rung = {
+        "model": names, "added": names[1:], "runs": 9, "starts": 1, "moves": True,
+        "rmse_mm": NOISE_MM * ratio, "rmse_over_noise": ratio, "reduced_chi2": ratio**2,
+        "degrees_of_freedom": 170, "effective_degrees_of_freedom": 120.5,
+        "parameters": parameters(), "bic": 1000.0 * ratio, "sentences": [sentence, "And so on."],
+        "verdict": {"finding": finding, "adequate": finding == "adequate", "p_value": 0.5,
+                    "reason": "", "tests": [{"name": "size", "p_value": 0.5,
+                                             "adjusted_p_value": 1.0}]},
+        "where": where(predicted, decay), "remarks": [],
+        "held_out": {"last_third": held_out, "one_height": {"failure": "one"}},
+    }
+    if len(names) > 1:
+        rung |= {"compared_with": 0, "gain": True, "why": "BIC falls by 4000", "delta_bic": -4000.0,
+                 "change": {"bond_youngs_modulus": -0.01, "bond_damping": -0.4}}
+    return rung
+
+
+def comparison(name="T2"):
+    predicted = list(PREDICTED.values())
+    return {
+        "format": "culm-comparison", "version": 1, "measurement": name, "folder": f"data/{name}",
+        "frames": TIME.size, "heights": len(HEIGHTS_MM), "noise_mm": NOISE_MM,
+        "noise_source": "stated", "noise_known": True, "effective_readings": 150.0, "remarks": [],
+        "options": {"law": "consistent", "with": "quadratic_drag", "ladder": "", "window_s": None},
+        "ladder": [comparison_rung(["baseline"], "inadequate", predicted[0], -0.15),
+                   comparison_rung(["baseline", "quadratic_drag"], "adequate", predicted[1], -0.2),
+                   {"model": ["baseline", "quadratic_drag", "taper"], "added": ["taper"],
+                    "runs": 3, "starts": 1, "failure": "a taper <of> no use"}],
+    }
+
+
+def write_comparison(folder, name="T2", with_arrays=True):
+    write(folder, "comparison.json", comparison(name))
+    if not with_arrays:
+        return
+    with h5py.File(Path(folder) / "comparison.h5", "w") as file:
+        file["time"], file["height"] = TIME, 1e-3 * np.array(HEIGHTS_MM)
+        file["measured"] = 1e-3 * MEASURED
+        for place, (model, values) in enumerate(PREDICTED.items()):
+            file[f"model_{place}/predicted"] = 1e-3 * values
+            file[f"model_{place}"].attrs["model"] = model
+
+
+def diagnosis(name="T2", verdict="effect"):
+    united = {key: {**value, "unit": ""} for key, value in parameters().items()}
+    rung = {"model": ["baseline"], "rmse_mm": 0.2, "reduced_chi2": 25.0, "finding": "inadequate",
+            "p_value": 0.0, "tests": "size", "parameters": united}
+    better = {**rung, "model": ["baseline", "quadratic_drag"], "rmse_mm": NOISE_MM,
+              "finding": "adequate", "delta_bic": -4000.0, "held_out_over_noise": 1.0,
+              "held_out_before_over_noise": 4.0}
+    named = verdict in ("effect", "tie")
+    force = {"kind": "force_per_length", "form": "(-0.002)*v*abs(v)", "character": "dissipative",
+             "terms": [{"term": "v*abs(v)", "coefficient": -0.002, "stderr": 1e-5,
+                        "stability": 1.0}],
+             "explained": 0.99, "rmse_mm": 0.04, "effect_file": "[effect]\nname = \"missing\"\n",
+             "against_displacement": [{"displacement_mm": x, "velocity_m_s": 0.0,
+                                       "force_n_per_m": 0.0} for x in (-20.0, 20.0)],
+             "against_velocity": [{"displacement_mm": 0.0, "velocity_m_s": v,
+                                   "force_n_per_m": -0.002 * v * abs(v)}
+                                  for v in (-9.0, 0.0, 9.0)]}
+    ranked = {"effect": "quadratic_drag", "summary": "air drag", "signature": "faster decay",
+              "refitted": True, "rmse_mm": NOISE_MM, "delta_bic": -4000.0, "p_value": 0.0,
+              "parameters": united, "obstacle": "", "looks_like": []}
+    others = [{**ranked, "effect": "taper", "delta_bic": 5.0, "refitted": False},
+              {**ranked, "effect": "tip_mass", "delta_bic": -20.0, "obstacle": "at a bound"},
+              {**ranked, "effect": "relaxation", "delta_bic": None, "rmse_mm": None,
+               "failure": "no"}]
+    spot = {"effect": "taper", "beyond_bounds": False, "bias_if_present": "…",
+            "smallest_visible": {"parameter": "relative_change", "value": 0.008, "unit": ""},
+            "bias": {"bond_youngs_modulus": -0.015, "bond_damping": None}}
+    return {
+        "format": "culm-diagnosis", "version": 1, "measurement": name, "noise_mm": NOISE_MM,
+        "recordings": [{"id": name, "folder": f"data/{name}", "frames": TIME.size,
+                        "heights": len(HEIGHTS_MM), "noise_mm": NOISE_MM,
+                        "noise_source": "stated", "noise_known": True}],
+        "baseline": {"rmse_mm": 0.2, "reduced_chi2": 25.0, "adequate": verdict == "adequate",
+                     "parameters": united},
+        "verdict": verdict, "reason": "with it the residuals are noise",
+        "effects": ["quadratic_drag"] if named else [], "explained": 0.99, "parameters": united,
+        "ties": [["quadratic_drag", "relaxation"]] if verdict == "tie" else [],
+        "ties_separate_by": ["Release in a vacuum."] if verdict == "tie" else [],
+        "ties_delta_bic": [[3.0]] if verdict == "tie" else [],
+        "ranking": [ranked, *others], "ladder": [rung, better] if named else [rung],
+        "blind_spots": [spot, {"effect": "gravity", "failure": "no"},
+                        {**spot, "effect": "camera_tilt", "beyond_bounds": True}],
+        "next_experiment": [{"what": "release in a vacuum", "expected_gap": 16.0,
+                             "separates": [["baseline", "baseline + quadratic_drag"]]}],
+        "false_naming_rate": 0.0,
+        "false_naming": {"rate": 0.0, "upper_bound": 0.018, "draws": 200},
+        "where": {**where(PREDICTED["baseline"], -0.2), "frequency_vs_amplitude": [],
+                  "decay_vs_amplitude": []},
+        "missing_force": force if verdict == "unknown" else None,
+        "failed": [{"effect": "relaxation", "reason": "no"}], "runs": 99, "remarks": [],
+        "options": {"law": "consistent", "spheres": None, "window_s": None, "max_effects": 3,
+                    "candidates": ["quadratic_drag", "taper"], "known": []},
+    }
+
+
+def calibrated(name, adequate=True):
+    return {
+        "measurement": name, "folder": f"data/{name}",
+        "parameters": {key: estimate(*pair) for key, pair in PARAMETERS.items()},
+        "correlation": {"names": list(PARAMETERS), "matrix": np.eye(4).tolist()},
+        "mode": {"b2_hz": estimate(60.0), "b1_per_cycle": estimate(-0.2),
+                 "natural_frequency_hz": 60.0, "damping_ratio": 0.03, "damping_time_s": 1e-4},
+        "fit": {"rmse_mm": 0.05, "noise_mm": NOISE_MM, "noise_source": "stated",
+                "reduced_chi2": 1.1, "degrees_of_freedom": 170, "readings": 180, "runs": 12,
+                "adequate": adequate, "reason": "",
+                "tests": [{"name": "size", "p_value": 1e-9, "adjusted_p_value": 2e-9}]},
+        "chain": {"law": "consistent", "spheres": 56, "bond_length_m": 0.003,
+                  "sphere_diameter_m": 0.003, "sphere_density_kg_m3": 125.0,
+                  "tip_mass_share": 0.5, "bond_outer_diameter_m": 0.003,
+                  "bond_inner_diameter_m": 0.0, "poissons_ratio": 0.3, "effects": []},
+        "remarks": ["a remark"],
+        "check": {f"{side}_{key}": value for side in ("measured", "simulated")
+                  for key, value in (("b1_per_cycle", -0.2), ("b2_hz", 60.0))}
+        | {f"{key}_{kind}_percent": 0.1 for key in ("b1", "b2") for kind in ("error", "resolution")},
+    }
+
+
+def calibration(names=("S1", "S2")):
+    spread = {"mean": 1.0, "standard_deviation": 0.1, "median": 1.0, "lowest": 0.9, "highest": 1.1,
+              "central_90_percent": [0.9, 1.1], "central_90_percent_lower_interval": [0.8, 0.95],
+              "central_90_percent_upper_interval": [1.05, 1.2]}
+    population = {"stems": len(names), "failed": 1, "something_missing": 0,
+                  **{key: spread for key in ("bond_youngs_modulus_pa", "bond_damping",
+                                             "b1_per_cycle", "b2_hz")}}
+    return {"format": "culm-calibration", "version": 1, "remarks": [],
+            "options": {"law": "consistent", "with": "", "window_s": None, "robust": False},
+            "stems": [calibrated(name) for name in names] +
+                     [{"measurement": "broken", "folder": "data/broken", "failure": "no motion"}],
+            "population": population if len(names) > 1 else None}
+
+
+def write_calibration(folder, names=("S1", "S2")):
+    write(folder, "calibration.json", calibration(names))
+    predictions = Path(folder) / "predictions"
+    predictions.mkdir()
+    predicted = PREDICTED["baseline + quadratic_drag"]
+    head = ",".join(f"measured h={h:g}mm,predicted h={h:g}mm" for h in HEIGHTS_MM)
+    for number in range(1, len(names) + 1):
+        lines = [f"time_s,{head}"]
+        for time, seen, modelled in zip(TIME, MEASURED, predicted):
+            cells = [f"{'' if np.isnan(a) else a},{b}" for a, b in zip(seen, modelled)]
+            lines.append(f"{time},{','.join(cells)}")
+        (predictions / f"{number:03}.csv").write_text("\n".join(lines) + "\n", "utf-8")
+
+
+def write(folder, name, document):
+    (Path(folder) / name).write_text(json.dumps(document), encoding="utf-8")

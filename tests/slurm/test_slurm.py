@@ -1,0 +1,298 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Studies in a real Slurm: the walltime, requeue, pre-emption, scancel, job arrays, srun.
+
+Exit code 77, with the reason, where no Slurm can be started."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+from private_slurm import PrivateSlurm, Unavailable
+
+HERE = Path(__file__).resolve().parent
+sys.path.append(str(HERE.parent / "cli"))
+from culm_program import DONE, PROGRAM, QUICK, CulmTest  # noqa: E402
+
+ROOT = HERE.parent.parent
+SKIPPED = 77
+# Seconds after which a job hangs; far beyond what it takes on a busy machine.
+PATIENCE = 300
+
+# 1440 points, 180 batches of 8 lanes: some 17 s on one core, more than two can compute in 5 s.
+LONG = """
+[study]
+name = "long study"
+[stem]
+spheres = 56
+[integrator]
+relative_tolerance = 1e-7
+[vibration]
+duration_s = 0.4
+sample_interval_s = 2e-4
+[factors]
+bond_damping = { from = 5, to = 90, count = 30 }
+bond_youngs_modulus_gpa = { from = 1, to = 9, count = 48 }
+"""
+POINTS = 1440
+FIRST_TWO_SHORT = "$((${SLURM_RESTART_COUNT:-0} < 2 ? 6 : 600))"
+ENDED = ("COMPLETED", "FAILED", "CANCELLED", "TIMEOUT")
+
+slurm: PrivateSlurm
+
+
+class SlurmTest(CulmTest):
+    def setUp(self):
+        super().setUp()
+        # What a user may call a folder.
+        self.folder = self.folder / "it's a \"study\"; $(touch hacked)\n#SBATCH --hold"
+        self.folder.mkdir()
+        self.addCleanup(slurm.run, "scancel", "--user", str(os.getuid()))
+
+    def culm(self, *arguments, **options) -> subprocess.CompletedProcess:
+        """As CulmTest.culm; these studies take longer than most."""
+        return subprocess.run([PROGRAM, *arguments], cwd=self.folder, text=True,
+                              capture_output=True, timeout=PATIENCE, check=False, **options)
+
+    def script(self, study: str, *options, **changes) -> str:
+        """Writes a script for the study with culm jobs slurm, with other values of variables."""
+        if "--ranks-per-node" not in options:
+            options += ("--ranks-per-node", "2")
+        self.assert_exit(self.culm("jobs", "slurm", study, "--nodes", "2", "--study-output", "out",
+                                   "-o", "job.sbatch", *options), DONE)
+        text = (self.folder / "job.sbatch").read_text(encoding="utf-8")
+        for name, value in changes.items():
+            lines = [line for line in text.splitlines() if line.startswith(f"{name}=")]
+            self.assertEqual(len(lines), 1, name)
+            text = text.replace(lines[0], f"{name}={value}")
+        return self.write("job.sbatch", text)
+
+    def submit(self, *arguments, **options) -> str:
+        """Returns the job's number."""
+        answer = slurm.run("sbatch", "--parsable", *arguments, **({"cwd": self.folder} | options))
+        self.assertEqual(answer.returncode, 0, answer.stderr)
+        return answer.stdout.strip()
+
+    def states(self, job: str) -> list[str]:
+        answer = slurm.run("squeue", "--noheader", "--jobs", job, "--states=all",
+                           "--format=%T %r %i")
+        return answer.stdout.splitlines()
+
+    def wait_for_end(self, job: str):
+        """Plays the time of waiting in the queue: a requeued job would start two minutes later.
+        Some seconds must pass, or its old credential, which was revoked, would be taken for the
+        new one."""
+        deadline = time.monotonic() + PATIENCE
+        requeued_at = 0.0
+        while time.monotonic() < deadline:
+            states = self.states(job)
+            has_ended = states and all(state.split()[0] in ENDED for state in states)
+            if has_ended and not self.is_between_two_starts():
+                return
+            for state in states:
+                if not state.startswith("PENDING BeginTime"):
+                    requeued_at = 0.0
+                elif requeued_at == 0.0:
+                    requeued_at = time.monotonic()
+                elif time.monotonic() > requeued_at + 3:
+                    slurm.run("scontrol", "update", f"JobId={state.split()[2]}", "StartTime=now")
+            time.sleep(0.5)
+        self.fail(f"job {job}: {self.states(job)} after {PATIENCE} s\n{self.log()}")
+
+    def log(self) -> str:
+        return "\n".join(log.read_text(encoding="utf-8", errors="replace")
+                         for log in sorted(self.folder.glob("*.log")))
+
+    def is_between_two_starts(self) -> bool:
+        """A job that is being requeued seems to have ended for some seconds."""
+        log = self.log()
+        return log.rfind("the job starts again") > log.rfind("this run ends within")
+
+    def restarts(self) -> int:
+        return self.log().count("not complete: the job starts again")
+
+    def status(self) -> dict:
+        """What culm archive status says of the study."""
+        finished = self.culm("archive", "status", "out", "--json", "-")
+        return json.loads(finished.stdout)["points"] if finished.returncode == DONE else {}
+
+    def wait_for_completed(self, count: int):
+        deadline = time.monotonic() + PATIENCE
+        while self.status().get("completed", 0) < count:
+            self.assertLess(time.monotonic(), deadline, self.log())
+            time.sleep(0.2)
+
+    def assert_same_as_undisturbed_run(self, study: str):
+        """Byte for byte, and every checksum is right."""
+        self.assertEqual(self.fits("out"), self.fits_of_undisturbed_run(study))
+        self.assert_exit(self.culm("archive", "verify", "out"), DONE)
+        self.assertEqual(list(self.folder.rglob("hacked")), [])
+        self.assertEqual(list(self.folder.parent.glob("hacked")), [])
+
+
+class Walltime(SlurmTest):
+    def test_study_longer_than_its_job_is_requeued_until_it_is_complete(self):
+        self.write("a 'study'.toml", LONG)
+        # The job would be allowed minutes, but a test has not that much time: its first two starts
+        # get 6 s each.
+        job = self.submit(self.script("a 'study'.toml", "--ranks-per-node", "1", "--walltime",
+                                      "10min", WALLTIME_S=FIRST_TWO_SHORT))
+        self.wait_for_end(job)
+        log = self.log()
+        self.assertGreaterEqual(self.restarts(), 1, log)
+        self.assertEqual(log.count("stopped early before the walltime ends"), self.restarts(), log)
+        self.assertEqual(len(list(self.folder.glob("*.log"))), 1, "one job from first to last")
+        self.assertTrue(log.rstrip().endswith("exit code 0"), log)
+        self.assert_same_as_undisturbed_run("a 'study'.toml")
+
+    def test_time_left_is_asked_of_slurm(self):
+        self.write("s.toml", QUICK)
+        job = self.submit("--time=2", self.script("s.toml"))
+        self.wait_for_end(job)
+        self.assertRegex(self.log(), rf"this run ends within 00:01:5\d \(squeue, job {job}\)")
+        self.assertIn("COMPLETED", self.states(job)[0])
+        self.assert_same_as_undisturbed_run("s.toml")
+
+    def test_limit_that_is_too_short_for_any_point_ends_the_chain_of_jobs(self):
+        self.write("s.toml", QUICK)
+        # One second is what a run keeps for ending in order.
+        job = self.submit(self.script("s.toml", WALLTIME_S="1"))
+        self.wait_for_end(job)
+        log = self.log()
+        self.assertRegex(log, "none of the 9 missing points can be computed in the walltime")
+        self.assertTrue(log.rstrip().endswith("exit code 2"), log)
+        self.assertIn("FAILED", self.states(job)[0])
+
+
+class Interrupted(SlurmTest):
+    def test_scancel_keeps_what_was_computed_and_ends_the_chain_of_jobs(self):
+        self.write("s.toml", LONG)
+        job = self.submit(self.script("s.toml"))
+        self.wait_for_completed(16)
+        slurm.run("scancel", job)
+        self.wait_for_end(job)
+        self.assertEqual(self.restarts(), 0, self.log())
+        self.assertEqual(slurm.run("squeue", "--noheader").stdout, "")
+        self.assertIn("CANCELLED", self.states(job)[0])
+        kept = self.status()
+        self.assertGreaterEqual(kept["completed"], 16)
+        self.assertLess(kept["completed"], POINTS)
+        # Submitted again the same script finishes.
+        job = self.submit("job.sbatch")
+        self.wait_for_end(job)
+        self.assertIn("COMPLETED", self.states(job)[0], self.log())
+        self.assert_same_as_undisturbed_run("s.toml")
+
+    def test_warning_before_pre_emption_requeues(self):
+        self.write("s.toml", LONG)
+        job = self.submit(self.script("s.toml"))
+        self.wait_for_completed(16)
+        slurm.run("scancel", "--batch", "--signal=USR1", job)
+        self.wait_for_end(job)
+        self.assertEqual(self.restarts(), 1, self.log())
+        self.assertIn("exit code 75", self.log())
+        self.assertEqual(len(list(self.folder.glob("*.log"))), 1, "one job from first to last")
+        self.assertIn("COMPLETED", self.states(job)[0], self.log())
+        self.assert_same_as_undisturbed_run("s.toml")
+
+
+class Launchers(SlurmTest):
+    def test_srun_starts_one_farm_of_all_ranks(self):
+        if "pmix" not in slurm.run("srun", "--mpi=list").stderr + slurm.run(
+                "srun", "--mpi=list").stdout:
+            self.skipTest("this Slurm has no PMIx")
+        self.write("s.toml", QUICK)
+        # One node: two stand-in nodes on one machine would share PMIx's folder.
+        job = self.submit("--nodes=1", "--ntasks=2", "--ntasks-per-node=2",
+                          self.script("s.toml", LAUNCHER="(srun --mpi=pmix)"))
+        self.wait_for_end(job)
+        self.assertIn("on 2 ranks", self.log())
+        self.assert_same_as_undisturbed_run("s.toml")
+
+
+class Arrays(SlurmTest):
+    def test_diagnosis_has_one_element_for_each_measurement(self):
+        measurements = self.folder / "my measurements"
+        for name in ("T2-quadratic_drag", "T3-clamp_compliance"):
+            shutil.copytree(ROOT / "tests/data/hidden-effect" / name, measurements / name)
+        text = (ROOT / "jobs/slurm/diagnosis.sbatch").read_text(encoding="utf-8")
+        self.assertIn("\nOPTIONS=()", text)
+        # One candidate, a coarse chain: this is about the array.
+        self.write("d.sbatch", text.replace(
+            "\nOPTIONS=()", "\nOPTIONS=(--candidates quadratic_drag --spheres 12)"))
+        environment = slurm.environment | {
+            "CULM_ROOT": str(ROOT), "CULM": PROGRAM, "MEASUREMENTS": str(measurements),
+            "OUTPUT": str(self.folder / "diagnoses")}
+        answer = subprocess.run(["sbatch", "--parsable", "--array=0-2", "d.sbatch"],
+                                env=environment, cwd=self.folder, text=True, capture_output=True,
+                                check=True)
+        job = answer.stdout.strip()
+        self.wait_for_end(job)
+        for name in ("T2-quadratic_drag", "T3-clamp_compliance"):
+            self.assertTrue((self.folder / "diagnoses" / name / "complete").exists(), self.log())
+            self.assertTrue(list((self.folder / "diagnoses" / name).glob("*.json")), self.log())
+        self.assertIn("element 2: there are only 2 measurements", self.log())
+
+
+class Scripts(SlurmTest):
+    def test_of_jobs_slurm_are_accepted(self):
+        scripts = sorted((ROOT / "jobs/slurm").glob("*.sbatch"))
+        self.assertGreaterEqual(len(scripts), 5)
+        for script in scripts:
+            answer = slurm.run("sbatch", "--test-only", str(script), cwd=ROOT)
+            self.assertEqual(answer.returncode, 0, f"{script}: {answer.stderr}")
+            self.assertIn("to start at", answer.stderr)
+
+    def test_that_culm_writes_are_accepted(self):
+        self.write("s.toml", QUICK)
+        answer = slurm.run("sbatch", "--test-only",
+                           self.script("s.toml", "--partition", "test", "--account", "a-1"),
+                           cwd=self.folder)
+        self.assertEqual(answer.returncode, 0, answer.stderr)
+
+    def test_archive_and_reduce_leaves_a_verified_archive_with_its_tables(self):
+        self.write("s.toml", QUICK)
+        self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), DONE)
+        text = (ROOT / "jobs/slurm/archive-and-reduce.sbatch").read_text(encoding="utf-8")
+        line = next(line for line in text.splitlines() if line.startswith("FOLDERS="))
+        text = text.replace(line, 'FOLDERS=("$SLURM_SUBMIT_DIR/out")')
+        windows = next(line for line in text.splitlines() if line.startswith("WINDOWS="))
+        self.write("a.sbatch", text.replace(windows, "WINDOWS=(0.02)"))
+        environment = slurm.environment | {"CULM_ROOT": str(ROOT), "CULM": PROGRAM,
+                                           "ARCHIVE": str(self.folder / "kept")}
+        job = subprocess.run(["sbatch", "--parsable", "a.sbatch"], env=environment,
+                             cwd=self.folder, text=True, capture_output=True,
+                             check=True).stdout.strip()
+        self.wait_for_end(job)
+        self.assertIn("COMPLETED", self.states(job)[0], self.log())
+        for name in ("study.h5", "study.h5.sha256", "summary-0.02.json", "tables/points.csv"):
+            self.assertTrue((self.folder / "kept" / name).exists(), name)
+        self.assertEqual((self.folder / "kept/fits.csv").read_bytes(),
+                         (self.folder / "out/fits.csv").read_bytes())
+
+
+def main():
+    global slurm  # pylint: disable=global-statement
+    # An end on request stops the daemons too; unittest takes every other exception for a failure.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    with tempfile.TemporaryDirectory(prefix="culm-slurm-", ignore_cleanup_errors=True) as place:
+        slurm = PrivateSlurm(Path(place))
+        try:
+            slurm.start()
+            result = unittest.main(exit=False).result
+        except Unavailable as error:
+            print(f"skipped, no Slurm can be started here: {error}")
+            sys.exit(SKIPPED)
+        finally:
+            slurm.stop()
+    sys.exit(not result.wasSuccessful())
+
+
+if __name__ == "__main__":
+    main()

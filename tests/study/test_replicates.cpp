@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Populations of stems: measured columns, correlations, nested tests, scrambled and even designs.
+#include "refused.hpp"
+#include "study/design.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include <gtest/gtest.h>
+
+namespace culm::study {
+namespace {
+
+const StudyFiles stems{{"stems.csv", "id,length_mm,d,wall_mm\n1,150,2.5,0.30\n2,155,2.6,0.35\n"
+                                     "3,160,2.7,0.40\n"}};
+
+StudyConfig parsed(const std::string& text) {
+    return parse_config(text, "s.toml", stems);
+}
+
+std::string refusal_with_stems(const std::string& text) {
+    try {
+        (void)parsed(text);
+    } catch (const core::InputError& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+std::vector<double> column(const Design& design, std::size_t factor) {
+    std::vector<double> values;
+    for (std::int64_t point = 0; point < design.point_count(); ++point)
+        values.push_back(design.row(point)[factor]);
+    return values;
+}
+
+std::string measured(const std::string& key, const std::string& column, const std::string& more) {
+    return key + " = { distribution = \"empirical\", file = \"stems.csv\", column = \"" + column +
+           "\"" + more + " }\n";
+}
+
+TEST(EmpiricalFactor, RowsStayTogetherIfAsked) {
+    for (const std::string design :
+         {"[replicates]\nstems = 40\n", "[design]\ntype = \"latin_hypercube\"\npoints = 40\n",
+          "[design]\ntype = \"sobol\"\npoints = 40\nscrambling = \"owen\"\n"}) {
+        const std::string together = ", rows = \"together\"";
+        const Design rows =
+            make_design(parsed("[factors]\n" + measured("length_mm", "length_mm", together) +
+                               measured("bond_diameter_mm", "d", together) + design));
+        const std::map<double, double> pairs{{0.150, 2.5e-3}, {0.155, 2.6e-3}, {0.160, 2.7e-3}};
+        std::set<double> seen;
+        for (std::int64_t point = 0; point < 40; ++point) {
+            EXPECT_EQ(pairs.at(rows.row(point)[0]), rows.row(point)[1]);
+            seen.insert(rows.row(point)[0]);
+        }
+        EXPECT_EQ(seen.size(), 3U);
+        const Design mixed =
+            make_design(parsed("[factors]\n" + measured("length_mm", "length_mm", "") +
+                               measured("bond_diameter_mm", "d", "") + design));
+        std::set<std::pair<double, double>> combinations;
+        for (std::int64_t point = 0; point < 40; ++point)
+            combinations.emplace(mixed.row(point)[0], mixed.row(point)[1]);
+        EXPECT_GT(combinations.size(), 5U);
+    }
+}
+
+TEST(EmpiricalFactor, TheFileIsPartOfTheStudy) {
+    const std::string text = "[factors]\n" + measured("bond_diameter_mm", "d", "");
+    const StudyConfig config = parsed(text);
+    EXPECT_EQ(config.files, stems);
+    StudyFiles other = stems;
+    other["stems.csv"] = "d\n2.5\n2.6\n2.8\n";
+    EXPECT_NE(parse_config(text, "s.toml", other).identity(), config.identity());
+}
+
+TEST(EmpiricalFactor, MistakesAreSaid) {
+    EXPECT_NE(refusal_with_stems("[factors]\nlength_mm = { distribution = \"empirical\" }\n")
+                  .find("factors.length_mm.file is missing"),
+              std::string::npos);
+    EXPECT_NE(refusal_with_stems("[factors]\n" + measured("length_mm", "lenght_mm", ""))
+                  .find("did you mean length_mm?"),
+              std::string::npos);
+    EXPECT_NE(refusal_with_stems("[factors]\n" + measured("length_mm", "length_mm", ", min = 1"))
+                  .find("takes the values of its file as they are"),
+              std::string::npos);
+    EXPECT_NE(refusal("[factors]\nlength_mm = { distribution = \"empirical\", file = "
+                      "\"../stems.csv\", column = \"d\" }\n"),
+              "accepted");
+    EXPECT_NE(refusal("[factors]\nlength_mm = { distribution = \"normal\", mean = 1, sd = 1, "
+                      "colum = \"d\" }\n")
+                  .find("did you mean column?"),
+              std::string::npos);
+}
+
+const std::string two = "bond_diameter_mm = { distribution = \"normal\", mean = 2.6, sd = 0.2 }\n"
+                        "bond_wall_mm = { distribution = \"lognormal\", mean = 0.3, sd = 0.1, "
+                        "max = 1 }\n";
+
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+    const auto rank = [](const std::vector<double>& values) {
+        std::vector<double> ranks;
+        for (const double value : values)
+            ranks.push_back(static_cast<double>(
+                std::ranges::count_if(values, [&](double other) { return other < value; })));
+        return ranks;
+    };
+    const auto x = rank(a);
+    const auto y = rank(b);
+    double squares = 0.0;
+    for (std::size_t k = 0; k < x.size(); ++k)
+        squares += (x[k] - y[k]) * (x[k] - y[k]);
+    const auto n = static_cast<double>(x.size());
+    return 1.0 - 6.0 * squares / (n * (n * n - 1.0));
+}
+
+TEST(CorrelatedFactors, EveryDesignHasTheCorrelation) {
+    const std::string wanted = "[correlation]\nfactors = [\"bond_wall_mm\", \"bond_diameter_mm\"]\n"
+                               "rank = [[1, 0.7], [0.7, 1]]\n";
+    // 500 stems: drawn ones are off by 0.5/√500 = 0.02, five of them; the others far less.
+    const std::pair<std::string, double> designs[] = {
+        {"[replicates]\nstems = 500\n", 0.11},
+        {"[design]\ntype = \"latin_hypercube\"\npoints = 500\n", 0.02},
+        {"[design]\ntype = \"sobol\"\npoints = 500\n", 0.02}};
+    for (const auto& [design, tolerance] : designs) {
+        const Design with = make_design(parsed("[factors]\n" + two + design + wanted));
+        EXPECT_NEAR(correlation(column(with, 0), column(with, 1)), 0.7, tolerance) << design;
+        const Design without = make_design(parsed("[factors]\n" + two + design));
+        EXPECT_NEAR(correlation(column(without, 0), column(without, 1)), 0.0, 0.2) << design;
+    }
+}
+
+TEST(CorrelatedFactors, MistakesAreSaid) {
+    const auto with = [](const std::string& text) {
+        return refusal("[factors]\n" + two + "bond_damping = [1, 2]\n[correlation]\n" + text);
+    };
+    EXPECT_EQ(
+        with("factors = [\"bond_diameter_mm\", \"bond_wal_mm\"]\nrank = [[1, 0], [0, 1]]\n"),
+        "s.toml:6: correlation.factors = [\"bond_diameter_mm\", \"bond_wal_mm\"]: bond_wal_mm "
+        "is not in [factors] (did you mean bond_wall_mm?)");
+    const std::string both = "factors = [\"bond_diameter_mm\", \"bond_wall_mm\"]\n";
+    EXPECT_EQ(
+        with(both + "rank = [[1, 0.5], [0.4, 1]]\n"),
+        "s.toml:7: correlation.rank = [[1, 0.5], [0.4, 1]]: must be symmetric: row 2 has 0.4, "
+        "row 1 has 0.5");
+    EXPECT_EQ(with(both + "rank = [[1, 0.5]]\n"),
+              "s.toml:7: correlation.rank = [[1, 0.5]]: must be 2 lists of 2 numbers, one for each "
+              "factor");
+    EXPECT_NE(with(both + "rank = [[1, 1], [1, 1]]\n").find("not positive definite"),
+              std::string::npos);
+    EXPECT_NE(with("factors = [\"bond_diameter_mm\", \"bond_damping\"]\nrank = [[1, 0], [0, 1]]\n")
+                  .find("bond_damping must be a distribution"),
+              std::string::npos);
+    EXPECT_NE(with(both).find("correlation.rank is missing"), std::string::npos);
+}
+
+const std::string nested =
+    "[factors]\n"
+    "bond_damping = { distribution = \"normal\", mean = 120, sd = 40, "
+    "min = 10, max = 250, within_sd = 2 }\n"
+    "bond_diameter_mm = { distribution = \"normal\", mean = 2.6, sd = 0.2 }\n"
+    "tip_deflection_mm = { distribution = \"uniform\", min = 10, max = 20, "
+    "level = \"test\" }\n";
+
+TEST(NestedReplicates, StemsKeepTheirValuesAndTestsScatter) {
+    for (const std::string design : {"", "[design]\ntype = \"latin_hypercube\"\npoints = 5\n",
+                                     "[design]\ntype = \"sobol\"\npoints = 5\n"}) {
+        const Design d =
+            make_design(parsed(nested + design + "[replicates]\nstems = 6\nwithin = 4\n"));
+        ASSERT_EQ(d.tests, 4);
+        ASSERT_EQ(d.replicates, 24);
+        std::set<double> diameters;
+        std::set<double> deflections;
+        double squares = 0.0;
+        for (std::int64_t stem = 0; stem < d.point_count() / 4; ++stem) {
+            double mean = 0.0;
+            for (std::int64_t test = 0; test < 4; ++test) {
+                const auto row = d.row(4 * stem + test);
+                EXPECT_EQ(d.stem_of(4 * stem + test), stem);
+                EXPECT_EQ(row[1], d.row(4 * stem)[1]);
+                diameters.insert(row[1]);
+                deflections.insert(row[2]);
+                mean += row[0] / 4.0;
+            }
+            for (std::int64_t test = 0; test < 4; ++test)
+                squares += std::pow(d.row(4 * stem + test)[0] - mean, 2);
+        }
+        const auto stem_count = static_cast<std::size_t>(d.point_count() / 4);
+        EXPECT_EQ(diameters.size(), stem_count);
+        EXPECT_EQ(deflections.size(), 4 * stem_count);
+        // 18 degrees of freedom and more: the standard deviation is known to 17 %; three of them.
+        EXPECT_NEAR(std::sqrt(squares / static_cast<double>(3 * stem_count)), 2.0, 1.0);
+    }
+}
+
+TEST(NestedReplicates, OneTestIsTheStudyWithReplicates) {
+    const std::string factor =
+        "[factors]\nlength_mm = { distribution = \"normal\", mean = 156, sd = 4.5 }\n";
+    const StudyConfig before = parsed(factor + "[design]\nreplicates = 7\n");
+    const StudyConfig now = parsed(factor + "[replicates]\nstems = 7\n");
+    EXPECT_EQ(before.identity(), now.identity());
+    EXPECT_EQ(make_design(before).values, make_design(now).values);
+}
+
+TEST(NestedReplicates, MistakesAreSaid) {
+    const std::string factor =
+        "[factors]\nlength_mm = { distribution = \"normal\", mean = 156, sd = 4.5 }\n";
+    EXPECT_NE(refusal(factor + "[replicates]\nwithin = 2\n")
+                  .find("no factor has level = \"test\" or within_sd"),
+              std::string::npos);
+    EXPECT_NE(refusal(factor + "[design]\nreplicates = 2\n[replicates]\nstems = 2\n")
+                  .find("not together with design.replicates"),
+              std::string::npos);
+    EXPECT_NE(refusal(factor + "[replicates]\nstem = 2\n").find("did you mean stems?"),
+              std::string::npos);
+    EXPECT_NE(refusal("[factors]\nlength_mm = { distribution = \"normal\", mean = 156, sd = 4.5, "
+                      "level = \"test\", within_sd = 1 }\n")
+                  .find("not with level = \"test\""),
+              std::string::npos);
+}
+
+TEST(EvenDesigns, AreChosenByTheConfigAndPartOfTheIdentity) {
+    const std::string hypercube =
+        "[factors]\n" + two + "[design]\ntype = \"latin_hypercube\"\npoints = 50\n";
+    const std::string sobol = "[factors]\n" + two + "[design]\ntype = \"sobol\"\npoints = 50\n";
+    std::set<std::string> identities;
+    std::set<std::vector<double>> designs;
+    for (const std::string& text :
+         {hypercube, hypercube + "criterion = \"maximin\"\n",
+          hypercube + "criterion = \"centred_discrepancy\"\n", sobol,
+          sobol + "scrambling = \"owen\"\n", sobol + "scrambling = \"digital_shift\"\n"}) {
+        const StudyConfig config = parsed(text);
+        identities.insert(config.identity());
+        designs.insert(make_design(config).values);
+        EXPECT_EQ(make_design(config).values, make_design(config).values);
+    }
+    EXPECT_EQ(identities.size(), 6U);
+    EXPECT_EQ(designs.size(), 6U);
+    EXPECT_NE(refusal(sobol + "criterion = \"maximin\"\n").find("only with"), std::string::npos);
+    EXPECT_NE(refusal(hypercube + "scrambling = \"owen\"\n").find("only with"), std::string::npos);
+    EXPECT_NE(refusal(hypercube + "criterion = \"maximim\"\n").find("did you mean \"maximin\"?"),
+              std::string::npos);
+}
+
+TEST(NestedReplicates, EverySettingIsPartOfTheIdentity) {
+    const auto identity = [](const std::string& factor, const std::string& rest) {
+        return parsed("[factors]\n" + two +
+                      "bond_damping = { distribution = \"normal\", mean = 9, " + "sd = 1" + factor +
+                      " }\n" + rest)
+            .identity();
+    };
+    const std::string tests = "[replicates]\nstems = 3\nwithin = 2\n";
+    const std::string pair = "[correlation]\nfactors = [\"bond_diameter_mm\", \"bond_wall_mm\"]\n";
+    const std::set<std::string> identities{
+        identity("", ""),
+        identity(", level = \"test\"", tests),
+        identity(", within_sd = 0.1", tests),
+        identity(", within_sd = 0.2", tests),
+        identity(", within_sd = 0.2", "[replicates]\nstems = 2\nwithin = 3\n"),
+        identity("", pair + "rank = [[1, 0.5], [0.5, 1]]\n"),
+        identity("", pair + "rank = [[1, 0.4], [0.4, 1]]\n")};
+    EXPECT_EQ(identities.size(), 7U);
+}
+
+TEST(WallDensity, GivesTheMassOfTheSection) {
+    const StudyConfig config = parsed("[stem]\nlength_mm = 156\nbond_diameter_mm = 2.57\n"
+                                      "bond_wall_mm = 0.34\nwall_density_kg_m3 = 272\n");
+    const auto& stem = config.base.stem;
+    constexpr double pi = 3.14159265358979323846;
+    const double sphere = stem.density * pi / 6.0 * std::pow(stem.sphere_diameter, 3);
+    const double section = pi / 4.0 * (std::pow(2.57e-3, 2) - std::pow(1.89e-3, 2));
+    // Rounding of some operations.
+    EXPECT_NEAR(sphere / (272.0 * section * 0.156 / 55.0), 1.0, 1e-14);
+    EXPECT_NE(refusal("[stem]\ndensity_kg_m3 = 1\nwall_density_kg_m3 = 1\n").find("not together"),
+              std::string::npos);
+}
+
+} // namespace
+} // namespace culm::study
