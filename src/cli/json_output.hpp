@@ -15,8 +15,7 @@ namespace culm::cli {
 /// Writes to the file, or to standard output for "-". Throws core::StorageError.
 inline void write_json(const std::string& file, const nlohmann::json& json) {
     // Names from damaged or foreign files need not be UTF-8.
-    const std::string text =
-        json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+    const std::string text = json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
     if (file == "-") {
         fmt::print("{}\n", text);
         return;

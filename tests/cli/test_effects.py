@@ -118,7 +118,7 @@ class UsersEffect(CulmTest):
 
     def test_in_no_file_is_refused(self):
         self.assert_refused(self.culm("effects", "./none.toml"),
-                            "culm: ./none.toml: cannot be read\n")
+                            "culm: ./none.toml: cannot be read: No such file or directory\n")
 
 
 if __name__ == "__main__":

@@ -173,7 +173,7 @@ class Import(CulmTest):
     def test_says_which_file_is_missing(self):
         self.write("mapping.toml", MAPPING)
         self.assert_refused(self.culm("import", "mapping.toml", "-o", "beam"),
-                            "culm: beam.csv: cannot be read\n")
+                            "culm: beam.csv: cannot be read: No such file or directory\n")
 
 
 if __name__ == "__main__":
