@@ -20,6 +20,8 @@ namespace {
 [[noreturn]] void open_and_exit(const std::filesystem::path& path) {
     const rlimit nothing{0, 0};
     (void)::setrlimit(RLIMIT_CORE, &nothing);
+    const rlimit patience{20, 20}; // s of processor time, where a sound file takes milliseconds
+    (void)::setrlimit(RLIMIT_CPU, &patience);
     if (const int silence = ::open("/dev/null", O_WRONLY); silence >= 0)
         (void)::dup2(silence, STDERR_FILENO); // the C library complains of a broken heap there
     try {
@@ -45,9 +47,10 @@ std::string death_while_opening(const std::filesystem::path& path) {
     } while (ended < 0 && errno == EINTR);
     if (ended != child || !WIFSIGNALED(state))
         return {};
-    return fmt::format("{}: damaged in a part that has no checksum: HDF5 itself dies of it (signal "
-                       "{})",
-                       path.string(), WTERMSIG(state));
+    return fmt::format(
+        "{}: damaged in a part that has no checksum: HDF5 itself dies of it, or comes "
+        "to no end (signal {})",
+        path.string(), WTERMSIG(state));
 }
 
 } // namespace culm::archive

@@ -123,6 +123,21 @@ std::vector<SelectedEffects> CandidateField::one_more(const SelectedEffects& eff
     return models;
 }
 
+std::vector<SelectedEffects> CandidateField::in_fewer_recordings(const SelectedEffects& effects,
+                                                                 std::size_t count) const {
+    std::vector<SelectedEffects> models;
+    for (std::size_t k = count; k < effects.size(); ++k) {
+        const std::vector<std::string>& absent = effects[k].absent_from;
+        if (!belongs_to_recording(effects[k].effect->name() + '.') ||
+            absent.size() + 1 >= recordings_.size())
+            continue;
+        for (const measure::Measurement& recording : recordings_)
+            if (std::ranges::find(absent, recording.stem.id) == absent.end())
+                models.emplace_back(effects)[k].absent_from.push_back(recording.stem.id);
+    }
+    return models;
+}
+
 std::vector<SearchedModel> CandidateField::fit_all(const std::vector<SelectedEffects>& models,
                                                    const ModelFit& smaller) {
     if (models.empty())

@@ -41,6 +41,11 @@ class CandidateField {
                                                         const std::vector<EffectScore>& scores,
                                                         double least_gain, bool only_best) const;
 
+    /// `effects`, and one of those behind the first `count` that belong to recordings (a mass at
+    /// the tip) leaves one more recording, but never all. Empty for a single recording.
+    [[nodiscard]] std::vector<SelectedEffects> in_fewer_recordings(const SelectedEffects& effects,
+                                                                   std::size_t count) const;
+
     [[nodiscard]] std::vector<SearchedModel> fit_all(const std::vector<SelectedEffects>& models,
                                                      const ModelFit& smaller);
 

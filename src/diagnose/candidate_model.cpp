@@ -38,7 +38,9 @@ calibrate::StemModel candidate_model(const calibrate::StemModel& baseline,
                                      const measure::Measurement& measurement) {
     calibrate::StemModel model = baseline;
     for (const physics::SelectedEffect& selected : in_library_order(effects))
-        model = calibrate::with_effect(std::move(model), selected, measurement);
+        if (std::ranges::find(selected.absent_from, measurement.stem.id) ==
+            selected.absent_from.end())
+            model = calibrate::with_effect(std::move(model), selected, measurement);
     return model;
 }
 

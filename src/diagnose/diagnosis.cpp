@@ -219,12 +219,33 @@ class Search {
                 refused_[model.effects.back().effect->name()] = held_out.obstacle;
                 continue;
             }
-            const double gain = bic(current_.fit, by) - bic(model.fit, by);
-            take(model, std::move(larger), held_out);
+            SearchedModel found = where_it_is_needed(model);
+            if (found.fit.parameters.size() < model.fit.parameters.size())
+                larger = field_.restore(found);
+            const double gain = bic(current_.fit, by) - bic(found.fit, by);
+            take(found, std::move(larger), held_out);
             result_.ladder.back().delta_bic = -gain;
             return true;
         }
         return false;
+    }
+
+    /// What belongs to a recording (a mass at its tip) need not be in all of them: it leaves those
+    /// that do as well without it.
+    [[nodiscard]] SearchedModel where_it_is_needed(SearchedModel model) {
+        while (true) {
+            std::vector<SearchedModel> fewer = field_.fit_all(
+                field_.in_fewer_recordings(model.effects, current_.effects.size()), fit_);
+            std::erase_if(fewer, [](const SearchedModel& each) { return !each.fit.is_fitted(); });
+            if (fewer.empty())
+                return model;
+            const Yardstick by = yardstick_with({model});
+            const auto best = std::ranges::min_element(
+                fewer, {}, [&](const SearchedModel& each) { return bic(each.fit, by); });
+            if (!(bic(best->fit, by) - bic(model.fit, by) < tie_gap))
+                return model;
+            model = *best;
+        }
     }
 
     void take(const SearchedModel& model, ModelFit fit, const HeldOutGain& held_out) {
@@ -348,20 +369,6 @@ class Search {
 };
 
 } // namespace
-
-std::string_view to_string(Conclusion conclusion) {
-    switch (conclusion) {
-    case Conclusion::Adequate:
-        return "adequate";
-    case Conclusion::Effect:
-        return "effect";
-    case Conclusion::Tie:
-        return "tie";
-    case Conclusion::Unknown:
-        return "unknown";
-    }
-    return "unknown";
-}
 
 SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings) {
     SelectedEffects candidates;

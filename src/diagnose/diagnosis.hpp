@@ -93,13 +93,13 @@ struct DiagnosisOptions {
 
 /// 1. The published chain is fitted and tested for lack of fit (judge()).
 /// 2. Every candidate is scored by a run or a few (score_effect()). Those that promise something
-/// are
-///    fitted through the chain itself; if none can be named, all others too, then pairs of the
+///    are fitted through the chain itself; if none can be named, all others too, then pairs of the
 ///    best.
 /// 3. The best by bic() joins if it gains at least 10, its gain is significant for the number of
 ///    candidates (1 %), none of its parameters stands at a bound, its size is known to be there,
 ///    and readings that were held out are predicted better. Up to three times, until the residuals
 ///    are noise; beside the published chain also if only the score of a candidate is significant.
+///    What belongs to a recording leaves those recordings that do as well without it.
 /// 4. Each effect of the answer is exchanged for every other candidate. A set that is better by 6
 ///    takes its place, one within 6 of it is a tie. An effect whose removal costs less than 6 goes.
 /// 5. If structure is left, effects are named only if they explain nearly all of a glaring misfit.

@@ -229,4 +229,18 @@ void complete(const Found& found, Diagnosis& result) {
     }
 }
 
+std::string_view to_string(Conclusion conclusion) {
+    switch (conclusion) {
+    case Conclusion::Adequate:
+        return "adequate";
+    case Conclusion::Effect:
+        return "effect";
+    case Conclusion::Tie:
+        return "tie";
+    case Conclusion::Unknown:
+        return "unknown";
+    }
+    return "unknown";
+}
+
 } // namespace culm::diagnose

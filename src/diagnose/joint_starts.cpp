@@ -140,8 +140,10 @@ std::set<std::string> new_sizes(const JointStart& models,
     std::set<std::string> names;
     for (const calibrate::StemModel& model : models)
         for (const calibrate::FreeParameter& parameter : model.parameters)
-            if (!parameter.is_place && smaller.front().find(parameter.access.name) == nullptr &&
-                parameter.access.name.find('.') != std::string::npos)
+            if (!parameter.is_place && parameter.access.name.find('.') != std::string::npos &&
+                std::ranges::all_of(smaller, [&](const calibrate::ChainFit& fit) {
+                    return fit.find(parameter.access.name) == nullptr;
+                }))
                 names.insert(parameter.access.name);
     return names;
 }
