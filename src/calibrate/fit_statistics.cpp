@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/fit_statistics.hpp"
 
+#include "calibrate/information_directions.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <fmt/core.h>
 
 namespace culm::calibrate {
@@ -13,9 +15,6 @@ namespace {
 
 /// Distance from a bound, relative to the range or (logarithmic) to the value, that counts as none.
 constexpr double nearness = 1e-6;
-/// Directions of parameter space whose information is smaller than this share of the largest, all
-/// parameters scaled alike, are beyond what differences of runs can tell.
-constexpr double smallest_information = 1e-12;
 
 /// Returns their sum of squares.
 double add_residuals(const measure::Measurement& measurement, ChainFit& fit) {
@@ -57,23 +56,19 @@ Eigen::MatrixXd information(const ChainFit& fit) {
 /// Inverse of a symmetric matrix that may not have one: directions without information get an
 /// infinite variance wherever they take part.
 Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& matrix) {
+    const InformationDirections told = information_directions(matrix);
     const Eigen::Index count = matrix.rows();
-    Eigen::VectorXd scale = matrix.diagonal().cwiseSqrt();
-    for (double& entry : scale)
-        entry = entry > 0.0 ? entry : 1.0;
-    const Eigen::MatrixXd scaled =
-        scale.cwiseInverse().asDiagonal() * matrix * scale.cwiseInverse().asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
     Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(count, count);
     Eigen::VectorXd unknown = Eigen::VectorXd::Zero(count);
     for (Eigen::Index k = 0; k < count; ++k) {
-        const Eigen::VectorXd direction = solver.eigenvectors().col(k);
-        if (solver.eigenvalues()(k) > smallest_information * solver.eigenvalues().maxCoeff())
-            inverse += direction * direction.transpose() / solver.eigenvalues()(k);
+        const Eigen::VectorXd direction = told.directions.col(k);
+        if (told.is_known(k))
+            inverse += direction * direction.transpose() / told.information(k);
         else
             unknown += direction.cwiseAbs2();
     }
-    inverse = scale.cwiseInverse().asDiagonal() * inverse * scale.cwiseInverse().asDiagonal();
+    inverse =
+        told.scale.cwiseInverse().asDiagonal() * inverse * told.scale.cwiseInverse().asDiagonal();
     for (Eigen::Index k = 0; k < count; ++k)
         if (unknown(k) > 1e-6)
             inverse(k, k) = std::numeric_limits<double>::infinity();

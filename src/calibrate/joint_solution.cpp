@@ -110,14 +110,11 @@ bool has_converged(const ceres::Solver::Summary& summary) {
 
 /// Did shortened steps stop it?
 bool is_far_from_the_end(const ceres::Solver::Summary& summary, const std::vector<bool>& is_held,
-                         std::optional<double> width, JointResiduals& residuals) {
+                         std::optional<double> width, double readings, JointResiduals& residuals) {
     if (!has_converged(summary))
         return false;
-    std::size_t readings = 0;
-    for (const ReadingResiduals& part : residuals.parts())
-        readings += part.places().size();
     residuals.PrepareForEvaluation(true, true);
-    const double reduced = 2.0 * summary.final_cost / static_cast<double>(readings);
+    const double reduced = 2.0 * summary.final_cost / readings;
     return remaining_gain(residuals, is_held, width) > noise_of_runs * std::max(1.0, reduced);
 }
 
@@ -179,7 +176,7 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
     const bool is_solved = has_converged(summary);
     const auto width = options_.is_robust ? std::optional(robust_width) : std::nullopt;
     for (int again = 0; again < most_refinements && purpose == Purpose::Final &&
-                        is_far_from_the_end(summary, is_held_, width, residuals);
+                        is_far_from_the_end(summary, is_held_, width, count, residuals);
          ++again)
         summary = solved_within(last_trust_region);
     JointSolution solution = solution_of(residuals);

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/remaining_gain.hpp"
 
+#include "calibrate/information_directions.hpp"
+
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 
 namespace culm::calibrate {
 namespace {
-
-/// As in the solution's statistics: less information is beyond what derivatives of runs can tell.
-constexpr double smallest_information = 1e-12;
 
 /// Jᵀ W J and Jᵀ W r.
 struct NormalEquations {
@@ -58,17 +57,12 @@ double remaining_gain(const JointResiduals& residuals, const std::vector<bool>& 
     }
     if (moving.empty())
         return 0.0;
-    const Eigen::VectorXd scale =
-        sums.information(moving, moving).diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd information =
-        scale.asDiagonal() * sums.information(moving, moving) * scale.asDiagonal();
-    const Eigen::VectorXd gradient = scale.cwiseProduct(sums.gradient(moving));
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(information);
+    const InformationDirections told = information_directions(sums.information(moving, moving));
+    const Eigen::VectorXd gradient = sums.gradient(moving).cwiseQuotient(told.scale);
     double gain = 0.0;
-    for (Eigen::Index k = 0; k < directions.eigenvalues().size(); ++k)
-        if (const double curvature = directions.eigenvalues()(k);
-            curvature > smallest_information * directions.eigenvalues().maxCoeff())
-            gain += std::pow(directions.eigenvectors().col(k).dot(gradient), 2) / curvature;
+    for (Eigen::Index k = 0; k < told.information.size(); ++k)
+        if (told.is_known(k))
+            gain += std::pow(told.directions.col(k).dot(gradient), 2) / told.information(k);
     return gain;
 }
 

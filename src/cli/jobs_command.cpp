@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm jobs slurm|pbs STUDY.toml --nodes N
 #include "cli/commands.hpp"
+#include "cli/own_program.hpp"
 #include "cli/text_output.hpp"
 #include "cluster/job_script.hpp"
 #include "cluster/walltime.hpp"
@@ -35,13 +36,6 @@ struct JobsArguments {
     int nodes = 1;
     int ranks_per_node = 0;
 };
-
-/// This program, for the script; the name alone if the system does not say where it is.
-fs::path own_path() {
-    std::error_code error;
-    const fs::path path = fs::read_symlink("/proc/self/exe", error);
-    return error ? fs::path("culm") : path;
-}
 
 /// Points that a run with --resume would compute.
 std::vector<std::int64_t> missing_points(const study::Study& study,
@@ -80,11 +74,13 @@ void write_script(cluster::BatchSystem system, const JobsArguments& arguments) {
         request.walltime_s = cluster::parse_walltime("--walltime", arguments.walltime);
     const cluster::JobSize size =
         cluster::size_job(study::make_batches(study, points), study::read_pace(folder), request);
+    const fs::path program = own_program();
     const std::string script = cluster::job_script(
         system,
         {study.config.name, fs::absolute(arguments.study).lexically_normal(),
-         fs::absolute(output).lexically_normal(), own_path(), arguments.partition,
-         arguments.account, request.ranks_per_node, static_cast<std::int64_t>(points.size())},
+         fs::absolute(output).lexically_normal(), program.empty() ? "culm" : program,
+         arguments.partition, arguments.account, request.ranks_per_node,
+         static_cast<std::int64_t>(points.size())},
         size);
     fmt::print(stderr, "{}", cluster::size_text(size, static_cast<std::int64_t>(points.size())));
     if (size.ranks < arguments.nodes * request.ranks_per_node)

@@ -101,8 +101,7 @@ void add_page(const CLI::App& command, const std::string& words, const std::stri
     }
     if (!commands.empty())
         page += ".SH COMMANDS\n" + commands;
-    page += ".SH EXIT STATUS\n0 done, 2 bad input, 3 some points failed, 75 stopped early "
-            "(resumable).\n";
+    page += fmt::format(".SH EXIT STATUS\n{}\n", escaped(command.get_footer()));
     if (const auto space = words.rfind(' '); space != std::string::npos)
         page += fmt::format(".SH SEE ALSO\n{}(1)\n", bold(file_stem(words.substr(0, space))));
     pages[name + ".1"] = page;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm report DIR -o report.html: hands over to the Python program postprocess/report.py.
 #include "cli/commands.hpp"
+#include "cli/own_program.hpp"
 
 #include <cerrno>
 #include <cstdio>
@@ -27,10 +28,7 @@ struct ReportArguments {
 /// Where the program lies beside this one, installed or linked into a build tree. Throws
 /// core::StorageError if it is not there.
 std::filesystem::path report_program() {
-    const std::filesystem::path here =
-        std::filesystem::read_symlink("/proc/self/exe").parent_path();
-    std::filesystem::path program =
-        (here / "../share/culm/postprocess/report.py").lexically_normal();
+    std::filesystem::path program = beside_own_program("../share/culm/postprocess/report.py");
     if (!std::filesystem::exists(program))
         throw core::StorageError(
             fmt::format("{}: is not there; this program writes the report and belongs to culm's "

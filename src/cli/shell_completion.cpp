@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/shell_completion.hpp"
 
+#include "cluster/shell_word.hpp"
+
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -33,14 +35,6 @@ std::vector<std::string> names(const CLI::Option& option) {
     return out;
 }
 
-/// A word that stands between single quotes.
-std::string quoted(const std::string& text) {
-    std::string out = "'";
-    for (const char c : text)
-        out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return out + "'";
-}
-
 /// One branch a command: its words, and one an option: its choices.
 struct BashCases {
     std::string commands;
@@ -62,11 +56,12 @@ void add_cases(const CLI::App& command, const std::string& words, BashCases& cas
         if (own.empty() || !takes_value(*option))
             continue;
         for (const std::string& name : own)
-            cases.values += fmt::format("        {}) choices={} ;;\n", quoted(words + " " + name),
-                                        quoted(fmt::format("{}", fmt::join(allowed, " "))));
+            cases.values +=
+                fmt::format("        {}) choices={} ;;\n", cluster::shell_word(words + " " + name),
+                            cluster::shell_word(fmt::format("{}", fmt::join(allowed, " "))));
     }
-    cases.commands += fmt::format("        {}) words={} ;;\n", quoted(words),
-                                  quoted(fmt::format("{}", fmt::join(next, " "))));
+    cases.commands += fmt::format("        {}) words={} ;;\n", cluster::shell_word(words),
+                                  cluster::shell_word(fmt::format("{}", fmt::join(next, " "))));
 }
 
 void add_fish(const CLI::App& command, const std::vector<std::string>& path, std::string& script) {
@@ -82,10 +77,11 @@ void add_fish(const CLI::App& command, const std::vector<std::string>& path, std
     const std::string when =
         conditions.empty()
             ? ""
-            : fmt::format(" -n {}", quoted(fmt::format("{}", fmt::join(conditions, "; and "))));
+            : fmt::format(" -n {}",
+                          cluster::shell_word(fmt::format("{}", fmt::join(conditions, "; and "))));
     for (const CLI::App* below : command.get_subcommands({})) {
         script += fmt::format("complete -c culm -f{} -a {} -d {}\n", when, below->get_name(),
-                              quoted(below->get_description()));
+                              cluster::shell_word(below->get_description()));
         std::vector<std::string> inner = path;
         inner.push_back(below->get_name());
         add_fish(*below, inner, script);
@@ -101,8 +97,9 @@ void add_fish(const CLI::App& command, const std::vector<std::string>& path, std
         if (takes_value(*option))
             script += " -r";
         if (const auto allowed = choices(*option); !allowed.empty())
-            script += fmt::format(" -f -a {}", quoted(fmt::format("{}", fmt::join(allowed, " "))));
-        script += fmt::format(" -d {}\n", quoted(option->get_description()));
+            script += fmt::format(" -f -a {}",
+                                  cluster::shell_word(fmt::format("{}", fmt::join(allowed, " "))));
+        script += fmt::format(" -d {}\n", cluster::shell_word(option->get_description()));
     }
 }
 

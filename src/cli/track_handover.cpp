@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "cli/own_program.hpp"
 #include "cli/track_action.hpp"
 
 #include <cerrno>
@@ -11,8 +12,7 @@
 namespace culm::cli {
 
 core::ExitCode run_track(const TrackArguments&, int&, char**& argv) {
-    const std::filesystem::path program =
-        std::filesystem::read_symlink("/proc/self/exe").parent_path() / "culm-track";
+    const std::filesystem::path program = beside_own_program("culm-track");
     ::execv(program.c_str(), argv);
     throw core::StorageError(fmt::format("{}: cannot be run, though it belongs beside culm: {}",
                                          program.string(), std::strerror(errno)));

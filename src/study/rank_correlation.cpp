@@ -59,7 +59,7 @@ double possible_share(const MatrixXd& rank) {
     return std::floor(low * 1000.0) / 1000.0;
 }
 
-/// Ranks 0 … n − 1 of the values.
+/// Places of the values, from that of the smallest on.
 std::vector<std::size_t> order_of(std::span<const double> values) {
     std::vector<std::size_t> order(values.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
