@@ -118,9 +118,14 @@ def main() -> int:
     return 0
 
 
-if __name__ == "__main__":
+def end_with(main):
+    """Ends the program with what main returns, or 1 and the sentence of a violation."""
     try:
         sys.exit(main())
     except Violation as violation:
         print(f"VIOLATION: {violation}", file=sys.stderr)
         sys.exit(1)
+
+
+if __name__ == "__main__":
+    end_with(main)

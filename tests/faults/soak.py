@@ -28,7 +28,7 @@ from pathlib import Path
 
 from fault_study import (DONE, HUNG_LAUNCHERS, PATIENCE, POINTS_FAILED, STOPPED_EARLY, children_of,
                          committed_points, culm, end_in_order, kill, kill_at_random, start, verify)
-from kill_study import Violation, contents, require
+from kill_study import Violation, contents, end_with, require
 
 RESUME = ("--resume", "--crash-limit", "0")
 
@@ -230,8 +230,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except Violation as violation:
-        print(f"VIOLATION: {violation}", file=sys.stderr)
-        sys.exit(1)
+    end_with(main)
