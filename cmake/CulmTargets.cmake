@@ -23,12 +23,24 @@ endif()
 # border if both sides agree on their alignment.
 target_compile_definitions(culm_build_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
 
-# culm_add_layer(<folder> SOURCES ... LINKS ...): the library culm_<folder>, alias culm::<folder>.
+# culm_precompile(<target> <header>...): other projects' headers that most of its files read are parsed
+# once, which takes two fifths off a build from nothing. ccache cannot keep what such a header is part of, and
+# saves more; so a build with it compiles every file from its own includes and shows the one that is missing.
+function(culm_precompile target)
+    if(NOT CMAKE_CXX_COMPILER_LAUNCHER MATCHES "ccache")
+        target_precompile_headers(${target} PRIVATE ${ARGN})
+    endif()
+endfunction()
+
+# culm_add_layer(<folder> SOURCES ... LINKS ... [PRECOMPILED header...]): the library culm_<folder>, alias culm::<folder>.
 function(culm_add_layer folder)
-    cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
+    cmake_parse_arguments(ARG "" "" "SOURCES;LINKS;PRECOMPILED" ${ARGN})
     add_library(culm_${folder} STATIC ${ARG_SOURCES})
     add_library(culm::${folder} ALIAS culm_${folder})
     target_include_directories(culm_${folder} PUBLIC
         "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>" "$<INSTALL_INTERFACE:include/culm>")
     target_link_libraries(culm_${folder} PUBLIC culm_build_flags ${ARG_LINKS})
+    if(ARG_PRECOMPILED)
+        culm_precompile(culm_${folder} ${ARG_PRECOMPILED})
+    endif()
 endfunction()

@@ -267,6 +267,22 @@ void add_recordings(const diagnose::ModelFit& fit, std::span<const measure::Meas
     }
 }
 
+/// Numbers of the best model; of one that leaves structure, those that count it as correlated
+/// noise.
+void add_numbers(const diagnose::Diagnosis& diagnosis,
+                 std::span<const measure::Measurement> recordings, json& document) {
+    const json counted = parameters_with_units(best_fit(diagnosis).parameters);
+    document["parameters"] = counted;
+    document["correlated_misses"] = nullptr;
+    if (!diagnosis.correlated)
+        return;
+    document["parameters"] = parameters_with_units(diagnosis.correlated->parameters);
+    json& misses = document["correlated_misses"] = {{"least_squares", counted}};
+    for (std::size_t m = 0; m < recordings.size(); ++m)
+        misses["correlation"].push_back(
+            {{"recording", recordings[m].stem.id}, {"rows", diagnosis.correlated->correlation[m]}});
+}
+
 } // namespace
 
 json diagnosis_json(const diagnose::Diagnosis& diagnosis,
@@ -279,7 +295,6 @@ json diagnosis_json(const diagnose::Diagnosis& diagnosis,
                   {"effects", diagnosis.effects},
                   {"explained", number(diagnosis.explained)},
                   {"baseline", baseline_json(diagnosis)},
-                  {"parameters", parameters_with_units(best_fit(diagnosis).parameters)},
                   {"ranking", ranking_json(diagnosis, candidates)},
                   {"ladder", ladder_of(diagnosis.ladder)},
                   {"blind_spots", blind_spots_json(diagnosis.blind_spots)},
@@ -292,6 +307,7 @@ json diagnosis_json(const diagnose::Diagnosis& diagnosis,
                   {"missing_force",
                    diagnosis.missing_force ? missing_force_json(*diagnosis.missing_force) : json()},
                   {"runs", diagnosis.runs}};
+    add_numbers(diagnosis, recordings, document);
     document["failed"] = failed_json(diagnosis.ranking);
     add_ties(diagnosis.ties, document);
     add_recordings(best_fit(diagnosis), recordings, document);

@@ -349,6 +349,10 @@ class Search {
                   first_step_, first_scores_.empty() ? scores_ : first_scores_, rivals_, refused_,
                   is_noise_known_},
                  result_);
+        if (!result_.effects.empty() && finding() == Finding::Inadequate) {
+            tell("weighing what the model misses");
+            result_.correlated = correlated_estimate(fit_, recordings_, options_.candidate);
+        }
     }
 
     std::span<const measure::Measurement> recordings_;

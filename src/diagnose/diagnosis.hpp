@@ -2,6 +2,7 @@
 // Which effect recordings call for: stepwise, with exchanges, ties and an honest "unknown".
 #pragma once
 
+#include "diagnose/correlated_estimate.hpp"
 #include "diagnose/missing_force.hpp"
 #include "diagnose/model_fit.hpp"
 #include "diagnose/next_experiment.hpp"
@@ -78,7 +79,9 @@ struct Diagnosis {
     std::optional<MissingForce> missing_force;
     ModelFit baseline;
     ModelFit final_fit; ///< of the best model that was reached, named or not
-    int runs = 0;       ///< of the chain with all its derivatives, for the fits of models
+    /// Numbers of the final fit, where effects are named although it leaves structure.
+    std::optional<CorrelatedEstimate> correlated;
+    int runs = 0; ///< of the chain with all its derivatives, for the fits of models
 };
 
 struct DiagnosisOptions {
@@ -102,7 +105,8 @@ struct DiagnosisOptions {
 ///    What belongs to a recording leaves those recordings that do as well without it.
 /// 4. Each effect of the answer is exchanged for every other candidate. A set that is better by 6
 ///    takes its place, one within 6 of it is a tie. An effect whose removal costs less than 6 goes.
-/// 5. If structure is left, effects are named only if they explain nearly all of a glaring misfit.
+/// 5. If structure is left, effects are named only if they explain nearly all of a glaring misfit;
+///    their numbers are then those of correlated_estimate().
 ///
 /// Where nothing moves in the published chain (a stem held straight), what acts for certain and has
 /// no number to fit, as gravity, goes before what would have to be assumed.

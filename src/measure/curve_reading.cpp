@@ -41,6 +41,43 @@ double slope_at_node(std::span<const double> nodes, std::span<const double> valu
     return slope;
 }
 
+/// The spheres about a row and their weights in it.
+struct RowStencil {
+    std::size_t first_sphere = 0;
+    std::size_t spheres = 0; ///< 0 if there is nothing to be seen
+    std::array<double, 4> axial{};
+    std::array<double, 4> lateral{};
+    std::array<double, 4> weights{};
+
+    [[nodiscard]] double deflection() const {
+        if (spheres == 0)
+            return std::numeric_limits<double>::quiet_NaN();
+        double sum = 0.0;
+        for (std::size_t k = 0; k < spheres; ++k)
+            sum += weights[k] * lateral[k];
+        return sum;
+    }
+};
+
+RowStencil row_stencil(std::span<const double> positions, int dimensions, double height) {
+    const auto stride = static_cast<std::size_t>(dimensions);
+    const std::size_t count = positions.size() / stride;
+    RowStencil stencil;
+    if (height < positions[0] || height > positions[(count - 1) * stride])
+        return stencil;
+    std::size_t above = 1;
+    while (above + 1 < count && positions[above * stride] < height)
+        ++above;
+    stencil.spheres = std::min<std::size_t>(4, count);
+    stencil.first_sphere = first_of_stencil(above, stencil.spheres, count);
+    for (std::size_t k = 0; k < stencil.spheres; ++k) {
+        stencil.axial[k] = positions[(stencil.first_sphere + k) * stride];
+        stencil.lateral[k] = positions[(stencil.first_sphere + k) * stride + 1];
+    }
+    stencil.weights = lagrange_weights(std::span(stencil.axial.data(), stencil.spheres), height);
+    return stencil;
+}
+
 } // namespace
 
 double CurveReading::derivative(std::span<const double> position_derivatives,
@@ -56,33 +93,25 @@ double CurveReading::derivative(std::span<const double> position_derivatives,
 }
 
 CurveReading read_row(std::span<const double> positions, int dimensions, double height) {
-    const auto stride = static_cast<std::size_t>(dimensions);
-    const std::size_t count = positions.size() / stride;
     CurveReading reading;
-    if (height < positions[0] || height > positions[(count - 1) * stride])
+    const RowStencil stencil = row_stencil(positions, dimensions, height);
+    if (stencil.spheres == 0)
         return reading;
-    std::size_t above = 1;
-    while (above + 1 < count && positions[above * stride] < height)
-        ++above;
-    reading.spheres = std::min<std::size_t>(4, count);
-    reading.first_sphere = first_of_stencil(above, reading.spheres, count);
-    std::array<double, 4> axial{};
-    std::array<double, 4> lateral{};
-    for (std::size_t k = 0; k < reading.spheres; ++k) {
-        axial[k] = positions[(reading.first_sphere + k) * stride];
-        lateral[k] = positions[(reading.first_sphere + k) * stride + 1];
-    }
-    const std::span nodes(axial.data(), reading.spheres);
-    const std::span values(lateral.data(), reading.spheres);
-    reading.by_lateral = lagrange_weights(nodes, height);
-    reading.deflection = 0.0;
-    for (std::size_t k = 0; k < reading.spheres; ++k) {
-        reading.deflection += reading.by_lateral[k] * lateral[k];
-        // Moving a node along with the curve changes nothing; so moving it alone does the opposite
-        // of moving its value by the slope.
-        reading.by_axial[k] = -reading.by_lateral[k] * slope_at_node(nodes, values, k);
-    }
+    reading.deflection = stencil.deflection();
+    reading.first_sphere = stencil.first_sphere;
+    reading.spheres = stencil.spheres;
+    reading.by_lateral = stencil.weights;
+    // Moving a node along with the curve changes nothing; so moving it alone does the opposite of
+    // moving its value by the slope.
+    for (std::size_t k = 0; k < stencil.spheres; ++k)
+        reading.by_axial[k] = -stencil.weights[k] *
+                              slope_at_node(std::span(stencil.axial.data(), stencil.spheres),
+                                            std::span(stencil.lateral.data(), stencil.spheres), k);
     return reading;
+}
+
+double deflection_in_row(std::span<const double> positions, int dimensions, double height) {
+    return row_stencil(positions, dimensions, height).deflection();
 }
 
 CurveReading read_mark(std::span<const double> positions, int dimensions, double bond_length,

@@ -36,6 +36,10 @@ struct CurveReading {
 [[nodiscard]] CurveReading read_row(std::span<const double> positions, int dimensions,
                                     double height);
 
+/// The row's deflection alone, m; NaN where nothing is seen.
+[[nodiscard]] double deflection_in_row(std::span<const double> positions, int dimensions,
+                                       double height);
+
 /// Reads a mark on the material at `height` along the undeformed stem of which neighbouring centres
 /// are `bond_length` apart (m). It does not depend on the axial positions. Nothing is seen off the
 /// chain; half a bond beyond the tip's centre still belongs to the chain, for a mark at the very

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/recorder.hpp"
 
-#include "measure/camera_rows.hpp"
 #include "measure/curve_reading.hpp"
 #include "run/rolling_shutter.hpp"
 

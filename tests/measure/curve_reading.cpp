@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/camera_rows.hpp"
+#include "measure/curve_reading.hpp"
 
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -37,14 +38,18 @@ TEST(CameraRow, GivesACentresOwnDeflectionInItsRow) {
         EXPECT_NEAR(deflection_in_row(positions, 2, positions[2 * i]), positions[2 * i + 1], 1e-15);
 }
 
+TEST(CameraRow, ReadsTheSameWithAndWithoutDerivatives) {
+    const auto positions = centres_on([](double x) { return std::sin(20 * x); }, 3);
+    for (const double height : {0.0, 0.004, 0.0555, 0.13, 0.19})
+        EXPECT_EQ(deflection_in_row(positions, 3, height),
+                  read_row(positions, 3, height).deflection);
+}
+
 TEST(CameraRow, SeesNothingAboveTheTipOrBelowTheClamp) {
     const auto positions = centres_on([](double x) { return x; }, 2);
     EXPECT_TRUE(std::isnan(deflection_in_row(positions, 2, 0.2)));
     EXPECT_TRUE(std::isnan(deflection_in_row(positions, 2, -0.001)));
-    const std::vector<double> heights{0.05, 0.3};
-    const auto rows = deflections_in_rows(positions, 2, heights);
-    EXPECT_NEAR(rows[0], 0.05, 1e-15);
-    EXPECT_TRUE(std::isnan(rows[1]));
+    EXPECT_EQ(read_row(positions, 2, 0.2).spheres, 0U);
 }
 
 } // namespace

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/correlated_estimate.hpp"
+
+#include "calibrate/joint_layout.hpp"
+#include "core/error.hpp"
+#include "diagnose/correlated_noise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace culm::diagnose {
+namespace {
+
+constexpr int most_steps = 25;
+constexpr int most_halvings = 5;
+/// A step below this share of every standard error is the end.
+constexpr double small_step = 0.02;
+
+using Models = std::vector<calibrate::StemModel>;
+
+/// The model at one point, and what its misses look like there.
+struct Point {
+    Models models;
+    StackedReadings stacked;
+    CorrelatedNoise noise;
+};
+
+class Estimation {
+  public:
+    Estimation(const ModelFit& fit, std::span<const measure::Measurement> recordings,
+               const CandidateOptions& options)
+        : fit_(fit), recordings_(recordings), options_(options) {
+        for (const calibrate::ChainFit& part : fit.parts)
+            point_.models.push_back(part.model);
+        layout_ = calibrate::joint_layout(point_.models, recordings, belongs_to_recording);
+        for (const calibrate::FittedParameter& parameter : fit.parameters)
+            is_held_.push_back(parameter.is_at_bound);
+        point_.stacked = stacked_readings(fit, recordings);
+        list_sequences();
+        point_.noise = correlated_noise(point_.stacked.residual, sequences_);
+    }
+
+    [[nodiscard]] bool is_correlated() const {
+        return std::ranges::any_of(point_.noise.correlation,
+                                   [](double correlation) { return correlation > 0.0; });
+    }
+
+    void solve() {
+        for (int step = 0; step < most_steps; ++step)
+            if (!improve())
+                return;
+    }
+
+    [[nodiscard]] CorrelatedEstimate result() const {
+        CorrelatedEstimate out;
+        out.parameters = fit_.parameters;
+        const Eigen::MatrixXd covariance =
+            covariance_by_frames(whitened(point_.stacked, sequences_, point_.noise), is_held_);
+        for (std::size_t k = 0; k < out.parameters.size(); ++k) {
+            const auto place = static_cast<Eigen::Index>(k);
+            out.parameters[k].value = value_of(layout_.owners[k]);
+            if (const double variance = covariance(place, place); variance > 0.0)
+                out.parameters[k].standard_error = std::sqrt(variance);
+        }
+        std::size_t sequence = 0;
+        for (const calibrate::ChainFit& part : fit_.parts) {
+            std::vector<double>& rows = out.correlation.emplace_back();
+            for (std::size_t j = 0; j < part.prediction.rows; ++j)
+                rows.push_back(point_.noise.correlation[sequence++]);
+        }
+        return out;
+    }
+
+  private:
+    /// Only what was measured after the release: before it the stem is held, and nothing is missed.
+    void list_sequences() {
+        std::size_t frame = 0;
+        Eigen::Index begin = 0;
+        for (const calibrate::ChainFit& part : fit_.parts) {
+            const std::size_t rows = part.prediction.rows;
+            for (std::size_t j = 0; j < rows; ++j) {
+                ReadingSequence& sequence = sequences_.emplace_back();
+                sequence.first_frame = frame;
+                for (std::size_t i = 0; i < part.times.size(); ++i) {
+                    const std::size_t place = i * rows + j;
+                    const bool is_seen = part.times[i] >= 0.0 && !std::isnan(part.residuals[place]);
+                    sequence.readings.push_back(is_seen ? begin + static_cast<Eigen::Index>(place)
+                                                        : Eigen::Index{-1});
+                }
+            }
+            frame += part.times.size();
+            begin += static_cast<Eigen::Index>(part.residuals.size());
+        }
+    }
+
+    /// One step of Gauss and Newton with the noise as it is here, shortened until it helps.
+    [[nodiscard]] bool improve() {
+        const WhitenedReadings readings = whitened(point_.stacked, sequences_, point_.noise);
+        const Eigen::VectorXd change = solve_linear(readings.stacked, is_held_).change;
+        const Eigen::MatrixXd covariance = covariance_by_frames(readings, is_held_);
+        const Eigen::VectorXd errors = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+        if ((change.cwiseAbs() - small_step * errors).maxCoeff() <= 0.0)
+            return false;
+        double share = 1.0;
+        for (int halving = 0; halving <= most_halvings; ++halving, share *= 0.5) {
+            Point trial{moved(share * change), {}, {}};
+            try {
+                trial.stacked =
+                    stacked_readings(trial.models, recordings_, fit_, options_.heartbeat);
+            } catch (const core::NumericalError&) {
+                continue; // too far
+            }
+            trial.noise = correlated_noise(trial.stacked.residual, sequences_);
+            if (trial.noise.cost < point_.noise.cost) {
+                point_ = std::move(trial);
+                return true;
+            }
+        }
+        return false;
+    }
+
+    [[nodiscard]] Models moved(const Eigen::VectorXd& change) const {
+        Models models = point_.models;
+        for (std::size_t m = 0; m < models.size(); ++m)
+            for (std::size_t k = 0; k < layout_.shares[m].size(); ++k) {
+                const calibrate::JointLayout::Share& share = layout_.shares[m][k];
+                move(models[m], k, share.factor * change(static_cast<Eigen::Index>(share.place)));
+            }
+        return models;
+    }
+
+    static void move(calibrate::StemModel& model, std::size_t k, double change) {
+        if (k >= model.parameters.size()) {
+            model.release_time = std::clamp(model.release_time + change, -model.release_time_bound,
+                                            model.release_time_bound);
+            return;
+        }
+        const calibrate::FreeParameter& parameter = model.parameters[k];
+        const double value = parameter.access.get(model.spec);
+        const double internal =
+            calibrate::to_internal(parameter, model.spec, value) +
+            change / calibrate::value_per_internal(parameter, model.spec, value);
+        parameter.access.set(model.spec,
+                             std::clamp(calibrate::from_internal(parameter, model.spec, internal),
+                                        parameter.lower, parameter.upper));
+    }
+
+    [[nodiscard]] double value_of(const calibrate::JointLayout::Owner& owner) const {
+        const calibrate::StemModel& model = point_.models[owner.model];
+        return owner.parameter < model.parameters.size()
+                   ? model.parameters[owner.parameter].access.get(model.spec)
+                   : model.release_time;
+    }
+
+    const ModelFit& fit_;
+    std::span<const measure::Measurement> recordings_;
+    const CandidateOptions& options_;
+    calibrate::JointLayout layout_;
+    std::vector<bool> is_held_;
+    std::vector<ReadingSequence> sequences_;
+    Point point_;
+};
+
+} // namespace
+
+std::optional<CorrelatedEstimate>
+correlated_estimate(const ModelFit& fit, std::span<const measure::Measurement> recordings,
+                    const CandidateOptions& options) {
+    Estimation estimation(fit, recordings, options);
+    if (!estimation.is_correlated())
+        return std::nullopt;
+    estimation.solve();
+    return estimation.result();
+}
+
+} // namespace culm::diagnose
