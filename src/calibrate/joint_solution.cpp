@@ -23,6 +23,8 @@ constexpr double passing_improvement = 5.0;
 /// The integrator's choice of steps follows the parameters, which leaves that much noise on the
 /// sum; a step that fails by no more than this has met the noise and not a wrong model.
 constexpr double noise_of_runs = 0.2;
+/// One after the other: a region that is 2 million times narrower should hold a better point.
+constexpr int most_vain_steps = 6;
 
 /// Parameters that the data hardly tell apart would begin with wild steps in a wider region.
 constexpr double first_trust_region = 100.0;
@@ -52,13 +54,17 @@ class ReadingCost : public ceres::CostFunction {
     const ReadingResiduals::Place& place_;
 };
 
-/// Ends the solution where a step promised less than `improvement`, and at the noise of the runs,
-/// where Ceres would shorten its steps in vain.
+/// Ends the solution where a step promised less than `improvement`, at the noise of the runs, where
+/// Ceres would shorten its steps in vain, and where it has done so for long.
 class EnoughGained : public ceres::IterationCallback {
   public:
     EnoughGained(double readings, double improvement)
         : readings_(readings), improvement_(improvement) {}
     ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
+        if (iteration.iteration == 0 || iteration.step_is_successful)
+            vain_steps_ = 0;
+        else if (++vain_steps_ == most_vain_steps)
+            return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
         if (iteration.iteration == 0 || !iteration.step_is_valid)
             return ceres::SOLVER_CONTINUE;
         const double gain = iteration.cost_change / iteration.cost * readings_;
@@ -72,6 +78,7 @@ class EnoughGained : public ceres::IterationCallback {
   private:
     double readings_;
     double improvement_;
+    int vain_steps_ = 0;
 };
 
 void bound(const std::vector<bool>& is_held, ceres::Problem& problem, JointResiduals& residuals) {

@@ -5,6 +5,7 @@
 #include "physics/effects/library.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace culm::diagnose {
@@ -14,6 +15,9 @@ namespace {
 /// of spatial chains take most of the time: they have to promise more unless nothing else is left.
 constexpr double least_share = 0.05;
 constexpr double least_spatial_share = 0.6;
+/// Of what another model gains, that the score of a spatial one has to promise: it is one linear
+/// step from the beats that the readings show, and near what a fit brings if there are any.
+constexpr double overtaking_share = 0.9;
 /// Spatial chains cost some six times as much as planar ones.
 constexpr double spatial_cost = 6.0;
 
@@ -22,6 +26,11 @@ double cost_of(const SelectedEffects& effects) {
                                [](const auto& each) { return each.effect->dimensions() > 2; })
                ? spatial_cost
                : 1.0;
+}
+
+const EffectScore* score_of(const SelectedEffects& model, const std::vector<EffectScore>& scores) {
+    const auto found = std::ranges::find(scores, model.back().effect->name(), &EffectScore::effect);
+    return found == scores.end() || !found->failure.empty() ? nullptr : &*found;
 }
 
 } // namespace
@@ -110,14 +119,12 @@ std::vector<SelectedEffects> CandidateField::one_more(const SelectedEffects& eff
         larger.push_back(candidate);
         if (contains(effects, candidate) || !can_be_combined(larger))
             continue;
-        const auto score =
-            std::ranges::find(scores, candidate.effect->name(), &EffectScore::effect);
+        const EffectScore* const score = score_of(larger, scores);
         const bool is_spatial = cost_of({candidate}) > 1.0;
         const double share = only_best ? (is_spatial ? least_spatial_share : least_share)
                                        : (is_spatial ? least_share : 0.0);
         // A score that failed says nothing: the fit must tell.
-        if (score == scores.end() || !score->failure.empty() ||
-            score->gain >= std::max(least_gain, share * best))
+        if (score == nullptr || score->gain >= std::max(least_gain, share * best))
             models.push_back(std::move(larger));
     }
     return models;
@@ -136,6 +143,25 @@ std::vector<SelectedEffects> CandidateField::in_fewer_recordings(const SelectedE
                 models.emplace_back(effects)[k].absent_from.push_back(recording.stem.id);
     }
     return models;
+}
+
+std::vector<SearchedModel> CandidateField::fit_promising(const std::vector<SelectedEffects>& models,
+                                                         const std::vector<EffectScore>& scores,
+                                                         const ModelFit& smaller, double gained) {
+    std::vector<SelectedEffects> spatial;
+    std::vector<SelectedEffects> planar;
+    for (const SelectedEffects& model : models)
+        (cost_of({model.back()}) > 1.0 ? spatial : planar).push_back(model);
+    std::vector<SearchedModel> fitted = fit_all(planar, smaller);
+    for (const SearchedModel& model : fitted)
+        if (model.fit.is_fitted())
+            gained = std::max(gained, smaller.chi_squared - model.fit.chi_squared);
+    std::erase_if(spatial, [&](const SelectedEffects& model) {
+        const EffectScore* const score = score_of(model, scores);
+        return score != nullptr && score->gain < overtaking_share * gained;
+    });
+    std::ranges::move(fit_all(spatial, smaller), std::back_inserter(fitted));
+    return fitted;
 }
 
 std::vector<SearchedModel> CandidateField::fit_all(const std::vector<SelectedEffects>& models,

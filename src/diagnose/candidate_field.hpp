@@ -46,6 +46,12 @@ class CandidateField {
     [[nodiscard]] std::vector<SelectedEffects> in_fewer_recordings(const SelectedEffects& effects,
                                                                    std::size_t count) const;
 
+    /// All but the spatial ones that would be fitted in vain: those whose score promises less than
+    /// the best of the others gains over `smaller`, and than `gained`.
+    [[nodiscard]] std::vector<SearchedModel>
+    fit_promising(const std::vector<SelectedEffects>& models,
+                  const std::vector<EffectScore>& scores, const ModelFit& smaller, double gained);
+
     [[nodiscard]] std::vector<SearchedModel> fit_all(const std::vector<SelectedEffects>& models,
                                                      const ModelFit& smaller);
 

@@ -90,14 +90,13 @@ class Search {
         if (finding() == Finding::Undecided)
             return false;
         if (!fit_.moves) { // what does not move has no derivatives
-            are_scores_final_ = false;
             scores_.clear();
             return added() < options_.most_effects && step();
         }
         tell(fmt::format("scoring the candidates beside {}", fmt::join(current_.fit.names, " + ")));
         const bool is_full = added() >= options_.most_effects;
-        are_scores_final_ = is_full || finding() == Finding::Adequate;
-        scores_ = field_.score(fit_, current_.effects, are_scores_final_ ? options_.null_draws : 0);
+        scores_ = field_.score(fit_, current_.effects, options_.null_draws);
+        are_scores_final_ = true; // unless a step goes on from here
         if (is_full ||
             (finding() == Finding::Adequate && (added() > 0 || !promises_significant_gain())))
             return false;
@@ -150,7 +149,7 @@ class Search {
         });
         tell(fmt::format("fitting {} candidates beside {}", models.size(),
                          fmt::join(current_.fit.names, " + ")));
-        return field_.fit_all(models, fit_);
+        return field_.fit_promising(models, scores_, fit_, 0.0);
     }
 
     [[nodiscard]] std::vector<SelectedEffects>
@@ -249,6 +248,7 @@ class Search {
     }
 
     void take(const SearchedModel& model, ModelFit fit, const HeldOutGain& held_out) {
+        are_scores_final_ = false;
         current_ = model;
         fit_ = std::move(fit);
         add_rung(held_out);
@@ -287,9 +287,9 @@ class Search {
             return out;
         const std::vector<EffectScore> scores = field_.score(smaller, rest, 0);
         const double needed = smaller.chi_squared - current_.fit.chi_squared;
-        out.models = field_.fit_all(
+        out.models = field_.fit_promising(
             field_.one_more(rest, scores, std::max(promising_gain, promised_share * needed), true),
-            smaller);
+            scores, smaller, needed);
         return out;
     }
 
@@ -319,7 +319,7 @@ class Search {
             if (gap < -tie_gap &&
                 naming_obstacle(model.fit, model.effects.back().effect->name()).empty())
                 return replace(model, by);
-            if (gap < tie_gap) {
+            if (gap < tie_gap || (gap < clear_gap && leaves_noise(model))) {
                 group.models.push_back(model);
                 group.delta_bic.push_back(gap);
             }
@@ -329,11 +329,15 @@ class Search {
         return false;
     }
 
+    [[nodiscard]] bool leaves_noise(const SearchedModel& model) {
+        const ModelFit fit = field_.restore(model);
+        return fit.is_fitted() && judge(fit, recordings_).finding == Finding::Adequate;
+    }
+
     [[nodiscard]] bool replace(const SearchedModel& model, const Yardstick& by) {
         const double gain = bic(current_.fit, by) - bic(model.fit, by);
         take(model, field_.restore(model), {});
         result_.ladder.back().delta_bic = -gain;
-        are_scores_final_ = false;
         return true;
     }
 
@@ -362,7 +366,7 @@ class Search {
     ModelFit fit_; ///< of the current model
     bool is_noise_known_ = true;
     std::vector<EffectScore> scores_; ///< of the candidates beside the current model
-    bool are_scores_final_ = false;   ///< with draws of noise
+    bool are_scores_final_ = false;   ///< are they?
     std::vector<SearchedModel> first_step_;
     std::vector<EffectScore> first_scores_;
     FitSummary first_smaller_;

@@ -104,7 +104,8 @@ struct DiagnosisOptions {
 ///    are noise; beside the published chain also if only the score of a candidate is significant.
 ///    What belongs to a recording leaves those recordings that do as well without it.
 /// 4. Each effect of the answer is exchanged for every other candidate. A set that is better by 6
-///    takes its place, one within 6 of it is a tie. An effect whose removal costs less than 6 goes.
+///    takes its place, one within 6 of it (12 if it leaves only noise) is a tie. An effect whose
+///    removal costs less than 6 goes.
 /// 5. If structure is left, effects are named only if they explain nearly all of a glaring misfit;
 ///    their numbers are then those of correlated_estimate().
 ///

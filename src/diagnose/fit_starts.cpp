@@ -2,6 +2,7 @@
 #include "diagnose/fit_starts.hpp"
 
 #include "core/error.hpp"
+#include "diagnose/beat.hpp"
 #include "diagnose/chain_modes.hpp"
 #include "diagnose/residual_spectrum.hpp"
 #include "physics/effects/stem_scales.hpp"
@@ -17,6 +18,9 @@ namespace culm::diagnose {
 namespace {
 
 constexpr std::size_t most_starts = 12;
+constexpr std::size_t most_beats = 2;
+constexpr const char* split_name = "out_of_plane.stiffness_split";
+constexpr const char* angle_name = "out_of_plane.angle_deg";
 /// Damping that an effect brings may take all but this share of the bonds'.
 constexpr double smallest_damping_share = 0.05;
 
@@ -58,7 +62,7 @@ const std::vector<PlaceGrid>& place_grids() {
          [](const RecordScales& s) {
              return std::vector{2.0 * s.stiffness, 10.0 * s.stiffness, 50.0 * s.stiffness};
          }},
-        {"out_of_plane.angle_deg",
+        {angle_name,
          [](const RecordScales&) {
              return std::vector{25.0, 60.0};
          }},
@@ -69,7 +73,7 @@ const std::vector<PlaceGrid>& place_grids() {
          },
          true},
         // A beat is no small change of a swing without one.
-        {"out_of_plane.stiffness_split",
+        {split_name,
          [](const RecordScales&) {
              return std::vector{0.02, 0.12};
          },
@@ -143,6 +147,32 @@ std::vector<double> residual_peaks(const calibrate::ChainFit& fit, std::size_t c
     return peaks;
 }
 
+/// Of a stem that leaves the plane: what the readings' own beats tell. Empty if they show none.
+std::vector<calibrate::StemModel> beat_starts(const calibrate::StemModel& first,
+                                              const calibrate::ChainFit& smaller,
+                                              const integrate::VibrationMode& mode) {
+    std::vector<calibrate::StemModel> starts;
+    const double angular_frequency = 2.0 * std::numbers::pi * mode.frequency;
+    if (!(mode.decay_rate < 0.0))
+        return starts;
+    for (const Beat& beat :
+         recorded_beats(smaller, angular_frequency, -mode.decay_rate, most_beats)) {
+        calibrate::StemModel& start = starts.emplace_back(first);
+        start.spec.stem.bond_youngs_modulus *=
+            std::pow(beat.angular_frequency / angular_frequency, 2);
+        start.spec.stem.bond_damping *= beat.decay_rate / -mode.decay_rate;
+        start.spec.tip_deflection *= beat.amplitude;
+        for (const calibrate::FreeParameter& parameter : start.parameters) {
+            const double value = parameter.access.name == split_name ? beat.split
+                                 : parameter.access.name == angle_name
+                                     ? beat.angle * 180.0 / std::numbers::pi
+                                     : parameter.access.get(start.spec);
+            parameter.access.set(start.spec, std::clamp(value, parameter.lower, parameter.upper));
+        }
+    }
+    return starts;
+}
+
 std::vector<calibrate::StemModel> fit_starts(const calibrate::StemModel& model,
                                              const calibrate::ChainFit& smaller, StartSize size) {
     calibrate::StemModel first = calibrate::started_from(model, smaller);
@@ -150,6 +180,13 @@ std::vector<calibrate::StemModel> fit_starts(const calibrate::StemModel& model,
         for (const calibrate::FreeParameter& parameter : first.parameters)
             if (!parameter.is_place && smaller.find(parameter.access.name) == nullptr)
                 parameter.access.set(first.spec, absent_value(parameter));
+    const auto modes = chain_modes(smaller.model.spec, 1);
+    if (size == StartSize::Default && !modes.empty() && smaller.find(split_name) == nullptr &&
+        std::ranges::any_of(first.parameters, [](const calibrate::FreeParameter& parameter) {
+            return parameter.access.name == split_name;
+        }))
+        if (auto starts = beat_starts(first, smaller, modes.front()); !starts.empty())
+            return starts;
     const RecordScales scales = scales_of(smaller);
     std::vector<calibrate::StemModel> starts{first};
     for (const calibrate::FreeParameter& parameter : first.parameters) {
@@ -167,20 +204,22 @@ std::vector<calibrate::StemModel> fit_starts(const calibrate::StemModel& model,
         if (!finer.empty() && finer.size() <= most_starts)
             starts = std::move(finer);
     }
-    const auto modes = chain_modes(smaller.model.spec, 1);
     if (!modes.empty())
         for (calibrate::StemModel& start : starts)
             keep_first_mode(modes.front(), start);
     return starts;
 }
 
-std::vector<calibrate::StemModel> candidate_starts(const calibrate::StemModel& model,
-                                                   const calibrate::ChainFit& smaller) {
-    const bool has_sizes = std::ranges::any_of(model.parameters, [&](const auto& parameter) {
+bool has_own_sizes(const calibrate::StemModel& model, const calibrate::ChainFit& smaller) {
+    return std::ranges::any_of(model.parameters, [&](const auto& parameter) {
         const PlaceGrid* const grid = grid_of(parameter.access.name);
         return grid != nullptr && grid->is_size && smaller.find(parameter.access.name) == nullptr;
     });
-    if (has_sizes)
+}
+
+std::vector<calibrate::StemModel> candidate_starts(const calibrate::StemModel& model,
+                                                   const calibrate::ChainFit& smaller) {
+    if (has_own_sizes(model, smaller))
         return fit_starts(model, smaller, StartSize::Default);
     std::vector<calibrate::StemModel> starts = fit_starts(model, smaller, StartSize::Absent);
     const bool has_new_size = std::ranges::any_of(model.parameters, [&](const auto& parameter) {

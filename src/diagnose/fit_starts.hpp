@@ -29,8 +29,14 @@ enum class StartSize {
 /// that both have come from `smaller`. Places, angles and time scales of the others start from
 /// several values each, sizes as `size` says. In every start Y and β are changed so that the first
 /// mode keeps its frequency and decay: what shifts the frequency would otherwise begin cycles away.
+/// A stem that leaves the plane starts from the beats that the readings show (recorded_beats()).
 [[nodiscard]] std::vector<calibrate::StemModel>
 fit_starts(const calibrate::StemModel& model, const calibrate::ChainFit& smaller, StartSize size);
+
+/// Does the fit of `model` have to begin with sizes of its own, because none leads there from where
+/// its effects are absent?
+[[nodiscard]] bool has_own_sizes(const calibrate::StemModel& model,
+                                 const calibrate::ChainFit& smaller);
 
 /// Those with the effects absent; without places to choose from there is room for a start with the
 /// usual sizes too.

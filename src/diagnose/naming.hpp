@@ -13,8 +13,11 @@
 
 namespace culm::diagnose {
 
-inline constexpr double naming_gain = 10.0;  ///< of BIC, that an effect must bring
-inline constexpr double tie_gap = 6.0;       ///< of BIC, within which two models count as equal
+inline constexpr double naming_gain = 10.0; ///< of BIC, that an effect must bring
+inline constexpr double tie_gap = 6.0;      ///< of BIC, within which two models count as equal
+/// Within which one that leaves nothing but noise stays possible: a chain is no beam, and a law of
+/// culm's not the stem's, to some χ².
+inline constexpr double clear_gap = 12.0;
 inline constexpr double naming_level = 0.01; ///< of significance, for all candidates together
 
 /// Of the tests for lack of fit, from which a model that nothing improves counts as failing: of a

@@ -51,11 +51,12 @@ class ScoreTest {
         }
         for (const Models& start : starts(StartSize::Absent))
             judge_start(start, draws);
-        if (!(smallest_size_ < std::numeric_limits<double>::infinity())) {
+        const bool vanishes = !(smallest_size_ < std::numeric_limits<double>::infinity());
+        if (vanishes)
             judge_finite_size();
+        if (vanishes || has_own_sizes(models_.front(), base_.parts.front()))
             for (const Models& start : starts(StartSize::Default))
                 judge_gain(compute(start), start);
-        }
         return score_;
     }
 
@@ -121,6 +122,9 @@ class ScoreTest {
         if (parameter == nullptr || parameter->is_place)
             return false;
         const double value = parameter->access.get(model.spec);
+        const bool is_at_bound = value <= parameter->lower || value >= parameter->upper;
+        if (!is_at_bound && parameter->fitted_as == physics::FittedAs::Itself)
+            return value + change < parameter->lower || value + change > parameter->upper;
         return (value <= parameter->lower && change < 0.0) ||
                (value >= parameter->upper && change > 0.0);
     }
