@@ -8,6 +8,10 @@ DIR). Prints the path. Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from needed_packages import require
+    require("numpy", "h5py", "matplotlib")
+
 import functools
 import sys
 from pathlib import Path
@@ -15,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from calibration_results import CalibrationError, CalibrationResults
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figure
-from figure_style import FigureSkipped, mark, new_figure, styled
+from figure_style import FigureSkipped, mark, new_figure, styled, whole_numbers
 from palette import BLUE, GREY, VERMILLION, number
 
 
@@ -30,7 +34,8 @@ def stem_of(results: CalibrationResults, stem_number: int) -> dict:
 
 @styled
 def motion_figure(results: CalibrationResults, stem_number: int = 1):
-    """Above the motion, below what is left of it with the noise as a band."""
+    """Above the motion, below what the chain leaves of it (measured − fitted), with two standard
+    deviations of the noise as a band."""
     stem = stem_of(results, stem_number)
     times, heights, measured, predicted = results.prediction(stem_number)
     row = int(np.nanargmax(np.nanmax(np.abs(measured), axis=0)))
@@ -46,7 +51,8 @@ def motion_figure(results: CalibrationResults, stem_number: int = 1):
     noise = stem["fit"]["noise_mm"]
     lower.axhspan(-2 * noise, 2 * noise, color=GREY, alpha=0.3, linewidth=0)
     lower.plot(times, measured[:, row] - predicted[:, row], ".", color=BLUE, markersize=2.5)
-    lower.set(xlabel="time after the release, s", ylabel="measured − fitted, mm")
+    lower.set(xlabel="time after the release, s", ylabel="residual, mm")
+    figure.align_ylabels()
     return figure
 
 
@@ -68,6 +74,7 @@ def population_figure(results: CalibrationResults):
         for end in population[key]["central_90_percent"]:
             axes.axvline(factor * end, color=VERMILLION, linewidth=0.8, linestyle="--")
         axes.set(xlabel=label, ylabel="stems")
+        whole_numbers(axes.yaxis)
         mark(axes, letter)
     return figure
 

@@ -9,6 +9,10 @@ path. Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from needed_packages import require
+    require("numpy", "h5py", "matplotlib")
+
 import sys
 from pathlib import Path
 
@@ -16,7 +20,7 @@ import numpy as np
 
 from comparison_results import Comparison, ComparisonError, name_of, numbers
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
-from figure_style import FigureSkipped, mark, new_figure, styled
+from figure_style import FigureSkipped, leave_room_above, mark, new_figure, styled
 from palette import BLACK, BLUE, GREY, ORANGE, VERMILLION, number
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
@@ -102,8 +106,8 @@ def spectrum_figure(comparison: Comparison):
     for place, frequency in enumerate(comparison.rungs[-1]["where"]["spectrum"]
                                       ["mode_frequencies_hz"], 1):
         axes.axvline(frequency, color=GREY, linewidth=0.8, zorder=0)
-        axes.annotate(f"mode {place}", (frequency, 0.97), xycoords=("data", "axes fraction"),
-                      rotation=90, va="top", ha="right", fontsize=7)
+        axes.annotate(f"mode {place}", (frequency, 1.01), xycoords=("data", "axes fraction"),
+                      va="bottom", ha="center", fontsize=7)
     axes.axhline(1.0, color=BLACK, linewidth=0.6, linestyle=":")
     axes.set(xlabel="frequency, Hz", ylabel="power of the residuals / noise")
     axes.legend()
@@ -126,7 +130,7 @@ def amplitude_figure(comparison: Comparison):
     if not any(window["measured"] for window in
                comparison.rungs[-1]["where"]["against_amplitude"]):
         raise FigureSkipped("the record is too short for windows of five cycles.")
-    figure = new_figure(2.6, comparison.measurement)
+    figure = new_figure(2.8, comparison.measurement)
     panels = figure.subplots(1, 3)
     keys = [("frequency_hz", "frequency, Hz"), ("b1_per_cycle", "b1 per cycle"),
             ("rest_mm", "position of rest, mm")]
@@ -139,7 +143,8 @@ def amplitude_figure(comparison: Comparison):
         panel.set_xscale("log")
         panel.set(xlabel="amplitude, mm", ylabel=label)
         mark(panel, letter)
-    panels[1].legend()
+    leave_room_above(panels[1], 0.3)
+    panels[1].legend(loc="upper left")
     return figure
 
 

@@ -8,6 +8,10 @@ file) and prints each path. Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from needed_packages import require
+    require("numpy", "matplotlib")
+
 import sys
 from pathlib import Path
 
@@ -84,6 +88,8 @@ def ranking_figure(diagnosis: Diagnosis):
     axes.axvline(-NAMING_GAIN, color=VERMILLION, linewidth=0.8, linestyle="--")
     axes.axvline(0.0, color="black", linewidth=0.6)
     axes.set_xscale("symlog", linthresh=LINEAR_BELOW)
+    changes = [entry["delta_bic"] for entry in ranked]
+    axes.set_xlim(2.0 * min(-LINEAR_BELOW, *changes), 2.0 * max(LINEAR_BELOW, *changes))
     axes.set_yticks(places, [entry["effect"] for entry in ranked])
     axes.set(xlabel="change of BIC (left: better; dashed: from here on it counts)",
              ylim=(-0.6, len(ranked) - 0.4))

@@ -7,6 +7,7 @@ import functools
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 TWO_COLUMNS_INCH = 7.2  # 183 mm
 MOST_TICKS = 10
@@ -67,6 +68,11 @@ def leave_room_above(axes, share: float):
     """Extends the vertical axis so that its upper `share` holds no data but the legend."""
     bottom, top = axes.get_ylim()
     axes.set_ylim(bottom, bottom + (top - bottom) / (1.0 - share))
+
+
+def whole_numbers(axis):
+    """Ticks of an axis that counts."""
+    axis.set_major_locator(MaxNLocator(integer=True))
 
 
 def colour_bar(figure, shown, axes, label: str, levels):

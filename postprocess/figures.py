@@ -3,7 +3,8 @@
 """Draws the figures of a result folder: figures.py DIR [-o OUT] [--format png,pdf,svg].
 
 Of a study regression (Eqs. 12 and 13), residuals (the paper's Fig. 8), tip_history (Fig. 7) and
-design, of a time-step study timestep; of measured stems histories (Fig. 3), population (Fig. 5) and
+design, of a time-step study timestep; of a tracked recording
+displacements (Fig. 3a), of measured stems histories (Fig. 3b and c), population (Fig. 5) and
 banding (Fig. 6); of a calibration, a comparison and a diagnosis theirs: whatever is in DIR. Those of
 measurements are called after what they are of (fit_population, comparison_ladder). They go to OUT
 (default: DIR); prints each path.
@@ -16,6 +17,10 @@ Exit codes: 0 done, 2 bad input. In a notebook call the functions; each returns 
 """
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from needed_packages import require
+    require("numpy", "h5py", "matplotlib")
+
 import sys
 from pathlib import Path
 
@@ -23,6 +28,7 @@ import calibration_figure
 import compare_figures
 import diagnose_figures
 import fit_figures
+import track_figure
 from calibration_results import CalibrationError, CalibrationResults
 from comparison_results import Comparison, ComparisonError
 from culm_archive import Study, StudyError
@@ -34,6 +40,7 @@ from regression_figures import regression_figure, residual_figure
 from timestep_figure import timestep_figure
 from timestep_results import is_timestep_study
 from tip_history_figure import tip_history_figure
+from track_results import TrackError, TrackResults
 
 FIGURES = {
     "regression": regression_figure,
@@ -46,12 +53,13 @@ TIMESTEP_FIGURES = {"timestep": timestep_figure}
 
 # What else than a study a folder may hold: the file that tells, its reader, and its figures.
 DOCUMENTS = (
+    ("track.json", TrackResults, lambda track: track_figure.FIGURES),
     ("fit.json", FitResults, lambda results: fit_figures.FIGURES),
     ("calibration.json", CalibrationResults, calibration_figure.figures_of),
     ("comparison.json", Comparison, lambda comparison: compare_figures.FIGURES),
     ("diagnosis.json", Diagnosis, lambda diagnosis: diagnose_figures.FIGURES),
 )
-REFUSALS = (StudyError, FitError, CalibrationError, ComparisonError, DiagnosisError)
+REFUSALS = (StudyError, TrackError, FitError, CalibrationError, ComparisonError, DiagnosisError)
 
 
 def parse(arguments):

@@ -7,11 +7,16 @@ Writes histories (Fig. 3b and c), population (Fig. 5) and banding (Fig. 6) of Sc
 """
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from needed_packages import require
+    require("numpy", "matplotlib")
+
 import sys
 from pathlib import Path
 
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
-from figure_style import FigureSkipped, colour_bar, leave_room_above, mark, new_figure, styled
+from figure_style import (FigureSkipped, colour_bar, leave_room_above, mark, new_figure, styled,
+                          whole_numbers)
 from palette import BLACK, BLUE, COLOUR_MAP, GREY, VERMILLION, number
 from fit_results import (PUBLISHED_B1_PER_CYCLE, PUBLISHED_B2_HZ, FitError, FitResults,
                          heights_of)
@@ -58,12 +63,13 @@ def draw_histogram(axes, sample: dict, label: str, published: tuple[float, float
     """With its mean as a dashed line, and the published mean and standard deviation above."""
     edges, counts = sample["histogram"]["edges"], sample["histogram"]["counts"]
     axes.stairs(counts, edges, fill=True, color=BLUE, alpha=0.75)
-    axes.axvline(sample["mean"], color=BLACK, linewidth=0.8, linestyle="--")
+    axes.plot([sample["mean"]] * 2, [0.0, max(counts)], color=BLACK, linewidth=0.8, linestyle="--")
     mean, deviation = published
     axes.errorbar([mean], [1.08 * max(counts)], xerr=[deviation], fmt="D", markersize=4,
                   color=VERMILLION, elinewidth=1.5, label="Schramm et al. (2019), mean ± sd")
     axes.legend(loc="upper left")
     leave_room_above(axes, 0.15)
+    whole_numbers(axes.yaxis)
     axes.set(xlabel=label, ylabel="stems",
              title=f"mean {number(sample['mean'], 3)}, sd {number(sample['standard_deviation'], 2)}")
 

@@ -18,11 +18,12 @@ class FitError(Exception):
 
 
 class FitResults:
-    """`stems` and `population` are those of fit.json (docs/fit-format.md)."""
+    """`content` is fit.json, `stems` and `population` are its (docs/fit-format.md)."""
 
     def __init__(self, directory):
         self.directory = Path(directory)
         content = read_document(self.directory / "fit.json", "fit", "fit", FitError)
+        self.content = content
         self.stems = content["stems"]
         self.population = content["population"]
 

@@ -9,6 +9,10 @@ input.
 """
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from needed_packages import require
+    require("numpy", "h5py")
+
 import argparse
 import sys
 from pathlib import Path

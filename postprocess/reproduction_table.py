@@ -31,8 +31,12 @@ def main():
     print("| law | window s | b0 | √Y: slope | intercept | adj. R² "
           "| β: slope | intercept | adj. R² |")
     print("|---|---|---|---|---|---|---|---|---|")
-    for row in rows(pathlib.Path(sys.argv[1])):
-        print("| " + " | ".join(row) + " |")
+    try:
+        for row in rows(pathlib.Path(sys.argv[1])):
+            print("| " + " | ".join(row) + " |")
+    except OSError as error:
+        sys.exit(f"reproduction_table.py: {error.filename}: {error.strerror} "
+                 "(jobs/reproduction.sh leaves these files).")
 
 
 if __name__ == "__main__":

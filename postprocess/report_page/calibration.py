@@ -10,6 +10,7 @@ from report_page.drawing import axis, bars, histogram_of, layout, level
 from report_page.markup import Plot, Section, escaped, facts, folded, shown, table, with_error
 from report_page.measured import (PARAMETER_COLUMNS, add_animation, colour_limit, legend_of,
                                   map_plot, motion_plots, parameter_rows)
+from report_page.provenance import provenance_rows
 
 MOST_DETAILED = 3  # stems that are drawn one by one
 QUANTITIES = (("bond_youngs_modulus_pa", "Y, GPa", 1e-9), ("bond_damping", "beta", 1.0),
@@ -168,6 +169,7 @@ def _add_provenance(section: Section, results: CalibrationResults):
              ["readings", sum(stem["fit"]["readings"] for stem in stems)]]
     rows += [[f"recording of {stem['measurement']}", stem.get("folder", "–")]
              for stem in results.stems]
+    rows += provenance_rows(results.content)
     section.add(facts(rows))
     section.add("".join(f"<p class=\"note\">{escaped(text)}</p>"
                         for text in results.content.get("remarks", [])))

@@ -2,16 +2,15 @@
 """Model against measurement: the verdict, the ladder, where the models fail, the moving stem."""
 from __future__ import annotations
 
-import h5py
-import numpy as np
-
 from comparison_results import Comparison, name_of, numbers
 from palette import BLUE, ORANGE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, log_axis
 from report_page.markup import Plot, Section, escaped, facts, folded, plain, shown, table
-from report_page.measured import (FIRST, LAST, PARAMETER_COLUMNS, add_animation, amplitude_plots,
+from report_page.measured import (FIRST, LAST, PARAMETER_COLUMNS, add_motion, amplitude_plots,
                                   amplitude_table, colour_limit, legend_of, map_array, map_plot,
-                                  motion_plots, parameter_rows, where_plots, where_table)
+                                  parameter_rows, where_plots, where_table)
+from report_page.motion_file import read_motion
+from report_page.provenance import provenance_rows
 
 MOST_MAPS = 3
 FINDINGS = {"adequate": "fits", "inadequate": "something is missing", "undecided": "undecided"}
@@ -135,33 +134,15 @@ def _add_maps(section: Section, comparison: Comparison):
                           "Noise has no pattern.")
 
 
-def _arrays(comparison: Comparison):
-    """Times, heights (mm), measured (mm) and predictions by model from comparison.h5; None if it is
-    not there."""
-    file = comparison.file.parent / "comparison.h5"
-    if not file.is_file():
-        return None
-    with h5py.File(file, "r") as content:
-        models = [(str(group.attrs["model"]), 1e3 * group["predicted"][()])
-                  for name, group in sorted(content.items()) if name.startswith("model_")]
-        return (content["time"][()], 1e3 * content["height"][()], 1e3 * content["measured"][()],
-                models)
-
-
 def _add_motion(section: Section, comparison: Comparison):
-    arrays = _arrays(comparison)
+    motion = read_motion(comparison.file.parent / "comparison.h5")
     section.heading("The motion")
-    if arrays is None:
+    if motion is None:
         section.add("<p class=\"note\">`culm compare -o DIR` leaves comparison.h5, from which the "
                     "motion is drawn; it is not here.</p>")
         return
-    time, heights, measured, models = arrays
-    drawn = {name_of(comparison.rungs[0]): FIRST, name_of(best_rung(comparison)): LAST}
-    chosen = [(label, predicted, drawn[label]) for label, predicted in models if label in drawn]
-    section.add_plots(motion_plots("all", time, heights, measured, chosen),
-                      f"Noise {shown(comparison.noise_mm, 3)} mm.", legend=legend_of(chosen))
-    if np.size(heights) > 1:
-        add_animation(section, "all", time, heights, measured, models)
+    add_motion(section, "all", motion, name_of(comparison.rungs[0]),
+               name_of(best_rung(comparison)), comparison.noise_mm)
 
 
 def _add_parameters(section: Section, comparison: Comparison):
@@ -186,6 +167,7 @@ def _add_provenance(section: Section, comparison: Comparison):
             ["runs of the chain", sum(rung["runs"] for rung in comparison.rungs)]]
     rows += [[name.replace("_", " "), "–" if value in (None, "") else value]
              for name, value in content["options"].items()]
+    rows += provenance_rows(content)
     section.add(facts(rows))
     failed = [rung for rung in content["ladder"] if "failure" in rung]
     if failed:

@@ -13,14 +13,15 @@ from report_page.calibration import calibration_section
 from report_page.comparison import comparison_section
 from report_page.diagnosis import diagnosis_section
 from report_page.markup import Section
-from report_page.measurements import RecordingError, fit_section, recording_section
+from report_page.measurements import fit_section, recording_section
 from report_page.study import study_section
+from track_results import TrackError, TrackResults
 
 class UnexpectedContent(Exception):
     """A file does not hold what its schema promises; one sentence."""
 
 
-REFUSALS = (StudyError, CalibrationError, ComparisonError, DiagnosisError, FitError, RecordingError,
+REFUSALS = (StudyError, CalibrationError, ComparisonError, DiagnosisError, FitError, TrackError,
             UnexpectedContent)
 
 
@@ -36,7 +37,8 @@ def _study(folder: Path, key: str, place: str) -> Section:
 # The file that tells of each kind, and what makes its section; in the order of the page.
 KINDS = (
     ("study.h5", "study", _study),
-    ("track.json", "recording", recording_section),
+    ("track.json", "recording",
+     lambda folder, *names: recording_section(TrackResults(folder), *names)),
     ("fit.json", "fit", lambda folder, *names: fit_section(FitResults(folder), *names)),
     ("calibration.json", "calibration",
      lambda folder, *names: calibration_section(CalibrationResults(folder), *names)),

@@ -9,8 +9,11 @@ from palette import BLUE, GREY, ORANGE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, line, log_axis
 from report_page.markup import (Plot, Section, escaped, facts, folded, half_width, plain,
                                 shown, table)
-from report_page.measured import (PARAMETER_COLUMNS, amplitude_plots, amplitude_table, colour_limit,
-                                  legend_of, map_array, map_plot, parameter_rows, where_plots, where_table)
+from report_page.measured import (PARAMETER_COLUMNS, add_motion, amplitude_plots, amplitude_table,
+                                  colour_limit, legend_of, map_array, map_plot, parameter_rows,
+                                  where_plots, where_table)
+from report_page.motion_file import read_motion
+from report_page.provenance import provenance_rows
 
 NAMING_GAIN = 10.0  # by which BIC must fall (docs/diagnosis.md)
 MOST_RECORDINGS = 3
@@ -31,6 +34,7 @@ def diagnosis_section(diagnosis: Diagnosis, key: str, place: str) -> Section:
     _add_blind_spots(section, diagnosis)
     _add_next(section, content)
     _add_where(section, content)
+    _add_motion(section, diagnosis)
     _add_provenance(section, content)
     return section
 
@@ -256,6 +260,19 @@ def _add_where(section: Section, content: dict):
                           amplitude_table(wheres[0]), legend_of(first))
 
 
+def _add_motion(section: Section, diagnosis: Diagnosis):
+    """Of every recording, as far as there are not too many: the motion of the published chain and
+    of the best model."""
+    recordings = diagnosis.content["recordings"]
+    for place, recording in enumerate(recordings[:MOST_RECORDINGS]):
+        motion = read_motion(diagnosis.file.parent / "diagnosis.h5", f"recording_{place}")
+        if motion is None:
+            continue
+        section.heading(f"The motion{'' if len(recordings) == 1 else ' of ' + recording['id']}")
+        add_motion(section, str(place), motion, motion.models[0][0], motion.models[-1][0],
+                   recording["noise_mm"])
+
+
 def _add_provenance(section: Section, content: dict):
     section.heading("Provenance and cost")
     rows = [[f"recording {recording['id']}",
@@ -266,5 +283,5 @@ def _add_provenance(section: Section, content: dict):
     for name, value in content["options"].items():
         text = ", ".join(value) if isinstance(value, list) else value
         rows.append([name.replace("_", " "), "–" if text in (None, "") else text])
-    section.add(facts(rows))
+    section.add(facts(rows + provenance_rows(content)))
     section.add("".join(f"<p class=\"note\">{escaped(text)}</p>" for text in content["remarks"]))

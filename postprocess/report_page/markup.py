@@ -6,6 +6,7 @@ import html
 import json
 import math
 from dataclasses import dataclass, field
+from itertools import repeat
 
 import numpy as np
 
@@ -58,8 +59,11 @@ def _in_table(value) -> str:
     return shown(value) if isinstance(value, float) or value is None else str(value)
 
 
-def _cell(value, tag: str = "td") -> str:
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+def _is_number(value) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _cell(value, is_number: bool, tag: str = "td") -> str:
     attributes = ' class="number"' if is_number else ""
     attributes += ' scope="col"' if tag == "th" else ""
     return f"<{tag}{attributes}>{escaped(_in_table(value))}</{tag}>"
@@ -68,12 +72,16 @@ def _cell(value, tag: str = "td") -> str:
 def table(columns: list[str], rows: list, caption: str = "") -> str:
     """A table of plain values; beyond MOST_ROWS it says how many more there are."""
     lines = ["<div class=\"scroll\" tabindex=\"0\"><table>"]
+    of_numbers = [any(_is_number(row[place]) for row in rows)
+                  and all(_is_number(row[place]) or row[place] is None for row in rows)
+                  for place in range(len(columns))]
     if caption:
         lines.append(f"<caption>{escaped(caption)}</caption>")
-    lines.append("<thead><tr>" + "".join(_cell(name, "th") for name in columns) + "</tr></thead>")
+    lines.append("<thead><tr>" + "".join(map(_cell, columns, of_numbers, repeat("th"))) + "</tr></thead>")
     lines.append("<tbody>")
     for row in rows[:MOST_ROWS]:
-        lines.append("<tr>" + "".join(_cell(value) for value in row) + "</tr>")
+        lines.append("<tr>" + "".join(_cell(value, is_number or _is_number(value))
+                                        for value, is_number in zip(row, of_numbers)) + "</tr>")
     lines.append("</tbody></table></div>")
     if len(rows) > MOST_ROWS:
         lines.append(f"<p class=\"note\">{len(rows) - MOST_ROWS} more rows are not shown.</p>")

@@ -9,6 +9,7 @@ from palette import BLACK, BLUE, GREY, VERMILLION, number
 from report_page.drawing import axis, dots, heat_map, layout, level, line, log_axis, thinned
 from report_page.markup import (Plot, Section, data_script, escaped, half_width, plain, shown,
                                 table)
+from report_page.motion_file import Motion
 from report_page.picker import packed
 
 FIRST, LAST = BLUE, VERMILLION  # of the smallest and the largest model
@@ -62,6 +63,19 @@ def motion_plots(name: str, time_s, heights_mm, measured_mm, models: list) -> li
 def legend_of(models: list) -> tuple:
     """Of drawings with measured dots and lines of models; models: (label, anything, colour)."""
     return (("measured", BLACK, "dots"), *((label, colour, "line") for label, _, colour in models))
+
+
+def add_motion(section: Section, name: str, motion: Motion, first: str, last: str, noise_mm):
+    """Measured and modelled, by the models of these names; of stems with several heights moving."""
+    colours = {first: FIRST, last: LAST}
+    chosen = [(label, predicted, colours[label]) for label, predicted in motion.models
+              if label in colours]
+    section.add_plots(motion_plots(name, motion.time_s, motion.heights_mm, motion.measured_mm,
+                                   chosen),
+                      f"Noise {shown(noise_mm, 3)} mm.", legend=legend_of(chosen))
+    if np.size(motion.heights_mm) > 1:
+        add_animation(section, name, motion.time_s, motion.heights_mm, motion.measured_mm,
+                      motion.models)
 
 
 def add_animation(section: Section, name: str, time_s, heights_mm, measured_mm, models: list):

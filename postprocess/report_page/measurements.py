@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import base64
-import csv
-import json
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +12,8 @@ from palette import BLACK, BLUE, GREEN, ORANGE, VERMILLION
 from report_page.drawing import axis, bars, dots, layout, level, line
 from report_page.markup import Plot, Section, facts, plain, shown, table
 from report_page.measured import map_plot
+from report_page.provenance import provenance_rows
+from track_results import TrackResults
 
 LARGEST_PICTURE = 3_000_000  # bytes of a contact sheet that the page carries
 STEM_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, BLACK, "#CC79A7")
@@ -21,32 +21,23 @@ STEM_SYMBOLS = ("circle", "square-open")
 MOST_STEMS = len(STEM_COLOURS) * len(STEM_SYMBOLS)  # drawn along the height
 
 
-class RecordingError(Exception):
-    """A tracked recording cannot be read; one sentence."""
-
-
-def recording_section(folder: Path, key: str, place: str) -> Section:
+def recording_section(track: TrackResults, key: str, place: str) -> Section:
     """The section of a folder of `culm track -o`."""
-    try:
-        tracked = json.loads((folder / "track.json").read_text(encoding="utf-8"))
-        time, heights, deflection = _deflections(folder / "deflection.csv")
-        section = Section(key, f"Recording of {tracked['stem']} ({place})")
-        release = tracked["release"]
-        section.verdict.append(
-            f"{tracked['frames_tracked']} frames at {shown(tracked['fps'])} frames/s were tracked; the "
-            f"tip was pulled by {shown(release['pull_mm'])} mm at {shown(release['pull_at_height_mm'])}"
-            f" mm and swings at {shown(tracked['swing_hz'])} Hz.")
-        rows = _rows(tracked)
-        for group in ("view", "contrast", "release"):
-            rows += _rows(tracked[group], f"{group}: ")
-        noises = [[row["height_mm"], row["noise_mm"], row["moving_noise_mm"],
-                   f"{100.0 * row['seen']:.1f} %"] for row in tracked["heights"]]
-    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
-        raise RecordingError(f"{folder}: not readable as a tracked recording: {error}.") from error
-    _add_contact_sheet(section, folder / "contact_sheet.png")
-    largest = float(np.nanmax(np.abs(deflection)))
-    section.add_plots([map_plot("deflection", "Deflection, mm", time, heights,
-                                deflection, largest)], "Measured deflection of every row.",
+    tracked, release = track.content, track.content["release"]
+    section = Section(key, f"Recording of {track.stem} ({place})")
+    section.verdict.append(
+        f"{tracked['frames_tracked']} frames at {shown(tracked['fps'])} frames/s were tracked; the "
+        f"tip was pulled by {shown(release['pull_mm'])} mm at {shown(release['pull_at_height_mm'])}"
+        f" mm and swings at {shown(tracked['swing_hz'])} Hz.")
+    rows = _rows(tracked)
+    for group in ("view", "contrast", "release"):
+        rows += _rows(tracked[group], f"{group}: ")
+    noises = [[row["height_mm"], row["noise_mm"], row["moving_noise_mm"],
+               f"{100.0 * row['seen']:.1f} %"] for row in tracked["heights"]]
+    _add_contact_sheet(section, track.directory / "contact_sheet.png")
+    largest = float(np.nanmax(np.abs(track.deflection_mm)))
+    section.add_plots([map_plot("deflection", "Deflection, mm", track.time_s, track.heights_mm,
+                                track.deflection_mm, largest)], "Measured deflection of every row.",
                       table(["height, mm", "noise, mm", "noise while moving, mm", "seen"], noises))
     section.add(facts(rows))
     return section
@@ -56,14 +47,6 @@ def _rows(group: dict, prefix: str = "") -> list:
     """The plain members of a group as names and values."""
     return [[prefix + name.replace("_", " "), value] for name, value in group.items()
             if not isinstance(value, (dict, list))]
-
-
-def _deflections(file: Path):
-    """Times in s, heights in mm, deflections in mm (T, H)."""
-    with file.open(newline="", encoding="utf-8") as lines:
-        header, *rows = csv.reader(line for line in lines if not line.startswith("#"))
-    values = np.array([[float(cell) if cell else np.nan for cell in row] for row in rows])
-    return values[:, 0], [float(name[2:-2]) for name in header[1:]], values[:, 1:]
 
 
 def _add_contact_sheet(section: Section, file: Path):
@@ -100,6 +83,10 @@ def fit_section(results: FitResults, key: str, place: str) -> Section:
         _add_population(section, population)
     if stems:
         _add_banding(section, stems)
+    provenance = provenance_rows(results.content)
+    if provenance:
+        section.heading("Provenance and cost")
+        section.add(facts(provenance))
     return section
 
 

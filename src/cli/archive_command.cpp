@@ -3,6 +3,7 @@
 #include "cli/archive_text.hpp"
 #include "cli/commands.hpp"
 #include "cli/json_output.hpp"
+#include "cli/text_style.hpp"
 #include "cli/version.hpp"
 #include "study/archive_export.hpp"
 #include "study/folder_state.hpp"
@@ -86,8 +87,8 @@ void merge(const MergeArguments& arguments, CommandResult& result) {
     if (outcome.repeated > 0)
         fmt::print("{} of them stand in more than one folder\n", outcome.repeated);
     if (!outcome.differing.empty())
-        fmt::print(stderr, "culm: the folders differ in points {}; the first named counts\n",
-                   ranges_text(outcome.differing));
+        print_warning(fmt::format("the folders differ in points {}; the first named counts",
+                                  ranges_text(outcome.differing)));
     if (outcome.missing > 0 || outcome.failed > 0 || !outcome.differing.empty())
         result.exit_code = core::ExitCode::PointsFailed;
 }
@@ -134,7 +135,7 @@ void add_export(CLI::App& archive, CommandResult& result) {
         fmt::print("points.csv with {} points, {} histories, {} trajectories in {}\n",
                    outcome.points, outcome.histories, outcome.trajectories, arguments->output);
         if (outcome.missing > 0) {
-            fmt::print(stderr, "culm: {} points are missing in the archive\n", outcome.missing);
+            print_error(fmt::format("{} points are missing in the archive", outcome.missing));
             result.exit_code = core::ExitCode::PointsFailed;
         }
     });

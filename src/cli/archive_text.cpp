@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/archive_text.hpp"
 
+#include "cli/amount_text.hpp"
+
 #include <algorithm>
 #include <limits>
 
@@ -12,14 +14,6 @@ namespace {
 
 using archive::PointStatus;
 using study::FolderState;
-
-std::string amount(std::uint64_t bytes) {
-    const auto number = static_cast<double>(bytes);
-    return number < 1e3   ? fmt::format("{} B", bytes)
-           : number < 1e6 ? fmt::format("{:.3g} kB", number * 1e-3)
-           : number < 1e9 ? fmt::format("{:.3g} MB", number * 1e-6)
-                          : fmt::format("{:.3g} GB", number * 1e-9);
-}
 
 std::string counts_text(const FolderState& state) {
     if (!state.points)
@@ -71,7 +65,7 @@ std::string journals_text(const FolderState& state) {
         records += journal.scan.entries.size();
     return fmt::format(
         "journals  {} with {} outcomes, {}{}\n", state.journals.size(), records,
-        amount(state.journal_bytes),
+        bytes_text(static_cast<double>(state.journal_bytes)),
         state.repeated_outcomes == 0
             ? std::string()
             : fmt::format("; {} of a point that has another one", state.repeated_outcomes));
@@ -133,7 +127,8 @@ std::vector<std::int64_t> points_with(const FolderState& state, PointStatus stat
 std::string info_text(const study::StudyFolder& folder, const FolderState& state) {
     std::string text = fmt::format("folder    {}\n", folder.path().string());
     if (state.archive)
-        text += fmt::format("archive   study.h5, {}, written by {}\n", amount(state.archive_bytes),
+        text += fmt::format("archive   study.h5, {}, written by {}\n",
+                            bytes_text(static_cast<double>(state.archive_bytes)),
                             state.archive->version);
     if (!state.journals.empty())
         text += journals_text(state);

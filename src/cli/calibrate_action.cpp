@@ -3,13 +3,19 @@
 
 #include "cli/calibration_json.hpp"
 #include "cli/calibration_table.hpp"
+#include "cli/fit_cost.hpp"
 #include "cli/gathered_json.hpp"
 #include "cli/item_farm.hpp"
 #include "cli/json_output.hpp"
+#include "cli/next_step.hpp"
+#include "cli/progress_display.hpp"
+#include "cli/run_provenance.hpp"
 #include "cli/study_for_calibration.hpp"
 #include "cli/text_output.hpp"
+#include "cli/text_style.hpp"
 #include "measure/measurement_folder.hpp"
 #include "study/effect_file.hpp"
+#include "study/study_folder.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -102,7 +108,8 @@ json calibrate_one(const CalibrationPlan& plan, std::size_t index,
     return stem;
 }
 
-json make_document(const CalibrateArguments& arguments, const CalibrationPlan& plan, json stems) {
+json make_document(const CalibrateArguments& arguments, const CalibrationPlan& plan, json stems,
+                   const json& provenance) {
     json remarks = json::array();
     for (const measure::Measurement& measurement : plan.read.measurements)
         for (const std::string& remark : measurement.remarks)
@@ -115,12 +122,35 @@ json make_document(const CalibrateArguments& arguments, const CalibrationPlan& p
     document["population"] = population_json(stems);
     document["stems"] = std::move(stems);
     document["remarks"] = std::move(remarks);
+    document["provenance"] = provenance;
     return document;
 }
 
+std::vector<fs::path> input_files(const CalibrateArguments& arguments,
+                                  const CalibrationPlan& plan) {
+    std::vector<fs::path> files = measurement_files(plan.read.folders);
+    for (const fs::path& file : effect_files(arguments.effects))
+        files.push_back(file);
+    if (!arguments.via.empty())
+        files.push_back(study::StudyFolder(arguments.via).archive());
+    return files;
+}
+
+/// What the user should type next: where, when and how the model fails.
+std::string next_command(const CalibrateArguments& arguments, const CalibrationPlan& plan) {
+    std::string command = "culm compare";
+    if (plan.read.folders.size() > 1)
+        command += " --table" + as_words(arguments.paths);
+    else
+        command += as_words({plan.read.folders.front().string()});
+    if (!arguments.effects.empty())
+        command += " --with" + as_words({arguments.effects});
+    return command + model_words(arguments.law, arguments.spheres, arguments.window_s);
+}
+
 /// Rank 0 writes and prints; the exit code.
-core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan& plan,
-                      json stems) {
+core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan& plan, json stems,
+                      const json& provenance) {
     for (std::size_t i = 0; i < stems.size(); ++i)
         if (stems[i].is_null()) // its rank was lost
             stems[i] = {{"measurement", plan.read.measurements[i].stem.id},
@@ -128,15 +158,16 @@ core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan
                         {"failure", "the rank that computed it was lost"}};
     const bool any_failed =
         std::ranges::any_of(stems, [](const json& stem) { return stem.contains("failure"); });
-    const json document = make_document(arguments, plan, std::move(stems));
+    const json document = make_document(arguments, plan, std::move(stems), provenance);
     for (const json& remark : document["remarks"])
-        fmt::print(stderr, "culm: note: {}\n", remark.get<std::string>());
+        print_note(remark.get<std::string>());
     if (!arguments.json.empty())
         write_json(arguments.json, document);
     if (!arguments.output.empty())
         write_json((fs::path(arguments.output) / "calibration.json").string(), document);
     if (arguments.json != "-")
-        fmt::print("{}", calibration_table(document));
+        fmt::print("{}{}", calibration_table(document, TextStyle::of(stdout)),
+                   next_step(next_command(arguments, plan)));
     return any_failed ? core::ExitCode::PointsFailed : core::ExitCode::Done;
 }
 
@@ -145,6 +176,13 @@ core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan
 core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
                                       const farm::Communicator* communicator) {
     const CalibrationPlan plan = make_plan(arguments);
+    const RunProvenance provenance(input_files(arguments, plan), communicator);
+    const bool is_quiet = arguments.is_quiet || arguments.json == "-" ||
+                          (communicator != nullptr && communicator->rank() != 0);
+    if (!is_quiet)
+        fmt::print(stderr, "{}",
+                   cost_of_calibration(plan.read.measurements, plan.options,
+                                       communicator == nullptr ? 1 : communicator->size()));
     if (!arguments.output.empty())
         make_folder(fs::path(arguments.output) / "predictions");
     std::vector<json> stems(plan.read.measurements.size());
@@ -160,11 +198,16 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
         ++(stems[index].contains("failure") ? done.failed : done.completed);
         return done;
     };
-    const farm::Summary summary = map_items(communicator, costs, work);
+    ProgressDisplay display(is_quiet || costs.size() < 2, "stems");
+    const farm::Summary summary =
+        map_items(communicator, costs, work,
+                  [&display](const farm::Progress& progress) { display.show(progress); });
+    display.finish();
     if (!summary.failure.empty())
         throw core::StorageError(summary.failure);
     const json all = gathered(stems, communicator);
-    return report_on_root(communicator, [&] { return report(arguments, plan, all); });
+    const json facts = provenance.document();
+    return report_on_root(communicator, [&] { return report(arguments, plan, all, facts); });
 }
 
 } // namespace culm::cli

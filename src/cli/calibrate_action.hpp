@@ -3,6 +3,7 @@
 #pragma once
 
 #include "calibrate/calibration.hpp"
+#include "cli/chain_options.hpp"
 #include "core/error.hpp"
 #include "farm/communicator.hpp"
 
@@ -17,13 +18,14 @@ struct CalibrateArguments {
     std::string json;
     std::string output;
     std::string via;
-    std::string law = "consistent";
+    std::string law = default_law;
     std::string effects;
     std::optional<int> spheres;
     std::optional<double> window_s;
     bool is_robust = false;
     bool with_profiles = false;
     bool with_check = false;
+    bool is_quiet = false;
 };
 
 /// `communicator` is null without a launcher. Throws core::InputError on every rank alike.

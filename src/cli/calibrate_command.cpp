@@ -58,6 +58,7 @@ void add_calibrate_command(CLI::App& app, CommandResult& result, int& argc, char
     command->add_flag("--profile", arguments->with_profiles,
                       "Also intervals by profile likelihood (some 30 more runs)");
     add_model_options(*command, *arguments);
+    command->add_flag("-q,--quiet", arguments->is_quiet, "No estimate of the cost, no progress");
     command->callback([arguments, &result, &argc, &argv] {
         result.exit_code = alone_or_under_launcher(
             argc, argv, [&arguments](const farm::Communicator* communicator) {

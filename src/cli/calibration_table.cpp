@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/calibration_table.hpp"
 
+#include "cli/parameter_text.hpp"
+
 #include <cmath>
 #include <limits>
 
@@ -22,41 +24,24 @@ std::string plus_minus(const json& estimate, double scale, int decimals) {
     return fmt::format("{:.{}f} ± {:.{}f}", value, decimals, half, decimals);
 }
 
-/// Scale and unit for people of a parameter's key.
-struct Display {
-    double scale = 1.0;
-    const char* unit = "";
-    int decimals = 4;
-};
-
-Display display_of(const std::string& key, double value) {
-    if (key == "bond_youngs_modulus_pa")
-        return value < 1e7 ? Display{1e-6, "MPa", 5} : Display{1e-9, "GPa", 5};
-    if (key == "tip_deflection_m")
-        return {1e3, "mm", 4};
-    if (key == "release_time_s")
-        return {1e3, "ms", 4};
-    return {1.0, "", 3};
-}
-
 std::string parameter_lines(const json& stem) {
     std::string text;
     for (const auto& [key, entry] : stem["parameters"].items()) {
-        const Display display = display_of(key, number(entry["value"]));
-        std::string line;
-        const double value = display.scale * number(entry["value"]);
-        if (display.scale == 1.0 && key != "bond_damping")
-            line = fmt::format("    {:<24} {:.5g} ± {:.2g}", key, value,
-                               number(entry["interval"][1]) - value);
+        const ReadableParameter shown = readable(key, number(entry["value"]));
+        text += fmt::format("    {:<24} ", shown.name);
+        if (!shown.unit.empty())
+            text += fmt::format("{} {}", plus_minus(entry, shown.scale, shown.scale < 1.0 ? 5 : 4),
+                                shown.unit);
+        else if (key == "bond_damping")
+            text += plus_minus(entry, 1.0, 3);
         else
-            line = fmt::format("    {:<24} {}{}{}", key,
-                               plus_minus(entry, display.scale, display.decimals),
-                               *display.unit == '\0' ? "" : " ", display.unit);
+            text += fmt::format("{:.5g} ± {:.2g}", number(entry["value"]),
+                                number(entry["interval"][1]) - number(entry["value"]));
         if (entry.contains("profile_interval"))
-            line += fmt::format("   profile {:.6g} … {:.6g}",
-                                display.scale * number(entry["profile_interval"][0]),
-                                display.scale * number(entry["profile_interval"][1]));
-        text += line + '\n';
+            text += fmt::format("   profile {:.6g} … {:.6g}",
+                                shown.scale * number(entry["profile_interval"][0]),
+                                shown.scale * number(entry["profile_interval"][1]));
+        text += '\n';
     }
     return text;
 }
@@ -86,7 +71,7 @@ std::string law_text(const json& modulus, const json& damping) {
     return fmt::format("Y = {} GPa, beta = {}", one(modulus, 1e-9, 4), one(damping, 1.0, 2));
 }
 
-std::string via_lines(const json& via) {
+std::string via_lines(const json& via, const TextStyle& style) {
     if (via.contains("failure"))
         return fmt::format("  by the study: not possible: {}\n", via["failure"].get<std::string>());
     const json& modulus = via["bond_youngs_modulus_pa"];
@@ -99,14 +84,15 @@ std::string via_lines(const json& via) {
         law_text(modulus["single_law"], damping["single_law"]),
         law_text(modulus["f_test_terms"], damping["f_test_terms"]));
     for (const json& warning : via["warnings"])
-        text += fmt::format("    WARNING: {}\n", warning.get<std::string>());
+        text += fmt::format("    {} {}\n", style.warning("WARNING:"), warning.get<std::string>());
     return text;
 }
 
-std::string stem_text(const json& stem) {
+std::string stem_text(const json& stem, const TextStyle& style) {
     const std::string id = stem["measurement"].get<std::string>();
     if (stem.contains("failure"))
-        return fmt::format("{}: FAILED: {}\n", id, stem["failure"].get<std::string>());
+        return fmt::format("{}: {}: {}\n", id, style.failure("FAILED"),
+                           stem["failure"].get<std::string>());
     const json& fit = stem["fit"];
     const json& mode = stem["mode"];
     std::string text = fmt::format(
@@ -120,19 +106,21 @@ std::string stem_text(const json& stem) {
                         number(fit["rmse_mm"]), number(fit["noise_mm"]),
                         fit["noise_source"].get<std::string>(), number(fit["reduced_chi2"]),
                         fit["adequate"].get<bool>()
-                            ? std::string("nothing is missing that this record could show")
-                            : "SOMETHING IS MISSING: " + fit["reason"].get<std::string>());
+                            ? style.good("nothing is missing that this record could show")
+                            : style.warning("SOMETHING IS MISSING: ") +
+                                  fit["reason"].get<std::string>());
     if (stem.contains("check"))
         text += check_lines(stem["check"]);
     if (stem.contains("via"))
-        text += via_lines(stem["via"]);
+        text += via_lines(stem["via"], style);
     return text;
 }
 
-std::string stem_line(const json& stem, bool is_checked) {
+std::string stem_line(const json& stem, bool is_checked, const TextStyle& style) {
     const std::string id = stem["measurement"].get<std::string>();
     if (stem.contains("failure"))
-        return fmt::format("{:<14} failed: {}\n", id, stem["failure"].get<std::string>());
+        return fmt::format("{:<14} {}: {}\n", id, style.finding("failed"),
+                           stem["failure"].get<std::string>());
     const json& fit = stem["fit"];
     std::string check;
     if (is_checked)
@@ -141,12 +129,14 @@ std::string stem_line(const json& stem, bool is_checked) {
                 ? fmt::format("{:>9} {:>9}  ", "-", "-")
                 : fmt::format("{:>+8.2f}% {:>+8.3f}%  ", number(stem["check"]["b1_error_percent"]),
                               number(stem["check"]["b2_error_percent"]));
-    return fmt::format("{:<14} {:>18} {:>16} {:>18} {:>17} {:>8.4f}  {}{}\n", id,
-                       plus_minus(stem["parameters"]["bond_youngs_modulus_pa"], 1e-9, 4),
-                       plus_minus(stem["parameters"]["bond_damping"], 1.0, 2),
-                       plus_minus(stem["mode"]["b1_per_cycle"], 1.0, 4),
-                       plus_minus(stem["mode"]["b2_hz"], 1.0, 3), number(fit["reduced_chi2"]),
-                       check, fit["adequate"].get<bool>() ? "-" : fit["reason"].get<std::string>());
+    return fmt::format(
+        "{:<14} {:>18} {:>16} {:>18} {:>17} {:>8.4f}  {}{}\n", id,
+        plus_minus(stem["parameters"]["bond_youngs_modulus_pa"], 1e-9, 4),
+        plus_minus(stem["parameters"]["bond_damping"], 1.0, 2),
+        plus_minus(stem["mode"]["b1_per_cycle"], 1.0, 4), plus_minus(stem["mode"]["b2_hz"], 1.0, 3),
+        number(fit["reduced_chi2"]), check,
+        fit["adequate"].get<bool>() ? std::string("-")
+                                    : style.warning(fit["reason"].get<std::string>()));
 }
 
 std::string range_line(const char* name, const json& range, double scale, const char* unit) {
@@ -175,11 +165,11 @@ std::string population_text(const json& population) {
 
 } // namespace
 
-std::string calibration_table(const json& document) {
+std::string calibration_table(const json& document, const TextStyle& style) {
     const json& stems = document["stems"];
     std::string text;
     if (stems.size() == 1)
-        return stem_text(stems.front());
+        return stem_text(stems.front(), style);
     bool is_checked = false;
     for (const json& stem : stems)
         is_checked = is_checked || stem.contains("check");
@@ -188,12 +178,13 @@ std::string calibration_table(const json& document) {
                        is_checked ? fmt::format("{:>9} {:>9}  ", "b1 error", "b2 error") : "",
                        "what shows that something is missing");
     for (const json& stem : stems)
-        text += stem_line(stem, is_checked);
+        text += stem_line(stem, is_checked, style);
+    text += "(± is half of the 95 % interval)\n";
     if (document["population"].is_object())
         text += population_text(document["population"]);
     for (const json& stem : stems)
         if (stem.contains("via"))
-            text += stem["measurement"].get<std::string>() + '\n' + via_lines(stem["via"]);
+            text += stem["measurement"].get<std::string>() + '\n' + via_lines(stem["via"], style);
     return text;
 }
 

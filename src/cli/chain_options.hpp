@@ -11,6 +11,8 @@
 
 namespace culm::cli {
 
+inline constexpr const char* default_law = "consistent";
+
 inline void add_chain_options(CLI::App& command, std::string& law, std::optional<int>& spheres) {
     command
         .add_option("--law", law,

@@ -28,6 +28,7 @@ void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**
 void add_diagnose_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 void add_export_command(CLI::App& app);
 void add_effects_command(CLI::App& app);
+void add_keys_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 /// The commands `completion` and `manual`, which tell of all that `app` has.
 void add_shell_commands(CLI::App& app);

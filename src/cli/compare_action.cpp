@@ -5,9 +5,13 @@
 #include "cli/compare_json.hpp"
 #include "cli/compare_text.hpp"
 #include "cli/effect_table_action.hpp"
+#include "cli/fit_cost.hpp"
 #include "cli/item_farm.hpp"
 #include "cli/json_output.hpp"
+#include "cli/next_step.hpp"
+#include "cli/run_provenance.hpp"
 #include "cli/text_output.hpp"
+#include "cli/text_style.hpp"
 #include "measure/measurement_folder.hpp"
 #include "study/effect_file.hpp"
 
@@ -22,6 +26,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+std::string with_of(const CompareArguments& arguments) {
+    return arguments.with.empty() ? std::string() : arguments.with.front();
+}
 
 /// What --with and --ladder ask for: every model contains the one before it.
 std::vector<diagnose::SelectedEffects> models_of(const CompareArguments& arguments) {
@@ -73,24 +81,49 @@ void write_deflections(const fs::path& file, const measure::Measurement& measure
 }
 
 /// One measurement, on one rank.
+/// What the user should type next: search if something is missing, calibrate if nothing is.
+std::string next_command(const CompareArguments& arguments, const fs::path& folder,
+                         const json& comparison) {
+    const std::string model = model_words(arguments.law, arguments.spheres, arguments.window_s);
+    const json& last = comparison["ladder"].back();
+    const bool fits = last.contains("verdict") && last["verdict"]["adequate"].get<bool>();
+    if (!fits)
+        return "culm diagnose" + as_words({folder.string()}) + model;
+    std::string effects;
+    for (const std::string& added : {with_of(arguments), arguments.ladder})
+        if (!added.empty()) {
+            effects += effects.empty() ? "" : ",";
+            effects += added;
+        }
+    return "culm calibrate" + as_words({folder.string()}) +
+           (effects.empty() ? std::string() : " --with" + as_words({effects})) + model + " --check";
+}
+
 core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& folder,
                            const std::vector<diagnose::SelectedEffects>& models) {
     const measure::Measurement measurement = measure::read_measurement(folder);
+    std::vector<fs::path> inputs = measurement_files({folder});
+    for (const std::string& effects : {with_of(arguments), arguments.ladder})
+        for (const fs::path& file : effect_files(effects))
+            inputs.push_back(file);
+    const RunProvenance provenance(inputs, nullptr); // the other ranks have nothing to do
     diagnose::CandidateOptions options;
     options.chain = {arguments.spheres, *physics::law_by_name(arguments.law)};
     options.window = arguments.window_s;
     if (!arguments.output.empty())
         make_folder(arguments.output);
+    if (!arguments.is_quiet && arguments.json != "-")
+        fmt::print(stderr, "{}", cost_of_ladder(measurement, models, options));
     const diagnose::Ladder ladder = diagnose::climb(measurement, models, options);
     json document = ladder_json(ladder, measurement);
     document["folder"] = folder.string();
-    document["options"] = {
-        {"law", arguments.law},
-        {"with", arguments.with.empty() ? std::string() : arguments.with.front()},
-        {"ladder", arguments.ladder},
-        {"window_s", arguments.window_s ? json(*arguments.window_s) : json()}};
+    document["options"] = {{"law", arguments.law},
+                           {"with", with_of(arguments)},
+                           {"ladder", arguments.ladder},
+                           {"window_s", arguments.window_s ? json(*arguments.window_s) : json()}};
+    document["provenance"] = provenance.document();
     for (const std::string& remark : measurement.remarks)
-        fmt::print(stderr, "culm: note: {}\n", remark);
+        print_note(remark);
     if (!arguments.json.empty())
         write_json(arguments.json, document);
     if (!arguments.output.empty()) {
@@ -99,7 +132,8 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
         write_comparison_arrays(fs::path(arguments.output) / "comparison.h5", ladder, measurement);
     }
     if (arguments.json != "-")
-        fmt::print("{}", comparison_text(document));
+        fmt::print("{}{}", comparison_text(document, TextStyle::of(stdout)),
+                   next_step(next_command(arguments, folder, document)));
     return std::ranges::any_of(ladder.rungs, [](const auto& rung) { return !rung.candidate.fit; })
                ? core::ExitCode::PointsFailed
                : core::ExitCode::Done;

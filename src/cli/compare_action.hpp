@@ -2,6 +2,7 @@
 // culm compare: one measurement against growing models, or a table of many against all effects.
 #pragma once
 
+#include "cli/chain_options.hpp"
 #include "core/error.hpp"
 #include "farm/communicator.hpp"
 
@@ -17,10 +18,11 @@ struct CompareArguments {
     std::string ladder;
     std::string json;
     std::string output;
-    std::string law = "consistent";
+    std::string law = default_law;
     std::optional<int> spheres;
     std::optional<double> window_s;
     bool is_table = false;
+    bool is_quiet = false;
 };
 
 /// `communicator` is null without a launcher. Throws core::InputError on every rank alike.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/compare_arrays.hpp"
 
-#include "archive/array_file.hpp"
+#include "cli/motion_arrays.hpp"
 
 #include <limits>
 #include <string>
@@ -16,12 +16,6 @@ namespace {
 
 using archive::GroupTexts;
 using archive::NamedArray;
-
-NamedArray series(std::string path, std::string unit, std::string description,
-                  std::vector<double> values) {
-    const std::size_t count = values.size();
-    return {std::move(path), std::move(unit), std::move(description), {count}, std::move(values)};
-}
 
 /// What Eq. 1 found in every window, on one side; NaN where it found nothing.
 void add_windows(std::vector<NamedArray>& arrays, const std::string& group,
@@ -60,13 +54,7 @@ void add_windows(std::vector<NamedArray>& arrays, const std::string& group,
 
 void add_model(std::vector<NamedArray>& arrays, const std::string& group,
                const calibrate::ChainFit& fit, const diagnose::Comparison& comparison) {
-    const std::vector<std::size_t> map{fit.times.size(), fit.prediction.rows};
-    arrays.push_back(
-        {group + "/predicted", "m", "deflection (time, height)", map,
-         std::vector<double>(fit.prediction.readings.begin(), fit.prediction.readings.end())});
-    arrays.push_back({group + "/residual", "m",
-                      "measured - predicted (time, height); NaN where nothing was seen", map,
-                      fit.residuals});
+    add_predicted(arrays, group, fit);
     const diagnose::ResidualSpectrum& spectrum = comparison.spectrum;
     arrays.push_back(series(group + "/spectrum/frequency", "Hz", "", spectrum.frequencies));
     arrays.push_back(series(group + "/spectrum/power_over_noise", "1",
@@ -101,20 +89,8 @@ void write_comparison_arrays(const std::filesystem::path& file, const diagnose::
         const diagnose::CandidateFit& candidate = ladder.rungs[k].candidate;
         if (!candidate.fit)
             continue;
-        if (arrays.empty()) {
-            // With --window a fit has fewer frames than the recording; all fits have the same.
-            const std::size_t frames = candidate.fit->times.size();
-            const std::size_t rows = measurement.heights.size();
-            arrays.push_back(series("time", "s", "0 is the release", candidate.fit->times));
-            arrays.push_back(series("height", "m", "above the clamp", measurement.heights));
-            arrays.push_back(
-                {"measured",
-                 "m",
-                 "deflection (time, height); NaN where nothing was seen",
-                 {frames, rows},
-                 {measurement.deflections.begin(),
-                  measurement.deflections.begin() + static_cast<std::ptrdiff_t>(frames * rows)}});
-        }
+        if (arrays.empty()) // all fits have the same frames
+            add_measured(arrays, "", *candidate.fit, measurement);
         const std::string group = fmt::format("model_{}", k);
         groups.push_back(
             {group, {{"model", fmt::format("{}", fmt::join(candidate.names, " + "))}}});

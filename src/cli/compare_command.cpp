@@ -55,6 +55,7 @@ void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**
                      "Folder for comparison.json, comparison.h5 and deflections.csv")
         ->type_name("DIR");
     add_model_options(*command, *arguments);
+    command->add_flag("-q,--quiet", arguments->is_quiet, "No estimate of the cost, no progress");
     command->callback([arguments, &result, &argc, &argv] {
         result.exit_code = alone_or_under_launcher(
             argc, argv, [&arguments](const farm::Communicator* communicator) {

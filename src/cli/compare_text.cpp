@@ -2,6 +2,7 @@
 #include "cli/compare_text.hpp"
 
 #include "cli/json_cell.hpp"
+#include "cli/parameter_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -35,7 +36,7 @@ std::string held_out(const json& part) {
     return part.contains("failure") ? std::string("-") : json_cell(part["rms_over_noise"], 2);
 }
 
-std::string ladder_lines(const json& ladder) {
+std::string ladder_lines(const json& ladder, const TextStyle& style) {
     std::size_t width = 8;
     for (const json& rung : ladder)
         width = std::max(width, model_name(rung).size());
@@ -44,7 +45,7 @@ std::string ladder_lines(const json& ladder) {
                     "/noise", "red. chi2", "BIC", "last third", "one height", "verdict");
     for (const json& rung : ladder) {
         if (rung.contains("failure")) {
-            text += fmt::format("{:<{}} failed: {}\n", model_name(rung), width,
+            text += fmt::format("{:<{}} {}: {}\n", model_name(rung), width, style.finding("failed"),
                                 rung["failure"].get<std::string>());
             continue;
         }
@@ -53,13 +54,14 @@ std::string ladder_lines(const json& ladder) {
                         width, json_cell(rung["rmse_mm"], 4), json_cell(rung["rmse_over_noise"], 2),
                         json_cell(rung["reduced_chi2"], 3), json_cell(rung["bic"], 0),
                         held_out(rung["held_out"]["last_third"]),
-                        held_out(rung["held_out"]["one_height"]), finding(rung));
+                        held_out(rung["held_out"]["one_height"]), style.finding(finding(rung)));
     }
     return text;
 }
 
 std::string parameter_line(const std::string& key, const json& entry) {
-    return fmt::format("    {:<40} {}\n", key, value_text(entry));
+    return fmt::format("    {:<40} {}\n", readable(key, number_in_json(entry["value"])).name,
+                       value_text(key, entry));
 }
 
 std::string step_lines(const json& rung, const json& ladder) {
@@ -82,19 +84,7 @@ std::string step_lines(const json& rung, const json& ladder) {
 
 } // namespace
 
-std::string value_text(const json& parameter) {
-    const double value = number_in_json(parameter["value"]);
-    const double half = number_in_json(parameter["interval"][1]) - value;
-    const int digits = std::clamp(
-        static_cast<int>(std::ceil(std::log10(std::abs(value) / std::max(half, 1e-300)))) + 2, 3,
-        7);
-    const bool is_known = std::isfinite(half) && half > 0.0;
-    return fmt::format("{:.{}g}{}{}", value, is_known ? digits : 5,
-                       is_known ? fmt::format(" ± {:.2g}", half) : std::string(),
-                       parameter["at_bound"].get<bool>() ? "  (at its bound)" : "");
-}
-
-std::string comparison_text(const json& comparison) {
+std::string comparison_text(const json& comparison, const TextStyle& style) {
     const json& ladder = comparison["ladder"];
     std::string text =
         fmt::format("{}: {} heights, {} frames, {}\n", comparison["measurement"].get<std::string>(),
@@ -103,12 +93,12 @@ std::string comparison_text(const json& comparison) {
                         ? fmt::format("noise {} mm ({})", json_cell(comparison["noise_mm"], 4),
                                       comparison["noise_source"].get<std::string>())
                         : std::string("noise not known"));
-    text += ladder_lines(ladder) + "\n";
+    text += ladder_lines(ladder, style) + "\n";
     for (const json& rung : ladder) {
         if (rung.contains("gain"))
             text += step_lines(rung, ladder);
         else
-            text += "baseline:\n";
+            text += "baseline (± is half of the 95 % interval):\n";
         if (rung.contains("parameters") && rung["moves"].get<bool>())
             for (const auto& [key, entry] : rung["parameters"].items())
                 text += parameter_line(key, entry);
@@ -124,7 +114,7 @@ std::string comparison_text(const json& comparison) {
     return text;
 }
 
-std::string effect_table_text(const json& table) {
+std::string effect_table_text(const json& table, const TextStyle& style) {
     std::size_t width = 8;
     for (const json& row : table["models"])
         width = std::max(width, row["name"].get<std::string>().size());
@@ -137,14 +127,16 @@ std::string effect_table_text(const json& table) {
         text += fmt::format("{:<{}}", row["name"].get<std::string>(), width);
         for (const json& found : row["cells"]) {
             if (found.contains("failure")) {
-                text += fmt::format(" {:>8}", found["applies"].get<bool>() ? "failed" : "-");
+                text += found["applies"].get<bool>() ? "   " + style.failure("failed")
+                                                     : fmt::format(" {:>8}", "-");
                 continue;
             }
             const double ratio = number_in_json(found["rmse_over_noise"]);
-            text += fmt::format(" {:>7.2f}{}", ratio,
-                                ratio <= explained              ? '*'
-                                : found["at_bound"].get<bool>() ? 'b'
-                                                                : ' ');
+            const std::string cell = fmt::format(" {:>7.2f}{}", ratio,
+                                                 ratio <= explained              ? '*'
+                                                 : found["at_bound"].get<bool>() ? 'b'
+                                                                                 : ' ');
+            text += ratio <= explained ? style.good(cell) : cell;
         }
         text += '\n';
     }

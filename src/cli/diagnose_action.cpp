@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/diagnose_action.hpp"
 
+#include "cli/diagnose_arrays.hpp"
 #include "cli/diagnose_candidates.hpp"
 #include "cli/diagnose_json.hpp"
 #include "cli/diagnose_text.hpp"
+#include "cli/fit_cost.hpp"
 #include "cli/item_farm.hpp"
 #include "cli/json_output.hpp"
+#include "cli/next_step.hpp"
+#include "cli/run_provenance.hpp"
 #include "cli/step_display.hpp"
 #include "cli/text_output.hpp"
+#include "cli/text_style.hpp"
 #include "cli/work_over_ranks.hpp"
 #include "measure/measurement_folder.hpp"
 
 #include <filesystem>
 #include <set>
-#include <string_view>
 
 #include <fmt/format.h>
 
@@ -60,6 +64,13 @@ diagnose::DiagnosisOptions options_of(const DiagnoseArguments& arguments,
     return options;
 }
 
+std::vector<fs::path> input_files(const DiagnosisPlan& plan) {
+    std::vector<fs::path> files = measurement_files(plan.read.folders);
+    for (const auto& [effect, file] : plan.effects.files)
+        files.emplace_back(file);
+    return files;
+}
+
 json names_of(const diagnose::SelectedEffects& effects) {
     json names = json::array();
     for (const physics::SelectedEffect& selected : effects)
@@ -68,7 +79,7 @@ json names_of(const diagnose::SelectedEffects& effects) {
 }
 
 json document_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
-                 const diagnose::Diagnosis& found) {
+                 const diagnose::Diagnosis& found, const json& provenance) {
     json document = diagnosis_json(found, plan.read.measurements, plan.effects.candidates);
     for (std::size_t k = 0; k < plan.read.folders.size(); ++k)
         document["recordings"][k]["folder"] = plan.read.folders[k].string();
@@ -78,19 +89,8 @@ json document_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
                            {"max_effects", arguments.most_effects},
                            {"candidates", names_of(plan.effects.candidates)},
                            {"known", names_of(plan.effects.known)}};
+    document["provenance"] = provenance;
     return document;
-}
-
-/// As a shell reads it back.
-std::string shell_word(const std::string& word) {
-    constexpr std::string_view plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                       "0123456789_-+=./,:@%";
-    if (!word.empty() && word.find_first_not_of(plain) == std::string::npos)
-        return word;
-    std::string out = "'";
-    for (const char letter : word)
-        out += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
-    return out + "'";
 }
 
 /// "--with A,B" of what is known and `added`, and the chain's options.
@@ -106,26 +106,21 @@ std::string model_options(const DiagnoseArguments& arguments, const DiagnosisPla
         add(as_option(known.effect->name(), plan.effects));
     for (const std::string& effect : added)
         add(effect);
-    std::string text = effects.empty() ? "" : fmt::format(" --with {}", shell_word(effects));
-    if (arguments.law != DiagnoseArguments{}.law)
-        text += " --law " + arguments.law;
-    if (arguments.spheres)
-        text += fmt::format(" --spheres {}", *arguments.spheres);
-    if (arguments.window_s)
-        text += fmt::format(" --window {}", *arguments.window_s);
-    return text;
+    std::string text =
+        effects.empty() ? "" : fmt::format(" --with {}", cluster::shell_word(effects));
+    return text + model_words(arguments.law, arguments.spheres, arguments.window_s);
 }
 
 /// What the user should type next.
 std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
                          const diagnose::Diagnosis& found) {
-    const std::string folder = shell_word(plan.read.folders.front().string());
+    const std::string folder = cluster::shell_word(plan.read.folders.front().string());
     std::vector<std::string> effects;
     for (const std::string& effect : found.effects)
         effects.push_back(as_option(effect, plan.effects));
     std::string all;
     for (const fs::path& each : plan.read.folders)
-        all += fmt::format(" {}", shell_word(each.string()));
+        all += fmt::format(" {}", cluster::shell_word(each.string()));
     switch (found.conclusion) {
     case diagnose::Conclusion::Adequate:
         return "culm calibrate " + folder + model_options(arguments, plan, {}) + " --check";
@@ -148,21 +143,23 @@ std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan
 }
 
 core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
-                      const diagnose::Diagnosis& found) {
-    const json document = document_of(arguments, plan, found);
+                      const diagnose::Diagnosis& found, const json& provenance) {
+    const json document = document_of(arguments, plan, found, provenance);
     for (const measure::Measurement& recording : plan.read.measurements)
         for (const std::string& remark : recording.remarks)
-            fmt::print(stderr, "culm: note: {}\n", remark);
+            print_note(remark);
     if (!arguments.json.empty())
         write_json(arguments.json, document);
     if (!arguments.output.empty()) {
         const fs::path folder = arguments.output;
         write_json((folder / "diagnosis.json").string(), document);
+        write_diagnosis_arrays(folder / "diagnosis.h5", found, plan.read.measurements);
         if (found.missing_force && !found.missing_force->as_effect_file.empty())
             write_text(folder / force_file_name, found.missing_force->as_effect_file);
     }
     if (arguments.json != "-")
-        fmt::print("{}", diagnosis_text(document, next_command(arguments, plan, found)));
+        fmt::print("{}", diagnosis_text(document, next_command(arguments, plan, found),
+                                        TextStyle::of(stdout)));
     return document["failed"].empty() ? core::ExitCode::Done : core::ExitCode::PointsFailed;
 }
 
@@ -172,12 +169,17 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
                                      const farm::Communicator* communicator) {
     const DiagnosisPlan plan = make_plan(arguments);
     const bool is_root = communicator == nullptr || communicator->rank() == 0;
+    const RunProvenance provenance(input_files(plan), communicator);
     static_cast<void>(report_on_root(communicator, [&arguments] {
         if (!arguments.output.empty())
             make_folder(arguments.output);
         return core::ExitCode::Done;
     }));
     diagnose::DiagnosisOptions options = options_of(arguments, plan);
+    if (is_root && !arguments.is_quiet && arguments.json != "-")
+        fmt::print(stderr, "{}",
+                   cost_of_diagnosis(plan.read.measurements, options,
+                                     communicator == nullptr ? 1 : communicator->size()));
     diagnose::Diagnosis found;
     try {
         StepDisplay display(arguments.is_quiet || !is_root);
@@ -187,10 +189,11 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
         found = diagnose::diagnose(plan.read.measurements, options);
     } catch (const core::NumericalError& error) { // every rank meets it
         if (is_root)
-            fmt::print(stderr, "culm: {}\n", error.what());
+            print_error(error.what());
         return core::ExitCode::PointsFailed;
     }
-    return report_on_root(communicator, [&] { return report(arguments, plan, found); });
+    const json facts = provenance.document();
+    return report_on_root(communicator, [&] { return report(arguments, plan, found, facts); });
 }
 
 } // namespace culm::cli

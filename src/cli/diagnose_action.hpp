@@ -2,6 +2,7 @@
 // culm diagnose: which effect recordings call for, found by all ranks together.
 #pragma once
 
+#include "cli/chain_options.hpp"
 #include "core/error.hpp"
 #include "farm/communicator.hpp"
 
@@ -19,7 +20,7 @@ struct DiagnoseArguments {
     std::string known;
     std::string json;
     std::string output;
-    std::string law = "consistent";
+    std::string law = default_law;
     std::optional<int> spheres;
     std::optional<double> window_s;
     std::size_t most_effects = 3;

@@ -89,7 +89,7 @@ bool is_visible(const json& spot) {
            spot["smallest_visible"]["value"].is_number();
 }
 
-std::string error_ladder_lines(const json& found) {
+std::string error_ladder_lines(const json& found, const TextStyle& style) {
     std::size_t width = 8;
     for (const json& rung : found["ladder"])
         width = std::max(width, joined(rung["model"], " + ").size());
@@ -108,9 +108,9 @@ std::string error_ladder_lines(const json& found) {
                 ? ""
                 : fmt::format("{} > {}", json_cell(rung["held_out_before_over_noise"], 2),
                               json_cell(rung["held_out_over_noise"], 2)),
-            finding == "adequate"     ? "fits"
-            : finding == "inadequate" ? "something is missing"
-                                      : "cannot tell");
+            style.finding(finding == "adequate"     ? "fits"
+                          : finding == "inadequate" ? "something is missing"
+                                                    : "cannot tell"));
     }
     return text + '\n';
 }

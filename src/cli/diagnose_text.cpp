@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/diagnose_text.hpp"
 
-#include "cli/compare_text.hpp"
 #include "cli/diagnose_tables.hpp"
 #include "cli/json_cell.hpp"
+#include "cli/next_step.hpp"
+#include "cli/parameter_text.hpp"
 #include "cli/percent_text.hpp"
 #include "cli/wrapped_text.hpp"
 
@@ -55,8 +56,23 @@ std::string strength_lines(const json& found, const std::string& effect) {
     std::string text;
     for (const auto& [key, parameter] : found["parameters"].items())
         if (key.starts_with(effect + "."))
-            text += fmt::format("    {:<40} {}\n", key, value_text(parameter));
+            text += fmt::format("    {:<40} {}  (95 %)\n", key, value_text(key, parameter));
     return text;
+}
+
+/// Where the model misses more than noise: what its numbers would be if that did not count.
+std::string weighing_lines(const json& found) {
+    if (found["correlated_misses"].is_null())
+        return {};
+    std::string text = "What the model misses is alike from frame to frame, and the numbers "
+                       "above count it so.";
+    std::vector<std::string> counted;
+    for (const auto& [key, parameter] : found["correlated_misses"]["least_squares"].items())
+        if (key.find('.') != std::string::npos)
+            counted.push_back(fmt::format("{} = {}", key, json_cell(parameter["value"], 4)));
+    if (!counted.empty())
+        text += fmt::format(" Were every reading independent: {}.", joined(counted, ", "));
+    return sentence(text);
 }
 
 /// What the missing effects did to the calibration, and what they explain.
@@ -109,7 +125,7 @@ std::string named_lines(const json& found) {
             text += wrapped("  " + effect + ": ", summary, diagnosis_width - effect.size());
         text += strength_lines(found, effect);
     }
-    return text + tie_lines(found) + consequence(found);
+    return text + weighing_lines(found) + tie_lines(found) + consequence(found);
 }
 
 std::string unknown_lines(const json& found) {
@@ -141,11 +157,11 @@ std::string adequate_lines(const json& found) {
                                 found["blind_spots"].size(), visible));
 }
 
-std::string verdict_lines(const json& found) {
+std::string verdict_lines(const json& found, const TextStyle& style) {
     const std::string verdict = found["verdict"];
-    std::string text = verdict == "adequate"  ? adequate_lines(found)
-                       : verdict == "unknown" ? unknown_lines(found)
-                                              : named_lines(found);
+    std::string text = style.headline(verdict == "adequate"  ? adequate_lines(found)
+                                      : verdict == "unknown" ? unknown_lines(found)
+                                                             : named_lines(found));
     if (const std::string reason = found["reason"]; !reason.empty())
         text += wrapped("  why: ", reason, diagnosis_width - 5);
     return text + '\n';
@@ -164,11 +180,12 @@ std::string trimmed_lines(const std::string& text) {
 
 } // namespace
 
-std::string diagnosis_text(const json& diagnosis, const std::string& next_command) {
-    return trimmed_lines(header(diagnosis) + verdict_lines(diagnosis) +
-                         error_ladder_lines(diagnosis) + ranking_lines(diagnosis) +
+std::string diagnosis_text(const json& diagnosis, const std::string& next_command,
+                           const TextStyle& style) {
+    return trimmed_lines(header(diagnosis) + verdict_lines(diagnosis, style) +
+                         error_ladder_lines(diagnosis, style) + ranking_lines(diagnosis) +
                          blind_spot_lines(diagnosis) + false_naming_line(diagnosis) +
-                         experiment_lines(diagnosis) + "\nnext: " + next_command + '\n');
+                         experiment_lines(diagnosis) + next_step(next_command));
 }
 
 } // namespace culm::cli

@@ -2,6 +2,8 @@
 // What culm diagnose prints, from what it writes.
 #pragma once
 
+#include "cli/text_style.hpp"
+
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -11,6 +13,6 @@ namespace culm::cli {
 /// The verdict in plain words, the ladder, the best candidates, blind spots, false naming, the next
 /// experiments; a screenful. `next_command` is printed as the last line.
 [[nodiscard]] std::string diagnosis_text(const nlohmann::json& diagnosis,
-                                         const std::string& next_command);
+                                         const std::string& next_command, const TextStyle& style);
 
 } // namespace culm::cli

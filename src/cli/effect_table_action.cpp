@@ -3,9 +3,13 @@
 
 #include "cli/compare_json.hpp"
 #include "cli/compare_text.hpp"
+#include "cli/fit_cost.hpp"
 #include "cli/gathered_json.hpp"
 #include "cli/item_farm.hpp"
 #include "cli/json_output.hpp"
+#include "cli/next_step.hpp"
+#include "cli/progress_display.hpp"
+#include "cli/run_provenance.hpp"
 #include "cli/text_output.hpp"
 #include "measure/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
@@ -52,8 +56,16 @@ std::vector<TableModel> table_models(const CompareArguments& arguments) {
     return models;
 }
 
+std::vector<diagnose::SelectedEffects> selections_of(const std::vector<TableModel>& models) {
+    std::vector<diagnose::SelectedEffects> selections;
+    for (const TableModel& model : models)
+        selections.push_back(model.effects);
+    return selections;
+}
+
 json table_document(const std::vector<TableModel>& models,
-                    const std::vector<measure::Measurement>& measurements, const json& cells) {
+                    const std::vector<measure::Measurement>& measurements, const json& cells,
+                    const json& provenance) {
     json names = json::array();
     for (const measure::Measurement& measurement : measurements)
         names.push_back(measurement.stem.id);
@@ -67,8 +79,11 @@ json table_document(const std::vector<TableModel>& models,
         }
         rows.push_back(std::move(row));
     }
-    return {
-        {"format", "culm-effect-table"}, {"version", 1}, {"measurements", names}, {"models", rows}};
+    return {{"format", "culm-effect-table"},
+            {"version", 1},
+            {"measurements", names},
+            {"models", rows},
+            {"provenance", provenance}};
 }
 
 } // namespace
@@ -76,8 +91,12 @@ json table_document(const std::vector<TableModel>& models,
 core::ExitCode effect_table(const CompareArguments& arguments,
                             const farm::Communicator* communicator) {
     const std::vector<TableModel> models = table_models(arguments);
-    const std::vector<measure::Measurement> measurements =
-        measure::read_measurements(arguments.paths).measurements;
+    const auto [measurements, folders] = measure::read_measurements(arguments.paths);
+    std::vector<fs::path> inputs = measurement_files(folders);
+    for (const std::string& effects : arguments.with)
+        for (const fs::path& file : effect_files(effects))
+            inputs.push_back(file);
+    const RunProvenance provenance(inputs, communicator);
     diagnose::CandidateOptions options;
     options.chain = {arguments.spheres, *physics::law_by_name(arguments.law)};
     options.window = arguments.window_s;
@@ -102,12 +121,23 @@ core::ExitCode effect_table(const CompareArguments& arguments,
         ++done.completed;
         return done;
     };
-    const farm::Summary summary = map_items(communicator, costs, work);
+    const bool is_quiet = arguments.is_quiet || arguments.json == "-" ||
+                          (communicator != nullptr && communicator->rank() != 0);
+    if (!is_quiet)
+        fmt::print(stderr, "{}",
+                   cost_of_table(measurements, selections_of(models), options,
+                                 communicator == nullptr ? 1 : communicator->size()));
+    ProgressDisplay display(is_quiet, "fits");
+    const farm::Summary summary =
+        map_items(communicator, costs, work,
+                  [&display](const farm::Progress& progress) { display.show(progress); });
+    display.finish();
     if (!summary.failure.empty())
         throw core::StorageError(summary.failure);
     const json all = gathered(cells, communicator);
+    const json facts = provenance.document();
     return report_on_root(communicator, [&] {
-        const json document = table_document(models, measurements, all);
+        const json document = table_document(models, measurements, all, facts);
         if (!arguments.json.empty())
             write_json(arguments.json, document);
         if (!arguments.output.empty()) {
@@ -115,7 +145,10 @@ core::ExitCode effect_table(const CompareArguments& arguments,
             write_json((fs::path(arguments.output) / "effect_table.json").string(), document);
         }
         if (arguments.json != "-")
-            fmt::print("{}", effect_table_text(document));
+            fmt::print(
+                "{}{}", effect_table_text(document, TextStyle::of(stdout)),
+                next_step("culm diagnose" + as_words({folders.front().string()}) +
+                          model_words(arguments.law, arguments.spheres, arguments.window_s)));
         return core::ExitCode::Done;
     });
 }

@@ -5,8 +5,11 @@
 #include "cli/fit_json.hpp"
 #include "cli/fit_table.hpp"
 #include "cli/json_output.hpp"
+#include "cli/next_step.hpp"
 #include "cli/number_range.hpp"
+#include "cli/run_provenance.hpp"
 #include "cli/text_output.hpp"
+#include "cli/text_style.hpp"
 #include "measure/measurement_folder.hpp"
 
 #include <algorithm>
@@ -22,6 +25,7 @@ namespace culm::cli {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 struct FitArguments {
     std::vector<std::string> paths;
@@ -53,11 +57,11 @@ std::string normalised_csv(const measure::Measurement& measurement,
     return text;
 }
 
-void write_folder(const FitArguments& arguments, const FitReport& report,
+void write_folder(const FitArguments& arguments, const FitReport& report, const json& document,
                   const std::vector<measure::Measurement>& measurements) {
     const fs::path folder(arguments.output);
     make_folder(folder / "normalised");
-    write_json((folder / "fit.json").string(), fit_json(report));
+    write_json((folder / "fit.json").string(), document);
     write_text(folder / "fits.csv", fit_csv(report));
     for (std::size_t i = 0; i < report.stems.size(); ++i)
         if (report.stems[i].frequency)
@@ -70,6 +74,7 @@ void fit(const FitArguments& arguments, CommandResult& result) {
     report.options.window = arguments.window_s;
     report.options.has_phase = arguments.phase == "free";
     const auto [measurements, folders] = measure::read_measurements(arguments.paths);
+    const RunProvenance provenance(measurement_files(folders), nullptr);
     for (std::size_t i = 0; i < measurements.size(); ++i) {
         report.folders.push_back(folders[i].string());
         report.remarks.insert(report.remarks.end(), measurements[i].remarks.begin(),
@@ -88,13 +93,16 @@ void fit(const FitArguments& arguments, CommandResult& result) {
     if (report.stems.size() > 1)
         report.population = population;
     for (const std::string& remark : report.remarks)
-        fmt::print(stderr, "culm: note: {}\n", remark);
+        print_note(remark);
+    json document = fit_json(report);
+    document["provenance"] = provenance.document();
     if (!arguments.json.empty())
-        write_json(arguments.json, fit_json(report));
+        write_json(arguments.json, document);
     if (!arguments.output.empty())
-        write_folder(arguments, report, measurements);
+        write_folder(arguments, report, document, measurements);
     if (arguments.json != "-")
-        fmt::print("{}", fit_table(report));
+        fmt::print("{}{}", fit_table(report, TextStyle::of(stdout)),
+                   next_step("culm calibrate" + as_words(arguments.paths)));
     if (std::ranges::any_of(report.stems, [](const auto& stem) { return !stem.frequency; }))
         result.exit_code = core::ExitCode::PointsFailed;
 }

@@ -21,14 +21,15 @@ std::string p_text(double p) {
     return p < 1e-4 ? std::string("< 0.0001") : fmt::format("{:.4f}", p);
 }
 
-std::string stem_heights(const reduce::StemRingDowns& stem) {
+std::string stem_heights(const reduce::StemRingDowns& stem, const TextStyle& style) {
     std::string text = fmt::format("{}: Eq. 1 at each height (intervals 95 %)\n{:>8} {:>9} {:>20} "
                                    "{:>20} {:>22} {:>9}  {}\n",
                                    stem.id, "h mm", "b0 mm", "b1 per cycle", "b1 1/s", "b2 Hz",
                                    "rms mm", "adequate");
     for (const reduce::HeightRingDown& height : stem.heights) {
         if (!height.fit) {
-            text += fmt::format("{:8.1f} no fit: {}\n", 1e3 * height.height, height.failure);
+            text += fmt::format("{:8.1f} {}: {}\n", 1e3 * height.height, style.failure("no fit"),
+                                height.failure);
             continue;
         }
         const reduce::RingDownAnalysis& fit = *height.fit;
@@ -36,7 +37,8 @@ std::string stem_heights(const reduce::StemRingDowns& stem) {
                             1e3 * height.height, 1e3 * fit.amplitude.value,
                             plus_minus(fit.decay_per_cycle, 4), plus_minus(fit.decay_rate, 2),
                             plus_minus(fit.frequency, 3), 1e3 * fit.rms_residual,
-                            fit.adequacy.is_adequate ? "yes" : "no: " + fit.adequacy.reason);
+                            fit.adequacy.is_adequate ? style.good("yes")
+                                                     : style.warning("no: ") + fit.adequacy.reason);
     }
     if (stem.frequency)
         text +=
@@ -52,8 +54,9 @@ std::string stem_heights(const reduce::StemRingDowns& stem) {
 
 std::string stem_lines(const FitReport& report) {
     std::string text =
-        fmt::format("{:<14} {:>18} {:>18} {:>8} {:>10} {:>16} {:>8}\n", "stem", "b1 per cycle",
-                    "b2 Hz", "tip mm", "adequate", "banding slope", "p");
+        fmt::format("Eq. 1, means over the heights (intervals 95 %)\n{:<14} {:>18} {:>18} {:>8} "
+                    "{:>10} {:>16} {:>8}\n",
+                    "stem", "b1 per cycle", "b2 Hz", "tip mm", "adequate", "banding slope", "p");
     for (const reduce::StemRingDowns& stem : report.stems) {
         if (!stem.frequency) {
             text += fmt::format("{:<14} no height could be fitted: {}\n", stem.id,
@@ -119,10 +122,10 @@ std::string advice(const FitReport& report) {
 
 } // namespace
 
-std::string fit_table(const FitReport& report) {
+std::string fit_table(const FitReport& report, const TextStyle& style) {
     std::string text;
     if (report.stems.size() == 1)
-        text = stem_heights(report.stems.front());
+        text = stem_heights(report.stems.front(), style);
     else if (report.stems.size() <= most_stems)
         text = stem_lines(report);
     if (report.population)

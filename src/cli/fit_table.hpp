@@ -3,13 +3,14 @@
 #pragma once
 
 #include "cli/fit_json.hpp"
+#include "cli/text_style.hpp"
 
 #include <string>
 
 namespace culm::cli {
 
 /// A summary that fits a screen: the heights of one stem, or one line per stem and the population.
-[[nodiscard]] std::string fit_table(const FitReport& report);
+[[nodiscard]] std::string fit_table(const FitReport& report, const TextStyle& style);
 
 /// CSV: one line per stem and height.
 [[nodiscard]] std::string fit_csv(const FitReport& report);

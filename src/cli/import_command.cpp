@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm import MAPPING.toml -o DIR
 #include "cli/commands.hpp"
+#include "cli/text_style.hpp"
 #include "measure/import_recording.hpp"
 #include "measure/measurement_folder.hpp"
 
@@ -28,7 +29,7 @@ void import_measurement(const ImportArguments& arguments) {
     const measure::Measurement measurement = measure::import_recording(mapping);
     measure::write_measurement(arguments.output, measurement);
     for (const std::string& remark : measurement.remarks)
-        fmt::print(stderr, "culm: note: {}\n", remark);
+        print_note(remark);
     const auto before =
         std::ranges::count_if(measurement.times, [](double time) { return time < 0.0; });
     const auto gaps = std::ranges::count_if(measurement.deflections,

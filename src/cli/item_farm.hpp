@@ -9,16 +9,18 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace culm::cli {
 
 using ItemWork = std::function<farm::BatchReport(std::size_t item, farm::Heartbeat& heartbeat)>;
 
-/// Calls `work` once for each item, on some rank; `costs` are relative efforts. Collective.
-[[nodiscard]] inline farm::Summary map_items(const farm::Communicator* communicator,
-                                             const std::vector<double>& costs,
-                                             const ItemWork& work) {
+/// Calls `work` once for each item, on some rank; `costs` are relative efforts. `progress` is
+/// called on rank 0 and may be empty. Collective.
+[[nodiscard]] inline farm::Summary
+map_items(const farm::Communicator* communicator, const std::vector<double>& costs,
+          const ItemWork& work, std::function<void(const farm::Progress&)> progress = {}) {
     std::vector<farm::Batch> batches(costs.size());
     for (std::size_t i = 0; i < batches.size(); ++i)
         batches[i] = {{static_cast<std::int64_t>(i)}, costs[i]};
@@ -27,6 +29,7 @@ using ItemWork = std::function<farm::BatchReport(std::size_t item, farm::Heartbe
     };
     farm::FarmOptions options;
     options.chunk_seconds = 0.0; // an item is never short
+    options.progress = std::move(progress);
     return communicator == nullptr ? farm::Farm().map(batches, work_on_batch, options)
                                    : farm::Farm(*communicator).map(batches, work_on_batch, options);
 }

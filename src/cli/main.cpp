@@ -2,6 +2,7 @@
 // culm: parse, call, print.
 #include "cli/commands.hpp"
 #include "cli/processor_check.hpp"
+#include "cli/text_style.hpp"
 #include "cli/version.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
@@ -60,22 +61,26 @@ int run(int argc, char** argv) {
     culm::cli::add_export_command(app);
     culm::cli::add_report_command(app);
     culm::cli::add_effects_command(app);
+    culm::cli::add_keys_command(app);
     culm::cli::add_shell_commands(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0)
             return app.exit(error);
-        fmt::print(stderr, "{}", complaint(app, error, argc, argv));
+        const std::string text = complaint(app, error, argc, argv);
+        const std::size_t colon = text.find(':') + 1;
+        fmt::print(stderr, "{}{}", culm::cli::TextStyle::of(stderr).failure(text.substr(0, colon)),
+                   text.substr(colon));
         return static_cast<int>(ExitCode::BadInput);
     } catch (const culm::core::InputError& error) {
-        fmt::print(stderr, "culm: {}\n", error.what());
+        culm::cli::print_error(error.what());
         return static_cast<int>(ExitCode::BadInput);
     } catch (const culm::core::NumericalError& error) {
-        fmt::print(stderr, "culm: {}\n", error.what());
+        culm::cli::print_error(error.what());
         return static_cast<int>(ExitCode::PointsFailed);
     } catch (const culm::core::StorageError& error) { // `run` answers its own
-        fmt::print(stderr, "culm: {}\n", error.what());
+        culm::cli::print_error(error.what());
         return static_cast<int>(ExitCode::BadInput);
     }
     return static_cast<int>(result.exit_code);
@@ -91,7 +96,7 @@ int main(int argc, char** argv) {
     try {
         return run(argc, argv);
     } catch (const std::exception& error) {
-        fmt::print(stderr, "culm: internal error: {}\n", error.what());
+        culm::cli::print_error(fmt::format("internal error: {}", error.what()));
         return 1;
     }
 }

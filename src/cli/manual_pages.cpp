@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/manual_pages.hpp"
 
+#include "cli/roff_text.hpp"
+
 #include <algorithm>
 #include <cctype>
 #include <vector>
@@ -12,42 +14,18 @@
 namespace culm::cli {
 namespace {
 
-/// Text that roff would take for a request or an escape.
-std::string escaped(const std::string& text) {
-    std::string out;
-    for (const char c : text) {
-        if (out.empty() && (c == '.' || c == '\''))
-            out += "\\&";
-        if (c == '\\')
-            out += "\\e";
-        else if (c == '-')
-            out += "\\-";
-        else
-            out += c;
-    }
-    return out;
-}
-
-std::string bold(const std::string& text) {
-    return "\\fB" + escaped(text) + "\\fR";
-}
-
-std::string italic(const std::string& text) {
-    return "\\fI" + escaped(text) + "\\fR";
-}
-
 /// "-o, --output DIR", or the positional's name.
 std::string heading(const CLI::Option& option) {
     std::vector<std::string> names;
     for (const std::string& name : option.get_snames())
-        names.push_back(bold("-" + name));
+        names.push_back(roff_bold("-" + name));
     for (const std::string& name : option.get_lnames())
-        names.push_back(bold("--" + name));
+        names.push_back(roff_bold("--" + name));
     std::string text = fmt::format("{}", fmt::join(names, ", "));
     if (names.empty())
-        return italic(option.get_name());
+        return roff_italic(option.get_name());
     if (const std::string type = option.get_type_name(); !type.empty())
-        text += " " + italic(type);
+        text += " " + roff_italic(type);
     return text;
 }
 
@@ -56,22 +34,22 @@ void add_options(const CLI::App& command, bool positional, const std::string& ti
     std::string entries;
     for (const CLI::Option* option : command.get_options())
         if (option->get_positional() == positional && !option->get_group().empty())
-            entries +=
-                fmt::format(".TP\n{}\n{}\n", heading(*option), escaped(option->get_description()));
+            entries += fmt::format(".TP\n{}\n{}\n", heading(*option),
+                                   roff_text(option->get_description()));
     if (!entries.empty())
         page += fmt::format(".SH {}\n{}", title, entries);
 }
 
 std::string synopsis(const CLI::App& command, const std::string& words) {
-    std::string text = bold(words) + " [" + italic("options") + "]";
+    std::string text = roff_bold(words) + " [" + roff_italic("options") + "]";
     for (const CLI::Option* option : command.get_options())
         if (option->get_positional()) {
-            const std::string name =
-                italic(option->get_name()) + (option->get_items_expected_max() > 1 ? " ..." : "");
+            const std::string name = roff_italic(option->get_name()) +
+                                     (option->get_items_expected_max() > 1 ? " ..." : "");
             text += option->get_required() ? " " + name : " [" + name + "]";
         }
     if (!command.get_subcommands({}).empty())
-        text += " " + italic("command");
+        text += " " + roff_italic("command");
     return text;
 }
 
@@ -88,22 +66,23 @@ void add_page(const CLI::App& command, const std::string& words, const std::stri
     std::ranges::transform(title, title.begin(),
                            [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
     std::string page = fmt::format(".TH \"{}\" 1 \"\" \"culm {}\" \"culm\"\n", title, version);
-    page += fmt::format(".SH NAME\n{} \\- {}\n", escaped(name), escaped(command.get_description()));
+    page +=
+        fmt::format(".SH NAME\n{} \\- {}\n", roff_text(name), roff_text(command.get_description()));
     page += fmt::format(".SH SYNOPSIS\n{}\n", synopsis(command, words));
     add_options(command, true, "ARGUMENTS", page);
     add_options(command, false, "OPTIONS", page);
     std::string commands;
     for (const CLI::App* below : command.get_subcommands({})) {
         const std::string inner = words + " " + below->get_name();
-        commands += fmt::format(".TP\n{}(1)\n{}\n", bold(file_stem(inner)),
-                                escaped(below->get_description()));
+        commands += fmt::format(".TP\n{}(1)\n{}\n", roff_bold(file_stem(inner)),
+                                roff_text(below->get_description()));
         add_page(*below, inner, version, pages);
     }
     if (!commands.empty())
         page += ".SH COMMANDS\n" + commands;
-    page += fmt::format(".SH EXIT STATUS\n{}\n", escaped(command.get_footer()));
+    page += fmt::format(".SH EXIT STATUS\n{}\n", roff_text(command.get_footer()));
     if (const auto space = words.rfind(' '); space != std::string::npos)
-        page += fmt::format(".SH SEE ALSO\n{}(1)\n", bold(file_stem(words.substr(0, space))));
+        page += fmt::format(".SH SEE ALSO\n{}(1)\n", roff_bold(file_stem(words.substr(0, space))));
     pages[name + ".1"] = page;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/progress_display.hpp"
 
-#include <algorithm>
-#include <cmath>
+#include "cli/amount_text.hpp"
+
 #include <cstdio>
 #include <string>
 
@@ -12,42 +12,37 @@
 namespace culm::cli {
 namespace {
 
-std::string duration_text(double seconds) {
-    if (seconds >= 3600.0)
-        return fmt::format("{:.1f} h", seconds / 3600.0);
-    const long whole = std::max(std::lround(seconds), 1L);
-    return whole < 60 ? fmt::format("{} s", whole)
-                      : fmt::format("{} min {:02} s", whole / 60, whole % 60);
-}
-
-std::string line_of(const farm::Progress& progress) {
+std::string line_of(const farm::Progress& progress, const char* items, const TextStyle& style) {
     const double rate = progress.elapsed_s > 0.0
                             ? static_cast<double>(progress.points_done) / progress.elapsed_s
                             : 0.0;
-    std::string line = fmt::format("{}/{} points, {:.3g} points/s", progress.points_done,
-                                   progress.points_total, rate);
+    std::string line = fmt::format("{}/{} {}, {:.3g} {}/s", progress.points_done,
+                                   progress.points_total, items, rate, items);
     if (progress.failed > 0)
-        line += fmt::format(", {} failed", progress.failed);
+        line += ", " + style.failure(fmt::format("{} failed", progress.failed));
     if (progress.points_done < progress.points_total && progress.estimated_remaining_s)
         line += fmt::format(", {} left", duration_text(*progress.estimated_remaining_s));
     return line;
 }
 
-std::string bar_of(const farm::Progress& progress) {
+std::string bar_of(const farm::Progress& progress, const TextStyle& style) {
     constexpr std::int64_t width = 24; // characters
     const std::int64_t filled = width * progress.points_done / progress.points_total;
-    return fmt::format("[{:#<{}}{:.<{}}] ", "", filled, "", width - filled);
+    return fmt::format("[{}{:.<{}}] ", style.good(fmt::format("{:#<{}}", "", filled)), "",
+                       width - filled);
 }
 
 } // namespace
 
-ProgressDisplay::ProgressDisplay(bool quiet) : quiet_(quiet), terminal_(::isatty(2) == 1) {}
+ProgressDisplay::ProgressDisplay(bool quiet, const char* items)
+    : items_(items), quiet_(quiet), terminal_(::isatty(2) == 1) {}
 
 void ProgressDisplay::show(const farm::Progress& progress) {
     if (quiet_ || progress.points_total == 0)
         return;
     if (terminal_) {
-        fmt::print(stderr, "\r\033[K{}{}", bar_of(progress), line_of(progress));
+        fmt::print(stderr, "\r\033[K{}{}", bar_of(progress, style_),
+                   line_of(progress, items_, style_));
         std::fflush(stderr);
         line_is_open_ = true;
         return;
@@ -58,7 +53,7 @@ void ProgressDisplay::show(const farm::Progress& progress) {
         return;
     last_tenth_ = tenth;
     last_line_ = now;
-    fmt::print(stderr, "{}\n", line_of(progress));
+    fmt::print(stderr, "{}\n", line_of(progress, items_, style_));
 }
 
 void ProgressDisplay::finish() {

@@ -2,6 +2,7 @@
 // Progress of a study: a line that rewrites itself on a terminal, sparse lines in a log.
 #pragma once
 
+#include "cli/text_style.hpp"
 #include "farm/summary.hpp"
 
 #include <chrono>
@@ -12,8 +13,8 @@ namespace culm::cli {
 class ProgressDisplay {
   public:
     /// On a terminal (stderr) every call redraws one line; elsewhere a line is printed when a tenth
-    /// of the work or `log_interval` has passed.
-    explicit ProgressDisplay(bool quiet);
+    /// of the work or `log_interval` has passed. `items` is what the farm's points are.
+    explicit ProgressDisplay(bool quiet, const char* items = "points");
 
     void show(const farm::Progress& progress);
     /// Ends the line on a terminal.
@@ -21,6 +22,8 @@ class ProgressDisplay {
 
   private:
     static constexpr std::chrono::minutes log_interval{1};
+    const char* items_;
+    TextStyle style_ = TextStyle::of(stderr);
     bool quiet_;
     bool terminal_;
     bool line_is_open_ = false;

@@ -2,6 +2,7 @@
 // culm reduce DIR
 #include "cli/commands.hpp"
 #include "cli/json_output.hpp"
+#include "cli/next_step.hpp"
 #include "cli/number_range.hpp"
 #include "cli/regression_table.hpp"
 #include "cli/timestep_table.hpp"
@@ -30,13 +31,13 @@ struct ReduceArguments {
 /// Writes and prints a summary where the arguments say.
 template <class Summary>
 void hand_out(const ReduceArguments& arguments, const Summary& summary, const std::string& table,
-              CommandResult& result) {
+              const std::string& next_command, CommandResult& result) {
     if (!arguments.keep)
         study::write_summary(study::StudyFolder(arguments.folder), summary);
     if (!arguments.json.empty())
         write_json(arguments.json, study::to_json(summary));
     if (arguments.json != "-")
-        fmt::print("{}", table);
+        fmt::print("{}{}", table, next_step(next_command));
     if (!summary.failed.empty())
         result.exit_code = core::ExitCode::PointsFailed;
 }
@@ -49,7 +50,8 @@ void reduce_timesteps(const ReduceArguments& arguments, const study::ArchivedStu
                                            "vibrations",
                                            arguments.folder));
     const study::TimestepSummary summary = study::reduce_timestep_study(archived);
-    hand_out(arguments, summary, timestep_table(summary), result);
+    hand_out(arguments, summary, timestep_table(summary),
+             "culm report" + as_words({arguments.folder}), result);
 }
 
 void reduce(const ReduceArguments& arguments, CommandResult& result) {
@@ -76,7 +78,8 @@ void reduce(const ReduceArguments& arguments, CommandResult& result) {
         refit = options;
     const study::StudySummary summary =
         study::reduce_study(archived, refit, arguments.significance);
-    hand_out(arguments, summary, regression_table(summary), result);
+    hand_out(arguments, summary, regression_table(summary),
+             "culm calibrate MEASUREMENT --via" + as_words({arguments.folder}), result);
 }
 
 } // namespace

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm run STUDY.toml [-o DIR] [--resume] [--dry-run]
+#include "cli/amount_text.hpp"
 #include "cli/commands.hpp"
+#include "cli/next_step.hpp"
 #include "cli/progress_display.hpp"
 #include "cli/regression_table.hpp"
 #include "cli/repetition_report.hpp"
 #include "cli/run_deadline.hpp"
 #include "cli/stop_signal.hpp"
+#include "cli/text_style.hpp"
 #include "cli/timestep_table.hpp"
 #include "cli/version.hpp"
 #include "cluster/walltime.hpp"
@@ -38,12 +41,6 @@ struct RunArguments {
     bool quiet = false;
 };
 
-std::string amount(double bytes) {
-    return bytes < 1e6   ? fmt::format("{:.3g} kB", bytes * 1e-3)
-           : bytes < 1e9 ? fmt::format("{:.3g} MB", bytes * 1e-6)
-                         : fmt::format("{:.3g} GB", bytes * 1e-9);
-}
-
 std::string integrator_text(const study::StudyConfig& config) {
     const run::CaseSpec& base = config.base;
     if (config.kind == study::StudyKind::Timestep)
@@ -70,19 +67,33 @@ std::string plan_text(const study::Study& study, const std::vector<std::int64_t>
         study.config.name, plan.points, plan.batches, plan.batches == 1 ? "" : "es",
         fills_lanes ? fmt::format(", up to {} SIMD lanes each", run::lanes_per_batch()) : "",
         integrator_text(study.config), plan.core_seconds, plan.core_seconds / ranks, ranks,
-        ranks == 1 ? "" : "s", amount(plan.memory_bytes_per_rank), amount(plan.archive_bytes));
+        ranks == 1 ? "" : "s", bytes_text(plan.memory_bytes_per_rank),
+        bytes_text(plan.archive_bytes));
     if (const std::int64_t tests = study.design.tests; tests > 1)
         text += fmt::format("stems          {}, {} tests of each\n",
                             study.design.point_count() / tests, tests);
     return text;
 }
 
+/// What will be computed now, and what that costs.
+std::string announcement(const study::Estimate& plan, const farm::Pace& pace, int ranks) {
+    const double seconds = plan.core_seconds * (pace.is_known() ? pace.mean() : 1.0);
+    std::string text = fmt::format("{} point{} to compute: about {} of processor time {}",
+                                   plan.points, plan.points == 1 ? "" : "s", estimate_text(seconds),
+                                   pace.is_known() ? "at the pace of this study's runs so far"
+                                                   : "on the reference machine");
+    if (ranks > 1)
+        text += fmt::format(", {} on {} ranks", estimate_text(seconds / ranks), ranks);
+    return text +
+           fmt::format("; {} on the disk before compression\n", bytes_text(plan.archive_bytes));
+}
+
 /// For a disk that let a run down: it may be full, broken, or have turned read-only.
 core::ExitCode storage_failure(const core::StorageError& error) {
-    fmt::print(stderr,
-               "culm: {}\nNothing computed so far is lost. Once the disk can be written again, go "
-               "on with --resume.\n",
-               error.what());
+    print_error(
+        fmt::format("{}\nNothing computed so far is lost. Once the disk can be written again, go "
+                    "on with --resume.",
+                    error.what()));
     return core::ExitCode::StoppedEarly;
 }
 
@@ -90,11 +101,11 @@ core::ExitCode storage_failure(const core::StorageError& error) {
 /// starts itself anew on exit code 75.
 core::ExitCode report_walltime_too_short(const study::ExecuteOutcome& outcome) {
     const std::int64_t missing = outcome.farm.points_total;
-    fmt::print(stderr,
-               "culm: none of the {} missing point{} can be computed in the walltime of this run; "
-               "the shortest takes about {} {}; give it a longer --walltime (job limit)\n",
-               missing, missing == 1 ? "" : "s", cluster::walltime_text(outcome.shortest_batch_s),
-               outcome.farm.pace.is_known() ? "at the pace so far" : "on the reference machine");
+    print_error(fmt::format(
+        "none of the {} missing point{} can be computed in the walltime of this run; "
+        "the shortest takes about {} {}; give it a longer --walltime (job limit)",
+        missing, missing == 1 ? "" : "s", cluster::walltime_text(outcome.shortest_batch_s),
+        outcome.farm.pace.is_known() ? "at the pace so far" : "on the reference machine"));
     return core::ExitCode::BadInput;
 }
 
@@ -105,17 +116,16 @@ core::ExitCode report_early_stop(const study::Study& study, const study::StudyFo
         outcome.farm.points_completed + outcome.farm.points_failed == 0)
         return report_walltime_too_short(outcome);
     if (!failure.empty())
-        fmt::print(stderr, "culm: {}\n", failure);
+        print_error(failure);
     for (const farm::LostBatch& lost : outcome.farm.lost)
         if (!failure.ends_with(lost.reason))
-            fmt::print(stderr, "culm: rank {} lost a batch of points: {}\n", lost.rank,
-                       lost.reason);
-    fmt::print(stderr,
-               "culm: stopped early{}; {} of {} points are computed and kept in {}. Go on with "
-               "--resume.\n",
-               outcome.farm.out_of_time ? " before the walltime ends" : "",
-               outcome.resumed_points + outcome.farm.points_completed + outcome.farm.points_failed,
-               study.design.point_count(), folder.path().string());
+            print_error(fmt::format("rank {} lost a batch of points: {}", lost.rank, lost.reason));
+    print_error(fmt::format(
+        "stopped early{}; {} of {} points are computed and kept in {}. Go on with "
+        "--resume.",
+        outcome.farm.out_of_time ? " before the walltime ends" : "",
+        outcome.resumed_points + outcome.farm.points_completed + outcome.farm.points_failed,
+        study.design.point_count(), folder.path().string()));
     return core::ExitCode::StoppedEarly;
 }
 
@@ -124,10 +134,13 @@ template <class Summary>
 core::ExitCode print_summary(const study::StudyFolder& folder, const Summary& summary,
                              const std::string& table) {
     const auto failed = static_cast<std::int64_t>(summary.failed.size());
-    fmt::print("{}\n{} of {} points completed, computed in {:.2f} s on {} rank{}\narchive {}\n"
-               "summary {}\n",
-               table, summary.points - failed, summary.points, summary.wall_s, summary.ranks,
-               summary.ranks == 1 ? "" : "s", folder.archive().string(), folder.summary().string());
+    const TextStyle style = TextStyle::of(stdout);
+    const std::string completed =
+        fmt::format("{} of {} points completed", summary.points - failed, summary.points);
+    fmt::print("{}\n{}, computed in {:.2f} s on {} rank{}\narchive {}\nsummary {}\n", table,
+               failed == 0 ? style.good(completed) : style.failure(completed), summary.wall_s,
+               summary.ranks, summary.ranks == 1 ? "" : "s", folder.archive().string(),
+               folder.summary().string());
     return failed == 0 ? core::ExitCode::Done : core::ExitCode::PointsFailed;
 }
 
@@ -192,6 +205,11 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
     study::ExecuteOptions options;
     options.folder = arguments.folder;
     options.provenance = build_provenance();
+    if (!arguments.quiet)
+        options.announce = [ranks](const study::Estimate& plan, const farm::Pace& pace) {
+            if (plan.points > 0)
+                fmt::print(stderr, "{}", announcement(plan, pace, ranks));
+        };
     if (deadline)
         options.farm.deadline = deadline->time;
     options.farm.stop_requested = [] { return stop_signal_arrived(); };
@@ -206,6 +224,8 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
         if (is_root && outcome.archive_is_complete && !arguments.archive.empty() &&
             !report_repetition(study::StudyFolder(arguments.archive), folder))
             exit_code = core::ExitCode::PointsFailed;
+        if (is_root && outcome.archive_is_complete)
+            fmt::print("{}", next_step("culm report" + as_words({output})));
     } catch (const core::StorageError& error) { // the other ranks wait for the exit code
         exit_code = storage_failure(error);
     }
@@ -232,7 +252,7 @@ core::ExitCode run_under_launcher(const RunArguments& arguments, int& argc, char
         return run(arguments, &communicator);
     } catch (const core::InputError& error) {
         if (is_root)
-            fmt::print(stderr, "culm: {}\n", error.what());
+            print_error(error.what());
         return core::ExitCode::BadInput;
     } catch (const core::StorageError& error) {
         return is_root ? storage_failure(error) : core::ExitCode::StoppedEarly;

@@ -2,12 +2,14 @@
 // culm completion SHELL, culm manual DIR: what a shell and man(1) want to know of the commands.
 #include "cli/build_facts.hpp"
 #include "cli/commands.hpp"
+#include "cli/config_reference.hpp"
 #include "cli/manual_pages.hpp"
 #include "cli/shell_completion.hpp"
 #include "core/error.hpp"
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -20,7 +22,9 @@ namespace {
 void write_pages(const CLI::App& app, const std::filesystem::path& folder) {
     std::error_code failed;
     std::filesystem::create_directories(folder, failed);
-    for (const auto& [name, text] : manual_pages(app, version_number)) {
+    std::map<std::string, std::string> pages = manual_pages(app, version_number);
+    pages["culm-config.5"] = config_manual_page(version_number);
+    for (const auto& [name, text] : pages) {
         std::ofstream out(folder / name);
         out << text;
         out.flush();
@@ -48,10 +52,11 @@ void add_shell_commands(CLI::App& app) {
         ->check(CLI::IsMember({"bash", "zsh", "fish"}));
     completion->callback([shell, &app] { fmt::print("{}", script_for(app, *shell)); });
 
-    CLI::App* manual =
-        app.add_subcommand("manual", "Write a page for man(1) of every command into a folder");
+    CLI::App* manual = app.add_subcommand(
+        "manual", "Write a page for man(1) of every command, and one of the keys of "
+                  "study files, into a folder");
     auto folder = std::make_shared<std::string>();
-    manual->add_option("folder", *folder, "Folder for culm.1, culm-run.1, …")
+    manual->add_option("folder", *folder, "Folder for culm.1, culm-run.1, …, culm-config.5")
         ->required()
         ->type_name("DIR");
     manual->callback([folder, &app] { write_pages(app, *folder); });

@@ -3,6 +3,7 @@
 #include "cli/commands.hpp"
 #include "cli/json_output.hpp"
 #include "cli/number_range.hpp"
+#include "cli/text_style.hpp"
 #include "reduce/stem_prediction.hpp"
 #include "run/simulate.hpp"
 #include "study/parameter_table.hpp"
@@ -68,13 +69,11 @@ std::vector<Candidate> calibrated(const study::ArchivedStudy& archived,
     const reduce::StemPrediction prediction = reduce::predict_stem(
         summary.regression, {*arguments.decay_per_cycle, *arguments.frequency_hz, 0.0, 0.0});
     if (!prediction.is_inside_design)
-        fmt::print(stderr,
-                   "culm: warning: the study covers decays per cycle of {:.4g} … {:.4g} and "
-                   "frequencies of {:.4g} … {:.4g} Hz; this stem lies outside, the laws are "
-                   "extrapolated\n",
-                   summary.regression.decay_per_cycle.lowest,
-                   summary.regression.decay_per_cycle.highest, summary.regression.frequency.lowest,
-                   summary.regression.frequency.highest);
+        print_warning(fmt::format(
+            "the study covers decays per cycle of {:.4g} … {:.4g} and frequencies of {:.4g} … "
+            "{:.4g} Hz; this stem lies outside, the laws are extrapolated",
+            summary.regression.decay_per_cycle.lowest, summary.regression.decay_per_cycle.highest,
+            summary.regression.frequency.lowest, summary.regression.frequency.highest));
     std::vector<Candidate> candidates;
     const auto add = [&candidates](const char* name, const auto& modulus, const auto& damping) {
         if (modulus && damping)

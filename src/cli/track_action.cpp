@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/track_action.hpp"
 
+#include "cli/amount_text.hpp"
 #include "cli/item_farm.hpp"
+#include "cli/next_step.hpp"
+#include "cli/progress_display.hpp"
+#include "cli/text_style.hpp"
 #include "cli/under_launcher.hpp"
+#include "measure/frame_source.hpp"
 #include "measure/track_report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <thread>
 
@@ -44,6 +50,51 @@ TrackPlan make_plan(const TrackArguments& arguments) {
     return plan;
 }
 
+/// Processor time for reading and tracking a pixel of a frame, s: measured on the reference machine
+/// (docs/performance.md).
+constexpr double seconds_per_pixel = 1.6e-7;
+
+/// Frames to be read and pixels in them; nothing where the recording cannot be opened, which is
+/// told when its turn comes.
+struct RecordingSize {
+    std::size_t frames = 0;
+    double pixels = 0.0;
+};
+
+RecordingSize size_of(const measure::TrackSettings& settings) {
+    RecordingSize size;
+    try {
+        const auto source = measure::open_frames(settings.file.parent_path(), settings.frames);
+        size.frames = source->numbers().size();
+        if (settings.frame_count)
+            size.frames = std::min(size.frames, static_cast<std::size_t>(*settings.frame_count));
+        constexpr std::array<std::size_t, 1> first{0};
+        source->for_each(first, 1, [&size](std::size_t, const measure::FrameImage& frame) {
+            size.pixels = double(size.frames) * double(frame.width) * double(frame.height);
+        });
+    } catch (const core::InputError&) {
+        return {};
+    }
+    return size;
+}
+
+std::string cost_of(const TrackPlan& plan, int cores) {
+    std::size_t frames = 0;
+    double seconds = 0.0;
+    for (const measure::TrackSettings& settings : plan.settings) {
+        const RecordingSize size = size_of(settings);
+        frames += size.frames;
+        seconds += seconds_per_pixel * size.pixels;
+    }
+    if (frames == 0) // why, is told by what tracks them
+        return {};
+    const std::size_t videos = plan.settings.size();
+    return fmt::format("{} frames in {} video{}: about {} of processor time on the reference "
+                       "machine, shared by {} core{}\n",
+                       frames, videos, videos == 1 ? "" : "s", estimate_text(seconds), cores,
+                       cores == 1 ? "" : "s");
+}
+
 int threads_per_rank(int wanted, int ranks) {
     if (wanted > 0)
         return wanted;
@@ -60,7 +111,7 @@ VideoOutcome track_one(const TrackPlan& plan, std::size_t index, int threads, bo
                             plan.folders[index].string()),
                 true};
     } catch (const core::InputError& error) {
-        return {fmt::format("culm: {}\n", error.what()), false};
+        return {error.what(), false};
     }
 }
 
@@ -80,19 +131,34 @@ std::vector<VideoOutcome> gather(std::vector<VideoOutcome> outcomes,
     return outcomes;
 }
 
-core::ExitCode print(const std::vector<VideoOutcome>& outcomes, const farm::Summary& summary) {
+std::vector<std::string> tracked_folders(const TrackPlan& plan,
+                                         const std::vector<VideoOutcome>& outcomes) {
+    std::vector<std::string> folders;
+    for (std::size_t i = 0; i < outcomes.size(); ++i)
+        if (outcomes[i].is_tracked)
+            folders.push_back(plan.folders[i].string());
+    return folders;
+}
+
+core::ExitCode print(const TrackPlan& plan, const std::vector<VideoOutcome>& outcomes,
+                     const farm::Summary& summary) {
     std::size_t tracked = 0;
     for (const VideoOutcome& outcome : outcomes) {
         tracked += outcome.is_tracked ? 1 : 0;
-        fmt::print(outcome.is_tracked ? stdout : stderr, "{}", outcome.text);
+        if (outcome.is_tracked)
+            fmt::print("{}", outcome.text);
+        else if (!outcome.text.empty()) // else its rank was lost, which is told below
+            print_error(outcome.text);
     }
     if (summary.failure.empty()) // which would be the same
         for (const farm::LostBatch& lost : summary.lost)
-            fmt::print(stderr, "culm: {}\n", lost.reason);
+            print_error(lost.reason);
+    if (tracked > 0)
+        fmt::print("{}", next_step("culm fit" + as_words(tracked_folders(plan, outcomes))));
     if (tracked == outcomes.size())
         return core::ExitCode::Done;
     if (outcomes.size() > 1)
-        fmt::print(stderr, "culm: {} of {} videos gave a measurement\n", tracked, outcomes.size());
+        print_error(fmt::format("{} of {} videos gave a measurement", tracked, outcomes.size()));
     return tracked == 0 ? core::ExitCode::BadInput : core::ExitCode::PointsFailed;
 }
 
@@ -101,6 +167,9 @@ core::ExitCode track(const TrackArguments& arguments, const farm::Communicator* 
     const int ranks = communicator == nullptr ? 1 : communicator->size();
     const auto busy = std::min(ranks, static_cast<int>(plan.settings.size()));
     const int threads = threads_per_rank(arguments.threads, busy);
+    const bool is_root = communicator == nullptr || communicator->rank() == 0;
+    if (is_root && !arguments.is_quiet)
+        fmt::print(stderr, "{}", cost_of(plan, threads * busy));
     std::vector<VideoOutcome> outcomes(plan.settings.size());
     const auto work = [&](std::size_t index, farm::Heartbeat& heartbeat) {
         heartbeat.beat();
@@ -109,11 +178,14 @@ core::ExitCode track(const TrackArguments& arguments, const farm::Communicator* 
         ++(outcomes[index].is_tracked ? report.completed : report.failed);
         return report;
     };
+    ProgressDisplay display(!is_root || arguments.is_quiet || outcomes.size() < 2, "videos");
     const farm::Summary summary =
-        map_items(communicator, std::vector<double>(outcomes.size(), 1.0), work);
+        map_items(communicator, std::vector<double>(outcomes.size(), 1.0), work,
+                  [&display](const farm::Progress& progress) { display.show(progress); });
+    display.finish();
     outcomes = gather(std::move(outcomes), communicator);
     const core::ExitCode code =
-        report_on_root(communicator, [&] { return print(outcomes, summary); });
+        report_on_root(communicator, [&] { return print(plan, outcomes, summary); });
     if (!summary.failure.empty())
         throw core::StorageError(summary.failure);
     return code;

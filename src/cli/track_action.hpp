@@ -14,6 +14,7 @@ struct TrackArguments {
     std::string output;
     int threads = 0; ///< 0: all of the machine's, shared among the ranks
     bool with_video = false;
+    bool is_quiet = false;
 };
 
 /// Tracks, writes and prints. There are two definitions: culm hands over to the program culm-track

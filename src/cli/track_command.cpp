@@ -31,6 +31,7 @@ void add_track_command(CLI::App& app, CommandResult& result, int& argc, char**& 
         ->check(CLI::Range(1, 1024));
     command->add_flag("--overlay", arguments->with_video,
                       "Also write overlay.avi: every kept frame with the tracked axis");
+    command->add_flag("-q,--quiet", arguments->is_quiet, "No estimate of the cost, no progress");
     command->callback([arguments, &result, &argc, &argv] {
         result.exit_code = run_track(*arguments, argc, argv);
     });

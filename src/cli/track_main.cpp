@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm-track: the part of culm that reads videos; culm runs it with its own command line.
 #include "cli/commands.hpp"
+#include "cli/text_style.hpp"
 
 #include <exception>
 
@@ -21,10 +22,10 @@ ExitCode run(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? ExitCode::Done : ExitCode::BadInput;
     } catch (const culm::core::InputError& error) {
-        fmt::print(stderr, "culm: {}\n", error.what());
+        culm::cli::print_error(error.what());
         return ExitCode::BadInput;
     } catch (const culm::core::StorageError& error) {
-        fmt::print(stderr, "culm: {}\n", error.what());
+        culm::cli::print_error(error.what());
         return ExitCode::BadInput;
     }
     return result.exit_code;
@@ -36,7 +37,7 @@ int main(int argc, char** argv) {
     try {
         return static_cast<int>(run(argc, argv));
     } catch (const std::exception& error) {
-        fmt::print(stderr, "culm: internal error: {}\n", error.what());
+        culm::cli::print_error(fmt::format("internal error: {}", error.what()));
         return 1;
     }
 }

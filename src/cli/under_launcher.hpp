@@ -2,6 +2,7 @@
 // Commands that run alone or spread over the ranks of a launcher.
 #pragma once
 
+#include "cli/text_style.hpp"
 #include "core/error.hpp"
 #include "farm/environment.hpp"
 
@@ -22,7 +23,7 @@ template <class Action>
     const farm::Communicator communicator = environment.world();
     const auto refuse = [&communicator](const char* reason) {
         if (communicator.rank() == 0)
-            fmt::print(stderr, "culm: {}\n", reason);
+            print_error(reason);
         return core::ExitCode::BadInput;
     };
     try {

@@ -3,6 +3,7 @@
 
 #include "archive/journal_writer.hpp"
 #include "core/error.hpp"
+#include "core/utc_time.hpp"
 #include "farm/on_root.hpp"
 #include "run/simulate.hpp"
 #include "study/assemble.hpp"
@@ -16,13 +17,11 @@
 #include <array>
 #include <chrono>
 #include <cstring>
-#include <ctime>
 #include <memory>
 #include <optional>
 #include <set>
 #include <span>
 
-#include <fmt/chrono.h>
 #include <fmt/core.h>
 #include <unistd.h>
 
@@ -62,10 +61,6 @@ FolderContent unpack(const std::string& bytes) {
         next = end;
     }
     return content;
-}
-
-std::string now_text() {
-    return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
 }
 
 std::string host_name() {
@@ -183,6 +178,8 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
     farm::FarmOptions farm_options = options.farm;
     farm_options.seconds_per_cost = 1.0; // make_batches plans in seconds
     farm_options.pace = earlier_pace(folder, batches, communicator);
+    if (options.announce && rank_of(communicator) == 0)
+        options.announce(estimate(study, batches), farm_options.pace);
     if (communicator == nullptr)
         outcome.farm = farm::Farm().map(batches, work, farm_options);
     else
@@ -231,7 +228,7 @@ std::string distinct_hosts(const farm::Communicator* communicator) {
 
 ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
                        const farm::Communicator* communicator, const ExecuteOptions& options) {
-    const std::string start = now_text();
+    const std::string start = core::utc_now_text();
     std::optional<FolderLock> lock; // on rank 0, until the archive is written
     const FolderContent content = unpack(farm::on_root(communicator, [&] {
         make_writable(folder);
@@ -260,7 +257,7 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
     provenance.emplace_back("hosts", distinct_hosts(communicator));
     provenance.emplace_back("ranks", std::to_string(outcome.farm.ranks));
     provenance.emplace_back("start", start);
-    provenance.emplace_back("end", now_text());
+    provenance.emplace_back("end", core::utc_now_text());
     provenance.emplace_back("wall_s", fmt::format("{:.3f}", outcome.farm.elapsed_s));
     if (outcome.farm.pace.is_known())
         provenance.emplace_back("pace", fmt::format("{:.6g}", outcome.farm.pace.mean()));

@@ -22,6 +22,9 @@ struct ExecuteOptions {
     farm::FarmOptions farm;
     /// Facts about this program for the archive's provenance: name and text.
     std::vector<std::pair<std::string, std::string>> provenance;
+    /// Called on rank 0 before the first point is begun, with what is to be computed and what
+    /// earlier runs in the folder left about the pace; may be empty.
+    std::function<void(const Estimate& plan, const farm::Pace& pace)> announce;
     /// Called instead of the simulation and the fit, to test and to measure everything around them;
     /// may be empty.
     ComputePoint compute_point;

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A page of the documentation that does what it says: every command runs, every output is as printed.
+"""A page of documentation that does what it says: every command runs, every output is as printed.
 
 A fenced block marked sh holds commands; a block marked text right behind it holds what they print
-on the standard output. The blocks run one after the other in one empty folder, with `~/culm`
-replaced by the repository and its build folder by that of the program under test. Of the output
+on the standard output, or on the error output if that is all. The blocks run one after the other in
+one folder, with `~/culm` replaced by the repository, its build folder by that of the program under
+test, and `mpirun -n N` by a launcher that may start two processes anywhere. A tutorial begins in an empty folder and every block of it is
+a command or an output; a page of reference may begin with what it takes for granted (`given`), and
+holds other blocks as well. Of the output
  * a line of nothing but `…` stands for any lines, `…` inside a line for any text (or the
    character itself, which culm prints between the ends of an interval);
  * numbers may differ by 2 %, those with a decimal point or an exponent by one unit of the last
@@ -22,6 +25,7 @@ from pathlib import Path
 
 from culm_program import PROGRAM
 
+MPIEXEC = os.environ["CULM_MPIEXEC"]
 ROOT = Path(__file__).resolve().parents[2]
 NEEDED_FOR_FIGURES = ("matplotlib", "numpy")
 # Seconds after which a block hangs; the slowest takes half a minute of an idle core.
@@ -46,8 +50,9 @@ class Step:
         return "_figures.py" in self.commands
 
 
-def steps_of(text: str) -> list[Step]:
-    """Raises ValueError where a block is neither commands nor the output of commands."""
+def steps_of(text: str, only_commands: bool = True) -> list[Step]:
+    """Raises ValueError where a block is neither commands nor the output of commands, unless the
+    page may hold other blocks as well."""
     steps, end_of_commands = [], -1
     for block in FENCE.finditer(text):
         language, content = block.groups()
@@ -57,7 +62,7 @@ def steps_of(text: str) -> list[Step]:
             end_of_commands = block.end()
         elif language == "text" and text[end_of_commands:block.start()] == "\n":
             steps[-1].output = content
-        else:
+        elif only_commands:
             raise ValueError(f"line {line}: a block that no command stands for: ```{language}")
     return steps
 
@@ -121,45 +126,75 @@ class ExecutedPage:
     """Tests of a page, for a unittest.TestCase that says which one: `page`."""
 
     page: Path
+    is_tutorial = True
+    # First line of a block that is not run -> why not.
+    left_out: dict[str, str] = {}
+    # Command of culm -> options that make it small; only where no output is shown.
+    small: dict[str, str] = {}
 
     @classmethod
     def setUpClass(cls):
         cls.text = cls.page.read_text("utf-8")
-        cls.steps = steps_of(cls.text)
+        cls.steps = steps_of(cls.text, cls.is_tutorial)
+
+    def given(self, folder: Path):
+        """Puts into the folder what the page takes for granted."""
 
     def test_does_what_it_says(self):
         can_draw = all(map(find_spec, NEEDED_FOR_FIGURES))
         with tempfile.TemporaryDirectory() as scratch:
             folder, variables = Path(scratch) / "empty", Path(scratch) / "variables"
             folder.mkdir()
-            variables.touch()
+            self.given(folder)
+            programs = self.programs(Path(scratch) / "bin")
+            # The figures need the Python that runs this test.
+            variables.write_text(f"export PATH='{programs}:{ROOT / 'postprocess'}:"
+                                 f"{Path(sys.executable).parent}':$PATH\n", "utf-8")
             for step in self.steps:
+                if step.commands.splitlines()[0] in self.left_out:
+                    continue
                 if step.draws and not can_draw:
                     print(f"line {step.line}: needs {' and '.join(NEEDED_FOR_FIGURES)}, left out")
                     continue
                 with self.subTest(line=step.line):
                     self.run_step(step, folder, variables)
 
-    def run_step(self, step: Step, folder: Path, variables: Path):
+    def programs(self, folder: Path) -> Path:
+        """A folder with a `culm` that adds the options of `small`."""
+        folder.mkdir()
+        cases = "".join(f"{command}) set -- \"$@\" {options} ;;\n"
+                        for command, options in self.small.items())
+        program = folder / "culm"
+        program.write_text(f'#!/bin/sh\ncase "$1" in\n{cases}esac\nexec "{PROGRAM}" "$@"\n',
+                           "utf-8")
+        program.chmod(0o755)
+        return folder
+
+    def run_step(self, step: Step, folder: Path, variables: Path) -> str:
         """`variables` carries what a block exports to the next, as in one terminal."""
         commands = step.commands.replace("~/culm/build/release/src/cli", str(Path(PROGRAM).parent))
         commands = commands.replace("~/culm", str(ROOT))
+        commands = re.sub(r"\bmpirun -n \d+", f"{MPIEXEC} --oversubscribe -n 2", commands)
         finished = subprocess.run(
             ["bash", "-e", "-o", "pipefail", "-c",
              f'. "{variables}"\n{commands}\nexport -p > "{variables}"'],
             cwd=folder, text=True, capture_output=True, timeout=PATIENCE, check=False,
-            # The figures need the Python that runs this test.
             env={**os.environ, "LC_ALL": "C.UTF-8", "PYTHONDONTWRITEBYTECODE": "1",
-                 "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"})
+                 "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"})
         self.assertEqual(finished.returncode, 0, step.commands + finished.stderr)
         if step.output is not None:
-            fault = difference(step.output, finished.stdout)
-            self.assertIsNone(fault, f"{fault}\n--- all that was printed:\n{finished.stdout}")
+            printed = finished.stdout or finished.stderr
+            fault = difference(step.output, printed)
+            self.assertIsNone(fault, f"{fault}\n--- all that was printed:\n{printed}")
+        return finished.stdout
 
     def test_shows_what_every_culm_command_prints(self):
-        for step in self.steps:
-            self.assertIsNotNone(step.output, f"line {step.line}: {step.commands}")
+        if self.is_tutorial:
+            for step in self.steps:
+                self.assertIsNotNone(step.output, f"line {step.line}: {step.commands}")
 
-    def test_links_lead_somewhere(self):
-        for target in re.findall(r"\]\(([^)#]+)", self.text):
-            self.assertTrue((self.page.parent / target).exists(), target)
+    def test_shows_no_output_of_commands_that_were_made_small(self):
+        for step in self.steps:
+            if re.search("|".join(rf"culm {command}\b" for command in self.small) or "$^",
+                         step.commands):
+                self.assertIsNone(step.output, f"line {step.line}")

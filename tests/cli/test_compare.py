@@ -181,7 +181,7 @@ class BadInput(CulmTest):
         table.write_text("\n".join([head, *noisy]) + "\n", "utf-8")
         finished = self.culm("compare", "noisy", *QUICK)
         self.assert_exit(finished, BAD_INPUT)
-        self.assertRegex(finished.stderr, r"^culm: T1: the readings after the release \(rms .* mm\) "
+        self.assertRegex(finished.stderr, r"(?m)^culm: T1: the readings after the release \(rms .* mm\) "
                                           r"cannot be told from their noise \(30 mm\)")
 
     def test_shows_the_place_of_a_mistake_in_a_formula(self):

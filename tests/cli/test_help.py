@@ -9,7 +9,8 @@ from culm_program import BAD_INPUT, DONE, CulmTest
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "cli.md"
 OPTION = re.compile(r"(?<![\w-])--?[a-z][a-z-]*")
-COMMANDS = ("run", "reduce", "simulate", "import", "effects", "fit", "track", "report")
+COMMANDS = ("run", "reduce", "simulate", "import", "effects", "keys", "fit", "track", "calibrate",
+            "compare", "diagnose", "report", "export")
 NESTED = tuple(f"archive {name}" for name in ("info", "status", "verify", "merge", "export"))
 NESTED += ("jobs slurm", "jobs pbs")
 

@@ -59,7 +59,7 @@ class Repetition(CulmTest):
         again = self.culm("run", "--from-archive", "out", "-o", "again", "-q")
         self.assert_exit(again, DONE)
         self.assertRegex(again.stdout, r"\nidentical  bit for bit: 9 points, \d+ columns and "
-                                       r"histories\n$")
+                                       r"histories\n\nnext: culm report again\n$")
         found = self.told("again")
         self.assertTrue(found["is_identical"])
         self.assertEqual(found["points"], 9)

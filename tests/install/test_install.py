@@ -39,7 +39,7 @@ class Installed(unittest.TestCase):
 
     def test_figures_and_manual_lie_where_they_are_looked_for(self):
         for place in ("share/culm/postprocess/figures.py", "share/culm/postprocess/report.py",
-                      "share/man/man1/culm-run.1", "share/doc/culm/copyright",
+                      "share/man/man1/culm-run.1", "share/man/man5/culm-config.5", "share/doc/culm/copyright",
                       "share/bash-completion/completions/culm", "bin/culm-track"):
             self.assertTrue((self.tree / place).exists(), place)
 

@@ -118,6 +118,25 @@ def comparison(name="T2"):
     }
 
 
+PROVENANCE = {
+    "version": "culm 0.1.0 (abc)", "compiler": "g++ 12.2.0", "build": "Release", "libraries": "none",
+    "date": "2026-11-21T23:59:07Z", "command": "culm diagnose T2 -o 'my folder'", "wall_s": 12.5,
+    "processor_s": 24.0, "ranks": 2,
+    "inputs": [{"file": "T2/stem.toml", "bytes": 155, "crc32": "0123abcd"},
+               {"file": "T2/gone.csv", "bytes": None, "crc32": None}]}
+
+
+def write_diagnosis_motion(folder):
+    """diagnosis.h5 with one recording, the published chain and a better model."""
+    with h5py.File(Path(folder) / "diagnosis.h5", "w") as file:
+        place = file.create_group("recording_0")
+        place["time"], place["height"] = TIME, 1e-3 * np.array(HEIGHTS_MM)
+        place["measured"] = 1e-3 * MEASURED
+        for number, (model, values) in enumerate(PREDICTED.items()):
+            place[f"model_{number}/predicted"] = 1e-3 * values
+            place[f"model_{number}"].attrs["model"] = model
+
+
 def write_comparison(folder, name="T2", with_arrays=True):
     write(folder, "comparison.json", comparison(name))
     if not with_arrays:
@@ -159,6 +178,7 @@ def diagnosis(name="T2", verdict="effect"):
             "bias": {"bond_youngs_modulus": -0.015, "bond_damping": None}}
     return {
         "format": "culm-diagnosis", "version": 1, "measurement": name, "noise_mm": NOISE_MM,
+        "correlated_misses": None,
         "recordings": [{"id": name, "folder": f"data/{name}", "frames": TIME.size,
                         "heights": len(HEIGHTS_MM), "noise_mm": NOISE_MM,
                         "noise_source": "stated", "noise_known": True}],

@@ -98,6 +98,8 @@ class SyntheticResults(unittest.TestCase):
                      ("calibration", synthetic_results.calibration())]
         documents += [("diagnosis", synthetic_results.diagnosis(verdict=verdict))
                       for verdict in ("adequate", "effect", "tie", "unknown")]
+        documents += [(name, {**document, "provenance": synthetic_results.PROVENANCE})
+                      for name, document in documents]
         for name, document in documents:
             schema = json.loads((SCHEMAS / f"{name}.schema.json").read_text("utf-8"))
             self.assertEqual(schema_faults(json.loads(json.dumps(document)), schema), [], name)

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What fits of the chain to recordings will cost, said before they begin.
+#pragma once
+
+#include "calibrate/calibration.hpp"
+#include "diagnose/diagnosis.hpp"
+#include "measure/measurement.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::cli {
+
+// Each is a line for a person: how many fits, and the processor time that they take on the
+// reference machine, from the least to the most that was measured for such recordings
+// (docs/performance.md, "Fits"). Where Eq. 1 finds no vibration nothing is said of the time.
+
+/// One model fitted to every recording.
+[[nodiscard]] std::string cost_of_calibration(const std::vector<measure::Measurement>& recordings,
+                                              const calibrate::CalibrationOptions& options,
+                                              int ranks);
+
+/// The published chain and growing models, each with two fits that leave readings out.
+[[nodiscard]] std::string cost_of_ladder(const measure::Measurement& recording,
+                                         const std::vector<diagnose::SelectedEffects>& models,
+                                         const diagnose::CandidateOptions& options);
+
+/// Every model fitted to every recording.
+[[nodiscard]] std::string cost_of_table(const std::vector<measure::Measurement>& recordings,
+                                        const std::vector<diagnose::SelectedEffects>& models,
+                                        const diagnose::CandidateOptions& options, int ranks);
+
+/// From recordings in which nothing is missing to those in which everything has to be tried.
+[[nodiscard]] std::string cost_of_diagnosis(std::span<const measure::Measurement> recordings,
+                                            const diagnose::DiagnosisOptions& options, int ranks);
+
+} // namespace culm::cli

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What culm writes as JSON follows docs/schemas, and no schema is without such a test."""
+
+import json
+import re
+import sys
+import unittest
+from pathlib import Path
+
+from culm_program import DONE, OVERDAMPED, POINTS_FAILED, QUICK, CulmTest
+from test_track import PICTURES, VIDEO
+
+TESTS = Path(__file__).resolve().parents[1]
+SCHEMAS = TESTS.parent / "docs" / "schemas"
+sys.path.insert(0, str(TESTS / "support"))
+from json_schema import schema_faults  # noqa: E402
+
+SUMMARY = json.loads((SCHEMAS / "summary.schema.json").read_text("utf-8"))
+TRACK = json.loads((SCHEMAS / "track.schema.json").read_text("utf-8"))
+
+POPULATION = """
+[stem]
+spheres = 12
+length_mm = 150
+[vibration]
+duration_s = 0.05
+[factors]
+bond_damping = { distribution = "normal", mean = 8, sd = 2, min = 3, max = 14, within_sd = 0.5 }
+bond_youngs_modulus_gpa = { distribution = "uniform", min = 1, max = 3 }
+[replicates]
+stems = 8
+within = 2
+"""
+
+# A chain so short that its limits are found in a blink; without damping one law has no points.
+TIMESTEP = """
+[study]
+kind = "timestep"
+[stem]
+spheres = 8
+length_mm = 60
+[release]
+tip_deflection_mm = 3
+[factors]
+bond_damping = {damping}
+[timestep]
+fractions = {fractions}
+"""
+
+
+class Summary(CulmTest):
+    def assert_follows(self, study: str, exit_code: int = DONE):
+        self.assert_exit(self.culm("run", self.write("study.toml", study), "-o", "out", "-q"),
+                         exit_code)
+        summary = json.loads((self.folder / "out" / "summary.json").read_text("utf-8"))
+        self.assertEqual(schema_faults(summary, SUMMARY), [])
+        summary["wall_seconds"] = summary.pop("wall_s")
+        self.assertNotEqual(schema_faults(summary, SUMMARY), [])
+
+    def test_of_a_factorial_design(self):
+        self.assert_follows(QUICK)
+
+    def test_of_a_design_with_failed_points(self):
+        self.assert_follows(OVERDAMPED, POINTS_FAILED)
+
+    def test_of_one_point_that_tells_no_law(self):
+        self.assert_follows("[stem]\nspheres = 12\nlength_mm = 150\n")
+
+    def test_of_stems_with_several_tests(self):
+        self.assert_follows(POPULATION)
+
+    def test_of_time_steps(self):
+        self.assert_follows(TIMESTEP.format(damping=[0, 5, 20], fractions=[0.25, 0.5, 0.95]))
+
+    def test_of_time_steps_without_damping(self):
+        self.assert_follows(TIMESTEP.format(damping=[0], fractions=[0.5]))
+
+
+class Track(CulmTest):
+    def test_report_of_a_video(self):
+        (self.folder / "frames").mkdir()
+        for number, picture in enumerate(PICTURES):
+            (self.folder / f"frames/{number:03d}.pgm").write_bytes(picture)
+        self.write("A.toml", VIDEO.format(frames="frames", name="A"))
+        self.assert_exit(self.culm("track", "A.toml", "-o", "A"), DONE)
+        report = json.loads((self.folder / "A" / "track.json").read_text("utf-8"))
+        self.assertEqual(schema_faults(report, TRACK), [])
+        del report["swing_hz"]
+        self.assertNotEqual(schema_faults(report, TRACK), [])
+
+
+class EverySchema(unittest.TestCase):
+    def test_is_held_against_what_the_program_writes(self):
+        tests = "".join(file.read_text("utf-8") for file in Path(__file__).parent.glob("test_*.py"))
+        tested = set(re.findall(r"[\w-]+\.schema\.json", tests))
+        self.assertEqual(tested, {file.name for file in SCHEMAS.iterdir()})
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a person sees: colours on terminals alone, the cost before long work, the next command."""
+import json
+import os
+import pty
+import re
+import subprocess
+import unittest
+import zlib
+from pathlib import Path
+
+from culm_program import BAD_INPUT, DONE, PATIENCE, PROGRAM, QUICK, CulmTest
+
+DATA = Path(__file__).resolve().parents[1] / "data"
+NULL = str(DATA / "measurements" / "T1-null")
+STEMS = str(DATA / "measurements")
+ESCAPE = "\x1b["
+BOLD, RED, GREEN, YELLOW = "\x1b[1m", "\x1b[31m", "\x1b[32m", "\x1b[33m"
+DRAG = str(DATA / "hidden-effect" / "T2-quadratic_drag")
+QUICKLY = ("--spheres", "20", "--window", "0.1")
+SECONDS = r"[\d.e+]+ (s|min|h)"
+
+
+class Terminal(CulmTest):
+    def on_terminal(self, *arguments, code=DONE, **variables) -> str:
+        """All that is printed on a pseudo-terminal, which is standard output and standard error."""
+        environment = {**os.environ, "TERM": "xterm", "NO_COLOR": "", **variables}
+        main, terminal = pty.openpty()
+        with subprocess.Popen([PROGRAM, *arguments], cwd=self.folder, stdin=subprocess.DEVNULL,
+                              stdout=terminal, stderr=terminal, env=environment) as process:
+            os.close(terminal)
+            printed = b""
+            try:
+                while block := os.read(main, 65536):
+                    printed += block
+            except OSError:
+                pass  # how Linux tells that the other end is closed
+            os.close(main)
+            self.assertEqual(process.wait(timeout=PATIENCE), code, printed)
+        return printed.decode()
+
+    def test_shows_findings_in_colour(self):
+        self.assertIn(f"{GREEN}nothing is missing", self.on_terminal("calibrate", NULL, *QUICKLY))
+        self.assertIn(f"{GREEN}fits", self.on_terminal("compare", NULL, *QUICKLY))
+        self.assertIn(f"{YELLOW}something is missing", self.on_terminal("compare", DRAG, *QUICKLY))
+        self.write("s.toml", QUICK)
+        ran = self.on_terminal("run", "s.toml", "-o", "out")
+        self.assertIn(f"{GREEN}9 of 9 points completed", ran)
+        self.assertIn(f"[{GREEN}########################", ran)  # the bar
+
+    def test_shows_errors_in_red(self):
+        self.assertIn(f"{RED}culm:", self.on_terminal("reduce", "nowhere", code=BAD_INPUT))
+        self.assertIn(f"{RED}culm:", self.on_terminal("runn", code=BAD_INPUT))
+        self.assertIn(f"{RED}culm run:", self.on_terminal("run", "--no", code=BAD_INPUT))
+
+    def test_shows_a_verdict_in_bold(self):
+        told = self.on_terminal("diagnose", NULL, *QUICKLY, "--candidates", "taper", "-q")
+        self.assertIn(f"{BOLD}ADEQUATE:", told)
+
+    def test_stays_plain_where_no_colour_is_wanted(self):
+        for variables in ({"NO_COLOR": "1"}, {"TERM": "dumb"}):
+            with self.subTest(variables):
+                self.assertNotIn(ESCAPE, self.on_terminal("calibrate", NULL, *QUICKLY, **variables))
+
+    def test_pipes_and_files_hold_no_escapes(self):
+        for command in (("calibrate", NULL, *QUICKLY, "-o", "c"), ("compare", NULL, *QUICKLY),
+                        ("fit", NULL), ("reduce", "nowhere"), ("runn",)):
+            with self.subTest(command):
+                finished = self.culm(*command, env={**os.environ, "TERM": "xterm"})
+                self.assertNotIn("\x1b", finished.stdout + finished.stderr)
+        self.assertNotIn("\x1b", (self.folder / "c" / "calibration.json").read_text("utf-8"))
+
+
+class Cost(CulmTest):
+    def assert_told(self, pattern, *command):
+        """On standard error, unless --quiet or a document goes to the standard output."""
+        self.assertRegex(self.culm(*command).stderr, pattern)
+        self.assertEqual(self.culm(*command, "-q").stderr, "")
+        if command[0] != "run":
+            document = self.culm(*command, "--json", "-")
+            self.assertEqual(document.stderr, "")
+            json.loads(document.stdout)
+
+    def test_of_a_study_before_it_runs(self):
+        self.write("s.toml", QUICK)
+        told = self.culm("run", "s.toml", "-o", "out").stderr
+        self.assertRegex(told, rf"^9 points to compute: about {SECONDS} of processor time on the "
+                               r"reference machine; [\d.]+ kB on the disk before compression\n")
+        again = self.culm("run", "s.toml", "-o", "out", "--resume").stderr
+        self.assertNotIn("to compute", again)
+
+    def test_of_fits_before_they_begin(self):
+        time = rf"about {SECONDS} to {SECONDS} of processor time on the reference machine\n"
+        self.assert_told(rf"(?m)^3 recordings, one fit of the chain to each: {time}",
+                         "calibrate", STEMS, *QUICKLY)
+        self.assert_told(rf"(?m)^2 models, three fits of each: {time}",
+                         "compare", NULL, "--with", "quadratic_drag", *QUICKLY)
+
+    def test_of_a_diagnosis_before_it_begins(self):
+        # Its progress too goes to standard error.
+        told = self.culm("diagnose", NULL, *QUICKLY, "--candidates", "taper,quadratic_drag").stderr
+        self.assertRegex(told, rf"^2 candidates scored, those that promise something fitted to 1 "
+                               rf"recording: about {SECONDS} to {SECONDS} of processor time on the "
+                               r"reference machine\n")
+
+    def test_is_not_made_up_where_nothing_swings(self):
+        still = self.folder / "still"
+        still.mkdir()
+        (still / "stem.toml").write_text((Path(NULL) / "stem.toml").read_text("utf-8"), "utf-8")
+        header = next(line for line in (Path(NULL) / "deflection.csv").read_text("utf-8").split("\n")
+                      if line.startswith("time_s"))
+        zeros = ",0.0" * header.count(",")
+        (still / "deflection.csv").write_text(
+            "\n".join([header, *(f"{k * 1e-3}{zeros}" for k in range(100))]) + "\n", "utf-8")
+        self.assertIn("how long that takes is not known before",
+                      self.culm("calibrate", "still").stderr)
+
+
+class NextCommand(CulmTest):
+    def next_of(self, *command) -> str:
+        finished = self.culm(*command)
+        self.assert_exit(finished, DONE)
+        lines = finished.stdout.splitlines()
+        self.assertEqual(lines[-2], "")
+        self.assertTrue(lines[-1].startswith("next: culm "), lines[-1])
+        return lines[-1].removeprefix("next: ")
+
+    def test_leads_from_the_study_to_the_report(self):
+        self.write("s.toml", QUICK)
+        self.assertEqual(self.next_of("run", "s.toml", "-o", "my out", "-q"),
+                         "culm report 'my out'")
+        self.assertEqual(self.next_of("reduce", "my out"),
+                         "culm calibrate MEASUREMENT --via 'my out'")
+
+    def test_leads_from_the_measurement_to_the_diagnosis(self):
+        self.assertEqual(self.next_of("fit", NULL), f"culm calibrate {NULL}")
+        options = "--spheres 20 --window 0.1"
+        self.assertEqual(self.next_of("calibrate", NULL, *QUICKLY), f"culm compare {NULL} {options}")
+        self.assertEqual(self.next_of("calibrate", STEMS, *QUICKLY),
+                         f"culm compare --table {STEMS} {options}")
+        self.assertEqual(self.next_of("compare", NULL, *QUICKLY),
+                         f"culm calibrate {NULL} {options} --check")
+        self.assertEqual(self.next_of("compare", DRAG, *QUICKLY), f"culm diagnose {DRAG} {options}")
+
+
+class Provenance(CulmTest):
+    def test_tells_the_command_the_cost_and_the_files(self):
+        for command in (("fit", NULL), ("calibrate", NULL, *QUICKLY), ("compare", NULL, *QUICKLY),
+                        ("diagnose", NULL, *QUICKLY, "--candidates", "taper")):
+            with self.subTest(command[0]):
+                document = json.loads(self.culm(*command, "--json", "-").stdout)
+                facts = document["provenance"]
+                self.assertEqual(facts["command"],
+                                 " ".join(["culm", *command, "--json", "-"]))
+                self.assertRegex(facts["version"], r"^culm \d+\.\d+\.\d+ \(.+\)$")
+                self.assertRegex(facts["date"], r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ$")
+                self.assertEqual(facts["ranks"], 1)
+                self.assertGreater(facts["processor_s"], 0.0)
+                self.assertGreater(facts["wall_s"], 0.0)
+                self.assertEqual([Path(entry["file"]).name for entry in facts["inputs"]],
+                                 ["stem.toml", "deflection.csv"])
+                for entry in facts["inputs"]:
+                    content = Path(entry["file"]).read_bytes()
+                    self.assertEqual(entry["bytes"], len(content))
+                    self.assertEqual(entry["crc32"], f"{zlib.crc32(content):08x}")
+
+    def test_names_files_of_effects_and_studies(self):
+        effect = DATA.parents[1] / "config" / "effects" / "power_drag.toml"
+        self.write("mine.toml", effect.read_text("utf-8"))
+        self.write("s.toml", QUICK)
+        self.assert_exit(self.culm("run", "s.toml", "-o", "study", "-q"), DONE)
+        found = json.loads(self.culm("calibrate", NULL, *QUICKLY, "--with", "./mine.toml", "--via",
+                                     "study", "--json", "-").stdout)
+        names = [re.sub(".*/", "", entry["file"]) for entry in found["provenance"]["inputs"]]
+        self.assertEqual(names, ["stem.toml", "deflection.csv", "mine.toml", "study.h5"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The programs in postprocess/, as one types them."""
+
+import os
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+POSTPROCESS = Path(__file__).resolve().parents[2] / "postprocess"
+PROGRAMS = [file for file in sorted(POSTPROCESS.glob("*.py"))
+            if file.read_text("utf-8").startswith("#!")]
+
+
+class Programs(unittest.TestCase):
+    def test_may_be_executed(self):
+        self.assertGreaterEqual(len(PROGRAMS), 7)
+        for program in PROGRAMS:
+            self.assertTrue(os.access(program, os.X_OK), program.name)
+
+    def test_say_in_a_sentence_which_packages_this_python_lacks(self):
+        """-S leaves out all that is not Python's own."""
+        for program in PROGRAMS:
+            run = subprocess.run([sys.executable, "-B", "-S", program, "DIR"], text=True,
+                                 capture_output=True, check=False)
+            with self.subTest(program=program.name):
+                self.assertNotIn("Traceback", run.stderr)
+                if program.name != "reproduction_table.py":  # needs nothing
+                    self.assertEqual(run.returncode, 2)
+                    self.assertIn("jobs/install-packages.sh figures", run.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
