@@ -36,6 +36,7 @@ if(NOT CMAKE_CROSSCOMPILING)
     add_custom_target(culm_manual ALL DEPENDS ${culm_manual}/culm.1)
     install(DIRECTORY ${culm_manual}/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1
         FILES_MATCHING PATTERN "*.1")
+    install(FILES ${culm_manual}/culm-config.5 DESTINATION ${CMAKE_INSTALL_MANDIR}/man5)
     install(FILES ${culm_manual}/culm.bash
         DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME culm)
     install(FILES ${culm_manual}/culm.zsh

@@ -49,6 +49,7 @@ output=$(realpath --canonicalize-missing "${output:-$root/results/$(basename "$s
 culm=$root/build/release/src/cli/culm
 
 "$root"/jobs/install-packages.sh build run figures report
+[[ -x $culm ]] || echo "Building culm: some ten minutes on two cores, once."
 "$root"/jobs/build.sh src/cli/all
 
 # Alone first: a wrong study is refused here in one sentence, without mpirun's words around it.
