@@ -101,9 +101,10 @@ class ScoreTest {
         for (int pass = 0; pass < most_bounded; ++pass) {
             bool is_inside = true;
             for (std::size_t k = 0; k < stacked.names.size(); ++k)
-                if (is_new(stacked.names[k]) && !is_held[k] &&
-                    leaves_bounds(start, stacked.names[k],
-                                  solution.change(static_cast<Eigen::Index>(k)))) {
+                if (const double change = solution.change(static_cast<Eigen::Index>(k));
+                    is_new(stacked.names[k]) && !is_held[k] &&
+                    (leaves_bounds(start, stacked.names[k], change) ||
+                     oversteps(start, stacked.names[k], change))) {
                     is_held[k] = true;
                     is_inside = false;
                 }
@@ -122,11 +123,21 @@ class ScoreTest {
         if (parameter == nullptr || parameter->is_place)
             return false;
         const double value = parameter->access.get(model.spec);
-        const bool is_at_bound = value <= parameter->lower || value >= parameter->upper;
-        if (!is_at_bound && parameter->fitted_as == physics::FittedAs::Itself)
-            return value + change < parameter->lower || value + change > parameter->upper;
         return (value <= parameter->lower && change < 0.0) ||
                (value >= parameter->upper && change > 0.0);
+    }
+
+    /// A step from a size of its own that would end beyond the bounds, at a negative mass say.
+    [[nodiscard]] static bool oversteps(const Models& start, const std::string& column,
+                                        double change) {
+        const calibrate::StemModel& model = start.front();
+        const calibrate::FreeParameter* const parameter = parameter_of(model, column);
+        if (parameter == nullptr || parameter->is_place ||
+            parameter->fitted_as != physics::FittedAs::Itself)
+            return false;
+        const double value = parameter->access.get(model.spec);
+        return value > parameter->lower && value < parameter->upper &&
+               (value + change < parameter->lower || value + change > parameter->upper);
     }
 
     /// Columns of what is fitted without the effect, at this start.
