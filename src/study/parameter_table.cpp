@@ -174,19 +174,19 @@ const Parameter* find_parameter(std::string_view key) {
     return found == table.end() ? nullptr : found;
 }
 
-std::string config_text(const Parameter& parameter, double si_value) {
-    return fmt::format("{}", parameter.unit.from_si(si_value));
+std::string config_text(const Parameter& parameter, double value_in_si) {
+    return fmt::format("{}", parameter.unit.from_si(value_in_si));
 }
 
 std::span<const ExclusiveKeys> exclusive_keys() {
     return exclusive;
 }
 
-void ParameterValues::set(const Parameter& parameter, double si_value) {
+void ParameterValues::set(const Parameter& parameter, double value_in_si) {
     if (parameter.effect)
-        of_effects_.emplace_back(*parameter.effect, si_value);
+        of_effects_.emplace_back(*parameter.effect, value_in_si);
     else
-        values_[index_of(parameter)] = si_value;
+        values_[index_of(parameter)] = value_in_si;
 }
 
 std::optional<double> ParameterValues::get(const Parameter& parameter) const {

@@ -55,7 +55,7 @@ inline constexpr std::size_t parameter_count = 14;
 [[nodiscard]] const Parameter* find_parameter(std::string_view key);
 
 /// The SI value in the parameter's unit, in the fewest digits that identify it.
-[[nodiscard]] std::string config_text(const Parameter& parameter, double si_value);
+[[nodiscard]] std::string config_text(const Parameter& parameter, double value_in_si);
 
 /// Two keys that fix the same thing, so that only one of them may be given.
 struct ExclusiveKeys {
@@ -68,7 +68,7 @@ struct ExclusiveKeys {
 /// Which parameters are given, and their values in SI.
 class ParameterValues {
   public:
-    void set(const Parameter& parameter, double si_value);
+    void set(const Parameter& parameter, double value_in_si);
     [[nodiscard]] std::optional<double> get(const Parameter& parameter) const;
     [[nodiscard]] bool has(std::string_view key) const;
 

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/beat.hpp"
+
+#include "beam_generator/recording.hpp"
+#include "calibrate/chain_prediction.hpp"
+#include "diagnose/candidate_model.hpp"
+#include "diagnose/diagnosis.hpp"
+#include "physics/effects/library.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+constexpr double angular_frequency = 400.0;
+constexpr double decay_rate = 8.0;
+
+/// Three rows that were fitted by a plain swing, and what was measured.
+template <class Motion>
+calibrate::ChainFit fit_of_plain_swing(const Motion& measured, double noise) {
+    constexpr std::array<double, 3> shape{2e-3, 8e-3, 20e-3};
+    std::mt19937_64 engine(5);
+    std::normal_distribution<double> error(0.0, noise);
+    calibrate::ChainFit fit;
+    fit.prediction.rows = shape.size();
+    for (int i = -5; i < 300; ++i) {
+        const double time = 1e-3 * i;
+        fit.times.push_back(time);
+        const double after = std::max(time, 0.0);
+        for (const double row : shape) {
+            const double plain =
+                row * std::exp(-decay_rate * after) * std::cos(angular_frequency * after);
+            fit.prediction.readings.push_back(plain);
+            fit.residuals.push_back(row * measured(after) + error(engine) - plain);
+        }
+    }
+    fit.prediction.frames = fit.times.size();
+    return fit;
+}
+
+TEST(RecordedBeats, FindsTheSplitAndTheAngleOfABeat) {
+    for (const double split : {0.03, 0.15})
+        for (const double angle : {0.5, 1.1}) {
+            const auto beat = [&](double time) {
+                const double along = std::pow(std::cos(angle), 2);
+                return std::exp(-6.0 * time) *
+                       (along * std::cos(402.0 * std::sqrt(1.0 + 0.5 * split) * time) +
+                        (1.0 - along) * std::cos(402.0 * std::sqrt(1.0 - 0.5 * split) * time));
+            };
+            const auto beats = diagnose::recorded_beats(fit_of_plain_swing(beat, 2e-5),
+                                                        angular_frequency, decay_rate, 2);
+            ASSERT_FALSE(beats.empty()) << split << ' ' << angle;
+            // The noise is a thousandth of the swing, over 300 frames.
+            EXPECT_NEAR(beats.front().split, split, 1e-3);
+            EXPECT_NEAR(beats.front().angle, angle, 0.01);
+            EXPECT_NEAR(beats.front().angular_frequency, 402.0, 0.2);
+            EXPECT_NEAR(beats.front().decay_rate, 6.0, 0.1);
+            EXPECT_NEAR(beats.front().amplitude, 1.0, 0.01);
+        }
+}
+
+TEST(RecordedBeats, FindsNoneInAPlainSwing) {
+    const auto plain = [](double time) {
+        return std::exp(-decay_rate * time) * std::cos(angular_frequency * time);
+    };
+    EXPECT_TRUE(
+        diagnose::recorded_beats(fit_of_plain_swing(plain, 5e-5), angular_frequency, decay_rate, 2)
+            .empty());
+}
+
+beam::RecordingSpec beating_recording() {
+    beam::RecordingSpec spec;
+    spec.heights = beam::even_heights(spec.stem.length, 6);
+    spec.duration = 0.2;
+    spec.errors.noise = 0.04e-3;
+    spec.effects = {{"out_of_plane", {{"stiffness_split", 0.1}, {"angle_deg", 35.0}}}};
+    return spec;
+}
+
+// Differences of neighbours that take the same steps: with steps too long for the stem's twist they
+// would be the integrator's errors.
+TEST(SpatialPrediction, HasTheDerivativesThatShorterStepsGive) {
+    const measure::Measurement recording = beam::record(beating_recording());
+    const auto effects = physics::parse_effects("out_of_plane", {});
+    calibrate::StemModel model =
+        diagnose::candidate_model(calibrate::baseline_model(recording, {}), effects, recording);
+    const auto usual = calibrate::predict_readings(model, recording.times, {});
+    model.spec.integrator.relative_tolerance = 1e-8;
+    const auto exact = calibrate::predict_readings(model, recording.times, {});
+    for (std::size_t k = 0; k < usual.parameters; ++k) {
+        double difference = 0.0;
+        double size = 0.0;
+        for (std::size_t i = k; i < usual.jacobian.size(); i += usual.parameters) {
+            difference += std::pow(usual.jacobian[i] - exact.jacobian[i], 2);
+            size += std::pow(exact.jacobian[i], 2);
+        }
+        EXPECT_LT(std::sqrt(difference / size), 0.03) << model.free_names()[k];
+    }
+}
+
+TEST(Diagnosis, NamesAStemThatLeavesThePlaneAndItsAngle) {
+    const std::vector<measure::Measurement> recordings{beam::record(beating_recording())};
+    diagnose::DiagnosisOptions options;
+    options.candidates =
+        physics::parse_effects("out_of_plane,base_motion,quadratic_drag,hysteretic_damping", {});
+    options.null_draws = 20;
+    const diagnose::Diagnosis found = diagnose::diagnose(recordings, options);
+    EXPECT_EQ(found.effects, std::vector<std::string>{"out_of_plane"}) << found.reason;
+    const auto value = [&](const std::string& name) {
+        const auto& all = found.final_fit.parameters;
+        return std::ranges::find(all, name, &calibrate::FittedParameter::name)->value;
+    };
+    // Three standard errors are 0.0005 and 0.2 degrees; chain and beam differ by a few thousandths.
+    EXPECT_NEAR(value("out_of_plane.stiffness_split"), 0.1, 0.002);
+    EXPECT_NEAR(value("out_of_plane.angle_deg"), 35.0, 0.5);
+}
+
+} // namespace
+} // namespace culm::tests
