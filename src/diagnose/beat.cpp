@@ -18,6 +18,7 @@ constexpr double largest_split = 0.8;
 constexpr double needed_gain = 0.1; ///< of the square of what the fit leaves
 constexpr double same_split = 0.05; ///< relative: two solutions are one
 constexpr int most_iterations = 40;
+constexpr std::size_t fewest_frames = 10;
 
 /// The swing in the shape that the stem was released in, over the fitted chain's at the release.
 struct SwingHistory {
@@ -116,6 +117,8 @@ Candidate solved(const SwingHistory& history, double angular_frequency, double d
 std::vector<Beat> recorded_beats(const calibrate::ChainFit& fit, double angular_frequency,
                                  double decay_rate, std::size_t count) {
     const SwingHistory history = swing_history(fit);
+    if (history.times.size() < fewest_frames) // or held straight: it was released in no shape
+        return {};
     double left = 0.0;
     for (std::size_t i = 0; i < history.times.size(); ++i)
         left += std::pow(history.measured[i] - history.modelled[i], 2);
