@@ -24,7 +24,7 @@ endif()
 target_compile_definitions(culm_build_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
 
 # culm_precompile(<target> <header>...): other projects' headers that most of its files read are parsed
-# once, which takes two fifths off a build from nothing. ccache cannot keep what such a header is part of, and
+# once, which takes a tenth to a fifth off a file. ccache cannot keep what such a header is part of, and
 # saves more; so a build with it compiles every file from its own includes and shows the one that is missing.
 function(culm_precompile target)
     if(NOT CMAKE_CXX_COMPILER_LAUNCHER MATCHES "ccache")
