@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Diagnoses of recordings whose hidden effects are known: drawn at random, made by a beam that is
 // not the chain, spread over the ranks of mpirun.
+#include "bench/cpu_time.hpp"
+#include "bench/diagnosis_confusion.hpp"
 #include "bench/diagnosis_outcome.hpp"
 #include "bench/diagnosis_score.hpp"
 #include "bench/run_program.hpp"
@@ -10,6 +12,7 @@
 #include "farm/batch.hpp"
 #include "farm/environment.hpp"
 #include "measure/measurement_folder.hpp"
+#include "run/simulate.hpp"
 
 #include <cstdint>
 #include <cstdio>
@@ -33,10 +36,11 @@ struct Settings {
     std::uint64_t first = 0;
     std::uint64_t seed = 1;
     std::string kind = "all";
-    std::string json_file;
+    std::string results_folder;
     std::string write_folder;
     std::optional<int> spheres;
     int null_draws = 200;
+    double limit_s = 900.0; ///< of processor time for one recording
 };
 
 std::vector<beam::RandomCase> draw_cases(const Settings& settings) {
@@ -59,14 +63,21 @@ Outcome diagnosed_case(const beam::RandomCase& drawn, const Settings& settings,
     diagnose::DiagnosisOptions options;
     options.candidate.chain.spheres = settings.spheres;
     options.null_draws = settings.null_draws;
-    options.candidate.heartbeat = [&heartbeat] {
+    const double start = cpu_seconds();
+    options.candidate.heartbeat = [&heartbeat, &settings, start] {
         heartbeat.beat();
-        return !heartbeat.stop_requested();
+        return !heartbeat.stop_requested() && cpu_seconds() - start < settings.limit_s;
     };
-    return diagnosed(measurement, options);
+    try {
+        return diagnosed(measurement, options);
+    } catch (const run::Abandoned&) {
+        if (heartbeat.stop_requested())
+            throw;
+        return no_answer(fmt::format("no answer within {} s", settings.limit_s), settings.limit_s);
+    }
 }
 
-json case_json(const GradedCase& graded) {
+json case_json(const GradedCase& graded, std::uint64_t seed) {
     json truth = json::object();
     for (const beam::HiddenEffect& effect : graded.drawn.spec.effects)
         for (const auto& [name, value] : effect.parameters)
@@ -74,6 +85,7 @@ json case_json(const GradedCase& graded) {
     const beam::RecordingSpec& spec = graded.drawn.spec;
     return {{"id", spec.id},
             {"kind", beam::to_string(graded.drawn.kind)},
+            {"seed", seed},
             {"number", graded.drawn.number},
             {"truth", truth},
             {"youngs_modulus_Pa", spec.stem.youngs_modulus},
@@ -86,47 +98,97 @@ json case_json(const GradedCase& graded) {
             {"outcome", graded.outcome}};
 }
 
-void print_report(const Settings& settings, const std::vector<GradedCase>& cases) {
-    fmt::print("{} recordings; {} build, {}; seed {}, cases from {} on\n{}", cases.size(),
-               CULM_BUILD_TYPE, CULM_ARCHITECTURE, settings.seed, settings.first, report(cases));
-    if (settings.json_file.empty())
+std::filesystem::path result_file(const Settings& settings, const beam::RandomCase& drawn) {
+    return std::filesystem::path(settings.results_folder) /
+           fmt::format("{}-{}.json", settings.seed, drawn.spec.id);
+}
+
+/// The answer of this case, as an earlier run kept it.
+std::optional<json> kept_case(const Settings& settings, const beam::RandomCase& drawn) {
+    if (settings.results_folder.empty())
+        return std::nullopt;
+    std::ifstream file(result_file(settings, drawn));
+    if (!file)
+        return std::nullopt;
+    return json::parse(file);
+}
+
+/// Whole or not at all: a run that is stopped goes on from what it kept.
+void keep_case(const Settings& settings, const beam::RandomCase& drawn, const json& graded) {
+    if (settings.results_folder.empty())
         return;
-    json all = json::array();
-    for (const GradedCase& graded : cases)
-        all.push_back(case_json(graded));
-    std::ofstream file(settings.json_file);
-    file << all.dump(1) << '\n';
+    const std::filesystem::path path = result_file(settings, drawn);
+    const std::filesystem::path draft = path.string() + ".part";
+    std::ofstream file(draft);
+    file << graded.dump(1) << '\n';
     if (!file.flush())
-        throw core::StorageError(fmt::format("{} cannot be written", settings.json_file));
+        throw core::StorageError(fmt::format("{} cannot be written", draft.string()));
+    file.close();
+    std::filesystem::rename(draft, path);
+}
+
+json answered_case(const Settings& settings, const beam::RandomCase& drawn,
+                   farm::Heartbeat& heartbeat) {
+    if (std::optional<json> kept = kept_case(settings, drawn))
+        return *kept;
+    const Outcome outcome = diagnosed_case(drawn, settings, heartbeat);
+    json answered = case_json({drawn, outcome, grade(drawn, outcome)}, settings.seed);
+    keep_case(settings, drawn, answered);
+    fmt::print(stderr, "{}: {}, {:.0f} s\n", drawn.spec.id, to_string(grade(drawn, outcome)),
+               outcome.seconds);
+    return answered;
+}
+
+GradedCase graded(const beam::RandomCase& drawn, const json& answered) {
+    const Outcome outcome = answered.at("outcome");
+    return {drawn, outcome, grade(drawn, outcome)};
+}
+
+/// All that runs of any seed kept in the folder.
+std::vector<GradedCase> kept_cases(const std::filesystem::path& folder) {
+    std::vector<GradedCase> cases;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        if (entry.path().extension() != ".json")
+            continue;
+        std::ifstream file(entry.path());
+        const json answered = json::parse(file);
+        const beam::RandomCase drawn = beam::random_case(
+            answered.at("seed"), beam::case_kind(answered.at("kind").get<std::string>()),
+            answered.at("number").get<std::uint64_t>());
+        cases.push_back(graded(drawn, answered));
+    }
+    return cases;
+}
+
+void print_report(const std::string& source, const std::vector<GradedCase>& cases) {
+    fmt::print("{} recordings; {} build, {}; {}\n{}{}", cases.size(), CULM_BUILD_TYPE,
+               CULM_ARCHITECTURE, source, report(cases), confusion_matrix(cases));
 }
 
 void run(const Settings& settings, const farm::Communicator* communicator) {
+    if (!settings.results_folder.empty())
+        std::filesystem::create_directories(settings.results_folder);
     const std::vector<beam::RandomCase> cases = draw_cases(settings);
     std::vector<json> own(cases.size());
     const auto work = [&](std::size_t item, farm::Heartbeat& heartbeat) {
-        own[item] = diagnosed_case(cases[item], settings, heartbeat);
-        const Outcome outcome = own[item];
-        fmt::print(stderr, "{}: {}, {:.0f} s\n", cases[item].spec.id,
-                   to_string(grade(cases[item], outcome)), outcome.seconds);
-        return farm::BatchReport{1, 0, outcome.seconds};
+        own[item] = answered_case(settings, cases[item], heartbeat);
+        return farm::BatchReport{1, 0, own[item].at("outcome").at("cpu_s").get<double>()};
     };
     // Two effects are searched for longest.
     std::vector<double> costs;
     for (const beam::RandomCase& drawn : cases)
         costs.push_back(1.0 + 2.0 * static_cast<double>(drawn.spec.effects.size()));
     const farm::Summary summary = cli::map_items(communicator, costs, work);
-    const json outcomes = cli::gathered(own, communicator);
+    const json answers = cli::gathered(own, communicator);
     if (communicator != nullptr && communicator->rank() != 0)
         return;
-    std::vector<GradedCase> graded;
+    std::vector<GradedCase> all;
     for (std::size_t k = 0; k < cases.size(); ++k)
-        if (!outcomes[k].is_null()) {
-            const Outcome outcome = outcomes[k];
-            graded.push_back({cases[k], outcome, grade(cases[k], outcome)});
-        }
+        if (!answers[k].is_null())
+            all.push_back(graded(cases[k], answers[k]));
     for (const farm::LostBatch& lost : summary.lost)
         fmt::print(stderr, "{}: lost: {}\n", cases[lost.batch].spec.id, lost.reason);
-    print_report(settings, graded);
+    print_report(fmt::format("seed {}, cases from {} on", settings.seed, settings.first), all);
 }
 
 } // namespace
@@ -141,14 +203,25 @@ int main(int argc, char** argv) {
     app.add_option("--seed", settings.seed, "of everything that is drawn");
     app.add_option("--kind", settings.kind, "null, single, pair, unknown or all")
         ->check(CLI::IsMember({"null", "single", "pair", "unknown", "all"}));
-    app.add_option("--json", settings.json_file, "every case with its truth and its answer");
+    app.add_option("--results", settings.results_folder,
+                   "keep every case with its truth and its answer in this folder; what is there "
+                   "is not diagnosed again");
+    std::string report_folder;
+    app.add_option("--report", report_folder, "tables of all that --results kept in this folder")
+        ->check(CLI::ExistingDirectory);
     app.add_option("--write", settings.write_folder, "keep the recordings in this folder");
     app.add_option("--spheres", settings.spheres, "of the chains that are fitted");
     app.add_option("--null-draws", settings.null_draws, "of each diagnosis's own check");
+    app.add_option("--limit", settings.limit_s, "s of processor time for one recording");
     CLI11_PARSE(app, argc, argv);
     return bench::run_program([&] {
         farm::Environment environment(argc, argv);
         const farm::Communicator world = environment.world();
+        if (!report_folder.empty()) {
+            if (world.rank() == 0)
+                bench::print_report("all of " + report_folder, bench::kept_cases(report_folder));
+            return;
+        }
         bench::run(settings, world.size() > 1 ? &world : nullptr);
     });
 }

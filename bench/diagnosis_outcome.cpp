@@ -35,13 +35,19 @@ Outcome diagnosed(const measure::Measurement& measurement,
         outcome.false_naming = found.false_naming.rate;
         outcome.runs = found.runs;
     } catch (const core::NumericalError& error) {
-        outcome.verdict = "failed";
-        outcome.reason = error.what();
+        return no_answer(error.what(), cpu_seconds() - start);
     } catch (const core::InputError& error) {
-        outcome.verdict = "failed";
-        outcome.reason = error.what();
+        return no_answer(error.what(), cpu_seconds() - start);
     }
     outcome.seconds = cpu_seconds() - start;
+    return outcome;
+}
+
+Outcome no_answer(const std::string& reason, double cpu_s) {
+    Outcome outcome;
+    outcome.verdict = "failed";
+    outcome.reason = reason;
+    outcome.seconds = cpu_s;
     return outcome;
 }
 

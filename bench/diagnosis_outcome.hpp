@@ -36,6 +36,9 @@ struct Outcome {
 [[nodiscard]] Outcome diagnosed(const measure::Measurement& measurement,
                                 const diagnose::DiagnosisOptions& options);
 
+/// A diagnosis that did not end, and why.
+[[nodiscard]] Outcome no_answer(const std::string& reason, double cpu_s);
+
 void to_json(nlohmann::json& json, const Outcome& outcome);
 void from_json(const nlohmann::json& json, Outcome& outcome);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/chain_prediction.hpp"
 
+#include "calibrate/held_frames.hpp"
 #include "core/error.hpp"
 #include "measure/observation.hpp"
 #include "run/case_model.hpp"
@@ -26,6 +27,41 @@ run::CaseSpec case_until(const StemModel& model, double last_time) {
         spec.integrator.relative_tolerance =
             std::min(spec.integrator.relative_tolerance, spatial_tolerance);
     return spec;
+}
+
+void add_frame(const StemModel& model, std::span<const double> values,
+               const run::CaseWithSensitivities& simulated, std::span<const double> sample_times,
+               double since_release, ChainPrediction& prediction) {
+    const measure::TimeStencil stencil = measure::time_stencil(sample_times, since_release);
+    const auto& heights = simulated.result.height_deflection;
+    for (std::size_t j = 0; j < prediction.rows; ++j) {
+        prediction.readings.push_back(stencil.value(heights, prediction.rows, j));
+        for (std::size_t k = 0; k < values.size(); ++k)
+            prediction.jacobian.push_back(derivative_by_value(
+                model.parameters[k], values[k],
+                stencil.value(simulated.height_derivatives[k], prediction.rows, j)));
+        if (model.release_time_bound > 0.0)
+            prediction.jacobian.push_back(-stencil.rate(heights, prediction.rows, j));
+    }
+}
+
+void move_held_frames(const StemModel& model, std::span<const double> times,
+                      ChainPrediction& prediction) {
+    const HeldFrames held(model);
+    if (!held.move())
+        return;
+    for (std::size_t i = 0; i < times.size() && times[i] < model.release_time; ++i)
+        for (std::size_t j = 0; j < prediction.rows; ++j) {
+            const double since_release = times[i] - model.release_time;
+            const double height = model.spec.heights[j];
+            const std::size_t at = i * prediction.rows + j;
+            prediction.readings[at] += held.shift(since_release, height);
+            double* const derivatives = prediction.jacobian.data() + at * prediction.parameters;
+            for (std::size_t k = 0; k < model.parameters.size(); ++k)
+                derivatives[k] += held.derivative(k, since_release, height);
+            if (model.release_time_bound > 0.0)
+                derivatives[model.parameters.size()] -= held.rate(since_release, height);
+        }
 }
 
 } // namespace
@@ -54,20 +90,10 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
     std::vector<double> sample_times(spec.sample_count());
     for (std::size_t k = 0; k < sample_times.size(); ++k)
         sample_times[k] = static_cast<double>(k) * spec.sample_interval;
-    for (const double time : times) {
-        const measure::TimeStencil stencil =
-            measure::time_stencil(sample_times, time - model.release_time);
-        for (std::size_t j = 0; j < prediction.rows; ++j) {
-            const auto& heights = simulated.result.height_deflection;
-            prediction.readings.push_back(stencil.value(heights, prediction.rows, j));
-            for (std::size_t k = 0; k < values.size(); ++k)
-                prediction.jacobian.push_back(derivative_by_value(
-                    model.parameters[k], values[k],
-                    stencil.value(simulated.height_derivatives[k], prediction.rows, j)));
-            if (model.release_time_bound > 0.0)
-                prediction.jacobian.push_back(-stencil.rate(heights, prediction.rows, j));
-        }
-    }
+    for (const double time : times)
+        add_frame(model, values, simulated, sample_times, time - model.release_time, prediction);
+    if (!times.empty() && times.front() < model.release_time)
+        move_held_frames(model, times, prediction);
     return prediction;
 }
 

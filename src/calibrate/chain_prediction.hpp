@@ -21,8 +21,8 @@ struct ChainPrediction {
 /// Readings at `times` (s, ascending, 0 about the release) and the case's heights: the chain is
 /// sampled in time and the readings are a cubic through four samples (measure::time_stencil), from
 /// which the derivative by the release time comes too. Before the release they are those of the
-/// held stem. Throws core::NumericalError if the case cannot be computed; run::Abandoned if the
-/// heartbeat says so.
+/// held stem (HeldFrames). Throws core::NumericalError if the case cannot be computed;
+/// run::Abandoned if the heartbeat says so.
 [[nodiscard]] ChainPrediction predict_readings(const StemModel& model,
                                                std::span<const double> times,
                                                const run::Heartbeat& heartbeat = {});

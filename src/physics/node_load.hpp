@@ -58,12 +58,17 @@ template <class T>
             -hinge.stiffness, -slope};
 }
 
+/// Where the support is, m, aside of its middle.
+template <class T>
+[[nodiscard]] T base_position(const BaseMotion<T>& motion, const T& time) {
+    using std::sin;
+    return motion.amplitude * sin(motion.angular_frequency * time + motion.phase);
+}
+
 /// Acceleration that the chain feels in the frame of its support, −ẍ_b, m/s².
 template <class T>
 [[nodiscard]] T base_acceleration(const BaseMotion<T>& motion, const T& time) {
-    using std::sin;
-    return motion.amplitude * motion.angular_frequency * motion.angular_frequency *
-           sin(motion.angular_frequency * time + motion.phase);
+    return motion.angular_frequency * motion.angular_frequency * base_position(motion, time);
 }
 
 /// Sideways force of the finger on the tip, N.

@@ -2,10 +2,10 @@
 #include "run/recorder.hpp"
 
 #include "measure/curve_reading.hpp"
+#include "physics/node_load.hpp"
 #include "run/rolling_shutter.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace culm::run {
 
@@ -28,10 +28,7 @@ double Recorder::camera_scale(double height) const {
 }
 
 double Recorder::support_position(double time) const {
-    if (!model_.chain.base_motion)
-        return 0.0;
-    const physics::BaseMotion<double>& base = *model_.chain.base_motion;
-    return base.amplitude * std::sin(base.angular_frequency * time + base.phase);
+    return model_.chain.base_motion ? physics::base_position(*model_.chain.base_motion, time) : 0.0;
 }
 
 void Recorder::record(std::size_t index, std::span<const double> positions) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <stdexcept>
 
 #include <fmt/core.h>
 
@@ -62,6 +63,14 @@ std::string_view to_string(CaseKind kind) {
         return "unknown";
     }
     return "null";
+}
+
+CaseKind case_kind(std::string_view name) {
+    for (const CaseKind kind :
+         {CaseKind::Null, CaseKind::Single, CaseKind::Pair, CaseKind::Unknown})
+        if (to_string(kind) == name)
+            return kind;
+    throw std::invalid_argument(fmt::format("{} is no kind of case", name));
 }
 
 std::vector<std::vector<std::string>> effect_pairs() {

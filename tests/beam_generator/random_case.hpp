@@ -15,6 +15,8 @@ namespace culm::beam {
 enum class CaseKind { Null, Single, Pair, Unknown };
 
 [[nodiscard]] std::string_view to_string(CaseKind kind);
+/// The kind of this name. Throws std::invalid_argument if there is none.
+[[nodiscard]] CaseKind case_kind(std::string_view name);
 
 struct RandomCase {
     CaseKind kind = CaseKind::Null;

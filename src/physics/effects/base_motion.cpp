@@ -21,7 +21,8 @@ EffectPointer base_motion() {
         {.name = "base_motion",
          .summary = "the support vibrates sideways",
          .law =
-             "x_b(t) = a sin(2π f t + φ); in its frame every mass m feels the force -m d²x_b/dt²",
+             "x_b(t) = a sin(2π f t + φ); in its frame every mass m feels the force -m d²x_b/dt². "
+             "Before the release the support carries the stem and what holds it",
          .source = "Clough & Penzien (1993), Dynamics of Structures, McGraw-Hill (support "
                    "excitation)",
          .signature = "a motion with a frequency of its own that does not decay, present at the "
