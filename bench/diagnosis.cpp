@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Diagnoses of recordings whose hidden effects are known: drawn at random, made by a beam that is
 // not the chain, spread over the ranks of mpirun.
+#include "beam_generator/flaw.hpp"
 #include "bench/cpu_time.hpp"
 #include "bench/diagnosis_confusion.hpp"
 #include "bench/diagnosis_outcome.hpp"
@@ -36,6 +37,7 @@ struct Settings {
     std::uint64_t first = 0;
     std::uint64_t seed = 1;
     std::string kind = "all";
+    std::string flaw = "none"; ///< of every recording
     std::string results_folder;
     std::string write_folder;
     std::optional<int> spheres;
@@ -51,6 +53,8 @@ std::vector<beam::RandomCase> draw_cases(const Settings& settings) {
             for (int k = 0; k < settings.cases; ++k)
                 cases.push_back(beam::random_case(settings.seed, kind,
                                                   settings.first + static_cast<std::uint64_t>(k)));
+    for (beam::RandomCase& drawn : cases)
+        beam::flaw_named(settings.flaw).apply(drawn.spec);
     return cases;
 }
 
@@ -77,7 +81,7 @@ Outcome diagnosed_case(const beam::RandomCase& drawn, const Settings& settings,
     }
 }
 
-json case_json(const GradedCase& graded, std::uint64_t seed) {
+json case_json(const GradedCase& graded, const Settings& settings) {
     json truth = json::object();
     for (const beam::HiddenEffect& effect : graded.drawn.spec.effects)
         for (const auto& [name, value] : effect.parameters)
@@ -85,7 +89,8 @@ json case_json(const GradedCase& graded, std::uint64_t seed) {
     const beam::RecordingSpec& spec = graded.drawn.spec;
     return {{"id", spec.id},
             {"kind", beam::to_string(graded.drawn.kind)},
-            {"seed", seed},
+            {"seed", settings.seed},
+            {"flaw", settings.flaw},
             {"number", graded.drawn.number},
             {"truth", truth},
             {"youngs_modulus_Pa", spec.stem.youngs_modulus},
@@ -100,7 +105,8 @@ json case_json(const GradedCase& graded, std::uint64_t seed) {
 
 std::filesystem::path result_file(const Settings& settings, const beam::RandomCase& drawn) {
     return std::filesystem::path(settings.results_folder) /
-           fmt::format("{}-{}.json", settings.seed, drawn.spec.id);
+           fmt::format("{}-{}{}.json", settings.seed, drawn.spec.id,
+                       settings.flaw == "none" ? "" : "-" + settings.flaw);
 }
 
 /// The answer of this case, as an earlier run kept it.
@@ -132,7 +138,7 @@ json answered_case(const Settings& settings, const beam::RandomCase& drawn,
     if (std::optional<json> kept = kept_case(settings, drawn))
         return *kept;
     const Outcome outcome = diagnosed_case(drawn, settings, heartbeat);
-    json answered = case_json({drawn, outcome, grade(drawn, outcome)}, settings.seed);
+    json answered = case_json({drawn, outcome, grade(drawn, outcome)}, settings);
     keep_case(settings, drawn, answered);
     fmt::print(stderr, "{}: {}, {:.0f} s\n", drawn.spec.id, to_string(grade(drawn, outcome)),
                outcome.seconds);
@@ -188,7 +194,9 @@ void run(const Settings& settings, const farm::Communicator* communicator) {
             all.push_back(graded(cases[k], answers[k]));
     for (const farm::LostBatch& lost : summary.lost)
         fmt::print(stderr, "{}: lost: {}\n", cases[lost.batch].spec.id, lost.reason);
-    print_report(fmt::format("seed {}, cases from {} on", settings.seed, settings.first), all);
+    print_report(fmt::format("seed {}, cases from {} on, flaw: {}", settings.seed, settings.first,
+                             settings.flaw),
+                 all);
 }
 
 } // namespace
@@ -203,6 +211,10 @@ int main(int argc, char** argv) {
     app.add_option("--seed", settings.seed, "of everything that is drawn");
     app.add_option("--kind", settings.kind, "null, single, pair, unknown or all")
         ->check(CLI::IsMember({"null", "single", "pair", "unknown", "all"}));
+    std::vector<std::string> flaws;
+    for (const beam::Flaw& flaw : beam::flaws())
+        flaws.push_back(flaw.name);
+    app.add_option("--flaw", settings.flaw, "of every recording")->check(CLI::IsMember(flaws));
     app.add_option("--results", settings.results_folder,
                    "keep every case with its truth and its answer in this folder; what is there "
                    "is not diagnosed again");

@@ -74,7 +74,24 @@ ModelFit CandidateField::fit(const SelectedEffects& effects, const ModelFit& sma
     if (!fit.is_fitted())
         throw core::NumericalError(core::FailureKind::FitFailed,
                                    "the model cannot be fitted: " + fit.failure);
+    memory_.keep(effects, summary_of(fit));
     return fit;
+}
+
+ModelFit CandidateField::recall(const SelectedEffects& effects, const ModelFit& smaller) {
+    if (const FitSummary* const known = remembered(effects, smaller))
+        return restore({effects, *known});
+    ModelFit fit = fit_model(effects, smaller, recordings_, options_.candidate);
+    runs_ += fit.runs;
+    memory_.keep(effects, summary_of(fit));
+    return fit;
+}
+
+/// A larger model that was met on another way may have ended above this smaller one.
+const FitSummary* CandidateField::remembered(const SelectedEffects& effects,
+                                             const ModelFit& smaller) const {
+    const FitSummary* const known = memory_.fit_of(effects);
+    return known != nullptr && known->chi_squared <= smaller.chi_squared ? known : nullptr;
 }
 
 ModelFit CandidateField::restore(const SearchedModel& model) {
@@ -85,6 +102,8 @@ ModelFit CandidateField::restore(const SearchedModel& model) {
 
 std::vector<EffectScore> CandidateField::score(const ModelFit& base, const SelectedEffects& effects,
                                                int draws) {
+    if (const auto* const known = memory_.scores_beside(effects); known != nullptr && draws == 0)
+        return *known;
     SelectedEffects wanted;
     std::vector<double> costs;
     for (const physics::SelectedEffect& candidate : candidates_) {
@@ -104,6 +123,7 @@ std::vector<EffectScore> CandidateField::score(const ModelFit& base, const Selec
         scores.push_back(score_from_text(answers[k]));
         scores.back().effect = wanted[k].effect->name();
     }
+    memory_.keep(effects, scores);
     return scores;
 }
 
@@ -166,6 +186,26 @@ std::vector<SearchedModel> CandidateField::fit_promising(const std::vector<Selec
 
 std::vector<SearchedModel> CandidateField::fit_all(const std::vector<SelectedEffects>& models,
                                                    const ModelFit& smaller) {
+    std::vector<SearchedModel> fitted;
+    std::vector<SelectedEffects> unmet;
+    std::vector<std::size_t> places;
+    for (const SelectedEffects& model : models) {
+        SearchedModel& known = fitted.emplace_back(SearchedModel{model, {}});
+        if (const FitSummary* const fit = remembered(model, smaller)) {
+            known.fit = *fit;
+        } else {
+            unmet.push_back(model);
+            places.push_back(fitted.size() - 1);
+        }
+    }
+    std::vector<SearchedModel> found = fit_anew(unmet, smaller);
+    for (std::size_t k = 0; k < found.size(); ++k)
+        fitted[places[k]] = std::move(found[k]);
+    return fitted;
+}
+
+std::vector<SearchedModel> CandidateField::fit_anew(const std::vector<SelectedEffects>& models,
+                                                    const ModelFit& smaller) {
     if (models.empty())
         return {};
     std::vector<double> costs;
@@ -182,6 +222,7 @@ std::vector<SearchedModel> CandidateField::fit_all(const std::vector<SelectedEff
         if (fitted.back().fit.names.empty())
             fitted.back().fit.names = model_names(in_library_order(models[k]));
         runs_ += fitted.back().fit.runs;
+        memory_.keep(models[k], fitted.back().fit);
     }
     return fitted;
 }

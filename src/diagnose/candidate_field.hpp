@@ -3,6 +3,7 @@
 #pragma once
 
 #include "diagnose/diagnosis.hpp"
+#include "diagnose/model_memory.hpp"
 
 #include <cstddef>
 #include <span>
@@ -29,8 +30,11 @@ class CandidateField {
     /// cannot be fitted.
     [[nodiscard]] ModelFit fit(const SelectedEffects& effects, const ModelFit& smaller);
     [[nodiscard]] ModelFit restore(const SearchedModel& model);
+    /// The same as met before, or else fitted from `smaller`; it may have failed.
+    [[nodiscard]] ModelFit recall(const SelectedEffects& effects, const ModelFit& smaller);
 
-    /// Every candidate that is not in `effects`, beside `base`, the fit of these effects.
+    /// Every candidate that is not in `effects`, beside `base`, the fit of these effects. Without
+    /// draws, as met before if they were.
     [[nodiscard]] std::vector<EffectScore> score(const ModelFit& base,
                                                  const SelectedEffects& effects, int draws);
 
@@ -52,15 +56,21 @@ class CandidateField {
     fit_promising(const std::vector<SelectedEffects>& models,
                   const std::vector<EffectScore>& scores, const ModelFit& smaller, double gained);
 
+    /// Each model, as met before if it was.
     [[nodiscard]] std::vector<SearchedModel> fit_all(const std::vector<SelectedEffects>& models,
                                                      const ModelFit& smaller);
 
   private:
+    [[nodiscard]] const FitSummary* remembered(const SelectedEffects& effects,
+                                               const ModelFit& smaller) const;
+    [[nodiscard]] std::vector<SearchedModel> fit_anew(const std::vector<SelectedEffects>& models,
+                                                      const ModelFit& smaller);
     [[nodiscard]] CandidateOptions with(const run::Heartbeat& heartbeat) const;
 
     std::span<const measure::Measurement> recordings_;
     const DiagnosisOptions& options_;
     SelectedEffects candidates_;
+    ModelMemory memory_;
     int runs_ = 0;
 };
 

@@ -281,15 +281,18 @@ class Search {
         if (rest.size() == options_.known.size())
             return {first_smaller_, first_step_};
         tell(fmt::format("what else could stand for {}", current_.effects[place].effect->name()));
-        const ModelFit smaller = fit_model(rest, result_.baseline, recordings_, options_.candidate);
+        const ModelFit smaller = field_.recall(rest, result_.baseline);
         Without out{summary_of(smaller), {}};
         if (!smaller.is_fitted())
             return out;
         const std::vector<EffectScore> scores = field_.score(smaller, rest, 0);
         const double needed = smaller.chi_squared - current_.fit.chi_squared;
-        out.models = field_.fit_promising(
-            field_.one_more(rest, scores, std::max(promising_gain, promised_share * needed), true),
-            scores, smaller, needed);
+        std::vector<SelectedEffects> others =
+            field_.one_more(rest, scores, std::max(promising_gain, promised_share * needed), true);
+        std::erase_if(others, [&](const SelectedEffects& model) {
+            return model.back().effect == current_.effects[place].effect;
+        });
+        out.models = field_.fit_promising(others, scores, smaller, needed);
         return out;
     }
 

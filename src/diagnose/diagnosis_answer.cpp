@@ -199,7 +199,10 @@ std::vector<std::pair<Rival, Rival>> pairs_to_separate(const Found& found,
     });
     for (const EffectScore* score : harmful)
         for (const physics::SelectedEffect& candidate : found.candidates)
-            if (candidate.effect->name() == score->effect && pairs.size() < most_pairs) {
+            // None of the changes bears on what leaves the plane, and its fit takes as long as all
+            // the rest.
+            if (candidate.effect->name() == score->effect && pairs.size() < most_pairs &&
+                candidate.effect->dimensions() < 3) {
                 const SearchedModel with = just_visible(found, candidate, *score);
                 pairs.push_back({{with.effects, with.fit, score->effect}, answer});
             }
