@@ -39,6 +39,16 @@ ModeOfChain first_mode(const run::CaseSpec& spec) {
     return mode;
 }
 
+double lowest_frequency_with_effects(const run::CaseSpec& spec) {
+    run::CaseSpec planar = spec;
+    planar.dimensions = 2;
+    std::erase_if(planar.effects,
+                  [](const auto& active) { return active.effect->dimensions() > 2; });
+    const physics::Chain<2, double> chain(planar.stem.sphere_count, run::case_model(planar).chain,
+                                          planar.law);
+    return integrate::lowest_natural_frequency(integrate::linearise_transverse(chain));
+}
+
 double natural_frequency(const run::CaseSpec& spec) {
     if (spec.added_masses.empty())
         return beam_frequency(spec);

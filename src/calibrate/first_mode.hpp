@@ -19,6 +19,11 @@ struct ModeOfChain {
 /// effects do not. Throws core::NumericalError if it does not vibrate.
 [[nodiscard]] ModeOfChain first_mode(const run::CaseSpec& spec);
 
+/// The lowest natural frequency of the case's chain in its plane, undamped and linearised about the
+/// straight line, Hz: effects count as far as they are linear there, Maxwell branches as relaxed.
+/// NaN if the chain does not stand.
+[[nodiscard]] double lowest_frequency_with_effects(const run::CaseSpec& spec);
+
 /// beam_frequency() with what known masses on the stem make of it, Hz: by the share by which they
 /// change the chain's. Throws as first_mode() if there are any.
 [[nodiscard]] double natural_frequency(const run::CaseSpec& spec);

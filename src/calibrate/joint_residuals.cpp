@@ -27,10 +27,26 @@ const FreeParameter* JointResiduals::owner(std::size_t parameter) const {
     return place < free.size() ? &free[place] : nullptr;
 }
 
-double JointResiduals::value(std::size_t parameter) const {
+double JointResiduals::value_of(std::size_t parameter, double internal) const {
     const FreeParameter* const free = owner(parameter);
-    return free != nullptr ? from_internal(*free, start(parameter).spec, internal_[parameter])
-                           : internal_[parameter] * start(parameter).release_time_bound;
+    return free != nullptr ? from_internal(*free, start(parameter).spec, internal)
+                           : internal * start(parameter).release_time_bound;
+}
+
+double JointResiduals::value(std::size_t parameter) const {
+    return value_of(parameter, internal_[parameter]);
+}
+
+run::CaseSpec JointResiduals::case_at(const double* internal) const {
+    const StemModel& model = models_.front();
+    run::CaseSpec spec = model.spec;
+    const std::vector<JointLayout::Share>& shares = layout_.shares.front();
+    for (std::size_t k = 0; k < model.parameters.size(); ++k) {
+        const std::size_t place = shares[k].place;
+        const double within = std::clamp(internal[place], lower(place), upper(place));
+        model.parameters[k].access.set(spec, shares[k].factor * value_of(place, within));
+    }
+    return spec;
 }
 
 double JointResiduals::natural_per_internal(std::size_t parameter) const {

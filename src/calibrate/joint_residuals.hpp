@@ -29,6 +29,9 @@ class JointResiduals : public ceres::EvaluationCallback {
     [[nodiscard]] double upper(std::size_t parameter) const;
     [[nodiscard]] const std::vector<ReadingResiduals>& parts() const { return parts_; }
 
+    /// The first recording's case at other internal parameters, within their bounds.
+    [[nodiscard]] run::CaseSpec case_at(const double* internal) const;
+
     /// Computes the chains if the parameters have changed.
     void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
 
@@ -42,6 +45,7 @@ class JointResiduals : public ceres::EvaluationCallback {
     [[nodiscard]] const FreeParameter* owner(std::size_t parameter) const;
     [[nodiscard]] const StemModel& start(std::size_t parameter) const;
     [[nodiscard]] double value(std::size_t parameter) const; ///< natural units
+    [[nodiscard]] double value_of(std::size_t parameter, double internal) const;
     [[nodiscard]] double natural_per_internal(std::size_t parameter) const;
     [[nodiscard]] std::pair<double, double> bounds(std::size_t parameter) const; ///< internal
 

@@ -3,6 +3,7 @@
 
 #include "calibrate/joint_residuals.hpp"
 #include "calibrate/remaining_gain.hpp"
+#include "calibrate/valley_steps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -81,20 +82,18 @@ class EnoughGained : public ceres::IterationCallback {
     int vain_steps_ = 0;
 };
 
-void bound(const std::vector<bool>& is_held, ceres::Problem& problem, JointResiduals& residuals) {
+void bound(const JointLayout& layout, const std::vector<bool>& is_held, ceres::Problem& problem,
+           JointResiduals& residuals) {
     double* const block = residuals.internal();
-    std::vector<int> held;
     for (std::size_t k = 0; k < residuals.parameter_count(); ++k) {
         problem.SetParameterLowerBound(block, static_cast<int>(k), residuals.lower(k));
         problem.SetParameterUpperBound(block, static_cast<int>(k), residuals.upper(k));
-        if (k < is_held.size() && is_held[k])
-            held.push_back(static_cast<int>(k));
     }
-    if (held.size() == residuals.parameter_count())
+    if (std::ranges::count(is_held, true) ==
+        static_cast<std::ptrdiff_t>(residuals.parameter_count()))
         problem.SetParameterBlockConstant(block);
-    else if (!held.empty())
-        problem.SetManifold(
-            block, new ceres::SubsetManifold(static_cast<int>(residuals.parameter_count()), held));
+    else
+        problem.SetManifold(block, new ValleySteps(residuals, layout, is_held));
 }
 
 ceres::Solver::Options solver_settings(int largest_iterations, double trust_region) {
@@ -164,7 +163,7 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
         for (const ReadingResiduals::Place& place : residuals.parts()[m].places())
             problem.AddResidualBlock(new ReadingCost(residuals, m, place),
                                      options_.is_robust ? &huber : nullptr, residuals.internal());
-    bound(is_held_, problem, residuals);
+    bound(layout_, is_held_, problem, residuals);
 
     const double improvement = purpose == Purpose::Final ? final_improvement : passing_improvement;
     const auto count = static_cast<double>(std::max<std::size_t>(readings, 1));

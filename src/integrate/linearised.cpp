@@ -272,6 +272,24 @@ std::vector<VibrationMode> vibration_modes(const LinearisedChain& chain, std::si
     return modes;
 }
 
+double lowest_natural_frequency(const LinearisedChain& chain) {
+    constexpr int most_iterations = 100; // each divides the error by (f2/f1)², some 39 for a stem
+    constexpr double tolerance = 1e-13;
+    const auto stiffness = chain.stiffness.partialPivLu();
+    Eigen::VectorXd shape = stiffness.solve(chain.mass);
+    double square = 0.0;
+    for (int k = 0; k < most_iterations; ++k) {
+        const Eigen::VectorXd next = stiffness.solve(chain.mass.cwiseProduct(shape));
+        const double last = square;
+        square =
+            shape.dot(chain.mass.cwiseProduct(shape)) / next.dot(chain.mass.cwiseProduct(shape));
+        shape = next / next.norm();
+        if (std::abs(square - last) <= tolerance * std::abs(square))
+            break;
+    }
+    return std::sqrt(square) / (2.0 * std::numbers::pi); // NaN of a negative one
+}
+
 double largest_stable_step(const LinearisedChain& chain) {
     const NormalisedChain scaled = normalised(
         chain, std::sqrt(chain.stiffness.diagonal().cwiseQuotient(chain.mass).maxCoeff()));

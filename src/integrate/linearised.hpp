@@ -56,6 +56,10 @@ struct VibrationMode {
 [[nodiscard]] std::vector<VibrationMode> vibration_modes(const LinearisedChain& chain,
                                                          std::size_t count);
 
+/// The lowest natural frequency of the chain without its damping, Hz, by inverse iteration: a small
+/// part of what all modes cost. NaN if the stiffness is singular or the chain leans further.
+[[nodiscard]] double lowest_natural_frequency(const LinearisedChain& chain);
+
 /// The largest step (s) for which velocity Verlet, with damping evaluated from the half-step
 /// velocity, is stable for the linearised chain: the one-step map's spectral radius is 1 there.
 [[nodiscard]] double largest_stable_step(const LinearisedChain& chain);
