@@ -2,12 +2,14 @@
 #include "calibrate/chain_prediction.hpp"
 
 #include "calibrate/held_frames.hpp"
+#include "calibrate/stem_chain.hpp"
 #include "core/error.hpp"
 #include "measure/observation.hpp"
 #include "run/case_model.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace culm::calibrate {
 namespace {
@@ -16,6 +18,11 @@ namespace {
 /// by the parameters would be nine tenths wrong, with these a hundredth, for a tenth more time.
 constexpr double spatial_tolerance = 2e-7;
 
+/// Of the first mode. Stems take 40 steps in it. A fit that lets go of all damping, because
+/// friction takes its place, would wait minutes for the ringing of the highest modes.
+constexpr double most_steps_per_period = 2000.0;
+constexpr double most_steps_per_sample = 5.0; ///< beside these: what is fast may be seen
+
 /// The case as long as the readings need it, wherever the release lies within its bounds: the
 /// length must not depend on what is fitted.
 run::CaseSpec case_until(const StemModel& model, double last_time) {
@@ -23,6 +30,9 @@ run::CaseSpec case_until(const StemModel& model, double last_time) {
     const double earliest = std::min(model.release_time, -model.release_time_bound);
     const double needed = std::max(last_time - earliest, 4.0 * spec.sample_interval);
     spec.duration = std::ceil(needed / spec.sample_interval) * spec.sample_interval;
+    spec.integrator.step_limit = static_cast<std::int64_t>(
+        most_steps_per_period * (1.0 + spec.duration * beam_frequency(spec)) +
+        most_steps_per_sample * static_cast<double>(spec.sample_count()));
     if (run::dimensions_of(spec) > 2)
         spec.integrator.relative_tolerance =
             std::min(spec.integrator.relative_tolerance, spatial_tolerance);

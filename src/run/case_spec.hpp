@@ -21,8 +21,9 @@ enum class StoreLevel { Fit, Tip, Heights, Full };
 /// How a case is integrated in time.
 struct Integrator {
     IntegrationMethod method = IntegrationMethod::Implicit;
-    double timestep = 0.0;            ///< s; explicit only
-    double relative_tolerance = 2e-6; ///< implicit only
+    double timestep = 0.0;               ///< s; explicit only
+    double relative_tolerance = 2e-6;    ///< implicit only
+    std::int64_t step_limit = 2'000'000; ///< likewise: a case that needs more has failed
 };
 
 /// How the stem is let go.

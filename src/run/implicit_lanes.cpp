@@ -74,6 +74,7 @@ class ImplicitBatch {
             durations[lane] = released.failures[lane] ? 0.0 : recorders_[lane].recorded_duration();
         integrate::ImplicitOptions options;
         options.relative_tolerance = specs_.front().integrator.relative_tolerance;
+        options.step_limit = specs_.front().integrator.step_limit;
         options.follow_first_lane = on_common_steps;
         options.heartbeat = heartbeat;
         const auto ends = integrate::integrate_lanes<Dim, T>(

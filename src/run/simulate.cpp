@@ -32,7 +32,8 @@ bool can_share_lanes(const CaseSpec& a, const CaseSpec& b) {
         !same_kind_of_model(a, b))
         return false;
     if (a.integrator.method == IntegrationMethod::Implicit)
-        return a.integrator.relative_tolerance == b.integrator.relative_tolerance;
+        return a.integrator.relative_tolerance == b.integrator.relative_tolerance &&
+               a.integrator.step_limit == b.integrator.step_limit;
     return a.integrator.timestep == b.integrator.timestep && a.duration == b.duration &&
            a.sample_interval == b.sample_interval;
 }

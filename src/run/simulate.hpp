@@ -28,8 +28,8 @@ struct Abandoned {};
                                                          const Heartbeat& heartbeat = {});
 
 /// Whether two cases may run in neighbouring lanes: equal numbers of spheres and dimensions, law
-/// and method; implicit ones with equal tolerance, explicit ones with equal step, duration and
-/// samples.
+/// and method; implicit ones with equal tolerance and step limit, explicit ones with equal step,
+/// duration and samples.
 [[nodiscard]] bool can_share_lanes(const CaseSpec& a, const CaseSpec& b);
 
 /// Cases that fill the lanes of this machine.
