@@ -182,6 +182,7 @@ void run(const Settings& settings, const farm::Communicator* communicator) {
     };
     // Two effects are searched for longest.
     std::vector<double> costs;
+    costs.reserve(cases.size());
     for (const beam::RandomCase& drawn : cases)
         costs.push_back(1.0 + 2.0 * static_cast<double>(drawn.spec.effects.size()));
     const farm::Summary summary = cli::map_items(communicator, costs, work);
@@ -189,6 +190,7 @@ void run(const Settings& settings, const farm::Communicator* communicator) {
     if (communicator != nullptr && communicator->rank() != 0)
         return;
     std::vector<GradedCase> all;
+    all.reserve(cases.size());
     for (std::size_t k = 0; k < cases.size(); ++k)
         if (!answers[k].is_null())
             all.push_back(graded(cases[k], answers[k]));
@@ -197,6 +199,17 @@ void run(const Settings& settings, const farm::Communicator* communicator) {
     print_report(fmt::format("seed {}, cases from {} on, flaw: {}", settings.seed, settings.first,
                              settings.flaw),
                  all);
+}
+
+/// Empty if a flaw has this name.
+std::string flaw_objection(const std::string& name) {
+    std::string names;
+    for (const beam::Flaw& flaw : beam::flaws()) {
+        if (flaw.name == name)
+            return {};
+        names += (names.empty() ? "" : ", ") + flaw.name;
+    }
+    return fmt::format("{} is none of {}", name, names);
 }
 
 } // namespace
@@ -211,10 +224,8 @@ int main(int argc, char** argv) {
     app.add_option("--seed", settings.seed, "of everything that is drawn");
     app.add_option("--kind", settings.kind, "null, single, pair, unknown or all")
         ->check(CLI::IsMember({"null", "single", "pair", "unknown", "all"}));
-    std::vector<std::string> flaws;
-    for (const beam::Flaw& flaw : beam::flaws())
-        flaws.push_back(flaw.name);
-    app.add_option("--flaw", settings.flaw, "of every recording")->check(CLI::IsMember(flaws));
+    app.add_option("--flaw", settings.flaw, "of every recording: none, unknown_noise, rounded, …")
+        ->check(bench::flaw_objection);
     app.add_option("--results", settings.results_folder,
                    "keep every case with its truth and its answer in this folder; what is there "
                    "is not diagnosed again");
