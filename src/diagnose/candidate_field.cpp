@@ -52,6 +52,22 @@ bool can_be_combined(const SelectedEffects& effects) {
     return true;
 }
 
+std::vector<SelectedEffects> pairs_of_best(std::vector<SearchedModel> singles, std::size_t count) {
+    std::erase_if(singles, [](const SearchedModel& model) { return !model.fit.is_fitted(); });
+    std::ranges::stable_sort(singles, {},
+                             [](const SearchedModel& model) { return model.fit.rmse; });
+    singles.resize(std::min(singles.size(), count));
+    std::vector<SelectedEffects> pairs;
+    for (std::size_t a = 0; a < singles.size(); ++a)
+        for (std::size_t b = a + 1; b < singles.size(); ++b) {
+            SelectedEffects both = singles[a].effects;
+            both.push_back(singles[b].effects.back());
+            if (can_be_combined(both))
+                pairs.push_back(std::move(both));
+        }
+    return pairs;
+}
+
 CandidateField::CandidateField(std::span<const measure::Measurement> recordings,
                                const DiagnosisOptions& options)
     : recordings_(recordings), options_(options),

@@ -75,6 +75,10 @@ class CandidateField {
 };
 
 [[nodiscard]] bool contains(const SelectedEffects& effects, const physics::SelectedEffect& wanted);
+/// All pairs of what the `count` best by their residuals have added last, as far as they go
+/// together.
+[[nodiscard]] std::vector<SelectedEffects> pairs_of_best(std::vector<SearchedModel> singles,
+                                                         std::size_t count);
 [[nodiscard]] bool can_be_combined(const SelectedEffects& effects);
 
 } // namespace culm::diagnose

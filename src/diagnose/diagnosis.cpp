@@ -125,7 +125,7 @@ class Search {
             has_named = name_best(models);
         }
         if (!has_named && fails_clearly() && added() + 2 <= options_.most_effects) {
-            const std::vector<SelectedEffects> pairs = pairs_of_best(models);
+            const std::vector<SelectedEffects> pairs = pairs_of_best(models, pairs_of);
             tell(fmt::format("fitting {} pairs of effects", pairs.size()));
             has_named = name_best(field_.fit_all(pairs, fit_));
         }
@@ -150,23 +150,6 @@ class Search {
         tell(fmt::format("fitting {} candidates beside {}", models.size(),
                          fmt::join(current_.fit.names, " + ")));
         return field_.fit_promising(models, scores_, fit_, 0.0);
-    }
-
-    [[nodiscard]] std::vector<SelectedEffects>
-    pairs_of_best(std::vector<SearchedModel> singles) const {
-        std::erase_if(singles, [](const SearchedModel& model) { return !model.fit.is_fitted(); });
-        std::ranges::stable_sort(singles, {},
-                                 [](const SearchedModel& model) { return model.fit.rmse; });
-        singles.resize(std::min(singles.size(), pairs_of));
-        std::vector<SelectedEffects> pairs;
-        for (std::size_t a = 0; a < singles.size(); ++a)
-            for (std::size_t b = a + 1; b < singles.size(); ++b) {
-                SelectedEffects both = singles[a].effects;
-                both.push_back(singles[b].effects.back());
-                if (can_be_combined(both))
-                    pairs.push_back(std::move(both));
-            }
-        return pairs;
     }
 
     [[nodiscard]] Yardstick yardstick_with(const std::vector<SearchedModel>& models) const {
