@@ -37,7 +37,7 @@ LEFT_OUT = {
     },
     "cluster.md": {"sbatch study.sbatch": INSIDE_SLURM},
     "diagnosis.md": {
-        "mpirun -n 2 bench_diagnosis --kind null --cases 30 --seed 2": MINUTES,
+        "mpirun -n 2 bench_diagnosis --kind null --cases 30 --seed 2 --results kept": MINUTES,
     },
     "effects.md": {
         "mpirun -n 2 culm compare --table ../shared/data/hidden-effect "
