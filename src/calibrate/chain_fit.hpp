@@ -25,6 +25,9 @@ struct ChainFitOptions {
     /// are near the solution (a refit with an effect added), all frames at once.
     bool is_first_guess = true;
     int largest_iterations = 50; ///< of each window
+    /// A solution whose pace would not bring χ² down to this within the iterations ends early, as
+    /// JointFit::out_of_reach tells; empty: none does.
+    std::optional<double> wanted_chi_squared;
     run::Heartbeat heartbeat;
 };
 

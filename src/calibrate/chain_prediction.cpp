@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
+#include <variant>
 
 namespace culm::calibrate {
 namespace {
@@ -37,6 +39,20 @@ run::CaseSpec case_until(const StemModel& model, double last_time) {
         spec.integrator.relative_tolerance =
             std::min(spec.integrator.relative_tolerance, spatial_tolerance);
     return spec;
+}
+
+/// Lanes are filled for derivatives only. Throws core::NumericalError.
+run::CaseWithSensitivities simulate(const run::CaseSpec& spec,
+                                    std::span<const run::CaseParameter> parameters,
+                                    const run::Heartbeat& heartbeat) {
+    const auto or_throw = [](auto outcome) {
+        if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
+            throw core::NumericalError(failure->kind, failure->reason);
+        return std::get<0>(std::move(outcome));
+    };
+    if (parameters.empty())
+        return {or_throw(run::simulate(spec, heartbeat)), {}, {}};
+    return or_throw(run::simulate_with_sensitivities(spec, parameters, heartbeat));
 }
 
 void add_frame(const StemModel& model, std::span<const double> values,
@@ -85,11 +101,7 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
         accesses.push_back(differentiated_by(parameter));
         values.push_back(parameter.access.get(model.spec));
     }
-    const run::SensitivityOutcome outcome =
-        run::simulate_with_sensitivities(spec, accesses, heartbeat);
-    if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
-        throw core::NumericalError(failure->kind, failure->reason);
-    const auto& simulated = std::get<run::CaseWithSensitivities>(outcome);
+    const run::CaseWithSensitivities simulated = simulate(spec, accesses, heartbeat);
 
     ChainPrediction prediction;
     prediction.frames = times.size();

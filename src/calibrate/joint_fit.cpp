@@ -158,6 +158,8 @@ JointFit fit_jointly(std::span<const StemModel> models,
                                  : problem.solve(starts, last_times, Purpose::Final);
     JointFit fit;
     fit.has_converged = solution.has_converged;
+    if (solution.is_cut_short)
+        fit.out_of_reach = options.chain.wanted_chi_squared;
     if (!solution.has_converged)
         fit.reason = fmt::format("not converged: {}", solution.message);
     for (std::size_t m = 0; m < measurements.size(); ++m) {

@@ -6,6 +6,7 @@
 #include "calibrate/joint_layout.hpp"
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,6 +43,8 @@ struct JointFit {
 
     int runs = 0; ///< of chains with all their derivatives
     bool has_converged = false;
+    /// ChainFitOptions::wanted_chi_squared if the fit has ended early because of it.
+    std::optional<double> out_of_reach;
     std::string reason;
 };
 

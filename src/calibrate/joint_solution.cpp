@@ -6,7 +6,9 @@
 #include "calibrate/valley_steps.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include <ceres/ceres.h>
 #include <glog/logging.h>
@@ -80,6 +82,30 @@ class EnoughGained : public ceres::IterationCallback {
     double readings_;
     double improvement_;
     int vain_steps_ = 0;
+};
+
+/// Ends a solution that could not come down to `wanted` within its iterations if it went on at the
+/// best pace of its last ones.
+class OutOfReach : public ceres::IterationCallback {
+  public:
+    OutOfReach(double wanted, int largest_iterations)
+        : wanted_(wanted), largest_iterations_(largest_iterations) {}
+    [[nodiscard]] bool is_so() const { return is_so_; }
+    ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
+        const auto slot = static_cast<std::size_t>(iteration.iteration) % gains_.size();
+        gains_[slot] = iteration.step_is_successful ? iteration.cost_change : 0.0;
+        if (iteration.iteration < static_cast<int>(gains_.size()))
+            return ceres::SOLVER_CONTINUE;
+        const double left = largest_iterations_ - iteration.iteration;
+        is_so_ = iteration.cost - left * *std::ranges::max_element(gains_) > wanted_;
+        return is_so_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+    }
+
+  private:
+    double wanted_; ///< as Ceres counts the cost
+    int largest_iterations_;
+    std::array<double, 4> gains_{}; ///< of the last iterations
+    bool is_so_ = false;
 };
 
 void bound(const JointLayout& layout, const std::vector<bool>& is_held, ceres::Problem& problem,
@@ -168,12 +194,16 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
     const double improvement = purpose == Purpose::Final ? final_improvement : passing_improvement;
     const auto count = static_cast<double>(std::max<std::size_t>(readings, 1));
     EnoughGained enough_gained(count, improvement);
+    const bool has_goal = purpose == Purpose::Final && options_.wanted_chi_squared;
+    OutOfReach out_of_reach(has_goal ? 0.5 * *options_.wanted_chi_squared
+                                     : std::numeric_limits<double>::infinity(),
+                            options_.largest_iterations);
     FLAGS_minloglevel = google::GLOG_FATAL; // what fails comes back as a reason
     const auto solved_within = [&](double trust_region) {
         ceres::Solver::Options settings =
             solver_settings(options_.largest_iterations, trust_region);
         settings.function_tolerance = improvement / count;
-        settings.callbacks = {&enough_gained};
+        settings.callbacks = {&enough_gained, &out_of_reach};
         ceres::Solver::Summary summary;
         ceres::Solve(settings, &problem, &summary);
         return summary;
@@ -181,13 +211,18 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
     ceres::Solver::Summary summary = solved_within(first_trust_region);
     const bool is_solved = has_converged(summary);
     const auto width = options_.is_robust ? std::optional(robust_width) : std::nullopt;
-    for (int again = 0; again < most_refinements && purpose == Purpose::Final &&
-                        is_far_from_the_end(summary, is_held_, width, count, residuals);
-         ++again)
+    for (int again = 0;
+         again < most_refinements && purpose == Purpose::Final && !out_of_reach.is_so() &&
+         is_far_from_the_end(summary, is_held_, width, count, residuals);
+         ++again) {
         summary = solved_within(last_trust_region);
+        if (!(summary.final_cost < summary.initial_cost))
+            break; // what the derivatives promise is not there
+    }
     JointSolution solution = solution_of(residuals);
     solution.cost = summary.final_cost;
     solution.has_converged = is_solved;
+    solution.is_cut_short = out_of_reach.is_so();
     solution.message = summary.message;
     return solution;
 }

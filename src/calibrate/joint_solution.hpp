@@ -16,6 +16,7 @@ struct JointSolution {
     std::vector<int> runs;                                 ///< (recordings)
     double cost = std::numeric_limits<double>::infinity(); ///< as Ceres minimises it
     bool has_converged = false;
+    bool is_cut_short = false; ///< what was wanted is out of reach
     std::string message;
 };
 

@@ -66,35 +66,47 @@ void BestFit::try_start(const JointStart& start, bool is_first_guess) {
     }
 }
 
-void BestFit::try_starts(const std::vector<JointStart>& starts, bool is_first_guess) {
-    if (starts.size() == 1)
-        return try_start(starts.front(), is_first_guess);
-    std::vector<calibrate::JointFit> begun;
-    for (const JointStart& start : starts) {
-        calibrate::JointOptions few = joint_options(is_first_guess);
-        few.chain.largest_iterations = screening_iterations;
-        few.is_held = places(start);
-        try {
-            begun.push_back(solved(start, few));
-        } catch (const core::NumericalError& error) {
-            failure_ = error.what();
-        }
-    }
-    std::ranges::stable_sort(begun, {}, &calibrate::JointFit::weighted_rms);
-    starts_ += static_cast<int>(starts.size());
-    for (const calibrate::JointFit& fit : begun) {
+BegunFit BestFit::begin(const JointStart& start, bool is_first_guess) {
+    calibrate::JointOptions few = joint_options(is_first_guess);
+    few.chain.largest_iterations = screening_iterations;
+    few.is_held = places(start);
+    const calibrate::JointFit fit = solved(start, few);
+    return {start_from(fit), fit.weighted_rms, fit.chi_squared};
+}
+
+void BestFit::go_on(std::vector<BegunFit> begun) {
+    std::ranges::stable_sort(begun, {}, &BegunFit::weighted_rms);
+    starts_ += static_cast<int>(begun.size());
+    for (const BegunFit& fit : begun) {
         if (best_ &&
             !(fit.chi_squared <
               best_->chi_squared - needed_gain * std::max(1.0, best_->reduced_chi_squared)))
             break;
-        try_start(start_from(fit), false);
+        try_start(fit.models, false);
         --starts_;
     }
 }
 
+void BestFit::try_starts(const std::vector<JointStart>& starts, bool is_first_guess) {
+    if (starts.size() == 1)
+        return try_start(starts.front(), is_first_guess);
+    std::vector<BegunFit> begun;
+    for (const JointStart& start : starts)
+        try {
+            begun.push_back(begin(start, is_first_guess));
+        } catch (const core::NumericalError& error) {
+            failure_ = error.what();
+        }
+    go_on(std::move(begun));
+}
+
 void BestFit::try_larger(const std::vector<JointStart>& starts,
+                         std::optional<std::vector<BegunFit>> begun,
                          std::span<const calibrate::ChainFit> smaller, bool is_nested) {
-    try_starts(starts, false);
+    if (begun)
+        go_on(std::move(*begun));
+    else
+        try_starts(starts, false);
     if (!is_nested || !is_as_good_as(smaller))
         try_starts(starts, true);
     if (!is_nested || !best_ || is_as_good_as(smaller))
@@ -133,6 +145,7 @@ calibrate::JointOptions BestFit::joint_options(bool is_first_guess) const {
     calibrate::JointOptions joint;
     joint.chain.window = options_.window;
     joint.chain.is_first_guess = is_first_guess;
+    joint.chain.wanted_chi_squared = options_.wanted_chi_squared;
     joint.chain.heartbeat = options_.heartbeat;
     joint.belongs_to_recording = belongs_to_recording;
     joint.weights = weights_;
@@ -142,7 +155,7 @@ calibrate::JointOptions BestFit::joint_options(bool is_first_guess) const {
 /// A solution can end early where its steps meet a bound: it begins again from there, with the
 /// parameters at a bound held, until that gains nothing.
 calibrate::JointFit BestFit::settled(calibrate::JointFit fit) {
-    for (int again = 0; again < most_restarts; ++again) {
+    for (int again = 0; again < most_restarts && !fit.out_of_reach; ++again) {
         calibrate::JointOptions options = joint_options(false);
         for (const calibrate::FittedParameter& parameter : fit.parameters)
             options.is_held.push_back(parameter.is_at_bound);

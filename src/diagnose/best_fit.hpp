@@ -15,6 +15,13 @@ namespace culm::diagnose {
 /// One model for each recording.
 using JointStart = std::vector<calibrate::StemModel>;
 
+/// Where some iterations from a start have led.
+struct BegunFit {
+    JointStart models;
+    double weighted_rms = 0.0; ///< as JointFit's
+    double chi_squared = 0.0;
+};
+
 class BestFit {
   public:
     /// All must outlive this; `weights` as calibrate::JointOptions'.
@@ -24,15 +31,23 @@ class BestFit {
     /// Goes all the way from a start.
     void try_start(const JointStart& start, bool is_first_guess);
 
-    /// Goes all the way from the one that is best after some iterations with its places (angles,
-    /// time scales) held, and from the next if it
-    /// was better then than that one is in the end.
+    /// Some iterations from a start, with its places (angles, time scales) held. Throws
+    /// core::NumericalError if they lead nowhere.
+    [[nodiscard]] BegunFit begin(const JointStart& start, bool is_first_guess);
+
+    /// Goes all the way from the best of those begun, and from the next if it was better then than
+    /// that one is in the end.
+    void go_on(std::vector<BegunFit> begun);
+
+    /// Begins from all of them and goes on; with a single one, all the way from there.
     void try_starts(const std::vector<JointStart>& starts, bool is_first_guess);
 
     /// The same for a model that is larger than that of `smaller` (a part for each recording) and,
-    /// if `is_nested`, contains it. If it then fits worse the solution has missed a cycle, and
-    /// growing windows are tried; what stays worse is a failure and no result.
+    /// if `is_nested`, contains it; `begun` from `starts`, empty: not yet. If it then fits worse
+    /// the solution has missed a cycle, and growing windows are tried; what stays worse is a
+    /// failure and no result.
     void try_larger(const std::vector<JointStart>& starts,
+                    std::optional<std::vector<BegunFit>> begun,
                     std::span<const calibrate::ChainFit> smaller, bool is_nested);
 
     [[nodiscard]] std::optional<calibrate::JointFit> take() { return std::move(best_); }

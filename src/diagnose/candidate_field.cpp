@@ -28,6 +28,23 @@ double cost_of(const SelectedEffects& effects) {
                : 1.0;
 }
 
+/// χ² so far above `best` that a model that does not come down to it is neither better nor a rival:
+/// what decides is a few dozen, counted by the best model's reduced χ² and by the share of the
+/// readings that are independent.
+double within_reach(double best, std::size_t readings) {
+    constexpr double generous = 300.0;
+    return best +
+           generous * std::max(1.0, best / static_cast<double>(std::max<std::size_t>(readings, 1)));
+}
+
+double smallest_begun(const std::vector<std::vector<std::string>>& begun) {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const std::vector<std::string>& starts : begun)
+        for (const std::string& start : starts)
+            smallest = std::min(smallest, FitPlan::chi_squared_of(start));
+    return smallest;
+}
+
 const EffectScore* score_of(const SelectedEffects& model, const std::vector<EffectScore>& scores) {
     const auto found = std::ranges::find(scores, model.back().effect->name(), &EffectScore::effect);
     return found == scores.end() || !found->failure.empty() ? nullptr : &*found;
@@ -95,7 +112,8 @@ ModelFit CandidateField::fit(const SelectedEffects& effects, const ModelFit& sma
 }
 
 ModelFit CandidateField::recall(const SelectedEffects& effects, const ModelFit& smaller) {
-    if (const FitSummary* const known = remembered(effects, smaller))
+    if (const FitSummary* const known =
+            remembered(effects, smaller, std::numeric_limits<double>::infinity()))
         return restore({effects, *known});
     ModelFit fit = fit_model(effects, smaller, recordings_, options_.candidate);
     runs_ += fit.runs;
@@ -103,11 +121,14 @@ ModelFit CandidateField::recall(const SelectedEffects& effects, const ModelFit& 
     return fit;
 }
 
-/// A larger model that was met on another way may have ended above this smaller one.
+/// A larger model that was met on another way may have ended above this smaller one, or was not
+/// followed as far as what is wanted now.
 const FitSummary* CandidateField::remembered(const SelectedEffects& effects,
-                                             const ModelFit& smaller) const {
+                                             const ModelFit& smaller, double wanted) const {
     const FitSummary* const known = memory_.fit_of(effects);
-    return known != nullptr && known->chi_squared <= smaller.chi_squared ? known : nullptr;
+    const bool is_usable = known != nullptr && known->chi_squared <= smaller.chi_squared &&
+                           (!known->out_of_reach || wanted <= *known->out_of_reach);
+    return is_usable ? known : nullptr;
 }
 
 ModelFit CandidateField::restore(const SearchedModel& model) {
@@ -188,7 +209,7 @@ std::vector<SearchedModel> CandidateField::fit_promising(const std::vector<Selec
     std::vector<SelectedEffects> planar;
     for (const SelectedEffects& model : models)
         (cost_of({model.back()}) > 1.0 ? spatial : planar).push_back(model);
-    std::vector<SearchedModel> fitted = fit_all(planar, smaller);
+    std::vector<SearchedModel> fitted = fit_all(planar, smaller, smaller.chi_squared - gained);
     for (const SearchedModel& model : fitted)
         if (model.fit.is_fitted())
             gained = std::max(gained, smaller.chi_squared - model.fit.chi_squared);
@@ -196,41 +217,88 @@ std::vector<SearchedModel> CandidateField::fit_promising(const std::vector<Selec
         const EffectScore* const score = score_of(model, scores);
         return score != nullptr && score->gain < overtaking_share * gained;
     });
-    std::ranges::move(fit_all(spatial, smaller), std::back_inserter(fitted));
+    std::ranges::move(fit_all(spatial, smaller, smaller.chi_squared - gained),
+                      std::back_inserter(fitted));
     return fitted;
 }
 
 std::vector<SearchedModel> CandidateField::fit_all(const std::vector<SelectedEffects>& models,
-                                                   const ModelFit& smaller) {
+                                                   const ModelFit& smaller,
+                                                   double wanted_chi_squared) {
     std::vector<SearchedModel> fitted;
     std::vector<SelectedEffects> unmet;
     std::vector<std::size_t> places;
     for (const SelectedEffects& model : models) {
         SearchedModel& known = fitted.emplace_back(SearchedModel{model, {}});
-        if (const FitSummary* const fit = remembered(model, smaller)) {
+        if (const FitSummary* const fit = remembered(model, smaller, wanted_chi_squared)) {
             known.fit = *fit;
         } else {
             unmet.push_back(model);
             places.push_back(fitted.size() - 1);
         }
     }
-    std::vector<SearchedModel> found = fit_anew(unmet, smaller);
+    std::vector<SearchedModel> found = fit_anew(unmet, smaller, wanted_chi_squared);
     for (std::size_t k = 0; k < found.size(); ++k)
         fitted[places[k]] = std::move(found[k]);
     return fitted;
 }
 
+std::vector<SearchedModel> CandidateField::followed_to_end(std::vector<SearchedModel> models,
+                                                           const ModelFit& smaller) {
+    std::vector<SelectedEffects> unfinished;
+    for (const SearchedModel& model : models)
+        if (model.fit.out_of_reach)
+            unfinished.push_back(model.effects);
+    auto found = fit_anew(unfinished, smaller, std::nullopt);
+    auto next = found.begin();
+    for (SearchedModel& model : models)
+        if (model.fit.out_of_reach)
+            model = std::move(*next++);
+    return models;
+}
+
+/// (plans)(starts), as FitPlan::begin().
+std::vector<std::vector<std::string>> CandidateField::begun_fits(const std::vector<FitPlan>& plans,
+                                                                 const std::vector<double>& costs) {
+    std::vector<std::pair<std::size_t, std::size_t>> items; // plan and start
+    std::vector<double> item_costs;
+    for (std::size_t k = 0; k < plans.size(); ++k)
+        for (std::size_t start = 0; start < plans[k].start_count(); ++start) {
+            items.emplace_back(k, start);
+            item_costs.push_back(costs[k]);
+        }
+    std::vector<std::vector<std::string>> begun(plans.size());
+    if (items.empty())
+        return begun;
+    const std::vector<std::string> answers =
+        options_.map(item_costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
+            return plans[items[item].first].begin(items[item].second, with(heartbeat));
+        });
+    for (std::size_t item = 0; item < items.size(); ++item)
+        begun[items[item].first].push_back(answers[item]);
+    return begun;
+}
+
 std::vector<SearchedModel> CandidateField::fit_anew(const std::vector<SelectedEffects>& models,
-                                                    const ModelFit& smaller) {
+                                                    const ModelFit& smaller,
+                                                    std::optional<double> wanted) {
     if (models.empty())
         return {};
+    std::vector<FitPlan> plans;
     std::vector<double> costs;
-    for (const SelectedEffects& effects : models)
+    for (const SelectedEffects& effects : models) {
+        plans.emplace_back(effects, smaller, recordings_, options_.candidate);
         costs.push_back(cost_of(effects));
+    }
+    const std::vector<std::vector<std::string>> begun = begun_fits(plans, costs);
+    std::optional<double> reach;
+    if (wanted && smaller.is_fitted() && smaller.parts.front().is_noise_known)
+        reach = within_reach(std::min(*wanted, smallest_begun(begun)), smaller.readings);
     const std::vector<std::string> answers =
         options_.map(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
-            return to_text(
-                summary_of(fit_model(models[item], smaller, recordings_, with(heartbeat))));
+            CandidateOptions own = with(heartbeat);
+            own.wanted_chi_squared = reach;
+            return to_text(summary_of(plans[item].finish(begun[item], own)));
         });
     std::vector<SearchedModel> fitted;
     for (std::size_t k = 0; k < models.size(); ++k) {

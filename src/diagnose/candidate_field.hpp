@@ -3,9 +3,12 @@
 #pragma once
 
 #include "diagnose/diagnosis.hpp"
+#include "diagnose/fit_plan.hpp"
 #include "diagnose/model_memory.hpp"
 
 #include <cstddef>
+#include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -51,20 +54,30 @@ class CandidateField {
                                                                    std::size_t count) const;
 
     /// All but the spatial ones that would be fitted in vain: those whose score promises less than
-    /// the best of the others gains over `smaller`, and than `gained`.
+    /// the best of the others gains over `smaller`, and than `gained`. Fits that cannot gain as
+    /// much either are not followed to their end.
     [[nodiscard]] std::vector<SearchedModel>
     fit_promising(const std::vector<SelectedEffects>& models,
                   const std::vector<EffectScore>& scores, const ModelFit& smaller, double gained);
 
-    /// Each model, as met before if it was.
-    [[nodiscard]] std::vector<SearchedModel> fit_all(const std::vector<SelectedEffects>& models,
-                                                     const ModelFit& smaller);
+    /// Each model, as met before if it was. Fits whose pace would not bring them near `wanted`, or
+    /// near where another is already after a few steps, are not followed to their end.
+    [[nodiscard]] std::vector<SearchedModel>
+    fit_all(const std::vector<SelectedEffects>& models, const ModelFit& smaller,
+            double wanted_chi_squared = std::numeric_limits<double>::infinity());
+
+    /// The same models, all followed to their end.
+    [[nodiscard]] std::vector<SearchedModel> followed_to_end(std::vector<SearchedModel> models,
+                                                             const ModelFit& smaller);
 
   private:
     [[nodiscard]] const FitSummary* remembered(const SelectedEffects& effects,
-                                               const ModelFit& smaller) const;
+                                               const ModelFit& smaller, double wanted) const;
+    [[nodiscard]] std::vector<std::vector<std::string>>
+    begun_fits(const std::vector<FitPlan>& plans, const std::vector<double>& costs);
     [[nodiscard]] std::vector<SearchedModel> fit_anew(const std::vector<SelectedEffects>& models,
-                                                      const ModelFit& smaller);
+                                                      const ModelFit& smaller,
+                                                      std::optional<double> wanted);
     [[nodiscard]] CandidateOptions with(const run::Heartbeat& heartbeat) const;
 
     std::span<const measure::Measurement> recordings_;

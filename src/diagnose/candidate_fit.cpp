@@ -72,7 +72,7 @@ CandidateFit fit_candidate(const SelectedEffects& effects, const CandidateFit& s
         std::vector<JointStart> starts;
         for (calibrate::StemModel& start : candidate_starts(model, *smaller.fit))
             starts.push_back({std::move(start)});
-        best.try_larger(starts, {&*smaller.fit, 1}, is_nested(model));
+        best.try_larger(starts, std::nullopt, {&*smaller.fit, 1}, is_nested(model));
     } else {
         best.try_start({model}, true);
     }

@@ -15,6 +15,7 @@ struct CandidateOptions {
     calibrate::ChainOptions chain;
     std::optional<double> window; ///< only frames up to here, s after the release; empty: all
     run::Heartbeat heartbeat;
+    std::optional<double> wanted_chi_squared = std::nullopt; ///< as calibrate::ChainFitOptions'
 };
 
 struct CandidateFit {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/chain_modes.hpp"
 
+#include "integrate/slowest_mode.hpp"
 #include "run/case_model.hpp"
 
 #include <cmath>
@@ -19,6 +20,14 @@ double branch_stiffening(const physics::ChainModel<double>& model, double angula
     return sum;
 }
 
+std::vector<integrate::VibrationMode> slowest(const integrate::LinearisedChain& chain,
+                                              std::size_t count) {
+    if (count != 1)
+        return integrate::vibration_modes(chain, count);
+    const auto mode = integrate::slowest_mode(chain);
+    return mode ? std::vector{*mode} : std::vector<integrate::VibrationMode>{};
+}
+
 } // namespace
 
 std::vector<integrate::VibrationMode> chain_modes(const run::CaseSpec& spec, std::size_t count) {
@@ -29,7 +38,7 @@ std::vector<integrate::VibrationMode> chain_modes(const run::CaseSpec& spec, std
     const physics::ChainModel<double> model = run::case_model(planar).chain;
     const physics::Chain<2, double> chain(planar.stem.sphere_count, model, planar.law);
     std::vector<integrate::VibrationMode> modes =
-        integrate::vibration_modes(integrate::linearise_transverse(chain), count);
+        slowest(integrate::linearise_transverse(chain), count);
     if (modes.empty())
         return modes;
     const double factor =

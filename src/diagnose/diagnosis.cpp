@@ -127,7 +127,8 @@ class Search {
         if (!has_named && fails_clearly() && added() + 2 <= options_.most_effects) {
             const std::vector<SelectedEffects> pairs = pairs_of_best(models, pairs_of);
             tell(fmt::format("fitting {} pairs of effects", pairs.size()));
-            has_named = name_best(field_.fit_all(pairs, fit_));
+            std::vector<SearchedModel> fitted_pairs = field_.fit_all(pairs, fit_);
+            has_named = name_best(fitted_pairs);
         }
         if (first_step_.empty()) {
             first_step_ = models;
@@ -180,8 +181,21 @@ class Search {
                model.fit.chi_squared < certain_share * current_.fit.chi_squared;
     }
 
-    /// Takes the best of the models that are a step; false if none is.
-    [[nodiscard]] bool name_best(std::vector<SearchedModel> models) {
+    /// Takes the best of the models that are a step; false if none is. Only if the best are none,
+    /// it matters where the others end.
+    [[nodiscard]] bool name_best(std::vector<SearchedModel>& models) {
+        if (name_best_of(models))
+            return true;
+        if (std::ranges::none_of(
+                models, [](const auto& model) { return model.fit.out_of_reach.has_value(); }))
+            return false;
+        tell("following the others to their end");
+        models = field_.followed_to_end(std::move(models), fit_);
+        return name_best_of(models);
+    }
+
+    /// The same of those that were followed to their end, up to the first that was not.
+    [[nodiscard]] bool name_best_of(std::vector<SearchedModel> models) {
         const Yardstick by = yardstick_with(models);
         std::erase_if(models, [&](const SearchedModel& model) {
             return refused_models_.contains(model.fit.names) || !obstacle(model, by).empty();
@@ -192,6 +206,8 @@ class Search {
         std::ranges::stable_partition(
             models, [&](const SearchedModel& model) { return acts_for_certain(model); });
         for (const SearchedModel& model : models) {
+            if (model.fit.out_of_reach)
+                return false;
             ModelFit larger = field_.restore(model);
             tell(fmt::format("predicting what {} has not seen", fmt::join(model.fit.names, " + ")));
             const HeldOutGain held_out =

@@ -66,7 +66,7 @@ FitSummary summary_of(const ModelFit& fit) {
     FitSummary out{fit.names,      fit.failure,     fit.moves,
                    fit.parameters, fit.chi_squared, fit.reduced_chi_squared,
                    fit.rmse,       fit.readings,    0.0,
-                   fit.runs};
+                   fit.runs,       fit.out_of_reach};
     for (const calibrate::ChainFit& part : fit.parts)
         out.effective_readings += effective_readings(whitened_residuals(part));
     if (!fit.is_fitted() && out.failure.empty())
@@ -78,10 +78,17 @@ std::string to_text(const FitSummary& summary) {
     json parameters = json::array();
     for (const calibrate::FittedParameter& parameter : summary.parameters)
         parameters.push_back(parameter_json(parameter));
-    return json{summary.names,         summary.failure,     summary.moves,
-                std::move(parameters), summary.chi_squared, summary.reduced_chi_squared,
-                summary.rmse,          summary.readings,    summary.effective_readings,
-                summary.runs}
+    return json{summary.names,
+                summary.failure,
+                summary.moves,
+                std::move(parameters),
+                summary.chi_squared,
+                summary.reduced_chi_squared,
+                summary.rmse,
+                summary.readings,
+                summary.effective_readings,
+                summary.runs,
+                summary.out_of_reach ? json(*summary.out_of_reach) : json()}
         .dump();
 }
 
@@ -103,6 +110,8 @@ FitSummary summary_from_text(const std::string& text) {
     out.readings = told[7];
     out.effective_readings = told[8];
     out.runs = told[9];
+    if (!told[10].is_null())
+        out.out_of_reach = told[10].get<double>();
     return out;
 }
 

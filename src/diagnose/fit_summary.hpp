@@ -4,6 +4,7 @@
 
 #include "diagnose/model_fit.hpp"
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,6 +22,8 @@ struct FitSummary {
     std::size_t readings = 0;
     double effective_readings = 0.0; ///< of the residuals, as far as a mean is concerned
     int runs = 0;
+    /// χ² to which its pace would not have brought it, so that it was not followed to its end.
+    std::optional<double> out_of_reach;
 
     [[nodiscard]] bool is_fitted() const { return failure.empty() && moves; }
 };

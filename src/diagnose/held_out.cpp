@@ -22,7 +22,7 @@ constexpr double needed_fall = 10.0; ///< of χ², all blocks together
 /// Both fits have seen the neighbours of a height that was left out.
 constexpr double allowed_rise = 1.02;
 
-constexpr int most_iterations = 10;
+constexpr int most_iterations = 10; ///< of a refit
 
 /// Which readings a part consists of.
 using IsHeldOut = std::function<bool(std::size_t part, std::size_t frame, std::size_t row)>;
@@ -86,12 +86,16 @@ class Holder {
            std::span<const measure::Measurement> recordings)
         : parts_(parts), hold_out_(hold_out), recordings_(recordings) {}
 
-    /// Is the reading in the last third of its recording?
-    [[nodiscard]] bool is_late(std::size_t part, std::size_t frame) const {
-        return parts_[part].times[frame] > parts_[part].times.back() * 2.0 / 3.0;
+    /// The last third of each recording.
+    [[nodiscard]] IsHeldOut late_ones() const {
+        return [this](std::size_t part, std::size_t frame, std::size_t) {
+            return parts_[part].times[frame] > parts_[part].times.back() * 2.0 / 3.0;
+        };
     }
-    [[nodiscard]] bool is_in_row(std::size_t part, std::size_t row) const {
-        return row == hold_out_[part].row;
+    [[nodiscard]] IsHeldOut those_in_row() const {
+        return [this](std::size_t part, std::size_t, std::size_t row) {
+            return row == hold_out_[part].row;
+        };
     }
 
     /// The model's own predictions.
@@ -194,27 +198,21 @@ HoldOut hold_out_of(std::size_t row, const calibrate::ChainFit& fit) {
     return {row, fit.noise, block_periods / calibrate::beam_frequency(fit.model.spec)};
 }
 
-HeldOut predict_held_out(std::span<const calibrate::ChainFit> parts,
-                         std::span<const HoldOut> hold_out,
-                         std::span<const measure::Measurement> recordings,
-                         const calibrate::BelongsToRecording& belongs_to_recording,
-                         const CandidateOptions& options) {
+HeldOutPart predict_held_out(HeldOutReadings which, std::span<const calibrate::ChainFit> parts,
+                             std::span<const HoldOut> hold_out,
+                             std::span<const measure::Measurement> recordings,
+                             const calibrate::BelongsToRecording& belongs_to_recording,
+                             const CandidateOptions& options) {
     const Holder holder(parts, hold_out, recordings);
-    const IsHeldOut is_late = [&](std::size_t part, std::size_t frame, std::size_t) {
-        return holder.is_late(part, frame);
-    };
-    const IsHeldOut is_in_row = [&](std::size_t part, std::size_t, std::size_t row) {
-        return holder.is_in_row(part, row);
-    };
-    HeldOut result;
-    result.last_third = holder.of_refit(is_late, belongs_to_recording, options);
+    if (which == HeldOutReadings::LastThird)
+        return holder.of_refit(holder.late_ones(), belongs_to_recording, options);
     const bool has_rows = std::ranges::all_of(
         recordings, [](const auto& recording) { return recording.heights.size() > 1; });
     if (has_rows)
-        result.one_height = holder.of_refit(is_in_row, belongs_to_recording, options);
-    else
-        result.one_height.failure = "there is only one height";
-    return result;
+        return holder.of_refit(holder.those_in_row(), belongs_to_recording, options);
+    HeldOutPart none;
+    none.failure = "there is only one height";
+    return none;
 }
 
 HeldOut predict_held_out(const CandidateFit& candidate, const HoldOut& hold_out,
@@ -223,14 +221,10 @@ HeldOut predict_held_out(const CandidateFit& candidate, const HoldOut& hold_out,
     const std::span<const HoldOut> held(&hold_out, 1);
     const std::span<const measure::Measurement> recording(&measurement, 1);
     if (candidate.moves)
-        return predict_held_out(part, held, recording, {}, options);
+        return {predict_held_out(HeldOutReadings::LastThird, part, held, recording, {}, options),
+                predict_held_out(HeldOutReadings::OneHeight, part, held, recording, {}, options)};
     const Holder holder(part, held, recording);
-    return {holder.of_fit([&](std::size_t m, std::size_t frame, std::size_t) {
-                return holder.is_late(m, frame);
-            }),
-            holder.of_fit([&](std::size_t m, std::size_t, std::size_t row) {
-                return holder.is_in_row(m, row);
-            })};
+    return {holder.of_fit(holder.late_ones()), holder.of_fit(holder.those_in_row())};
 }
 
 bool predicts_better(const HeldOutPart& larger, const HeldOutPart& smaller) {

@@ -45,13 +45,16 @@ struct HoldOut {
                                        const measure::Measurement& measurement,
                                        const CandidateOptions& options = {});
 
-/// The same of one model of several recordings, `parts` and `hold_out` one for each: what they
-/// share stays shared, and the held-out readings of all count together.
-[[nodiscard]] HeldOut predict_held_out(std::span<const calibrate::ChainFit> parts,
-                                       std::span<const HoldOut> hold_out,
-                                       std::span<const measure::Measurement> recordings,
-                                       const calibrate::BelongsToRecording& belongs_to_recording,
-                                       const CandidateOptions& options = {});
+enum class HeldOutReadings { LastThird, OneHeight };
+
+/// One of the two, of one model of several recordings, `parts` and `hold_out` one for each: what
+/// they share stays shared, and the held-out readings of all count together.
+[[nodiscard]] HeldOutPart
+predict_held_out(HeldOutReadings which, std::span<const calibrate::ChainFit> parts,
+                 std::span<const HoldOut> hold_out,
+                 std::span<const measure::Measurement> recordings,
+                 const calibrate::BelongsToRecording& belongs_to_recording,
+                 const CandidateOptions& options = {});
 
 /// Is the mean of the block-wise differences larger − smaller below 0 by more than 1.96 of its
 /// standard errors? With fewer than four blocks the mean square has to fall by a tenth.

@@ -5,6 +5,7 @@
 #include "diagnose/candidate_fit.hpp"
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,10 +25,11 @@ struct ModelFit {
     double chi_squared = 0.0;
     std::size_t readings = 0;
     double reduced_chi_squared = 0.0;
-    double rmse = 0.0;   ///< m, over all readings
-    std::string failure; ///< why there is no fit
-    int runs = 0;        ///< of the chain with all its derivatives
-    bool moves = true;   ///< as CandidateFit's; false only if no recording moves
+    double rmse = 0.0;                  ///< m, over all readings
+    std::optional<double> out_of_reach; ///< as calibrate::JointFit's
+    std::string failure;                ///< why there is no fit
+    int runs = 0;                       ///< of the chain with all its derivatives
+    bool moves = true;                  ///< as CandidateFit's; false only if no recording moves
 
     [[nodiscard]] bool is_fitted() const { return !parts.empty(); }
 };

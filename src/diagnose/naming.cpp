@@ -14,25 +14,18 @@ namespace {
 
 using nlohmann::json;
 
-std::string to_text(const HeldOut& held_out) {
-    json out = json::array();
-    for (const HeldOutPart* part : {&held_out.last_third, &held_out.one_height})
-        out.push_back({part->rms, part->over_noise, part->readings, part->blocks, part->failure});
-    return out.dump();
+std::string to_text(const HeldOutPart& part) {
+    return json{part.rms, part.over_noise, part.readings, part.blocks, part.failure}.dump();
 }
 
-HeldOut held_out_from(const std::string& text) {
-    HeldOut out;
+HeldOutPart held_out_from(const std::string& text) {
+    HeldOutPart part;
     if (text.empty()) {
-        out.last_third.failure = out.one_height.failure = "the rank that computed it was lost";
-        return out;
+        part.failure = "the rank that computed it was lost";
+        return part;
     }
     const json told = json::parse(text);
-    HeldOutPart* const parts[]{&out.last_third, &out.one_height};
-    for (std::size_t k = 0; k < 2; ++k)
-        *parts[k] = {told[k][0], told[k][1], told[k][2], told[k][3].get<std::vector<double>>(),
-                     told[k][4]};
-    return out;
+    return {told[0], told[1], told[2], told[3].get<std::vector<double>>(), told[4]};
 }
 
 } // namespace
@@ -75,12 +68,14 @@ HeldOutGain held_out_gain(const ModelFit& smaller, const ModelFit& larger,
     const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
         CandidateOptions own = options;
         own.heartbeat = heartbeat;
-        return to_text(predict_held_out(item == 0 ? smaller.parts : larger.parts, hold_out,
+        return to_text(predict_held_out(item % 2 == 0 ? HeldOutReadings::LastThird
+                                                      : HeldOutReadings::OneHeight,
+                                        item < 2 ? smaller.parts : larger.parts, hold_out,
                                         recordings, belongs_to_recording, own));
     };
-    const std::vector<std::string> answers = map({1.0, 1.0}, work);
-    const HeldOut before = held_out_from(answers[0]);
-    const HeldOut after = held_out_from(answers[1]);
+    const std::vector<std::string> answers = map({1.0, 1.0, 2.0, 2.0}, work);
+    const HeldOut before{held_out_from(answers[0]), held_out_from(answers[1])};
+    const HeldOut after{held_out_from(answers[2]), held_out_from(answers[3])};
     return {after.last_third.over_noise, before.last_third.over_noise,
             held_out_obstacle(after, before)};
 }

@@ -155,19 +155,42 @@ Eigen::MatrixXd information_without_release(const calibrate::ChainFit& fit) {
     return out;
 }
 
-calibrate::ChainFit fit_of(const Rival& rival, const measure::Measurement& recording,
-                           const CandidateOptions& options) {
-    const std::span<const measure::Measurement> alone(&recording, 1);
-    calibrate::ChainFit fit = restored(rival.fit, rival.effects, alone, options).parts.front();
-    if (rival.assumed.empty())
-        return fit;
-    std::vector<bool> is_held;
-    for (const std::string& name : fit.model.free_names())
-        is_held.push_back(name.starts_with(rival.assumed + "."));
-    calibrate::ChainFitOptions again;
-    again.window = options.window;
-    again.heartbeat = options.heartbeat;
-    return calibrate::fit_chain_with_held(fit.model, recording, is_held, again);
+/// The numbers of each rival, those beside an assumed effect fitted again.
+std::vector<FitSummary> refitted(const std::vector<Rival>& rivals,
+                                 std::span<const measure::Measurement> alone,
+                                 const CandidateOptions& options, const WorkMap& map) {
+    std::vector<std::size_t> assuming;
+    for (std::size_t k = 0; k < rivals.size(); ++k)
+        if (!rivals[k].assumed.empty())
+            assuming.push_back(k);
+    const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
+        const Rival& rival = rivals[assuming[item]];
+        const calibrate::ChainFit fit =
+            restored(rival.fit, rival.effects, alone, options).parts.front();
+        std::vector<bool> is_held;
+        for (const std::string& name : fit.model.free_names())
+            is_held.push_back(name.starts_with(rival.assumed + "."));
+        calibrate::ChainFitOptions again;
+        again.window = options.window;
+        again.heartbeat = heartbeat;
+        const calibrate::ChainFit beside =
+            calibrate::fit_chain_with_held(fit.model, alone.front(), is_held, again);
+        FitSummary told = rival.fit;
+        for (calibrate::FittedParameter& parameter : told.parameters)
+            if (const calibrate::FittedParameter* const found = beside.find(parameter.name))
+                parameter.value = found->value;
+        return to_text(told);
+    };
+    std::vector<FitSummary> out;
+    for (const Rival& rival : rivals)
+        out.push_back(rival.fit);
+    if (assuming.empty())
+        return out;
+    const std::vector<std::string> answers = map(std::vector<double>(assuming.size(), 1.0), work);
+    for (std::size_t k = 0; k < assuming.size(); ++k)
+        if (!answers[k].empty())
+            out[assuming[k]] = summary_from_text(answers[k]);
+    return out;
 }
 
 /// The smallest square of the distance, over the noise, that `other` can come to what `truth`
@@ -181,6 +204,7 @@ double gap(const calibrate::ChainFit& truth, const calibrate::ChainFit& other, c
         change.apply(model->spec);
         model->spec.sample_interval /= change.rate;
     }
+    first.parameters.clear(); // only the other's derivatives are needed
     const calibrate::ChainPrediction wanted = calibrate::predict_readings(first, times, heartbeat);
     const calibrate::ChainPrediction offered =
         calibrate::predict_readings(second, times, heartbeat);
@@ -215,27 +239,34 @@ double gap(const calibrate::ChainFit& truth, const calibrate::ChainFit& other, c
 std::vector<Experiment> next_experiments(const std::vector<std::pair<Rival, Rival>>& pairs,
                                          std::span<const measure::Measurement> recordings,
                                          const CandidateOptions& options, const WorkMap& map) {
-    std::vector<std::pair<calibrate::ChainFit, calibrate::ChainFit>> fits;
-    for (const auto& [truth, other] : pairs)
-        fits.emplace_back(fit_of(truth, recordings.front(), options),
-                          fit_of(other, recordings.front(), options));
-    const std::vector<Change> changes = changes_for(pairs, fits.front().first.model.spec);
+    std::vector<Rival> rivals;
+    for (const auto& [truth, other] : pairs) {
+        rivals.push_back(truth);
+        rivals.push_back(other);
+    }
+    const std::span<const measure::Measurement> alone = recordings.first(1);
+    const std::vector<FitSummary> summaries = refitted(rivals, alone, options, map);
+    std::vector<calibrate::ChainFit> sides; // two for each pair
+    for (std::size_t k = 0; k < rivals.size(); ++k)
+        sides.push_back(
+            std::move(restored(summaries[k], rivals[k].effects, alone, options).parts.front()));
+    const std::vector<Change> changes = changes_for(pairs, sides.front().model.spec);
     const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
-        const auto& [truth, other] = fits[item % fits.size()];
+        const std::size_t pair = item % pairs.size();
         try {
-            return fmt::format("{:.17g}",
-                               gap(truth, other, changes[item / fits.size()], heartbeat));
+            return fmt::format("{:.17g}", gap(sides[2 * pair], sides[2 * pair + 1],
+                                              changes[item / pairs.size()], heartbeat));
         } catch (const core::NumericalError&) { // that experiment cannot be predicted
             return std::string();
         }
     };
     const std::vector<std::string> answers =
-        map(std::vector<double>(changes.size() * fits.size(), 1.0), work);
+        map(std::vector<double>(changes.size() * pairs.size(), 1.0), work);
     std::vector<Experiment> experiments;
     for (std::size_t c = 0; c < changes.size(); ++c) {
         Experiment experiment{changes[c].what, {}, std::numeric_limits<double>::infinity()};
-        for (std::size_t k = 0; k < fits.size(); ++k)
-            if (const std::string& answer = answers[c * fits.size() + k]; !answer.empty()) {
+        for (std::size_t k = 0; k < pairs.size(); ++k)
+            if (const std::string& answer = answers[c * pairs.size() + k]; !answer.empty()) {
                 experiment.expected_gap = std::min(experiment.expected_gap, std::stod(answer));
                 experiment.separates.emplace_back(
                     fmt::format("{}", fmt::join(pairs[k].first.fit.names, " + ")),

@@ -64,6 +64,12 @@ class ScoreTest {
     [[nodiscard]] StackedReadings compute(const Models& models) const {
         return stacked_readings(models, recordings_, base_, options_.heartbeat);
     }
+    /// Without derivatives, which take most of the time.
+    [[nodiscard]] Eigen::VectorXd predicted(Models models) const {
+        for (calibrate::StemModel& model : models)
+            model.parameters.clear();
+        return compute(models).predicted;
+    }
     [[nodiscard]] bool is_new(const std::string& column) const {
         return std::ranges::find(fitted_.names, column) == fitted_.names.end();
     }
@@ -286,7 +292,7 @@ class ScoreTest {
     /// with which that grows between two sizes.
     void judge_finite_size() {
         Models models = starts(StartSize::Absent).front();
-        const StackedReadings absent = compute(models);
+        const Eigen::VectorXd absent = predicted(models);
         for (const calibrate::FreeParameter& parameter : models.front().parameters) {
             const std::string own = score_.effect + "." + score_.parameter;
             if (parameter.access.name != own)
@@ -301,7 +307,7 @@ class ScoreTest {
                 for (calibrate::StemModel& model : models)
                     parameter.access.set(model.spec, start + size);
                 const Projection projection =
-                    project_off(fitted_.jacobian, compute(models).predicted - absent.predicted);
+                    project_off(fitted_.jacobian, predicted(models) - absent);
                 const double standing_out = projection.standing_out.norm();
                 if (!(standing_out > 0.0))
                     return;

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The slowest mode alone against all modes, from hardly damped stems to aperiodic ones.
+#include "integrate/slowest_mode.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace culm::integrate {
+namespace {
+
+LinearisedChain stem(double bond_damping, const physics::BondLawOptions& law) {
+    physics::StemParameters<double> stem;
+    stem.bond_youngs_modulus = 2e9;
+    stem.bond_damping = bond_damping;
+    return linearise_transverse(stem, law);
+}
+
+void expect_first_of_all(const LinearisedChain& chain, double damping) {
+    const auto all = vibration_modes(chain, 1);
+    const auto slowest = slowest_mode(chain);
+    ASSERT_EQ(slowest.has_value(), !all.empty()) << damping;
+    if (all.empty())
+        return;
+    // All modes come from a companion matrix, whose rounding is the larger one.
+    EXPECT_NEAR(slowest->frequency / all.front().frequency, 1.0, 1e-8) << damping;
+    EXPECT_NEAR(slowest->decay_rate / all.front().decay_rate, 1.0, 1e-6) << damping;
+    EXPECT_NEAR(slowest->decay_per_cycle / all.front().decay_per_cycle, 1.0, 1e-6) << damping;
+}
+
+TEST(SlowestMode, IsTheFirstOfAllModes) {
+    for (const double damping : {0.01, 1.0, 50.0, 200.0, 800.0, 1500.0, 4000.0, 20000.0})
+        for (const auto& law : {physics::consistent_law(), physics::schramm2019_law()})
+            expect_first_of_all(stem(damping, law), damping);
+}
+
+TEST(SlowestMode, OfASupportThatYieldsHasTheClampsRotation) {
+    physics::StemParameters<double> parameters;
+    parameters.bond_youngs_modulus = 2e9;
+    const auto law = physics::consistent_law();
+    physics::ChainModel<double> model = physics::plain_chain(parameters, law);
+    model.hinge = physics::BaseHinge<double>{0.5, 0.0, 1.0};
+    const physics::Chain<2, double> chain(parameters.sphere_count, model, law);
+    expect_first_of_all(linearise_transverse(chain), parameters.bond_damping);
+}
+
+} // namespace
+} // namespace culm::integrate
