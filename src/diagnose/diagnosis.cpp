@@ -95,8 +95,9 @@ class Search {
         }
         tell(fmt::format("scoring the candidates beside {}", fmt::join(current_.fit.names, " + ")));
         const bool is_full = added() >= options_.most_effects;
-        scores_ = field_.score(fit_, current_.effects, options_.null_draws);
-        are_scores_final_ = true; // unless a step goes on from here
+        // Where a step will hardly fail there is no need yet of what could not be seen.
+        are_scores_final_ = is_full || !fails_clearly();
+        scores_ = field_.score(fit_, current_.effects, are_scores_final_ ? options_.null_draws : 0);
         if (is_full ||
             (finding() == Finding::Adequate && (added() > 0 || !promises_significant_gain())))
             return false;

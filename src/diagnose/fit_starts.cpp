@@ -181,11 +181,12 @@ std::vector<calibrate::StemModel> fit_starts(const calibrate::StemModel& model,
             if (!parameter.is_place && smaller.find(parameter.access.name) == nullptr)
                 parameter.access.set(first.spec, absent_value(parameter));
     const auto modes = chain_modes(smaller.model.spec, 1);
-    if (size == StartSize::Default && !modes.empty() && smaller.find(split_name) == nullptr &&
+    if (size != StartSize::Absent && !modes.empty() && smaller.find(split_name) == nullptr &&
         std::ranges::any_of(first.parameters, [](const calibrate::FreeParameter& parameter) {
             return parameter.access.name == split_name;
         }))
-        if (auto starts = beat_starts(first, smaller, modes.front()); !starts.empty())
+        if (auto starts = beat_starts(first, smaller, modes.front());
+            !starts.empty() || size == StartSize::Told)
             return starts;
     const RecordScales scales = scales_of(smaller);
     std::vector<calibrate::StemModel> starts{first};

@@ -22,14 +22,16 @@ void keep_first_mode(const integrate::VibrationMode& wanted, calibrate::StemMode
 enum class StartSize {
     Absent, ///< the fit of the smaller model is the start; no derivative leads away from it for
             ///< effects whose first order vanishes
-    Default
+    Default,
+    Told ///< the same, but of what leaves the plane only as far as the readings show beats
 };
 
 /// Starts for a fit of `model` that contains what `smaller` was fitted with. Values of parameters
 /// that both have come from `smaller`. Places, angles and time scales of the others start from
 /// several values each, sizes as `size` says. In every start Y and β are changed so that the first
 /// mode keeps its frequency and decay: what shifts the frequency would otherwise begin cycles away.
-/// A stem that leaves the plane starts from the beats that the readings show (recorded_beats()).
+/// A stem that leaves the plane starts from the beats that the readings show (recorded_beats());
+/// there is none if only those are wanted and they show none.
 [[nodiscard]] std::vector<calibrate::StemModel>
 fit_starts(const calibrate::StemModel& model, const calibrate::ChainFit& smaller, StartSize size);
 

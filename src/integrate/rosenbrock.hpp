@@ -42,6 +42,7 @@ class Rosenbrock {
                                   core::lane(scales.velocity, lane);
             controllers_.emplace_back(1e-3 * period, Method::embedded_order);
         }
+        follow_base_motion();
     }
 
     void fix_step(double step) {
@@ -82,6 +83,17 @@ class Rosenbrock {
     }
 
   private:
+    /// A support that shakes is followed also when the stem has come to rest, and when its
+    /// amplitude is so small that no error tells of it and it serves only for a derivative.
+    void follow_base_motion() {
+        constexpr double steps_per_period = 16.0;
+        const auto& base_motion = chain_.model().base_motion;
+        for (std::size_t lane = 0; base_motion && lane < lanes; ++lane)
+            controllers_[lane].limit_step(
+                6.283185307179586 /
+                (steps_per_period * core::lane(base_motion->angular_frequency, lane)));
+    }
+
     /// Reciprocal allowed errors in the state's layout, divided by the root of their number.
     [[nodiscard]] std::vector<T> error_weights(const ErrorScalesOf<T>& scales, double tolerance,
                                                double rate_error_weight) const {

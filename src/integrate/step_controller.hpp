@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace culm::integrate {
 
@@ -21,6 +22,13 @@ class StepController {
     void fix_step(double step) {
         step_ = step;
         is_fixed_ = true;
+    }
+
+    /// No step is longer than this from now on, but for fixed ones.
+    void limit_step(double largest) {
+        largest_step_ = largest;
+        if (!is_fixed_)
+            step_ = std::min(step_, largest);
     }
 
     [[nodiscard]] double time() const { return time_; }
@@ -50,7 +58,8 @@ class StepController {
             const double bounded = std::max(error, least_error);
             const double growth = safety * std::pow(bounded, -0.7 * exponent_) *
                                   std::pow(previous_error_, 0.4 * exponent_);
-            step_ *= std::clamp(growth, 0.2, after_rejection_ ? 1.0 : 5.0);
+            step_ = std::min(step_ * std::clamp(growth, 0.2, after_rejection_ ? 1.0 : 5.0),
+                             largest_step_);
             previous_error_ = std::max(bounded, 1e-4);
             after_rejection_ = false;
         }
@@ -61,6 +70,7 @@ class StepController {
     double time_ = 0.0;
     double step_;
     double smallest_step_;
+    double largest_step_ = std::numeric_limits<double>::infinity();
     double exponent_;
     double previous_error_ = 1.0;
     bool is_fixed_ = false;

@@ -72,6 +72,10 @@ class ImplicitBatch {
         std::array<double, lanes> durations{};
         for (std::size_t lane = 0; lane < specs_.size(); ++lane)
             durations[lane] = released.failures[lane] ? 0.0 : recorders_[lane].recorded_duration();
+        // The last samples of all come then from the same steps: of a shutter that is just about to
+        // roll, the interpolation would else be what differs.
+        if (on_common_steps)
+            std::fill_n(durations.begin(), specs_.size(), *std::ranges::max_element(durations));
         integrate::ImplicitOptions options;
         options.relative_tolerance = specs_.front().integrator.relative_tolerance;
         options.step_limit = specs_.front().integrator.step_limit;
