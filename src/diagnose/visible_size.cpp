@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/visible_size.hpp"
+
+#include "calibrate/joint_layout.hpp"
+#include "core/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace culm::diagnose {
+namespace {
+
+constexpr double visible_at = 3.0; ///< standard deviations
+constexpr int most_runs = 6;       ///< to make sure of it
+constexpr double same_size = 0.2;  ///< of its logarithm
+
+bool is_factor(const calibrate::FreeParameter& parameter) {
+    return parameter.absent > parameter.lower && parameter.absent > 0.0;
+}
+
+bool is_among(const std::string& column, const StackedReadings& fitted) {
+    return std::ranges::find(fitted.names, column) != fitted.names.end();
+}
+
+} // namespace
+
+const calibrate::FreeParameter* parameter_of(const calibrate::StemModel& model,
+                                             const std::string& column) {
+    const std::string name = column.substr(0, column.find('@'));
+    for (const calibrate::FreeParameter& parameter : model.parameters)
+        if (parameter.access.name == name)
+            return &parameter;
+    return nullptr;
+}
+
+Eigen::MatrixXd columns_of(const StackedReadings& fitted, const StackedReadings& stacked) {
+    std::vector<Eigen::Index> old;
+    for (std::size_t k = 0; k < stacked.names.size(); ++k)
+        if (is_among(stacked.names[k], fitted))
+            old.push_back(static_cast<Eigen::Index>(k));
+    return stacked.jacobian(Eigen::all, old);
+}
+
+void VisibleSize::judge(const StackedReadings& stacked, const Models& start) {
+    if (absent_.empty()) {
+        absent_ = start;
+        absent_predicted_ = stacked.predicted;
+    }
+    for (std::size_t k = 0; k < stacked.names.size(); ++k) {
+        const calibrate::FreeParameter* const parameter =
+            parameter_of(start.front(), stacked.names[k]);
+        if (is_among(stacked.names[k], fitted_) || parameter == nullptr || parameter->is_place)
+            continue;
+        const Eigen::VectorXd derivative = stacked.jacobian.col(static_cast<Eigen::Index>(k));
+        const Projection projection = project_off(columns_of(fitted_, stacked), derivative);
+        const double standing_out = projection.standing_out.norm();
+        const double at = parameter->access.get(start.front().spec);
+        // The change of a compliance is that of the stiffness over −k².
+        const double size = visible_at / standing_out /
+                            (parameter->fitted_as == physics::FittedAs::Inverse ? at * at : 1.0);
+        if (!(standing_out > least_standing_out * derivative.norm())) {
+            if (score_.parameter.empty())
+                name(*parameter);
+        } else if (size < size_) {
+            absent_ = start;
+            absent_at_ = at;
+            absent_predicted_ = stacked.predicted;
+            const double change = value_of(*parameter, size) < at ? -1.0 : 1.0;
+            keep(*parameter, size, projection,
+                 change * visible_at / standing_out * projection.imitation);
+        }
+        return;
+    }
+}
+
+void VisibleSize::settle(const Models& default_start) {
+    if (absent_.empty())
+        return;
+    const calibrate::FreeParameter* const found =
+        parameter_of(absent_.front(), score_.effect + "." + score_.parameter);
+    if (found == nullptr)
+        return;
+    const calibrate::FreeParameter own = *found;
+    absent_at_ = own.access.get(absent_.front().spec);
+    double power = 1.0;
+    double size = size_;
+    Eigen::VectorXd imitated = imitated_;
+    if (!is_known()) {
+        power = 2.0;
+        size = size_of(own, own.access.get(default_start.front().spec));
+        imitated = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(fitted_.names.size()));
+    }
+    double before = 0.0;
+    double growth = 1.0;
+    for (int run = 0; run < most_runs; ++run) {
+        const double wanted = value_of(own, size);
+        const double value = std::clamp(wanted, own.lower, own.upper);
+        if (value != wanted) { // a run at the bound tells as well
+            const double share = size_of(own, value) / size;
+            imitated *= share;
+            growth *= share;
+            size *= share;
+        }
+        const Projection projection = trace(own, value, imitated);
+        const double standing_out = projection.standing_out.norm();
+        if (!(standing_out > 0.0))
+            return;
+        if (run > 0 && standing_out != before && growth != 1.0)
+            power = std::clamp(std::log(standing_out / before) / std::log(growth), 0.5, 4.0);
+        before = standing_out;
+        growth = std::pow(visible_at / standing_out, 1.0 / power);
+        imitated = growth * (imitated + projection.imitation);
+        size *= growth;
+        keep(own, size, projection, imitated);
+        const bool is_impossible = value != wanted && score_.is_beyond_bounds;
+        if (std::abs(std::log(growth)) < same_size || is_impossible)
+            return;
+    }
+}
+
+void VisibleSize::keep_fixed(const physics::EffectParameter& parameter, double value,
+                             const Projection& projection) {
+    const double standing_out = projection.standing_out.norm();
+    if (value == 0.0 || !(standing_out > 0.0))
+        return;
+    score_.parameter = parameter.name;
+    score_.unit = parameter.unit;
+    score_.smallest_visible = std::abs(value) * visible_at / standing_out;
+    score_.is_beyond_bounds = score_.smallest_visible > parameter.upper;
+    keep_direction(projection, visible_at / standing_out * projection.imitation);
+}
+
+/// `size`: how far from its absence the effect is seen; `imitated`: the change of what is fitted
+/// without it that does most of the same.
+void VisibleSize::keep(const calibrate::FreeParameter& parameter, double size,
+                       const Projection& projection, const Eigen::VectorXd& imitated) {
+    name(parameter);
+    size_ = size;
+    score_.smallest_visible = value_of(parameter, size);
+    score_.is_beyond_bounds =
+        score_.smallest_visible < parameter.lower || score_.smallest_visible > parameter.upper;
+    keep_direction(projection, imitated);
+}
+
+void VisibleSize::name(const calibrate::FreeParameter& parameter) {
+    score_.parameter = parameter.access.name.substr(score_.effect.size() + 1);
+    score_.unit = parameter.unit;
+    score_.smallest_visible = std::numeric_limits<double>::infinity();
+    score_.is_beyond_bounds = true;
+}
+
+void VisibleSize::keep_direction(const Projection& projection, const Eigen::VectorXd& imitated) {
+    const double norm = projection.standing_out.norm();
+    score_.direction.assign(projection.standing_out.data(),
+                            projection.standing_out.data() + projection.standing_out.size());
+    for (double& entry : score_.direction)
+        entry /= norm;
+    imitated_ = imitated;
+    score_.youngs_modulus_bias = bias("bond_youngs_modulus");
+    score_.damping_bias = bias("bond_damping");
+}
+
+double VisibleSize::bias(const char* name) const {
+    const auto found = std::ranges::find(fitted_.names, name);
+    const calibrate::FittedParameter* const value = base_.parts.front().find(name);
+    return found == fitted_.names.end() || value == nullptr
+               ? 0.0
+               : imitated_(found - fitted_.names.begin()) / value->value;
+}
+
+/// What a run with this value leaves once the other numbers are back where the fit without the
+/// effect has moved them from, without derivatives, which take most of the time.
+Projection VisibleSize::trace(const calibrate::FreeParameter& parameter, double value,
+                              const Eigen::VectorXd& imitated) const {
+    Models models = absent_;
+    take_back(imitated, models);
+    for (calibrate::StemModel& model : models) {
+        parameter.access.set(model.spec, value);
+        model.parameters.clear();
+    }
+    const StackedReadings with = stacked_readings(models, recordings_, base_, options_.heartbeat);
+    return project_off(fitted_.jacobian, with.predicted - absent_predicted_);
+}
+
+void VisibleSize::take_back(const Eigen::VectorXd& imitated, Models& models) const {
+    const calibrate::JointLayout layout =
+        calibrate::joint_layout(models, recordings_, belongs_to_recording);
+    for (std::size_t m = 0; m < models.size(); ++m)
+        for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
+            const calibrate::JointLayout::Share& share = layout.shares[m][k];
+            const auto old = std::ranges::find(fitted_.names, layout.names[share.place]);
+            if (old == fitted_.names.end())
+                continue;
+            const double change = -share.factor * imitated(old - fitted_.names.begin());
+            if (k == models[m].parameters.size()) {
+                models[m].release_time += change;
+                continue;
+            }
+            const calibrate::FreeParameter& own = models[m].parameters[k];
+            own.access.set(models[m].spec, std::clamp(own.access.get(models[m].spec) + change,
+                                                      own.lower, own.upper));
+        }
+}
+
+/// Of a stiffness the compliance is the size; a factor that is 1 without the effect is weakened.
+double VisibleSize::value_of(const calibrate::FreeParameter& parameter, double size) const {
+    if (parameter.fitted_as == physics::FittedAs::Inverse)
+        return 1.0 / (1.0 / absent_at_ + size);
+    return is_factor(parameter) ? parameter.absent * std::exp(-size) : parameter.absent + size;
+}
+
+double VisibleSize::size_of(const calibrate::FreeParameter& parameter, double value) const {
+    if (parameter.fitted_as == physics::FittedAs::Inverse)
+        return 1.0 / value - 1.0 / absent_at_;
+    return is_factor(parameter) ? -std::log(value / parameter.absent) : value - parameter.absent;
+}
+
+} // namespace culm::diagnose
