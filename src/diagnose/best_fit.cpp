@@ -107,6 +107,8 @@ void BestFit::try_larger(const std::vector<JointStart>& starts,
         go_on(std::move(*begun));
     else
         try_starts(starts, false);
+    if (best_ && best_->out_of_reach)
+        return; // wherever it ends is too far off
     if (!is_nested || !is_as_good_as(smaller))
         try_starts(starts, true);
     if (!is_nested || !best_ || is_as_good_as(smaller))

@@ -110,7 +110,9 @@ void rank(const Found& found, Diagnosis& result) {
             entry.fit = model->fit;
             entry.is_refitted = true;
             entry.rmse = model->fit.rmse;
-            entry.obstacle = naming_obstacle(model->fit, score.effect);
+            entry.obstacle = model->fit.out_of_reach
+                                 ? "fit ended early: too slow to come near the best"
+                                 : naming_obstacle(model->fit, score.effect);
             if (model->fit.is_fitted()) {
                 entry.delta_bic = bic(model->fit, by) - bic(found.start, by);
                 entry.p_value = std::min(1.0, tried * gain_p_value(found.start, model->fit, by));

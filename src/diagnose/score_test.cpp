@@ -45,8 +45,7 @@ class ScoreTest {
         if (vanishes || draws > 0)
             make_sure_of_size();
         if (vanishes || has_own_sizes(models_.front(), base_.parts.front()))
-            for (const Models& start : starts(StartSize::Told))
-                judge_gain(compute(start), start);
+            judge_told_starts();
         return score_;
     }
 
@@ -71,6 +70,15 @@ class ScoreTest {
                 all[k].push_back(std::move(own[k]));
         }
         return all;
+    }
+
+    void judge_told_starts() {
+        const std::vector<Models> told = starts(StartSize::Told);
+        // Where the readings show beats, a step from no split at all promises what no split keeps.
+        if (effect_.effect->dimensions() > 2 && !told.empty())
+            score_.gain = 0.0;
+        for (const Models& start : told)
+            judge_gain(compute(start), start);
     }
 
     void make_sure_of_size() {
