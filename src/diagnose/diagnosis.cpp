@@ -25,7 +25,6 @@ constexpr double promising_gain = 8.0; ///< of χ², for which a fit is worth it
 constexpr double promised_share = 0.3;
 constexpr std::size_t pairs_of = 3; ///< best single effects that are tried in pairs
 constexpr int most_exchanges = 3;
-constexpr double certain_share = 0.1; ///< of χ² that may be left
 
 bool has_fitted_number(const physics::Effect& effect) {
     return std::ranges::any_of(effect.parameters(),
@@ -128,7 +127,8 @@ class Search {
         if (!has_named && fails_clearly() && added() + 2 <= options_.most_effects) {
             const std::vector<SelectedEffects> pairs = pairs_of_best(models, pairs_of);
             tell(fmt::format("fitting {} pairs of effects", pairs.size()));
-            std::vector<SearchedModel> fitted_pairs = field_.fit_all(pairs, fit_);
+            std::vector<SearchedModel> fitted_pairs =
+                field_.fit_all(pairs, fit_, step_limit(current_.fit, 2));
             has_named = name_best(fitted_pairs);
         }
         if (first_step_.empty()) {
@@ -151,7 +151,8 @@ class Search {
         });
         tell(fmt::format("fitting {} candidates beside {}", models.size(),
                          fmt::join(current_.fit.names, " + ")));
-        return field_.fit_promising(models, scores_, fit_, 0.0);
+        const double needed = fit_.chi_squared - step_limit(current_.fit, 1);
+        return field_.fit_promising(models, scores_, fit_, std::max(needed, 0.0));
     }
 
     [[nodiscard]] Yardstick yardstick_with(const std::vector<SearchedModel>& models) const {
@@ -167,28 +168,22 @@ class Search {
             if (std::string text = naming_obstacle(model.fit, model.effects[k].effect->name());
                 !text.empty())
                 return text;
-        const double gain = bic(current_.fit, by) - bic(model.fit, by);
-        if (!(gain >= naming_gain))
-            return fmt::format("BIC falls by {:.1f}, less than {:g}", gain, naming_gain);
-        const auto tried = static_cast<double>(std::max<std::size_t>(scores_.size(), 1));
-        const double p = gain_p_value(current_.fit, model.fit, by) * tried;
-        return p < naming_level ? std::string()
-                                : fmt::format("the gain is not significant (p = {:.2g})", p);
+        return step_obstacle(current_.fit, model.fit, by, scores_.size());
     }
 
-    /// Effects without a number to fit that take away nearly all of the misfit.
-    [[nodiscard]] bool acts_for_certain(const SearchedModel& model) const {
-        return model.fit.parameters.size() <= current_.fit.parameters.size() &&
-               model.fit.chi_squared < certain_share * current_.fit.chi_squared;
-    }
-
-    /// Takes the best of the models that are a step; false if none is. Only if the best are none,
-    /// it matters where the others end.
+    /// Takes the best of the models that are a step; false if none is. Only if the best gain enough
+    /// but are refused, it matters where the others end.
     [[nodiscard]] bool name_best(std::vector<SearchedModel>& models) {
         if (name_best_of(models))
             return true;
+        const Yardstick by = yardstick_with(models);
+        const auto is_refused_gain = [&](const SearchedModel& model) {
+            return model.fit.is_fitted() && !model.fit.out_of_reach &&
+                   step_obstacle(current_.fit, model.fit, by, scores_.size()).empty();
+        };
         if (std::ranges::none_of(
-                models, [](const auto& model) { return model.fit.out_of_reach.has_value(); }))
+                models, [](const auto& model) { return model.fit.out_of_reach.has_value(); }) ||
+            std::ranges::none_of(models, is_refused_gain))
             return false;
         tell("following the others to their end");
         models = field_.followed_to_end(std::move(models), fit_);
@@ -204,8 +199,9 @@ class Search {
         std::ranges::stable_sort(models, {},
                                  [&](const SearchedModel& model) { return bic(model.fit, by); });
         // What acts for certain, with nothing to fit, goes before what would have to be assumed.
-        std::ranges::stable_partition(
-            models, [&](const SearchedModel& model) { return acts_for_certain(model); });
+        std::ranges::stable_partition(models, [&](const SearchedModel& model) {
+            return acts_for_certain(current_.fit, model.fit);
+        });
         for (const SearchedModel& model : models) {
             if (model.fit.out_of_reach)
                 return false;

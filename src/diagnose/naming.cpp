@@ -14,6 +14,14 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double certain_share = 0.1; ///< of χ² that may be left
+/// Reduced χ² that no noise and no imperfection of a chain of spheres makes.
+constexpr double glaring_misfit = 4.0;
+/// Of such a misfit, that each effect of a step takes: of the three effects that an answer may
+/// have, the largest takes a third and more unless they cancel. What takes less bends a wrong model
+/// to fit.
+constexpr double least_share = 0.2;
+
 std::string to_text(const HeldOutPart& part) {
     return json{part.rms, part.over_noise, part.readings, part.blocks, part.failure}.dump();
 }
@@ -29,6 +37,34 @@ HeldOutPart held_out_from(const std::string& text) {
 }
 
 } // namespace
+
+std::string step_obstacle(const FitSummary& smaller, const FitSummary& larger, const Yardstick& by,
+                          std::size_t tried) {
+    const double gain = bic(smaller, by) - bic(larger, by);
+    if (!(gain >= naming_gain))
+        return fmt::format("BIC falls by {:.1f}, less than {:g}", gain, naming_gain);
+    const double p =
+        gain_p_value(smaller, larger, by) * static_cast<double>(std::max<std::size_t>(tried, 1));
+    if (!(p < naming_level))
+        return fmt::format("the gain is not significant (p = {:.2g})", p);
+    if (by.is_noise_known &&
+        larger.chi_squared > step_limit(smaller, larger.names.size() - smaller.names.size()))
+        return fmt::format("it takes {:.0f} % of a misfit that stays glaring",
+                           100.0 * (1.0 - larger.chi_squared / smaller.chi_squared));
+    return {};
+}
+
+bool acts_for_certain(const FitSummary& smaller, const FitSummary& larger) {
+    return larger.parameters.size() <= smaller.parameters.size() &&
+           larger.chi_squared < certain_share * smaller.chi_squared;
+}
+
+double step_limit(const FitSummary& smaller, std::size_t added) {
+    const auto readings = static_cast<double>(smaller.readings);
+    const double share = least_share * static_cast<double>(added);
+    return std::max(glaring_misfit * readings,
+                    smaller.chi_squared - share * (smaller.chi_squared - readings));
+}
 
 SetVerdict judge(const ModelFit& fit, std::span<const measure::Measurement> recordings) {
     SetVerdict out;

@@ -24,6 +24,18 @@ inline constexpr double naming_level = 0.01; ///< of significance, for all candi
 /// hundred recordings of noise one fails at the tests' own level.
 inline constexpr double clear_failure_level = 1e-4;
 
+/// Why `larger` is no step forward from `smaller` where `tried` candidates were looked at; empty if
+/// it is: its gain is small or not significant, or it leaves a glaring misfit hardly touched.
+[[nodiscard]] std::string step_obstacle(const FitSummary& smaller, const FitSummary& larger,
+                                        const Yardstick& by, std::size_t tried);
+
+/// Has `larger` no number to fit that `smaller` has not, and takes it away nearly all of the
+/// misfit?
+[[nodiscard]] bool acts_for_certain(const FitSummary& smaller, const FitSummary& larger);
+
+/// χ² above which a step that adds so many effects leaves a glaring misfit hardly touched.
+[[nodiscard]] double step_limit(const FitSummary& smaller, std::size_t added);
+
 /// The tests for lack of fit of every recording, adjusted for their number.
 struct SetVerdict {
     Finding finding = Finding::Undecided;
