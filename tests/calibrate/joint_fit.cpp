@@ -46,6 +46,37 @@ double error(const calibrate::JointFit& fit, const std::string& name) {
         ->standard_error;
 }
 
+TEST(JointFit, EndsEarlyWhereItsPaceCannotReachWhatIsWanted) {
+    const measure::Measurement recording = tests::simulated_measurement();
+    const double found = fit_together({&recording, 1}).chi_squared;
+    calibrate::JointOptions options;
+    options.chain.is_first_guess = false;
+    // With the stiffness held at a wrong value no iteration comes near.
+    options.is_held = {true};
+    options.chain.wanted_chi_squared = found;
+    calibrate::StemModel start = calibrate::baseline_model(recording);
+    options.is_held.resize(start.free_count(), false);
+    start.spec.stem.bond_youngs_modulus *= 1.5;
+    const calibrate::JointFit early = calibrate::fit_jointly({&start, 1}, {&recording, 1}, options);
+    ASSERT_TRUE(early.out_of_reach);
+    EXPECT_EQ(*early.out_of_reach, found);
+    options.chain.wanted_chi_squared.reset();
+    const calibrate::JointFit whole = calibrate::fit_jointly({&start, 1}, {&recording, 1}, options);
+    EXPECT_FALSE(whole.out_of_reach);
+    EXPECT_GT(whole.chi_squared, found);
+    EXPECT_LT(early.runs, whole.runs);
+}
+
+TEST(JointFit, GoesOnWhereItsPaceCanReachWhatIsWanted) {
+    const measure::Measurement recording = tests::simulated_measurement();
+    calibrate::JointOptions options;
+    const calibrate::JointFit whole = fit_together({&recording, 1});
+    options.chain.wanted_chi_squared = whole.chi_squared * 1.001;
+    const calibrate::JointFit wanted = fit_together({&recording, 1}, options);
+    EXPECT_FALSE(wanted.out_of_reach);
+    EXPECT_EQ(wanted.chi_squared, whole.chi_squared);
+}
+
 TEST(JointFit, OneRecordingGivesWhatItsOwnFitGivesBitForBit) {
     const measure::Measurement measurement = tests::simulated_measurement();
     const calibrate::ChainFit alone =

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/naming.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+diagnose::FitSummary fit(double chi_squared, std::size_t effects) {
+    diagnose::FitSummary out;
+    out.names.assign(1 + effects, "name");
+    out.parameters.resize(4 + effects);
+    out.readings = 4000;
+    out.effective_readings = 4000.0;
+    out.chi_squared = chi_squared;
+    out.reduced_chi_squared = chi_squared / 4000.0;
+    out.rmse = 1e-4 * std::sqrt(out.reduced_chi_squared);
+    return out;
+}
+
+std::string obstacle(const diagnose::FitSummary& smaller, const diagnose::FitSummary& larger) {
+    const std::vector<diagnose::FitSummary> both{smaller, larger};
+    return diagnose::step_obstacle(smaller, larger, diagnose::yardstick(both, true), 18);
+}
+
+TEST(StepObstacle, IsAGainThatNoiseCouldMake) {
+    EXPECT_NE(obstacle(fit(4008.0, 0), fit(4000.0, 1)), "");
+    EXPECT_EQ(obstacle(fit(4060.0, 0), fit(4000.0, 1)), "");
+}
+
+TEST(StepObstacle, IsAGlaringMisfitThatIsHardlyTouched) {
+    EXPECT_EQ(obstacle(fit(600000.0, 0), fit(520000.0, 1)),
+              "it takes 13 % of a misfit that stays glaring");
+    EXPECT_EQ(obstacle(fit(600000.0, 0), fit(400000.0, 1)), "");
+    // Two effects at once have to take twice as much.
+    EXPECT_NE(obstacle(fit(600000.0, 0), fit(400000.0, 2)), "");
+}
+
+TEST(StepObstacle, IsNoShareOfAMisfitThatIsSmall) {
+    EXPECT_EQ(obstacle(fit(6000.0, 0), fit(5800.0, 1)), "");
+}
+
+} // namespace
+} // namespace culm::tests
