@@ -18,6 +18,8 @@ constexpr double least_spatial_share = 0.6;
 /// Of what another model gains, that the score of a spatial one has to promise: it is one linear
 /// step from the beats that the readings show, and near what a fit brings if there are any.
 constexpr double overtaking_share = 0.9;
+/// Of χ², in units of the best model's reduced χ²: where so little decides, a step says too little.
+constexpr double overtaking_slack = 50.0;
 /// Spatial chains cost some six times as much as planar ones.
 constexpr double spatial_cost = 6.0;
 
@@ -213,9 +215,12 @@ std::vector<SearchedModel> CandidateField::fit_promising(const std::vector<Selec
     for (const SearchedModel& model : fitted)
         if (model.fit.is_fitted())
             gained = std::max(gained, smaller.chi_squared - model.fit.chi_squared);
+    const double slack =
+        overtaking_slack *
+        std::max(1.0, (smaller.chi_squared - gained) / static_cast<double>(smaller.readings));
     std::erase_if(spatial, [&](const SelectedEffects& model) {
         const EffectScore* const score = score_of(model, scores);
-        return score != nullptr && score->gain < overtaking_share * gained;
+        return score != nullptr && score->gain + slack < overtaking_share * gained;
     });
     std::ranges::move(fit_all(spatial, smaller, smaller.chi_squared - gained),
                       std::back_inserter(fitted));

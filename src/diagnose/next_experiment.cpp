@@ -181,9 +181,8 @@ std::vector<FitSummary> refitted(const std::vector<Rival>& rivals,
                 parameter.value = found->value;
         return to_text(told);
     };
-    std::vector<FitSummary> out;
-    for (const Rival& rival : rivals)
-        out.push_back(rival.fit);
+    std::vector<FitSummary> out(rivals.size());
+    std::ranges::transform(rivals, out.begin(), &Rival::fit);
     if (assuming.empty())
         return out;
     const std::vector<std::string> answers = map(std::vector<double>(assuming.size(), 1.0), work);
@@ -240,6 +239,7 @@ std::vector<Experiment> next_experiments(const std::vector<std::pair<Rival, Riva
                                          std::span<const measure::Measurement> recordings,
                                          const CandidateOptions& options, const WorkMap& map) {
     std::vector<Rival> rivals;
+    rivals.reserve(2 * pairs.size());
     for (const auto& [truth, other] : pairs) {
         rivals.push_back(truth);
         rivals.push_back(other);

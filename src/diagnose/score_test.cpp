@@ -159,7 +159,7 @@ class ScoreTest {
             const Eigen::VectorXd own = project_off(old, column).standing_out;
             if (!(own.norm() > least_standing_out * column.norm()))
                 continue;
-            added.push_back(own / own.norm());
+            added.emplace_back(own / own.norm());
             is_one_sided = leaves_bounds(start, stacked.names[k], -1.0) ||
                            leaves_bounds(start, stacked.names[k], 1.0);
         }
