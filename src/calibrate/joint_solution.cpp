@@ -84,8 +84,8 @@ class EnoughGained : public ceres::IterationCallback {
     int vain_steps_ = 0;
 };
 
-/// Ends a solution that could not come down to `wanted` within its iterations if it went on at the
-/// best pace of its last ones.
+/// Ends a solution that slows down and could not come down to `wanted` within its iterations even
+/// at the best pace of its last ones. One that gains speed goes on: steps begin short and triple.
 class OutOfReach : public ceres::IterationCallback {
   public:
     OutOfReach(double wanted, int largest_iterations)
@@ -97,14 +97,17 @@ class OutOfReach : public ceres::IterationCallback {
         if (iteration.iteration < static_cast<int>(gains_.size()))
             return ceres::SOLVER_CONTINUE;
         const double left = largest_iterations_ - iteration.iteration;
-        is_so_ = iteration.cost - left * *std::ranges::max_element(gains_) > wanted_;
+        const double best = *std::ranges::max_element(gains_);
+        const double before = gains_[(slot + gains_.size() - 1) % gains_.size()];
+        const bool slows_down = std::max(gains_[slot], before) <= 0.5 * best;
+        is_so_ = slows_down && iteration.cost - left * best > wanted_;
         return is_so_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
     }
 
   private:
     double wanted_; ///< as Ceres counts the cost
     int largest_iterations_;
-    std::array<double, 4> gains_{}; ///< of the last iterations
+    std::array<double, 5> gains_{}; ///< of the last iterations
     bool is_so_ = false;
 };
 

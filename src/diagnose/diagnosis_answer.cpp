@@ -106,7 +106,11 @@ void rank(const Found& found, Diagnosis& result) {
             return each.effects.size() == found.options.known.size() + 1 &&
                    each.effects.back().effect->name() == score.effect;
         });
-        if (model != found.first_step.end()) {
+        // A fit that ended early above the model it contains says less than its score.
+        const bool tells =
+            model != found.first_step.end() &&
+            !(model->fit.out_of_reach && model->fit.chi_squared > found.start.chi_squared);
+        if (tells) {
             entry.fit = model->fit;
             entry.is_refitted = true;
             entry.rmse = model->fit.rmse;

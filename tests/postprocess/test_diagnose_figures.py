@@ -68,7 +68,7 @@ class DiagnoseFigures(unittest.TestCase):
         widths = [[bar.get_width() for bar in group] for group in axes.containers]
         self.assertEqual(widths, [[-5000.0], [-20.0], [5.0]])
         self.assertEqual([text.get_text() for text in axes.get_legend().get_texts()],
-                         ["fitted", "fitted, cannot be named", "score only"])
+                         ["fitted", "fitted; cannot be named, or ended early", "score only"])
 
     def test_blind_spots_show_what_is_visible_at_some_size_the_worst_on_top(self):
         modulus, damping = self.figure("blind_spots").axes
