@@ -96,6 +96,7 @@ void BestFit::try_starts(const std::vector<JointStart>& starts, bool is_first_gu
             begun.push_back(begin(start, is_first_guess));
         } catch (const core::NumericalError& error) {
             failure_ = error.what();
+            ++starts_;
         }
     go_on(std::move(begun));
 }

@@ -18,11 +18,9 @@ constexpr int most_halvings = 5;
 /// A step below this share of every standard error is the end.
 constexpr double small_step = 0.02;
 
-using Models = std::vector<calibrate::StemModel>;
-
 /// The model at one point, and what its misses look like there.
 struct Point {
-    Models models;
+    JointStart models;
     StackedReadings stacked;
     CorrelatedNoise noise;
 };
@@ -105,7 +103,7 @@ class Estimation {
             return false;
         double share = 1.0;
         for (int halving = 0; halving <= most_halvings; ++halving, share *= 0.5) {
-            Point trial{moved(share * change), {}, {}};
+            Point trial{moved(point_.models, layout_, share * change), {}, {}};
             try {
                 trial.stacked =
                     stacked_readings(trial.models, recordings_, fit_, options_.heartbeat);
@@ -119,32 +117,6 @@ class Estimation {
             }
         }
         return false;
-    }
-
-    [[nodiscard]] Models moved(const Eigen::VectorXd& change) const {
-        Models models = point_.models;
-        for (std::size_t m = 0; m < models.size(); ++m)
-            for (std::size_t k = 0; k < layout_.shares[m].size(); ++k) {
-                const calibrate::JointLayout::Share& share = layout_.shares[m][k];
-                move(models[m], k, share.factor * change(static_cast<Eigen::Index>(share.place)));
-            }
-        return models;
-    }
-
-    static void move(calibrate::StemModel& model, std::size_t k, double change) {
-        if (k >= model.parameters.size()) {
-            model.release_time = std::clamp(model.release_time + change, -model.release_time_bound,
-                                            model.release_time_bound);
-            return;
-        }
-        const calibrate::FreeParameter& parameter = model.parameters[k];
-        const double value = parameter.access.get(model.spec);
-        const double internal =
-            calibrate::to_internal(parameter, model.spec, value) +
-            change / calibrate::value_per_internal(parameter, model.spec, value);
-        parameter.access.set(model.spec,
-                             std::clamp(calibrate::from_internal(parameter, model.spec, internal),
-                                        parameter.lower, parameter.upper));
     }
 
     [[nodiscard]] double value_of(const calibrate::JointLayout::Owner& owner) const {

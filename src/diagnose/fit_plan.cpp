@@ -222,7 +222,9 @@ ModelFit FitPlan::fit_alone(std::size_t recording, const CandidateOptions& optio
     smaller.names = smaller_.names;
     smaller.moves = can_move(smaller_.parts[recording].model, own);
     smaller.fit = smaller_.parts[recording];
-    return as_model_fit(fit_candidate(effects_, smaller, own, options));
+    CandidateOptions to_the_end = options; // what is wanted is wanted of all recordings
+    to_the_end.wanted_chi_squared.reset();
+    return as_model_fit(fit_candidate(effects_, smaller, own, to_the_end));
 }
 
 /// From each recording's own fit.

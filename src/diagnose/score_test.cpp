@@ -36,10 +36,10 @@ class ScoreTest {
             judge_fixed(draws);
             return score_;
         }
-        std::vector<Models> absent = starts(StartSize::Absent);
+        std::vector<JointStart> absent = starts(StartSize::Absent);
         if (has_own_sizes(models_.front(), base_.parts.front()))
             absent.resize(1); // its places say nothing while it is absent
-        for (const Models& start : absent)
+        for (const JointStart& start : absent)
             judge_start(start, draws);
         const bool vanishes = !size_.is_known();
         if (vanishes || draws > 0)
@@ -50,7 +50,7 @@ class ScoreTest {
     }
 
   private:
-    [[nodiscard]] StackedReadings compute(const Models& models) const {
+    [[nodiscard]] StackedReadings compute(const JointStart& models) const {
         return stacked_readings(models, recordings_, base_, options_.heartbeat);
     }
     [[nodiscard]] bool is_new(const std::string& column) const {
@@ -61,10 +61,10 @@ class ScoreTest {
     }
 
     /// The k-th start of every recording together.
-    [[nodiscard]] std::vector<Models> starts(StartSize size) const {
-        std::vector<Models> all;
+    [[nodiscard]] std::vector<JointStart> starts(StartSize size) const {
+        std::vector<JointStart> all;
         for (std::size_t m = 0; m < models_.size(); ++m) {
-            Models own = fit_starts(models_[m], base_.parts[m], size);
+            JointStart own = fit_starts(models_[m], base_.parts[m], size);
             all.resize(m == 0 ? own.size() : std::min(all.size(), own.size()));
             for (std::size_t k = 0; k < all.size(); ++k)
                 all[k].push_back(std::move(own[k]));
@@ -73,23 +73,23 @@ class ScoreTest {
     }
 
     void judge_told_starts() {
-        const std::vector<Models> told = starts(StartSize::Told);
+        const std::vector<JointStart> told = starts(StartSize::Told);
         // Where the readings show beats, a step from no split at all promises what no split keeps.
         if (effect_.effect->dimensions() > 2 && !told.empty())
             score_.gain = 0.0;
-        for (const Models& start : told)
+        for (const JointStart& start : told)
             judge_gain(compute(start), start);
     }
 
     void make_sure_of_size() {
         try {
-            size_.settle(starts(StartSize::Default).front());
+            size_.settle(size_.is_known() ? JointStart{} : starts(StartSize::Default).front());
         } catch (const core::NumericalError&) {
             // A chain with so much of it cannot be computed: what is known stays.
         }
     }
 
-    void judge_start(const Models& start, int draws) {
+    void judge_start(const JointStart& start, int draws) {
         const StackedReadings stacked = compute(start);
         judge_gain(stacked, start);
         // Only beside the model as it is; a clamp as soft as its friction would need is another.
@@ -101,7 +101,7 @@ class ScoreTest {
     }
 
     /// The gain of one linear step from here that stays within the effect's bounds.
-    void judge_gain(const StackedReadings& stacked, const Models& start) {
+    void judge_gain(const StackedReadings& stacked, const JointStart& start) {
         std::vector<bool> is_held(stacked.names.size(), false);
         LinearSolution solution = solve_linear(stacked, is_held);
         for (int pass = 0; pass < most_bounded; ++pass) {
@@ -122,7 +122,7 @@ class ScoreTest {
         score_.gain = std::max(score_.gain, fitted_.residual.squaredNorm() - solution.left);
     }
 
-    [[nodiscard]] static bool leaves_bounds(const Models& start, const std::string& column,
+    [[nodiscard]] static bool leaves_bounds(const JointStart& start, const std::string& column,
                                             double change) {
         const calibrate::StemModel& model = start.front();
         const calibrate::FreeParameter* const parameter = parameter_of(model, column);
@@ -134,7 +134,7 @@ class ScoreTest {
     }
 
     /// A step from a size of its own that would end beyond the bounds, at a negative mass say.
-    [[nodiscard]] static bool oversteps(const Models& start, const std::string& column,
+    [[nodiscard]] static bool oversteps(const JointStart& start, const std::string& column,
                                         double change) {
         const calibrate::StemModel& model = start.front();
         const calibrate::FreeParameter* const parameter = parameter_of(model, column);
@@ -146,7 +146,7 @@ class ScoreTest {
                (value + change < parameter->lower || value + change > parameter->upper);
     }
 
-    void judge_noise(const StackedReadings& stacked, const Models& start, int draws) {
+    void judge_noise(const StackedReadings& stacked, const JointStart& start, int draws) {
         if (draws == 0)
             return;
         const Eigen::MatrixXd old = columns_of(fitted_, stacked);
@@ -208,7 +208,7 @@ class ScoreTest {
     std::span<const measure::Measurement> recordings_;
     const CandidateOptions& options_;
     StackedReadings fitted_;
-    Models models_;
+    JointStart models_;
     Eigen::MatrixXd noise_; ///< (readings, draws); drawn when the first start needs it
     EffectScore score_;
     VisibleSize size_; ///< writes into the score

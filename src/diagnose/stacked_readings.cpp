@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/stacked_readings.hpp"
 
-#include "calibrate/joint_layout.hpp"
+#include "calibrate/free_parameter.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -70,6 +71,22 @@ class Stack {
     Eigen::Index row_ = 0;
 };
 
+/// Free parameter `k`, in its own unit, as far as the bounds allow.
+void move(calibrate::StemModel& model, std::size_t k, double change) {
+    if (k >= model.parameters.size()) {
+        model.release_time = std::clamp(model.release_time + change, -model.release_time_bound,
+                                        model.release_time_bound);
+        return;
+    }
+    const calibrate::FreeParameter& parameter = model.parameters[k];
+    const double value = parameter.access.get(model.spec);
+    const double internal = calibrate::to_internal(parameter, model.spec, value) +
+                            change / calibrate::value_per_internal(parameter, model.spec, value);
+    parameter.access.set(model.spec,
+                         std::clamp(calibrate::from_internal(parameter, model.spec, internal),
+                                    parameter.lower, parameter.upper));
+}
+
 } // namespace
 
 StackedReadings stacked_readings(std::span<const calibrate::StemModel> models,
@@ -92,6 +109,16 @@ StackedReadings stacked_readings(const ModelFit& base,
     for (std::size_t m = 0; m < base.parts.size(); ++m)
         stack.add_rows(m, base.parts[m].prediction);
     return stack.take();
+}
+
+JointStart moved(JointStart models, const calibrate::JointLayout& layout,
+                 const Eigen::VectorXd& change) {
+    for (std::size_t m = 0; m < models.size(); ++m)
+        for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
+            const calibrate::JointLayout::Share& share = layout.shares[m][k];
+            move(models[m], k, share.factor * change(static_cast<Eigen::Index>(share.place)));
+        }
+    return models;
 }
 
 LinearSolution solve_linear(const StackedReadings& stacked, const std::vector<bool>& is_held) {

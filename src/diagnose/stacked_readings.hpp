@@ -2,6 +2,8 @@
 // Readings of one or several recordings over their noise, one below the other.
 #pragma once
 
+#include "calibrate/joint_layout.hpp"
+#include "diagnose/best_fit.hpp"
 #include "diagnose/model_fit.hpp"
 
 #include <span>
@@ -30,6 +32,10 @@ struct StackedReadings {
 /// The fit itself, without a run.
 [[nodiscard]] StackedReadings stacked_readings(const ModelFit& base,
                                                std::span<const measure::Measurement> recordings);
+
+/// The models after this change of the parameters in their joint list, each within its bounds.
+[[nodiscard]] JointStart moved(JointStart models, const calibrate::JointLayout& layout,
+                               const Eigen::VectorXd& change);
 
 /// Change of the parameters that minimises the square of what is left.
 struct LinearSolution {

@@ -42,7 +42,7 @@ Eigen::MatrixXd columns_of(const StackedReadings& fitted, const StackedReadings&
     return stacked.jacobian(Eigen::all, old);
 }
 
-void VisibleSize::judge(const StackedReadings& stacked, const Models& start) {
+void VisibleSize::judge(const StackedReadings& stacked, const JointStart& start) {
     if (absent_.empty()) {
         absent_ = start;
         absent_predicted_ = stacked.predicted;
@@ -74,7 +74,7 @@ void VisibleSize::judge(const StackedReadings& stacked, const Models& start) {
     }
 }
 
-void VisibleSize::settle(const Models& default_start) {
+void VisibleSize::settle(const JointStart& default_start) {
     if (absent_.empty())
         return;
     const calibrate::FreeParameter* const found =
@@ -173,8 +173,7 @@ double VisibleSize::bias(const char* name) const {
 /// effect has moved them from, without derivatives, which take most of the time.
 Projection VisibleSize::trace(const calibrate::FreeParameter& parameter, double value,
                               const Eigen::VectorXd& imitated) const {
-    Models models = absent_;
-    take_back(imitated, models);
+    JointStart models = without_imitation(imitated);
     for (calibrate::StemModel& model : models) {
         parameter.access.set(model.spec, value);
         model.parameters.clear();
@@ -183,24 +182,15 @@ Projection VisibleSize::trace(const calibrate::FreeParameter& parameter, double 
     return project_off(fitted_.jacobian, with.predicted - absent_predicted_);
 }
 
-void VisibleSize::take_back(const Eigen::VectorXd& imitated, Models& models) const {
+JointStart VisibleSize::without_imitation(const Eigen::VectorXd& imitated) const {
     const calibrate::JointLayout layout =
-        calibrate::joint_layout(models, recordings_, belongs_to_recording);
-    for (std::size_t m = 0; m < models.size(); ++m)
-        for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
-            const calibrate::JointLayout::Share& share = layout.shares[m][k];
-            const auto old = std::ranges::find(fitted_.names, layout.names[share.place]);
-            if (old == fitted_.names.end())
-                continue;
-            const double change = -share.factor * imitated(old - fitted_.names.begin());
-            if (k == models[m].parameters.size()) {
-                models[m].release_time += change;
-                continue;
-            }
-            const calibrate::FreeParameter& own = models[m].parameters[k];
-            own.access.set(models[m].spec, std::clamp(own.access.get(models[m].spec) + change,
-                                                      own.lower, own.upper));
-        }
+        calibrate::joint_layout(absent_, recordings_, belongs_to_recording);
+    Eigen::VectorXd change = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(layout.names.size()));
+    for (std::size_t k = 0; k < layout.names.size(); ++k)
+        if (const auto old = std::ranges::find(fitted_.names, layout.names[k]);
+            old != fitted_.names.end())
+            change(static_cast<Eigen::Index>(k)) = -imitated(old - fitted_.names.begin());
+    return moved(absent_, layout, change);
 }
 
 /// Of a stiffness the compliance is the size; a factor that is 1 without the effect is weakened.

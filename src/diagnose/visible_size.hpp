@@ -14,8 +14,6 @@
 
 namespace culm::diagnose {
 
-using Models = std::vector<calibrate::StemModel>; ///< one for each recording
-
 /// The free parameter that a column of readings belongs to; null if it is no effect's or stem's.
 [[nodiscard]] const calibrate::FreeParameter* parameter_of(const calibrate::StemModel& model,
                                                            const std::string& column);
@@ -33,14 +31,14 @@ class VisibleSize {
 
     /// The size at which the first of the effect's sizes is seen, if its first order tells; the
     /// smallest of several calls. `start`: where the effect is absent, `stacked` its readings.
-    void judge(const StackedReadings& stacked, const Models& start);
+    void judge(const StackedReadings& stacked, const JointStart& start);
 
     [[nodiscard]] bool is_known() const { return size_ < std::numeric_limits<double>::infinity(); }
 
     /// Runs of the size at which the effect should be seen: its trace need not grow in proportion,
     /// as that of two planes of bending, which grows with the square. Where the first order tells
-    /// nothing, from `default_start` on.
-    void settle(const Models& default_start);
+    /// nothing, from `default_start` on, which else may be empty.
+    void settle(const JointStart& default_start);
 
     /// Of an effect without a number to fit: its trace for `value` of the parameter.
     void keep_fixed(const physics::EffectParameter& parameter, double value,
@@ -52,7 +50,7 @@ class VisibleSize {
     void name(const calibrate::FreeParameter& parameter);
     void keep_direction(const Projection& projection, const Eigen::VectorXd& imitated);
     [[nodiscard]] double bias(const char* name) const;
-    void take_back(const Eigen::VectorXd& imitated, Models& models) const;
+    [[nodiscard]] JointStart without_imitation(const Eigen::VectorXd& imitated) const;
     [[nodiscard]] Projection trace(const calibrate::FreeParameter& parameter, double value,
                                    const Eigen::VectorXd& imitated) const;
     [[nodiscard]] double value_of(const calibrate::FreeParameter& parameter, double size) const;
@@ -64,7 +62,7 @@ class VisibleSize {
     const CandidateOptions& options_;
     EffectScore& score_;
     double size_ = std::numeric_limits<double>::infinity(); ///< away from its absence
-    Models absent_;          ///< the start that has told it, else the first
+    JointStart absent_;      ///< the start that has told it, else the first
     double absent_at_ = 0.0; ///< its value there
     Eigen::VectorXd absent_predicted_;
     Eigen::VectorXd imitated_; ///< change of what is fitted without the effect that hides the size
