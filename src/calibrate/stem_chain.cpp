@@ -49,6 +49,15 @@ int checked_spheres(const measure::MeasuredStem& measured, int spheres) {
     return spheres;
 }
 
+void divide(double length, double mass_per_length, int spheres,
+            physics::StemParameters<double>& stem) {
+    stem.sphere_count = spheres;
+    stem.bond_length = length / (spheres - 1);
+    stem.sphere_diameter = stem.bond_length;
+    stem.density =
+        mass_per_length * 6.0 / (std::numbers::pi * stem.bond_length * stem.bond_length);
+}
+
 } // namespace
 
 StemChain chain_of(const measure::Measurement& measurement, const ChainOptions& options) {
@@ -57,11 +66,7 @@ StemChain chain_of(const measure::Measurement& measurement, const ChainOptions& 
         measured, options.spheres.value_or(measured.spheres.value_or(default_sphere_count)));
     StemChain chain;
     physics::StemParameters<double>& stem = chain.spec.stem;
-    stem.sphere_count = spheres;
-    stem.bond_length = measured.length / (spheres - 1);
-    stem.sphere_diameter = stem.bond_length;
-    stem.density = measure::mass_per_length(measured) * 6.0 /
-                   (std::numbers::pi * stem.bond_length * stem.bond_length);
+    divide(measured.length, measure::mass_per_length(measured), spheres, stem);
     stem.tip_mass_share = 0.5;
     stem.poissons_ratio = measured.poissons_ratio.value_or(stem.poissons_ratio);
     set_section(measured, chain);
@@ -75,6 +80,15 @@ StemChain chain_of(const measure::Measurement& measurement, const ChainOptions& 
     for (const measure::AddedMass& mass : measured.added_masses)
         chain.spec.added_masses.push_back({mass.height, mass.mass});
     return chain;
+}
+
+run::CaseSpec with_spheres(run::CaseSpec spec, int spheres) {
+    physics::StemParameters<double>& stem = spec.stem;
+    const double wanted = damping_time(spec);
+    divide(stem.free_length(), stem.sphere_mass() / stem.bond_length, spheres, stem);
+    if (wanted > 0.0)
+        stem.bond_damping *= wanted / damping_time(spec); // which is in proportion to it
+    return spec;
 }
 
 double damping_time(const run::CaseSpec& spec) {

@@ -139,11 +139,12 @@ std::string unknown_lines(const json& found) {
         return text + sentence("No simple force of position and speed explains it either.");
     const bool is_moment = force["kind"] == "bending_moment";
     const std::string character = force["character"];
-    text += sentence(fmt::format("This {} explains {:.0f} % of the misfit{} (x deflection, v its "
-                                 "rate, kappa curvature; SI units):",
-                                 is_moment ? "bending moment" : "force per length",
-                                 100.0 * number_in_json(force["explained"]),
-                                 character.empty() ? "" : fmt::format("; it is {}", character)));
+    text += sentence(
+        fmt::format("This {} explains {:.0f} % of the misfit{}; x is the deflection, v its "
+                    "rate, kappa the curvature, in SI units:",
+                    is_moment ? "bending moment" : "force per length",
+                    100.0 * number_in_json(force["explained"]),
+                    character.empty() ? "" : fmt::format(" ({})", character)));
     return text + fmt::format("    {}\n", force["form"].get<std::string>());
 }
 

@@ -2,6 +2,7 @@
 // All candidates beside a model: scored, sifted and fitted, spread over the ranks.
 #pragma once
 
+#include "diagnose/coarse_image.hpp"
 #include "diagnose/diagnosis.hpp"
 #include "diagnose/fit_plan.hpp"
 #include "diagnose/model_memory.hpp"
@@ -66,18 +67,30 @@ class CandidateField {
     fit_all(const std::vector<SelectedEffects>& models, const ModelFit& smaller,
             double wanted_chi_squared = std::numeric_limits<double>::infinity());
 
-    /// The same models, all followed to their end.
-    [[nodiscard]] std::vector<SearchedModel> followed_to_end(std::vector<SearchedModel> models,
-                                                             const ModelFit& smaller);
+    /// The same models; those that were not followed to their end are now, as far as they can come
+    /// below `largest_chi_squared`.
+    [[nodiscard]] std::vector<SearchedModel> followed(std::vector<SearchedModel> models,
+                                                      const ModelFit& smaller,
+                                                      double largest_chi_squared);
 
   private:
     [[nodiscard]] const FitSummary* remembered(const SelectedEffects& effects,
                                                const ModelFit& smaller, double wanted) const;
     [[nodiscard]] std::vector<std::vector<std::string>>
-    begun_fits(const std::vector<FitPlan>& plans, const std::vector<double>& costs);
+    begun_fits(const CoarseImage& image, const std::vector<FitPlan>& plans,
+               const std::vector<double>& costs);
+    /// Which fits are followed to their end.
+    struct Goal {
+        double chi_squared = std::numeric_limits<double>::infinity(); ///< those that come below it
+        bool is_of_best = false; ///< those that come near it, or near the best if that is below it
+    };
     [[nodiscard]] std::vector<SearchedModel> fit_anew(const std::vector<SelectedEffects>& models,
-                                                      const ModelFit& smaller,
-                                                      std::optional<double> wanted);
+                                                      const ModelFit& smaller, const Goal& goal);
+    [[nodiscard]] std::vector<FitSummary> fit_image(const CoarseImage& image,
+                                                    const std::vector<SelectedEffects>& models,
+                                                    const Goal& goal, std::optional<double>& reach);
+    void refine(const std::vector<SelectedEffects>& models, const ModelFit& smaller,
+                const std::optional<double>& reach, std::vector<FitSummary>& fits);
     [[nodiscard]] CandidateOptions with(const run::Heartbeat& heartbeat) const;
 
     std::span<const measure::Measurement> recordings_;
@@ -85,6 +98,7 @@ class CandidateField {
     SelectedEffects candidates_;
     ModelMemory memory_;
     int runs_ = 0;
+    std::vector<SelectedEffects> models_;
 };
 
 [[nodiscard]] bool contains(const SelectedEffects& effects, const physics::SelectedEffect& wanted);

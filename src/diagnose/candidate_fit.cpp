@@ -60,8 +60,7 @@ CandidateFit fit_candidate(const SelectedEffects& effects, const CandidateFit& s
         result.failure = "the model that it contains could not be fitted: " + smaller.failure;
         return result;
     }
-    if (measurement.release == measure::ReleaseKind::HeldStraight &&
-        !can_move_straight_stem(model)) {
+    if (!can_move(model, measurement)) {
         result = smaller;
         result.names = model_names(in_library_order(effects));
         result.moves = false;

@@ -53,7 +53,9 @@ bool is_nested(const calibrate::StemModel& model) {
     });
 }
 
-bool can_move_straight_stem(const calibrate::StemModel& model) {
+bool can_move(const calibrate::StemModel& model, const measure::Measurement& recording) {
+    if (recording.release != measure::ReleaseKind::HeldStraight)
+        return true;
     const physics::ChainModel<double> chain = run::case_model(model.spec).chain;
     return chain.gravity[1] != 0.0 || !chain.straight_moments.empty() || chain.base_motion ||
            !chain.user_laws.empty();

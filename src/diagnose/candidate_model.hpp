@@ -30,8 +30,9 @@ using SelectedEffects = std::vector<physics::SelectedEffect>;
 /// Has every effect a size that a fit can make vanish, so that the model contains the one without?
 [[nodiscard]] bool is_nested(const calibrate::StemModel& model);
 
-/// Do these effects move a stem that is held straight: gravity across it, a curvature of its own, a
-/// moving support, or a user's law?
-[[nodiscard]] bool can_move_straight_stem(const calibrate::StemModel& model);
+/// Was the stem pulled aside, or do these effects move one that is held straight: gravity across it,
+/// a curvature of its own, a moving support, or a user's law?
+[[nodiscard]] bool can_move(const calibrate::StemModel& model,
+                            const measure::Measurement& recording);
 
 } // namespace culm::diagnose

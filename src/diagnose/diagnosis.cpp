@@ -186,7 +186,8 @@ class Search {
             std::ranges::none_of(models, is_refused_gain))
             return false;
         tell("following the others to their end");
-        models = field_.followed_to_end(std::move(models), fit_);
+        const std::size_t more = models.front().effects.size() - current_.effects.size();
+        models = field_.followed(std::move(models), fit_, step_limit(current_.fit, more));
         return name_best_of(models);
     }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/diagnosis_answer.hpp"
 
+#include "diagnose/coarse_image.hpp"
 #include "diagnose/naming.hpp"
 #include "diagnose/residual_table.hpp"
 
@@ -221,12 +222,17 @@ void complete(const Found& found, Diagnosis& result) {
     add_conclusion(found, result);
     rank(found, result);
     count_false_names(found, result);
-    const std::vector<std::pair<Rival, Rival>> pairs = pairs_to_separate(found, result);
+    std::vector<std::pair<Rival, Rival>> pairs = pairs_to_separate(found, result);
     if (!pairs.empty()) {
         if (found.options.progress)
             found.options.progress("looking for the experiment that tells most");
-        result.next_experiments =
-            next_experiments(pairs, found.recordings, found.options.candidate, found.options.map);
+        const CoarseImage image(result.final_fit, found.recordings, found.options.candidate);
+        for (auto& [truth, other] : pairs) {
+            truth.fit = image.as_coarse(std::move(truth.fit));
+            other.fit = image.as_coarse(std::move(other.fit));
+        }
+        result.next_experiments = next_experiments(
+            pairs, image.recordings(), image.options(found.options.candidate), found.options.map);
     }
     if (result.conclusion == Conclusion::Unknown &&
         result.ladder.back().finding == Finding::Inadequate) {

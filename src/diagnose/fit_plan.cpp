@@ -19,15 +19,16 @@ using nlohmann::json;
 
 constexpr std::size_t most_reconciling = 4;
 
-bool can_move(const calibrate::StemModel& model, const measure::Measurement& recording) {
-    return recording.release != measure::ReleaseKind::HeldStraight || can_move_straight_stem(model);
-}
-
 std::vector<std::vector<double>> noises(std::span<const calibrate::ChainFit> fits) {
     std::vector<std::vector<double>> out;
     for (const calibrate::ChainFit& fit : fits)
         out.push_back(fit.noise);
     return out;
+}
+
+/// A single recording's own noise says it all.
+std::vector<std::vector<double>> weights_beside(const ModelFit& smaller) {
+    return smaller.parts.size() > 1 ? noises(smaller.parts) : std::vector<std::vector<double>>{};
 }
 
 /// The fit of one recording as a fit of a set.
@@ -126,7 +127,7 @@ FitPlan::FitPlan(const SelectedEffects& effects, const ModelFit& smaller,
 std::string FitPlan::begin(std::size_t k, const CandidateOptions& options) const {
     std::string text;
     (void)failure_of([&] { // the other starts may lead somewhere
-        BestFit best(recordings_, options, weights());
+        BestFit best(recordings_, options, weights_beside(smaller_));
         const BegunFit begun = best.begin(starts_[k], false);
         text = to_text(begun, best.runs());
     });
@@ -183,11 +184,6 @@ bool FitPlan::moves_more() const {
             !can_move(smaller_.parts[m].model, recordings_[m]))
             return true;
     return false;
-}
-
-/// A single recording's own noise says it all.
-std::vector<std::vector<double>> FitPlan::weights() const {
-    return recordings_.size() > 1 ? noises(smaller_.parts) : std::vector<std::vector<double>>{};
 }
 
 /// candidate_starts of each recording side by side, then those that reconcile recordings which
@@ -258,10 +254,20 @@ ModelFit FitPlan::fit_from_starts(const std::vector<std::string>& begun,
             if (!begun[k].empty())
                 from->push_back(begun_from(begun[k], starts_[k], runs));
     }
-    BestFit best(recordings_, options, weights());
+    BestFit best(recordings_, options, weights_beside(smaller_));
     best.try_larger(starts_, std::move(from), smaller_.parts, is_nested(models_.front()));
     ModelFit fit = told(best);
     fit.runs += runs;
+    return fit;
+}
+
+ModelFit refined(const JointStart& start, const SelectedEffects& effects, const ModelFit& smaller,
+                 std::span<const measure::Measurement> recordings,
+                 const CandidateOptions& options) {
+    BestFit best(recordings, options, weights_beside(smaller));
+    best.try_larger({start}, std::nullopt, smaller.parts, is_nested(start.front()));
+    ModelFit fit = told(best);
+    fit.names = model_names(in_library_order(effects));
     return fit;
 }
 

@@ -39,7 +39,6 @@ class FitPlan {
                                   const CandidateOptions& options) const;
     [[nodiscard]] bool moves() const;
     [[nodiscard]] bool moves_more() const;
-    [[nodiscard]] std::vector<std::vector<double>> weights() const;
     [[nodiscard]] std::vector<JointStart> larger_starts() const;
     [[nodiscard]] ModelFit fit_alone(std::size_t recording, const CandidateOptions& options) const;
     [[nodiscard]] ModelFit fit_from_own(const CandidateOptions& options) const;
@@ -54,5 +53,12 @@ class FitPlan {
     std::vector<RecordedSwing> swings_; ///< of several recordings
     std::vector<JointStart> starts_;    ///< from `smaller`, if it has a fit and moves as much
 };
+
+/// A fit of these effects that begins near its end: with the values of `start`, from which it goes
+/// all the way. The rest as fit_model().
+[[nodiscard]] ModelFit refined(const JointStart& start, const SelectedEffects& effects,
+                               const ModelFit& smaller,
+                               std::span<const measure::Measurement> recordings,
+                               const CandidateOptions& options);
 
 } // namespace culm::diagnose

@@ -115,6 +115,18 @@ FitSummary summary_from_text(const std::string& text) {
     return out;
 }
 
+std::vector<calibrate::StemModel> models_of(const FitSummary& summary,
+                                            const SelectedEffects& effects,
+                                            std::span<const measure::Measurement> recordings,
+                                            const CandidateOptions& options) {
+    std::vector<calibrate::StemModel> models;
+    for (const measure::Measurement& recording : recordings)
+        models.push_back(candidate_model(calibrate::baseline_model(recording, options.chain),
+                                         effects, recording));
+    set_values(summary, calibrate::joint_layout(models, recordings, belongs_to_recording), models);
+    return models;
+}
+
 ModelFit restored(const FitSummary& summary, const SelectedEffects& effects,
                   std::span<const measure::Measurement> recordings,
                   const CandidateOptions& options) {
@@ -126,13 +138,10 @@ ModelFit restored(const FitSummary& summary, const SelectedEffects& effects,
     out.rmse = summary.rmse;
     out.readings = summary.readings;
     out.runs = static_cast<int>(recordings.size());
-    std::vector<calibrate::StemModel> models;
-    for (const measure::Measurement& recording : recordings)
-        models.push_back(candidate_model(calibrate::baseline_model(recording, options.chain),
-                                         effects, recording));
+    const std::vector<calibrate::StemModel> models =
+        models_of(summary, effects, recordings, options);
     const calibrate::JointLayout layout =
         calibrate::joint_layout(models, recordings, belongs_to_recording);
-    set_values(summary, layout, models);
     calibrate::ChainFitOptions at_once;
     at_once.window = options.window;
     at_once.heartbeat = options.heartbeat;

@@ -34,6 +34,11 @@ struct FitSummary {
 [[nodiscard]] std::string to_text(const FitSummary& summary);
 [[nodiscard]] FitSummary summary_from_text(const std::string& text);
 
+/// The models of the recordings with the numbers of the fit.
+[[nodiscard]] std::vector<calibrate::StemModel>
+models_of(const FitSummary& summary, const SelectedEffects& effects,
+          std::span<const measure::Measurement> recordings, const CandidateOptions& options = {});
+
 /// The fit again, residuals and derivatives too, by one run of each recording: the same on every
 /// rank, whichever found it. Throws core::NumericalError if that run fails.
 [[nodiscard]] ModelFit restored(const FitSummary& summary, const SelectedEffects& effects,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/naming.hpp"
 
+#include "diagnose/coarse_image.hpp"
 #include "diagnose/swing.hpp"
 
 #include <algorithm>
@@ -101,13 +102,15 @@ HeldOutGain held_out_gain(const ModelFit& smaller, const ModelFit& larger,
     std::vector<HoldOut> hold_out;
     for (std::size_t m = 0; m < recordings.size(); ++m)
         hold_out.push_back(hold_out_of(row_to_leave_out(smaller.parts[m]), larger.parts[m]));
+    const CoarseImage smaller_image(smaller, recordings, options);
+    const CoarseImage larger_image(larger, recordings, options);
     const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
         CandidateOptions own = options;
         own.heartbeat = heartbeat;
-        return to_text(predict_held_out(item % 2 == 0 ? HeldOutReadings::LastThird
-                                                      : HeldOutReadings::OneHeight,
-                                        item < 2 ? smaller.parts : larger.parts, hold_out,
-                                        recordings, belongs_to_recording, own));
+        const CoarseImage& image = item < 2 ? smaller_image : larger_image;
+        return to_text(predict_held_out(
+            item % 2 == 0 ? HeldOutReadings::LastThird : HeldOutReadings::OneHeight,
+            image.fit().parts, hold_out, image.recordings(), belongs_to_recording, own));
     };
     const std::vector<std::string> answers = map({1.0, 1.0, 2.0, 2.0}, work);
     const HeldOut before{held_out_from(answers[0]), held_out_from(answers[1])};

@@ -65,6 +65,23 @@ TEST(StemChain, DampingTimeGivesTheDampingRatioUnderBothLaws) {
     }
 }
 
+TEST(StemChain, WithOtherSpheresIsThatOfTheMeasurementAndDampsAlike) {
+    const measure::Measurement measurement = tests::empty_measurement();
+    for (const physics::BondLawOptions& law :
+         {physics::consistent_law(), physics::schramm2019_law()}) {
+        run::CaseSpec fine = calibrate::chain_of(measurement, {56, law}).spec;
+        fine.stem.bond_damping = 30.0;
+        const run::CaseSpec changed = calibrate::with_spheres(fine, 20);
+        const run::CaseSpec coarse = calibrate::chain_of(measurement, {20, law}).spec;
+        EXPECT_EQ(changed.stem.sphere_count, 20);
+        // Rounding only.
+        EXPECT_NEAR(changed.stem.bond_length / coarse.stem.bond_length, 1.0, 1e-14);
+        EXPECT_NEAR(changed.stem.density / coarse.stem.density, 1.0, 1e-14);
+        EXPECT_NEAR(changed.stem.sphere_diameter / coarse.stem.sphere_diameter, 1.0, 1e-14);
+        EXPECT_NEAR(calibrate::damping_time(changed) / calibrate::damping_time(fine), 1.0, 1e-14);
+    }
+}
+
 TEST(StemChain, SquareSectionBecomesTheRingOfTheSameAreaAndSecondMoment) {
     measure::Measurement measurement = tests::empty_measurement();
     measurement.stem.section = measure::RectangularSection{3e-3, 3e-3};
