@@ -54,8 +54,7 @@ void divide(double length, double mass_per_length, int spheres,
     stem.sphere_count = spheres;
     stem.bond_length = length / (spheres - 1);
     stem.sphere_diameter = stem.bond_length;
-    stem.density =
-        mass_per_length * 6.0 / (std::numbers::pi * stem.bond_length * stem.bond_length);
+    stem.density = mass_per_length * 6.0 / (std::numbers::pi * stem.bond_length * stem.bond_length);
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 #include "cli/fit_cost.hpp"
 
 #include "cli/amount_text.hpp"
+#include "diagnose/coarse_image.hpp"
 #include "study/plan.hpp"
 
 #include <optional>
@@ -41,14 +42,20 @@ constexpr Span runs_of_score{5.0, 10.0};
 /// Candidates that are fitted through the chain in the end, for each that is scored.
 constexpr Span fits_for_each_candidate{0.3, 2.0};
 
+enum class Chain { AskedFor, Searched };
+
 /// Expected time of a run with derivatives, s; nothing if the recording cannot be such a model.
 std::optional<double> run_seconds(const measure::Measurement& recording,
                                   const SelectedEffects& effects,
-                                  const diagnose::CandidateOptions& options) {
+                                  const diagnose::CandidateOptions& options,
+                                  Chain chain = Chain::AskedFor) {
     try {
         calibrate::StemModel model = calibrate::baseline_model(recording, options.chain);
         if (!effects.empty())
             model = diagnose::candidate_model(model, effects, recording);
+        if (chain == Chain::Searched)
+            model.spec = calibrate::with_spheres(
+                model.spec, diagnose::searched_spheres(model.spec.stem.sphere_count));
         if (options.window)
             model.spec.duration = std::min(model.spec.duration, *options.window);
         return (seconds_per_plain_run +
@@ -133,7 +140,8 @@ std::string cost_of_diagnosis(std::span<const measure::Measurement> recordings,
             SelectedEffects effects = options.known;
             effects.push_back(candidate);
             const std::optional<double> run =
-                run_seconds(recording, diagnose::in_library_order(effects), options.candidate);
+                run_seconds(recording, diagnose::in_library_order(effects), options.candidate,
+                            Chain::Searched);
             if (!run)
                 continue; // the search says why it cannot be tried
             add(seconds, runs_of_score, run);

@@ -2,10 +2,10 @@
 #include "diagnose/candidate_field.hpp"
 
 #include "core/error.hpp"
+#include "diagnose/coarse_image.hpp"
 #include "physics/effects/library.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -21,38 +21,6 @@ constexpr double least_spatial_share = 0.6;
 constexpr double overtaking_share = 0.9;
 /// Of χ², in units of the best model's reduced χ²: where so little decides, a step says too little.
 constexpr double overtaking_slack = 50.0;
-/// Of what a fit gains, that may be missing on a coarse chain: 1.4 % were seen of a friction that
-/// takes 97 % of a misfit of 30 times the noise.
-constexpr double image_error = 0.02;
-/// Reduced χ² of a fit that can only be a step on the way: a coarse chain tells it well enough.
-constexpr double step_misfit = 25.0;
-/// Spatial chains cost some six times as much as planar ones.
-constexpr double spatial_cost = 6.0;
-
-double cost_of(const SelectedEffects& effects) {
-    return std::ranges::any_of(effects,
-                               [](const auto& each) { return each.effect->dimensions() > 2; })
-               ? spatial_cost
-               : 1.0;
-}
-
-/// χ² so far above `best` that a model that does not come down to it is neither better nor a rival:
-/// what decides is a few dozen, counted by the best model's reduced χ² and by the share of the
-/// readings that are independent.
-double within_reach(double best, std::size_t readings) {
-    constexpr double generous = 300.0;
-    return best +
-           generous * std::max(1.0, best / static_cast<double>(std::max<std::size_t>(readings, 1)));
-}
-
-double smallest_begun(const std::vector<std::vector<std::string>>& begun) {
-    double smallest = std::numeric_limits<double>::infinity();
-    for (const std::vector<std::string>& starts : begun)
-        for (const std::string& start : starts)
-            smallest = std::min(smallest, FitPlan::chi_squared_of(start));
-    return smallest;
-}
-
 const EffectScore* score_of(const SelectedEffects& model, const std::vector<EffectScore>& scores) {
     const auto found = std::ranges::find(scores, model.back().effect->name(), &EffectScore::effect);
     return found == scores.end() || !found->failure.empty() ? nullptr : &*found;
@@ -91,6 +59,14 @@ std::vector<SelectedEffects> pairs_of_best(std::vector<SearchedModel> singles, s
                 pairs.push_back(std::move(both));
         }
     return pairs;
+}
+
+const SearchedModel* single_of(const std::vector<SearchedModel>& models, const std::string& effect,
+                               std::size_t known) {
+    const auto found = std::ranges::find_if(models, [&](const SearchedModel& model) {
+        return model.effects.size() == known + 1 && model.effects.back().effect->name() == effect;
+    });
+    return found == models.end() ? nullptr : &*found;
 }
 
 CandidateField::CandidateField(std::span<const measure::Measurement> recordings,
@@ -161,7 +137,7 @@ std::vector<EffectScore> CandidateField::score(const ModelFit& base, const Selec
         if (contains(effects, candidate) || !can_be_combined(larger))
             continue;
         wanted.push_back(candidate);
-        costs.push_back(cost_of(larger));
+        costs.push_back(relative_cost(larger));
     }
     const CoarseImage image(base, recordings_, options_.candidate);
     const std::vector<std::string> answers =
@@ -191,7 +167,7 @@ std::vector<SelectedEffects> CandidateField::one_more(const SelectedEffects& eff
         if (contains(effects, candidate) || !can_be_combined(larger))
             continue;
         const EffectScore* const score = score_of(larger, scores);
-        const bool is_spatial = cost_of({candidate}) > 1.0;
+        const bool is_spatial = relative_cost({candidate}) > 1.0;
         const double share = only_best ? (is_spatial ? least_spatial_share : least_share)
                                        : (is_spatial ? least_share : 0.0);
         // A score that failed says nothing: the fit must tell.
@@ -222,7 +198,7 @@ std::vector<SearchedModel> CandidateField::fit_promising(const std::vector<Selec
     std::vector<SelectedEffects> spatial;
     std::vector<SelectedEffects> planar;
     for (const SelectedEffects& model : models)
-        (cost_of({model.back()}) > 1.0 ? spatial : planar).push_back(model);
+        (relative_cost({model.back()}) > 1.0 ? spatial : planar).push_back(model);
     std::vector<SearchedModel> fitted = fit_all(planar, smaller, smaller.chi_squared - gained);
     for (const SearchedModel& model : fitted)
         if (model.fit.is_fitted())
@@ -278,106 +254,13 @@ std::vector<SearchedModel> CandidateField::followed(std::vector<SearchedModel> m
     return models;
 }
 
-/// (plans)(starts), as FitPlan::begin().
-std::vector<std::vector<std::string>> CandidateField::begun_fits(const CoarseImage& image,
-                                                                 const std::vector<FitPlan>& plans,
-                                                                 const std::vector<double>& costs) {
-    std::vector<std::pair<std::size_t, std::size_t>> items; // plan and start
-    std::vector<double> item_costs;
-    for (std::size_t k = 0; k < plans.size(); ++k)
-        for (std::size_t start = 0; start < plans[k].start_count(); ++start) {
-            items.emplace_back(k, start);
-            item_costs.push_back(costs[k]);
-        }
-    std::vector<std::vector<std::string>> begun(plans.size());
-    if (items.empty())
-        return begun;
-    const std::vector<std::string> answers =
-        options_.map(item_costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
-            return plans[items[item].first].begin(items[item].second,
-                                                  image.options(with(heartbeat)));
-        });
-    for (std::size_t item = 0; item < items.size(); ++item)
-        begun[items[item].first].push_back(answers[item]);
-    return begun;
-}
-
-/// Fits that do not come within `reach` are told of by where they were.
-std::vector<FitSummary> CandidateField::fit_image(const CoarseImage& image,
-                                                  const std::vector<SelectedEffects>& models,
-                                                  const Goal& goal, std::optional<double>& reach) {
-    std::vector<FitPlan> plans;
-    std::vector<double> costs;
-    for (const SelectedEffects& effects : models) {
-        plans.emplace_back(effects, image.fit(), image.recordings(),
-                           image.options(options_.candidate));
-        costs.push_back(cost_of(effects));
-    }
-    const std::vector<std::vector<std::string>> begun = begun_fits(image, plans, costs);
-    const ModelFit& smaller = image.fit();
-    const double aim =
-        goal.is_of_best ? std::min(goal.chi_squared, smallest_begun(begun)) : goal.chi_squared;
-    if (std::isfinite(aim) && smaller.is_fitted() && smaller.parts.front().is_noise_known)
-        reach = (goal.is_of_best ? within_reach(aim, smaller.readings) : aim) +
-                (image.is_coarser() ? image_error : 0.0) * std::max(0.0, smaller.chi_squared - aim);
-    const std::vector<std::string> answers =
-        options_.map(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
-            CandidateOptions own = image.options(with(heartbeat));
-            own.wanted_chi_squared = reach;
-            return to_text(image.as_fine(summary_of(plans[item].finish(begun[item], own))));
-        });
-    std::vector<FitSummary> fits;
-    for (const std::string& answer : answers) {
-        fits.push_back(summary_from_text(answer));
-        runs_ += fits.back().runs;
-    }
-    return fits;
-}
-
-/// Follows what coarse chains have found with those that are asked for, as far as it matters.
-void CandidateField::refine(const std::vector<SelectedEffects>& models, const ModelFit& smaller,
-                            const std::optional<double>& reach, std::vector<FitSummary>& fits) {
-    std::vector<std::size_t> places;
-    std::vector<double> costs;
-    for (std::size_t k = 0; k < fits.size(); ++k) {
-        if (fits[k].is_fitted() && reach && fits[k].chi_squared > *reach)
-            fits[k].out_of_reach = reach;
-        const bool is_step = fits[k].is_fitted() && fits[k].reduced_chi_squared > step_misfit;
-        if (fits[k].out_of_reach || !fits[k].moves || is_step)
-            continue;
-        places.push_back(k);
-        costs.push_back(cost_of(models[k]));
-    }
-    const std::vector<std::string> answers =
-        options_.map(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
-            const SelectedEffects& effects = models[places[item]];
-            const FitSummary& coarse = fits[places[item]];
-            const CandidateOptions own = with(heartbeat);
-            return to_text(summary_of(coarse.is_fitted()
-                                          ? refined(models_of(coarse, effects, recordings_, own),
-                                                    effects, smaller, recordings_, own)
-                                          : fit_model(effects, smaller, recordings_, own)));
-        });
-    for (std::size_t item = 0; item < places.size(); ++item) {
-        FitSummary& fit = fits[places[item]];
-        fit = summary_from_text(answers[item]);
-        runs_ += fit.runs;
-    }
-}
-
 std::vector<SearchedModel> CandidateField::fit_anew(const std::vector<SelectedEffects>& models,
-                                                    const ModelFit& smaller, const Goal& goal) {
-    if (models.empty())
-        return {};
-    const CoarseImage image(smaller, recordings_, options_.candidate);
-    std::optional<double> reach;
-    std::vector<FitSummary> fits = fit_image(image, models, goal, reach);
-    if (image.is_coarser())
-        refine(models, smaller, reach, fits);
+                                                    const ModelFit& smaller, const FitGoal& goal) {
+    std::vector<FitSummary> fits =
+        fit_candidates(models, smaller, recordings_, options_.candidate, options_.map, goal);
     std::vector<SearchedModel> fitted;
     for (std::size_t k = 0; k < models.size(); ++k) {
-        if (fits[k].names.empty())
-            fits[k].names = model_names(in_library_order(models[k]));
+        runs_ += fits[k].runs;
         memory_.keep(models[k], fits[k]);
         fitted.push_back({models[k], std::move(fits[k])});
     }

@@ -2,9 +2,8 @@
 // All candidates beside a model: scored, sifted and fitted, spread over the ranks.
 #pragma once
 
-#include "diagnose/coarse_image.hpp"
+#include "diagnose/candidate_fits.hpp"
 #include "diagnose/diagnosis.hpp"
-#include "diagnose/fit_plan.hpp"
 #include "diagnose/model_memory.hpp"
 
 #include <cstddef>
@@ -76,21 +75,8 @@ class CandidateField {
   private:
     [[nodiscard]] const FitSummary* remembered(const SelectedEffects& effects,
                                                const ModelFit& smaller, double wanted) const;
-    [[nodiscard]] std::vector<std::vector<std::string>>
-    begun_fits(const CoarseImage& image, const std::vector<FitPlan>& plans,
-               const std::vector<double>& costs);
-    /// Which fits are followed to their end.
-    struct Goal {
-        double chi_squared = std::numeric_limits<double>::infinity(); ///< those that come below it
-        bool is_of_best = false; ///< those that come near it, or near the best if that is below it
-    };
     [[nodiscard]] std::vector<SearchedModel> fit_anew(const std::vector<SelectedEffects>& models,
-                                                      const ModelFit& smaller, const Goal& goal);
-    [[nodiscard]] std::vector<FitSummary> fit_image(const CoarseImage& image,
-                                                    const std::vector<SelectedEffects>& models,
-                                                    const Goal& goal, std::optional<double>& reach);
-    void refine(const std::vector<SelectedEffects>& models, const ModelFit& smaller,
-                const std::optional<double>& reach, std::vector<FitSummary>& fits);
+                                                      const ModelFit& smaller, const FitGoal& goal);
     [[nodiscard]] CandidateOptions with(const run::Heartbeat& heartbeat) const;
 
     std::span<const measure::Measurement> recordings_;
@@ -98,7 +84,6 @@ class CandidateField {
     SelectedEffects candidates_;
     ModelMemory memory_;
     int runs_ = 0;
-    std::vector<SelectedEffects> models_;
 };
 
 [[nodiscard]] bool contains(const SelectedEffects& effects, const physics::SelectedEffect& wanted);
@@ -106,6 +91,9 @@ class CandidateField {
 /// together.
 [[nodiscard]] std::vector<SelectedEffects> pairs_of_best(std::vector<SearchedModel> singles,
                                                          std::size_t count);
+/// The model that adds this one effect to `known` others; null if there is none.
+[[nodiscard]] const SearchedModel* single_of(const std::vector<SearchedModel>& models,
+                                             const std::string& effect, std::size_t known);
 [[nodiscard]] bool can_be_combined(const SelectedEffects& effects);
 
 } // namespace culm::diagnose

@@ -61,4 +61,18 @@ bool can_move(const calibrate::StemModel& model, const measure::Measurement& rec
            !chain.user_laws.empty();
 }
 
+SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings) {
+    SelectedEffects candidates;
+    for (const physics::EffectPointer& effect : physics::all_effects()) {
+        if (effect->name() == "gravity" &&
+            std::ranges::any_of(recordings, [](const measure::Measurement& recording) {
+                return recording.gravity_direction == measure::GravityDirection::None;
+            }))
+            continue;
+        candidates.push_back(
+            {effect, std::vector<std::optional<double>>(effect->parameters().size())});
+    }
+    return candidates;
+}
+
 } // namespace culm::diagnose

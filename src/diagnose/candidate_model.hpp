@@ -6,6 +6,7 @@
 #include "measure/measurement.hpp"
 #include "physics/effects/selection.hpp"
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,9 +31,12 @@ using SelectedEffects = std::vector<physics::SelectedEffect>;
 /// Has every effect a size that a fit can make vanish, so that the model contains the one without?
 [[nodiscard]] bool is_nested(const calibrate::StemModel& model);
 
-/// Was the stem pulled aside, or do these effects move one that is held straight: gravity across it,
-/// a curvature of its own, a moving support, or a user's law?
+/// Was the stem pulled aside, or do these effects move one that is held straight: gravity across
+/// it, a curvature of its own, a moving support, or a user's law?
 [[nodiscard]] bool can_move(const calibrate::StemModel& model,
                             const measure::Measurement& recording);
+
+/// The candidates that make sense: gravity only where its direction is known.
+[[nodiscard]] SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings);
 
 } // namespace culm::diagnose

@@ -17,7 +17,8 @@ constexpr int coarse_spheres = 20;
 constexpr double worthwhile = 1.4;
 
 bool is_fine(const calibrate::ChainFit& part) {
-    return part.model.spec.stem.sphere_count - 1 > worthwhile * (coarse_spheres - 1);
+    const int spheres = part.model.spec.stem.sphere_count;
+    return searched_spheres(spheres) < spheres;
 }
 
 void scale(const std::string& name, double factor,
@@ -36,6 +37,10 @@ void scale_material(double modulus, double damping,
 }
 
 } // namespace
+
+int searched_spheres(int spheres) {
+    return spheres - 1 > worthwhile * (coarse_spheres - 1) ? coarse_spheres : spheres;
+}
 
 CoarseImage::CoarseImage(const ModelFit& fine, std::span<const measure::Measurement> recordings,
                          const CandidateOptions& options)

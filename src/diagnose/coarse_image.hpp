@@ -10,6 +10,9 @@
 
 namespace culm::diagnose {
 
+/// Spheres of the chain on which a search for chains of so many goes on.
+[[nodiscard]] int searched_spheres(int spheres);
+
 /// Y and β are such that the first mode stays as it is, and the recordings are shifted by what the
 /// two chains still differ by at the fit. There both leave the same residuals, and a change of the
 /// model changes these by nearly as much: what is left of the coarse chain's error is of second

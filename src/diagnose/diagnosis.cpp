@@ -6,10 +6,8 @@
 #include "diagnose/diagnosis_answer.hpp"
 #include "diagnose/mere_noise.hpp"
 #include "diagnose/naming.hpp"
-#include "physics/effects/library.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <set>
 #include <utility>
@@ -52,6 +50,7 @@ class Search {
         }
         if (added() > 0)
             exchange();
+        unite_imitators();
         conclude();
         return std::move(result_);
     }
@@ -98,22 +97,10 @@ class Search {
         are_scores_final_ = is_full || !fails_clearly();
         scores_ = field_.score(fit_, current_.effects, are_scores_final_ ? options_.null_draws : 0);
         if (is_full ||
-            (finding() == Finding::Adequate && (added() > 0 || !promises_significant_gain())))
+            (finding() == Finding::Adequate &&
+             (added() > 0 || !promises_significant_gain(scores_, current_.fit, is_noise_known_))))
             return false;
         return step();
-    }
-
-    /// Before anything is named: does a candidate promise more than noise would, for as many as
-    /// there are? The tests for lack of fit look at everything and so miss a weak trace of one
-    /// effect.
-    [[nodiscard]] bool promises_significant_gain() const {
-        const Yardstick own = yardstick(std::vector{current_.fit}, is_noise_known_);
-        return std::ranges::any_of(scores_, [&](const EffectScore& score) {
-            const double gain = score.gain / own.inflation * own.share;
-            return score.failure.empty() &&
-                   gain_p_value(gain, score.added) * static_cast<double>(scores_.size()) <
-                       naming_level;
-        });
     }
 
     [[nodiscard]] bool step() {
@@ -341,6 +328,31 @@ class Search {
         return true;
     }
 
+    /// Two effects, each of which alone explains all but a trace, do together what one law between
+    /// them would: one of them is missing, and not both.
+    void unite_imitators() {
+        if (added() != 2 || !is_noise_known_)
+            return;
+        const std::size_t known = options_.known.size();
+        const SearchedModel* better =
+            single_of(first_step_, current_.effects[known].effect->name(), known);
+        const SearchedModel* other =
+            single_of(first_step_, current_.effects.back().effect->name(), known);
+        if (better == nullptr || other == nullptr ||
+            !explains_nearly_all(first_smaller_, better->fit) ||
+            !explains_nearly_all(first_smaller_, other->fit))
+            return;
+        const Yardstick by = yardstick_with({*better, *other});
+        if (bic(other->fit, by) < bic(better->fit, by))
+            std::swap(better, other);
+        rivals_ = {
+            {better->effects.back(), {*other}, {bic(other->fit, by) - bic(better->fit, by)}}};
+        is_one_law_ = true;
+        result_.ladder.resize(1);
+        take(*better, field_.restore(*better), {});
+        result_.ladder.back().delta_bic = bic(better->fit, by) - bic(first_smaller_, by);
+    }
+
     void conclude() {
         if (!are_scores_final_ && finding() != Finding::Undecided) {
             tell("what the recording cannot show");
@@ -351,7 +363,7 @@ class Search {
         result_.blind_spots = scores_;
         complete({recordings_, options_, field_.candidates(), current_, result_.ladder.front().fit,
                   first_step_, first_scores_.empty() ? scores_ : first_scores_, rivals_, refused_,
-                  is_noise_known_},
+                  is_noise_known_, is_one_law_},
                  result_);
         if (!result_.effects.empty() && finding() == Finding::Inadequate) {
             tell("weighing what the model misses");
@@ -365,6 +377,7 @@ class Search {
     SearchedModel current_;
     ModelFit fit_; ///< of the current model
     bool is_noise_known_ = true;
+    bool is_one_law_ = false;         ///< as Found's
     std::vector<EffectScore> scores_; ///< of the candidates beside the current model
     bool are_scores_final_ = false;   ///< are they?
     std::vector<SearchedModel> first_step_;
@@ -377,20 +390,6 @@ class Search {
 };
 
 } // namespace
-
-SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings) {
-    SelectedEffects candidates;
-    for (const physics::EffectPointer& effect : physics::all_effects()) {
-        if (effect->name() == "gravity" &&
-            std::ranges::any_of(recordings, [](const measure::Measurement& recording) {
-                return recording.gravity_direction == measure::GravityDirection::None;
-            }))
-            continue;
-        candidates.push_back(
-            {effect, std::vector<std::optional<double>>(effect->parameters().size())});
-    }
-    return candidates;
-}
 
 Diagnosis diagnose(std::span<const measure::Measurement> recordings,
                    const DiagnosisOptions& options) {

@@ -106,7 +106,8 @@ struct DiagnosisOptions {
 /// 4. Each effect of the answer is exchanged for every other candidate. A set that is better by 6
 ///    takes its place, one within 6 of it (12 if it leaves only noise) is a tie. An effect whose
 ///    removal costs less than 6 goes.
-/// 5. If structure is left, effects are named only if they explain nearly all of a glaring misfit;
+/// 5. Two effects each of which alone explains 99 % of the misfit are a tie of one law, not two.
+/// 6. If structure is left, effects are named only if they explain nearly all of a glaring misfit;
 ///    their numbers are then those of correlated_estimate().
 ///
 /// Where nothing moves in the published chain (a stem held straight), what acts for certain and has
@@ -117,8 +118,5 @@ struct DiagnosisOptions {
 /// failed. run::Abandoned if the heartbeat says so.
 [[nodiscard]] Diagnosis diagnose(std::span<const measure::Measurement> recordings,
                                  const DiagnosisOptions& options = {});
-
-/// The candidates that make sense: gravity only where its direction is known.
-[[nodiscard]] SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings);
 
 } // namespace culm::diagnose

@@ -61,8 +61,9 @@ void add_conclusion(const Found& found, Diagnosis& result) {
                             : "no candidate explains what the published chain leaves";
         return;
     }
-    const bool is_glaring = found.start.reduced_chi_squared > glaring || !found.is_noise_known;
-    if (!is_adequate && (result.explained < nearly_all || !is_glaring)) {
+    const bool is_clear =
+        found.is_one_law || found.start.reduced_chi_squared > glaring || !found.is_noise_known;
+    if (!is_adequate && (result.explained < nearly_all || !is_clear)) {
         result.conclusion = Conclusion::Unknown;
         result.reason =
             fmt::format("{} explains {:.1f} % of the misfit, but what it leaves is no noise ({})",
@@ -76,6 +77,8 @@ void add_conclusion(const Found& found, Diagnosis& result) {
                     : fmt::format("it explains {:.2f} % of the misfit; what remains is no noise "
                                   "({})",
                                   100.0 * result.explained, last.tests);
+    if (found.is_one_law)
+        result.reason += "; a law between these would explain it, as both together do";
     for (const Rivals& rivals : found.rivals) {
         TieGroup group{{rivals.effect.effect->name()}, rivals.delta_bic, {}};
         for (const SearchedModel& model : rivals.models)
@@ -103,20 +106,17 @@ void rank(const Found& found, Diagnosis& result) {
     for (const EffectScore& score : found.first_scores) {
         RankedEffect entry;
         entry.effect = score.effect;
-        const auto model = std::ranges::find_if(found.first_step, [&](const SearchedModel& each) {
-            return each.effects.size() == found.options.known.size() + 1 &&
-                   each.effects.back().effect->name() == score.effect;
-        });
+        const SearchedModel* const model =
+            single_of(found.first_step, score.effect, found.options.known.size());
         // A fit that ended early above the model it contains says less than its score.
-        const bool tells =
-            model != found.first_step.end() &&
-            !(model->fit.out_of_reach && model->fit.chi_squared > found.start.chi_squared);
+        const bool tells = model != nullptr && !(model->fit.out_of_reach &&
+                                                 model->fit.chi_squared > found.start.chi_squared);
         if (tells) {
             entry.fit = model->fit;
             entry.is_refitted = true;
             entry.rmse = model->fit.rmse;
             entry.obstacle = model->fit.out_of_reach
-                                 ? "fit ended early: too slow to come near the best"
+                                 ? "fit ended early: it would not come near the best"
                                  : naming_obstacle(model->fit, score.effect);
             if (model->fit.is_fitted()) {
                 entry.delta_bic = bic(model->fit, by) - bic(found.start, by);

@@ -29,6 +29,7 @@ struct Found {
     const std::vector<Rivals>& rivals;
     const std::map<std::string, std::string>& refused;
     bool is_noise_known = true;
+    bool is_one_law = false; ///< the rivals do together what one law between them would
 };
 
 /// Adds the conclusion and its reason, ties, ranking, the rate of false names, the next experiments

@@ -16,6 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double certain_share = 0.1; ///< of χ² that may be left
+constexpr double trace_share = 0.01;  ///< of the misfit above the noise, that may be left
 /// Reduced χ² that no noise and no imperfection of a chain of spheres makes.
 constexpr double glaring_misfit = 4.0;
 /// Of such a misfit, that each effect of a step takes: of the three effects that an answer may
@@ -58,6 +59,22 @@ std::string step_obstacle(const FitSummary& smaller, const FitSummary& larger, c
 bool acts_for_certain(const FitSummary& smaller, const FitSummary& larger) {
     return larger.parameters.size() <= smaller.parameters.size() &&
            larger.chi_squared < certain_share * smaller.chi_squared;
+}
+
+bool promises_significant_gain(const std::vector<EffectScore>& scores, const FitSummary& fit,
+                               bool is_noise_known) {
+    const Yardstick own = yardstick(std::vector{fit}, is_noise_known);
+    return std::ranges::any_of(scores, [&](const EffectScore& score) {
+        const double gain = score.gain / own.inflation * own.share;
+        return score.failure.empty() &&
+               gain_p_value(gain, score.added) * static_cast<double>(scores.size()) < naming_level;
+    });
+}
+
+bool explains_nearly_all(const FitSummary& smaller, const FitSummary& larger) {
+    const auto readings = static_cast<double>(smaller.readings);
+    return larger.is_fitted() && !larger.out_of_reach &&
+           larger.chi_squared - readings < trace_share * (smaller.chi_squared - readings);
 }
 
 double step_limit(const FitSummary& smaller, std::size_t added) {

@@ -4,6 +4,7 @@
 
 #include "diagnose/held_out.hpp"
 #include "diagnose/model_score.hpp"
+#include "diagnose/score_test.hpp"
 #include "diagnose/verdict.hpp"
 #include "diagnose/work_map.hpp"
 
@@ -32,6 +33,15 @@ inline constexpr double clear_failure_level = 1e-4;
 /// Has `larger` no number to fit that `smaller` has not, and takes it away nearly all of the
 /// misfit?
 [[nodiscard]] bool acts_for_certain(const FitSummary& smaller, const FitSummary& larger);
+
+/// Before anything is named: does a candidate promise more than noise would, for as many as there
+/// are? The tests for lack of fit look at everything and so miss a weak trace of one effect.
+[[nodiscard]] bool promises_significant_gain(const std::vector<EffectScore>& scores,
+                                             const FitSummary& fit, bool is_noise_known);
+
+/// Does the larger model, fitted to its end, leave less than a hundredth of the misfit above the
+/// noise?
+[[nodiscard]] bool explains_nearly_all(const FitSummary& smaller, const FitSummary& larger);
 
 /// χ² above which a step that adds so many effects leaves a glaring misfit hardly touched.
 [[nodiscard]] double step_limit(const FitSummary& smaller, std::size_t added);

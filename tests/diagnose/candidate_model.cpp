@@ -79,9 +79,12 @@ TEST(CandidateModel, KnowsWhatMovesAStemThatIsHeldStraight) {
     measure::Measurement measurement = quadratic_drag_record();
     measurement.gravity_direction = measure::GravityDirection::Transverse;
     const calibrate::StemModel baseline = calibrate::baseline_model(measurement);
+    EXPECT_TRUE(diagnose::can_move(baseline, measurement)); // it was pulled aside
+    measurement.release = measure::ReleaseKind::HeldStraight;
+    EXPECT_FALSE(diagnose::can_move(baseline, measurement));
     const auto moves = [&](const char* text) {
-        return diagnose::can_move_straight_stem(
-            diagnose::candidate_model(baseline, effects(text), measurement));
+        return diagnose::can_move(diagnose::candidate_model(baseline, effects(text), measurement),
+                                  measurement);
     };
     EXPECT_TRUE(moves("gravity"));
     EXPECT_TRUE(moves("precurvature"));
