@@ -12,7 +12,7 @@
 namespace culm::diagnose {
 namespace {
 
-constexpr int coarse_spheres = 20;
+constexpr int coarse_spheres = 16;
 /// Chains with fewer bonds than this many times the coarse one's are not worth an image.
 constexpr double worthwhile = 1.4;
 

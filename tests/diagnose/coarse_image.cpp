@@ -82,7 +82,7 @@ TEST(CoarseImage, OfAFitOfSeveralRecordingsKeepsOneMaterial) {
     for (std::size_t m = 0; m < recordings.size(); ++m) {
         const run::CaseSpec& coarse = image.fit().parts[m].model.spec;
         const run::CaseSpec& own = fine.parts[m].model.spec;
-        // The square of a bond length over the stem's, 1/19.
+        // The square of a bond length over the stem's, 1/15.
         EXPECT_NEAR(coarse.stem.bond_youngs_modulus / own.stem.bond_youngs_modulus, 1.0, 0.01);
         EXPECT_NEAR(calibrate::damping_time(coarse) / calibrate::damping_time(own), 1.0, 0.03);
     }
@@ -122,7 +122,7 @@ TEST(CoarseImage, LeadsToWhereTheFineChainEnds) {
 }
 
 TEST(CoarseImage, OfAChainThatIsNoFinerIsTheFitItself) {
-    const Recordings recordings = stem_in_a_soft_clamp(24);
+    const Recordings recordings = stem_in_a_soft_clamp(20);
     const diagnose::ModelFit fit = diagnose::fit_model({}, {}, recordings);
     const diagnose::CoarseImage image(fit, recordings, {});
     EXPECT_FALSE(image.is_coarser());
