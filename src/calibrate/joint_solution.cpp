@@ -2,11 +2,11 @@
 #include "calibrate/joint_solution.hpp"
 
 #include "calibrate/joint_residuals.hpp"
+#include "calibrate/out_of_reach.hpp"
 #include "calibrate/remaining_gain.hpp"
 #include "calibrate/valley_steps.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -82,33 +82,6 @@ class EnoughGained : public ceres::IterationCallback {
     double readings_;
     double improvement_;
     int vain_steps_ = 0;
-};
-
-/// Ends a solution that slows down and could not come down to `wanted` within its iterations even
-/// at the best pace of its last ones. One that gains speed goes on: steps begin short and triple.
-class OutOfReach : public ceres::IterationCallback {
-  public:
-    OutOfReach(double wanted, int largest_iterations)
-        : wanted_(wanted), largest_iterations_(largest_iterations) {}
-    [[nodiscard]] bool is_so() const { return is_so_; }
-    ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
-        const auto slot = static_cast<std::size_t>(iteration.iteration) % gains_.size();
-        gains_[slot] = iteration.step_is_successful ? iteration.cost_change : 0.0;
-        if (iteration.iteration < static_cast<int>(gains_.size()))
-            return ceres::SOLVER_CONTINUE;
-        const double left = largest_iterations_ - iteration.iteration;
-        const double best = *std::ranges::max_element(gains_);
-        const double before = gains_[(slot + gains_.size() - 1) % gains_.size()];
-        const bool slows_down = std::max(gains_[slot], before) <= 0.5 * best;
-        is_so_ = slows_down && iteration.cost - left * best > wanted_;
-        return is_so_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
-    }
-
-  private:
-    double wanted_; ///< as Ceres counts the cost
-    int largest_iterations_;
-    std::array<double, 5> gains_{}; ///< of the last iterations
-    bool is_so_ = false;
 };
 
 void bound(const JointLayout& layout, const std::vector<bool>& is_held, ceres::Problem& problem,
