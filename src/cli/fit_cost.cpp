@@ -139,9 +139,8 @@ std::string cost_of_diagnosis(std::span<const measure::Measurement> recordings,
         for (const physics::SelectedEffect& candidate : options.candidates) {
             SelectedEffects effects = options.known;
             effects.push_back(candidate);
-            const std::optional<double> run =
-                run_seconds(recording, diagnose::in_library_order(effects), options.candidate,
-                            Chain::Searched);
+            const std::optional<double> run = run_seconds(
+                recording, diagnose::in_library_order(effects), options.candidate, Chain::Searched);
             if (!run)
                 continue; // the search says why it cannot be tried
             add(seconds, runs_of_score, run);

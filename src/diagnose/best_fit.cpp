@@ -56,7 +56,10 @@ BestFit::BestFit(std::span<const measure::Measurement> recordings, const Candida
 void BestFit::try_start(const JointStart& start, bool is_first_guess) {
     ++starts_;
     try {
-        calibrate::JointFit fit = settled(solved(start, joint_options(is_first_guess)));
+        calibrate::JointFit fit = solved(start, joint_options(is_first_guess));
+        if (!fit.has_converged) // a long valley: half-way is no end
+            fit = solved(start_from(fit), joint_options(false));
+        fit = settled(std::move(fit));
         if (!fit.has_converged)
             failure_ = fit.reason;
         else if (!best_ || fit.weighted_rms < best_->weighted_rms)

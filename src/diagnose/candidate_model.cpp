@@ -61,6 +61,11 @@ bool can_move(const calibrate::StemModel& model, const measure::Measurement& rec
            !chain.user_laws.empty();
 }
 
+bool has_fitted_number(const physics::Effect& effect) {
+    return std::ranges::any_of(effect.parameters(),
+                               [](const auto& parameter) { return parameter.calibrated; });
+}
+
 SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings) {
     SelectedEffects candidates;
     for (const physics::EffectPointer& effect : physics::all_effects()) {

@@ -36,6 +36,9 @@ using SelectedEffects = std::vector<physics::SelectedEffect>;
 [[nodiscard]] bool can_move(const calibrate::StemModel& model,
                             const measure::Measurement& recording);
 
+/// Is there a number of it that a fit can change?
+[[nodiscard]] bool has_fitted_number(const physics::Effect& effect);
+
 /// The candidates that make sense: gravity only where its direction is known.
 [[nodiscard]] SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings);
 

@@ -51,8 +51,8 @@ CoarseImage::CoarseImage(const ModelFit& fine, std::span<const measure::Measurem
         if (!can_move(fine.parts[m].model, recordings[m]))
             return;
     fit_ = fine;
-    match_first_mode();
     try {
+        match_first_mode();
         for (std::size_t m = 0; m < recordings.size(); ++m)
             add_part(m, options.heartbeat);
     } catch (const core::NumericalError&) {

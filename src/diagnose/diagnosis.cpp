@@ -24,11 +24,6 @@ constexpr double promised_share = 0.3;
 constexpr std::size_t pairs_of = 3; ///< best single effects that are tried in pairs
 constexpr int most_exchanges = 3;
 
-bool has_fitted_number(const physics::Effect& effect) {
-    return std::ranges::any_of(effect.parameters(),
-                               [](const auto& parameter) { return parameter.calibrated; });
-}
-
 class Search {
   public:
     Search(std::span<const measure::Measurement> recordings, const DiagnosisOptions& options)
@@ -301,12 +296,15 @@ class Search {
         std::ranges::stable_sort(without.models, {},
                                  [&](const SearchedModel& model) { return bic(model.fit, by); });
         Rivals group{current_.effects[place], {}, {}};
+        // Where structure is left, what decides between two is what neither explains.
+        const bool is_open = finding() == Finding::Inadequate;
         for (const SearchedModel& model : without.models) {
             const double gap = bic(model.fit, by) - here;
             if (gap < -tie_gap &&
                 naming_obstacle(model.fit, model.effects.back().effect->name()).empty())
                 return replace(model, by);
-            if (gap < tie_gap || (gap < clear_gap && leaves_noise(model))) {
+            if (gap < tie_gap || (gap < clear_gap && leaves_noise(model)) ||
+                (is_open && explains(result_.ladder.front().fit, model.fit, nearly_all))) {
                 group.models.push_back(model);
                 group.delta_bic.push_back(gap);
             }
@@ -339,8 +337,8 @@ class Search {
         const SearchedModel* other =
             single_of(first_step_, current_.effects.back().effect->name(), known);
         if (better == nullptr || other == nullptr ||
-            !explains_nearly_all(first_smaller_, better->fit) ||
-            !explains_nearly_all(first_smaller_, other->fit))
+            !explains(first_smaller_, better->fit, all_but_a_trace) ||
+            !explains(first_smaller_, other->fit, all_but_a_trace))
             return;
         const Yardstick by = yardstick_with({*better, *other});
         if (bic(other->fit, by) < bic(better->fit, by))

@@ -17,10 +17,9 @@
 namespace culm::diagnose {
 namespace {
 
-/// Effects that leave structure are named only if they explain this much of the misfit: what is
-/// missing is then small beside them. A force of another form leaves more (docs/diagnosis.md).
-constexpr double nearly_all = 0.98;
-constexpr double glaring = 25.0;      ///< reduced χ² of the baseline, from which that can be told
+constexpr double glaring = 25.0; ///< reduced χ² of the baseline, from which that can be told
+/// Three that together still leave structure have bent to fit.
+constexpr std::size_t most_beside_structure = 2;
 constexpr double alike = 0.8;         ///< |cos| of two traces
 constexpr std::size_t most_pairs = 2; ///< of models that an experiment should tell apart
 
@@ -38,6 +37,15 @@ double explained_share(const Found& found) {
         return 1.0 - std::pow(end.rmse / found.start.rmse, 2);
     const double excess = found.start.chi_squared - static_cast<double>(found.start.readings);
     return excess > 0.0 ? std::min((found.start.chi_squared - end.chi_squared) / excess, 1.0) : 0.0;
+}
+
+/// What of the answer turned out to be absent, or at a bound, once the rest had joined; empty if
+/// nothing did.
+std::string fallen_obstacle(const Found& found, const std::vector<std::string>& effects) {
+    for (const std::string& effect : effects)
+        if (std::string text = naming_obstacle(found.model.fit, effect); !text.empty())
+            return text;
+    return {};
 }
 
 void add_conclusion(const Found& found, Diagnosis& result) {
@@ -63,11 +71,19 @@ void add_conclusion(const Found& found, Diagnosis& result) {
     }
     const bool is_clear =
         found.is_one_law || found.start.reduced_chi_squared > glaring || !found.is_noise_known;
-    if (!is_adequate && (result.explained < nearly_all || !is_clear)) {
+    const bool may_leave_structure = is_clear && effects.size() <= most_beside_structure;
+    if (!is_adequate && (result.explained < nearly_all || !may_leave_structure)) {
         result.conclusion = Conclusion::Unknown;
         result.reason =
             fmt::format("{} explains {:.1f} % of the misfit, but what it leaves is no noise ({})",
                         fmt::join(effects, " with "), 100.0 * result.explained, last.tests);
+        return;
+    }
+    if (const std::string obstacle = fallen_obstacle(found, effects); !obstacle.empty()) {
+        result.conclusion = Conclusion::Unknown;
+        result.reason =
+            fmt::format("{} explains {:.1f} % of the misfit, but {}", fmt::join(effects, " with "),
+                        100.0 * result.explained, obstacle);
         return;
     }
     result.effects = effects;

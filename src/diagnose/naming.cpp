@@ -16,7 +16,6 @@ namespace {
 using nlohmann::json;
 
 constexpr double certain_share = 0.1; ///< of χ² that may be left
-constexpr double trace_share = 0.01;  ///< of the misfit above the noise, that may be left
 /// Reduced χ² that no noise and no imperfection of a chain of spheres makes.
 constexpr double glaring_misfit = 4.0;
 /// Of such a misfit, that each effect of a step takes: of the three effects that an answer may
@@ -71,10 +70,10 @@ bool promises_significant_gain(const std::vector<EffectScore>& scores, const Fit
     });
 }
 
-bool explains_nearly_all(const FitSummary& smaller, const FitSummary& larger) {
+bool explains(const FitSummary& smaller, const FitSummary& larger, double share) {
     const auto readings = static_cast<double>(smaller.readings);
     return larger.is_fitted() && !larger.out_of_reach &&
-           larger.chi_squared - readings < trace_share * (smaller.chi_squared - readings);
+           larger.chi_squared - readings < (1.0 - share) * (smaller.chi_squared - readings);
 }
 
 double step_limit(const FitSummary& smaller, std::size_t added) {

@@ -21,6 +21,11 @@ inline constexpr double tie_gap = 6.0;      ///< of BIC, within which two models
 inline constexpr double clear_gap = 12.0;
 inline constexpr double naming_level = 0.01; ///< of significance, for all candidates together
 
+/// Of the misfit, that effects which leave structure must explain to be named: what is missing is
+/// then small beside them. A force of another form leaves more (docs/diagnosis.md).
+inline constexpr double nearly_all = 0.98;
+inline constexpr double all_but_a_trace = 0.99; ///< of two that are one law
+
 /// Of the tests for lack of fit, from which a model that nothing improves counts as failing: of a
 /// hundred recordings of noise one fails at the tests' own level.
 inline constexpr double clear_failure_level = 1e-4;
@@ -39,9 +44,8 @@ inline constexpr double clear_failure_level = 1e-4;
 [[nodiscard]] bool promises_significant_gain(const std::vector<EffectScore>& scores,
                                              const FitSummary& fit, bool is_noise_known);
 
-/// Does the larger model, fitted to its end, leave less than a hundredth of the misfit above the
-/// noise?
-[[nodiscard]] bool explains_nearly_all(const FitSummary& smaller, const FitSummary& larger);
+/// Has the larger model, fitted to its end, taken away this share of the misfit above the noise?
+[[nodiscard]] bool explains(const FitSummary& smaller, const FitSummary& larger, double share);
 
 /// χ² above which a step that adds so many effects leaves a glaring misfit hardly touched.
 [[nodiscard]] double step_limit(const FitSummary& smaller, std::size_t added);

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What leaves structure is no proof against what explains as much.
+#include "beam_generator/random_case.hpp"
+#include "diagnosis_records.hpp"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+/// A curved stem with inner friction, twenty times the noise; the friction is no candidate. The
+/// curvature and a relaxation, which leans like one, both explain 98 % and leave as much of it.
+TEST(Refusal, OfOneNameWhereAnotherExplainsAsMuchAndBothLeaveStructure) {
+    const beam::RandomCase hidden = beam::random_case(9, beam::CaseKind::Pair, 13);
+    ASSERT_EQ(hidden.spec.effects.front().name, "precurvature");
+    const std::vector<measure::Measurement> recordings{beam::record(hidden.spec)};
+    diagnose::DiagnosisOptions options = quick_diagnosis("relaxation,precurvature,camera_tilt");
+    options.null_draws = 0;
+    options.most_effects = 1;
+    const diagnose::Diagnosis found = diagnose::diagnose(recordings, options);
+    ASSERT_EQ(found.conclusion, diagnose::Conclusion::Tie) << found.reason;
+    std::vector<std::string> names = found.ties.front().names;
+    std::ranges::sort(names);
+    EXPECT_EQ(names, (std::vector<std::string>{"precurvature", "relaxation"}));
+}
+
+} // namespace
+} // namespace culm::tests
