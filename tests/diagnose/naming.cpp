@@ -42,5 +42,15 @@ TEST(StepObstacle, IsNoShareOfAMisfitThatIsSmall) {
     EXPECT_EQ(obstacle(fit(6000.0, 0), fit(5800.0, 1)), "");
 }
 
+TEST(Explains, CountsWhatIsAboveTheNoiseAndOnlyFitsThatWereFollowed) {
+    // Of 100 000 above the noise 1 900 are left.
+    EXPECT_TRUE(diagnose::explains(fit(104000.0, 0), fit(5900.0, 1), diagnose::nearly_all));
+    EXPECT_FALSE(diagnose::explains(fit(104000.0, 0), fit(5900.0, 1), diagnose::all_but_a_trace));
+    EXPECT_FALSE(diagnose::explains(fit(104000.0, 0), fit(6100.0, 1), diagnose::nearly_all));
+    diagnose::FitSummary given_up = fit(5900.0, 1);
+    given_up.out_of_reach = 5000.0;
+    EXPECT_FALSE(diagnose::explains(fit(104000.0, 0), given_up, diagnose::nearly_all));
+}
+
 } // namespace
 } // namespace culm::tests
