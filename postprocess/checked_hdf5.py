@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reading a study file (docs/archive-format.md) so that damage is an error and never a number."""
+"""Reads the HDF5 files of culm so that damage is an error and never a number, and so that a file
+cannot make its reader open other files (docs/archive-format.md)."""
 from __future__ import annotations
 
 import re
@@ -17,10 +18,45 @@ class StudyError(Exception):
     """A result folder cannot be read or does not hold what was asked for; one sentence."""
 
 
+KINDS_OF_LINK = {h5py.h5l.TYPE_SOFT: "a soft link", h5py.h5l.TYPE_EXTERNAL: "an external link"}
+
+
 def sentence(error: Exception) -> str:
     """An error of a library as the end of a sentence."""
     lines = str(error).strip().splitlines() or [type(error).__name__]
     return lines[0].rstrip(".") + "."
+
+
+def own_object(file: h5py.File, path: Path, name: str):
+    """The group or dataset `name` of the file, None if it is missing.
+
+    A StudyError if its numbers or its name come from elsewhere. External links, soft links that
+    lead to one, virtual datasets and external storage let a file name any other file of this
+    machine, and a page made of it would publish that. culm writes hard links only.
+    """
+    place, way = file["/"], ""
+    for part in (part for part in name.split("/") if part not in ("", ".")):
+        encoded = part.encode("utf-8")
+        if not isinstance(place, h5py.Group) or not place.id.links.exists(encoded):
+            return None
+        way += f"/{part}"
+        kind = place.id.links.get_info(encoded).type
+        if kind != h5py.h5l.TYPE_HARD:
+            raise StudyError(f"{path}: {way} is {KINDS_OF_LINK.get(kind, 'a link')}"
+                             f"{_target_of(place, encoded, kind)}: links are not followed.")
+        place = place[part]
+    if isinstance(place, h5py.Dataset) and (place.is_virtual or place.external):
+        raise StudyError(f"{path}: {way} keeps its numbers in other files: they are not read.")
+    return place
+
+
+def _target_of(group: h5py.Group, name: bytes, kind: int) -> str:
+    if kind == h5py.h5l.TYPE_EXTERNAL:
+        file, item = group.id.links.get_val(name)
+        return f" to {item.decode('utf-8', 'replace')} in {file.decode('utf-8', 'replace')}"
+    if kind == h5py.h5l.TYPE_SOFT:
+        return f" to {group.id.links.get_val(name).decode('utf-8', 'replace')}"
+    return ""
 
 
 class CheckedFile:
@@ -47,22 +83,24 @@ class CheckedFile:
             raise
 
     def __contains__(self, name: str) -> bool:
-        return name in self.file
+        return own_object(self.file, self.path, name) is not None
 
     def attribute(self, item: str, name: str):
+        holder = own_object(self.file, self.path, item)
         try:
-            return self.file[item].attrs[name]
-        except KeyError:
+            return holder.attrs[name]
+        except (AttributeError, KeyError):
             raise StudyError(f"{self.path}: {item} lacks the attribute '{name}'.") from None
 
     def text_list(self, group: str, attribute: str) -> list[str]:
         """An attribute that lists names; empty if the group does not have it."""
-        if group not in self.file:
+        holder = own_object(self.file, self.path, group)
+        if holder is None:
             raise StudyError(f"{self.path}: the group /{group} is missing.")
-        return [str(text) for text in self.file[group].attrs.get(attribute, [])]
+        return [str(text) for text in holder.attrs.get(attribute, [])]
 
     def dataset(self, name: str) -> h5py.Dataset:
-        item = self.file.get(name)
+        item = own_object(self.file, self.path, name)
         if not isinstance(item, h5py.Dataset):
             raise StudyError(f"{self.path}: the dataset /{name} is missing.")
         return item

@@ -20,7 +20,7 @@ import numpy as np
 
 from comparison_results import Comparison, ComparisonError, name_of, numbers
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
-from figure_style import FigureSkipped, leave_room_above, mark, new_figure, styled
+from figure_style import FigureSkipped, leave_room_above, literal, mark, new_figure, styled
 from palette import BLACK, BLUE, GREY, ORANGE, VERMILLION, number
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
@@ -66,7 +66,7 @@ def ladder_figure(comparison: Comparison):
 
 def rung_label(rung: dict) -> str:
     gain = {True: ": a gain", False: ": no gain"}.get(rung.get("gain"), "")
-    return " + ".join(rung["added"] or rung["model"]) + gain
+    return literal(" + ".join(rung["added"] or rung["model"])) + gain
 
 
 @styled
@@ -86,7 +86,7 @@ def residuals_figure(comparison: Comparison):
                                 cmap="RdBu_r", vmin=-largest, vmax=largest, shading="nearest",
                                 rasterized=True)
         panel.set(ylabel="height, mm")
-        panel.set_title(f"{name_of(rung)}: {number(rung['rmse_mm'], 3)} mm rms", loc="left")
+        panel.set_title(f"{literal(name_of(rung))}: {number(rung['rmse_mm'], 3)} mm rms", loc="left")
     panels[-1].set(xlabel="time, ms")
     bar = figure.colorbar(mesh, ax=list(panels), label="measured \N{MINUS SIGN} modelled, mm",
                           aspect=30, pad=0.02)
@@ -102,7 +102,7 @@ def spectrum_figure(comparison: Comparison):
     for rung, colour in first_and_last(comparison):
         spectrum = rung["where"]["spectrum"]
         axes.semilogy(spectrum["frequency_hz"], numbers(spectrum["power_over_noise"]),
-                      color=colour, linewidth=0.8, label=name_of(rung))
+                      color=colour, linewidth=0.8, label=literal(name_of(rung)))
     for place, frequency in enumerate(comparison.rungs[-1]["where"]["spectrum"]
                                       ["mode_frequencies_hz"], 1):
         axes.axvline(frequency, color=GREY, linewidth=0.8, zorder=0)
@@ -139,7 +139,7 @@ def amplitude_figure(comparison: Comparison):
                      fmt="o", markersize=3, color=BLACK, elinewidth=0.6, label="measured")
         for rung, colour in first_and_last(comparison):
             draw_windows(panel, rung["where"]["against_amplitude"], key, "modelled", fmt="-",
-                         color=colour, label=name_of(rung))
+                         color=colour, label=literal(name_of(rung)))
         panel.set_xscale("log")
         panel.set(xlabel="amplitude, mm", ylabel=label)
         mark(panel, letter)
@@ -157,11 +157,11 @@ def heights_figure(comparison: Comparison):
         where = rung["where"]
         heights = [group["height_mm"] for group in where["by_height"]]
         residual.plot(numbers([group["rms_over_noise"] for group in where["by_height"]]), heights,
-                      "o-", color=colour, markersize=3, label=name_of(rung))
+                      "o-", color=colour, markersize=3, label=literal(name_of(rung)))
         for place, mode in enumerate(where["modes"][:2]):
             error = np.array(numbers(mode["measured_mm"])) - np.array(numbers(mode["modelled_mm"]))
             shape.plot(error, heights, "o-" if place == 0 else "s--", color=colour, markersize=3,
-                       label=f"mode {place + 1}, {name_of(rung)}")
+                       label=f"mode {place + 1}, {literal(name_of(rung))}")
         known = [height for height in where["banding"]["heights"] if height["modelled"]]
         decay.plot([height["modelled"]["value"] for height in known],
                    [height["height_mm"] for height in known], "-", color=colour)

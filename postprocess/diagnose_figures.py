@@ -19,7 +19,7 @@ import numpy as np
 
 from diagnosis_results import Diagnosis, DiagnosisError
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
-from figure_style import FigureSkipped, mark, new_figure, styled
+from figure_style import FigureSkipped, literal, mark, new_figure, styled
 from palette import BLUE, GREY, ORANGE, VERMILLION, number
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
@@ -61,7 +61,7 @@ def error_ladder_figure(diagnosis: Diagnosis):
                   va="bottom", ha="right", fontsize=7)
     axes.set_xscale("log")
     with_plain_ticks(axes, min(errors + [noise]), max(errors + [noise]))
-    axes.set_yticks(places, [" +\n".join(rung["model"]) for rung in ladder])
+    axes.set_yticks(places, [literal(" +\n".join(rung["model"])) for rung in ladder])
     axes.set(xlabel="residual, mm (rms)", ylim=(-0.6, len(ladder) - 0.3))
     return figure
 
@@ -90,7 +90,7 @@ def ranking_figure(diagnosis: Diagnosis):
     axes.set_xscale("symlog", linthresh=LINEAR_BELOW)
     changes = [entry["delta_bic"] for entry in ranked]
     axes.set_xlim(2.0 * min(-LINEAR_BELOW, *changes), 2.0 * max(LINEAR_BELOW, *changes))
-    axes.set_yticks(places, [entry["effect"] for entry in ranked])
+    axes.set_yticks(places, [literal(entry["effect"]) for entry in ranked])
     axes.set(xlabel="change of BIC (left: better; dashed: from here on it counts)",
              ylim=(-0.6, len(ranked) - 0.4))
     axes.legend(loc="lower left")
@@ -100,7 +100,7 @@ def ranking_figure(diagnosis: Diagnosis):
 def spot_label(spot: dict) -> str:
     size = spot["smallest_visible"]
     unit = f" {size['unit']}" if size["unit"] else ""
-    return f"{spot['effect']} {number(size['value'], 2)}{unit}"
+    return f"{literal(spot['effect'])} {number(size['value'], 2)}{unit}"
 
 
 @styled

@@ -55,8 +55,13 @@ def new_figure(height_inch: float, heading: str) -> Figure:
     FigureCanvasAgg(figure)
     figure.get_layout_engine().set(wspace=0.06)
     if heading:
-        figure.suptitle(heading, fontsize=7)
+        figure.suptitle(literal(heading), fontsize=7)
     return figure
+
+
+def literal(text: str) -> str:
+    """Text from a file, in which a dollar sign begins no formula."""
+    return text.replace("$", r"\$")
 
 
 def mark(axes, letter: str):

@@ -7,7 +7,7 @@ import numpy as np
 from calibration_results import CalibrationError, CalibrationResults
 from palette import VERMILLION
 from report_page.drawing import axis, bars, histogram_of, layout, level
-from report_page.markup import Plot, Section, escaped, facts, folded, shown, table, with_error
+from report_page.markup import Plot, Section, facts, folded, shown, table, with_error
 from report_page.measured import (PARAMETER_COLUMNS, add_animation, colour_limit, legend_of,
                                   map_plot, motion_plots, parameter_rows)
 from report_page.provenance import provenance_rows
@@ -32,8 +32,8 @@ def calibration_section(results: CalibrationResults, key: str, place: str) -> Se
         if "failure" not in stem and done.index(stem) < MOST_DETAILED:
             _add_stem(section, results, number, stem)
     if len(done) > MOST_DETAILED:
-        section.add(f"<p class=\"note\">The first {MOST_DETAILED} of {len(done)} stems are drawn; "
-                    "postprocess/calibration_figure.py --stem N draws any.</p>")
+        section.note(f"The first {MOST_DETAILED} of {len(done)} stems are drawn; "
+                     "postprocess/calibration_figure.py --stem N draws any.")
     if failed:
         section.heading("Stems that could not be calibrated")
         section.add(table(["stem", "why"], [[s["measurement"], s["failure"]] for s in failed]))
@@ -121,7 +121,7 @@ def _add_stem(section: Section, results: CalibrationResults, number: int, stem: 
     try:
         time, heights, measured, predicted = results.prediction(number)
     except CalibrationError as error:
-        section.add(f"<p class=\"note\">{escaped(error)}</p>")
+        section.note(str(error))
         return
     name, residual = f"{number:03}", measured - predicted
     models = [("fitted chain", predicted, VERMILLION)]
@@ -149,11 +149,13 @@ def _add_checks(section: Section, stem: dict):
                 for law, member in (("Eqs. 12 and 13", "single_law"),
                                     ("terms kept by F-tests", "f_test_terms"))]
         section.add(table([f"by the study {via['study']}", "Y, GPa", "beta"], rows))
-        section.add("".join(f"<p class=\"note\">{escaped(w)}</p>" for w in via["warnings"]))
+        for warning in via["warnings"]:
+            section.note(warning)
     for part in (check, via):
         if part and "failure" in part:
-            section.add(f"<p class=\"note\">{escaped(part['failure'])}</p>")
-    section.add("".join(f"<p class=\"note\">{escaped(r)}</p>" for r in stem.get("remarks", [])))
+            section.note(part["failure"])
+    for remark in stem.get("remarks", []):
+        section.note(remark)
     section.add(folded("Tests of what is missing", table(
         ["test", "p", "p, adjusted for their number"],
         [[test["name"], test["p_value"], test["adjusted_p_value"]]
@@ -171,5 +173,5 @@ def _add_provenance(section: Section, results: CalibrationResults):
              for stem in results.stems]
     rows += provenance_rows(results.content)
     section.add(facts(rows))
-    section.add("".join(f"<p class=\"note\">{escaped(text)}</p>"
-                        for text in results.content.get("remarks", [])))
+    for remark in results.content.get("remarks", []):
+        section.note(remark)

@@ -2,14 +2,14 @@
 """Model against measurement: the verdict, the ladder, where the models fail, the moving stem."""
 from __future__ import annotations
 
+from checked_hdf5 import StudyError
 from comparison_results import Comparison, name_of, numbers
 from palette import BLUE, ORANGE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, log_axis
-from report_page.markup import Plot, Section, escaped, facts, folded, plain, shown, table
+from report_page.markup import Plot, Section, facts, folded, plain, shown, table
 from report_page.measured import (FIRST, LAST, PARAMETER_COLUMNS, add_motion, amplitude_plots,
                                   amplitude_table, colour_limit, legend_of, map_array, map_plot,
-                                  parameter_rows, where_plots, where_table)
-from report_page.motion_file import read_motion
+                                  parameter_rows, read_motion, where_plots, where_table)
 from report_page.provenance import provenance_rows
 
 MOST_MAPS = 3
@@ -135,11 +135,15 @@ def _add_maps(section: Section, comparison: Comparison):
 
 
 def _add_motion(section: Section, comparison: Comparison):
-    motion = read_motion(comparison.file.parent / "comparison.h5")
     section.heading("The motion")
+    try:
+        motion = read_motion(comparison.file.parent / "comparison.h5")
+    except StudyError as refusal:
+        section.note(str(refusal))
+        return
     if motion is None:
-        section.add("<p class=\"note\">`culm compare -o DIR` leaves comparison.h5, from which the "
-                    "motion is drawn; it is not here.</p>")
+        section.note("`culm compare -o DIR` leaves comparison.h5, from which the motion is drawn; "
+                     "it is not here.")
         return
     add_motion(section, "all", motion, name_of(comparison.rungs[0]),
                name_of(best_rung(comparison)), comparison.noise_mm)
@@ -173,4 +177,5 @@ def _add_provenance(section: Section, comparison: Comparison):
     if failed:
         section.heading("Models that could not be fitted")
         section.add(table(["model", "why"], [[name_of(r), r["failure"]] for r in failed]))
-    section.add("".join(f"<p class=\"note\">{escaped(text)}</p>" for text in content["remarks"]))
+    for remark in content["remarks"]:
+        section.note(remark)

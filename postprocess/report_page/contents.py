@@ -58,7 +58,7 @@ def _section(make, file: Path, key: str, place: str) -> Section:
     """A document of the right version in which something is not as its schema says is refused."""
     try:
         return make(file.parent, key, place)
-    except (KeyError, TypeError, IndexError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise UnexpectedContent(f"{file}: not as this version of culm writes it: "
                                 f"{type(error).__name__}, {error}.") from error
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from checked_hdf5 import StudyError
 from diagnosis_results import Diagnosis
 from palette import BLUE, GREY, ORANGE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, line, log_axis
@@ -11,8 +12,7 @@ from report_page.markup import (Plot, Section, escaped, facts, folded, half_widt
                                 shown, table)
 from report_page.measured import (PARAMETER_COLUMNS, add_motion, amplitude_plots, amplitude_table,
                                   colour_limit, legend_of, map_array, map_plot, parameter_rows,
-                                  where_plots, where_table)
-from report_page.motion_file import read_motion
+                                  read_motion, where_plots, where_table)
 from report_page.provenance import provenance_rows
 
 NAMING_GAIN = 10.0  # by which BIC must fall (docs/diagnosis.md)
@@ -211,12 +211,12 @@ def _add_blind_spots(section: Section, diagnosis: Diagnosis):
                             _percent(spot["bias"]["bond_youngs_modulus"]),
                             _percent(spot["bias"]["bond_damping"])] for spot in spots]))
     if others:
-        section.add(f"<p class=\"note\">At no possible size: {escaped(', '.join(others))}.</p>")
+        section.note(f"At no possible size: {', '.join(others)}.")
     rate = content["false_naming"]
     if rate["rate"] is not None:
-        section.add(f"<p>False naming: {shown(100.0 * rate['rate'], 2)} % of {rate['draws']} "
-                    "recordings simulated without any further effect (95 %: at most "
-                    f"{shown(100.0 * rate['upper_bound'], 2)} %).</p>")
+        section.paragraph(f"False naming: {shown(100.0 * rate['rate'], 2)} % of {rate['draws']} "
+                          "recordings simulated without any further effect (95 %: at most "
+                          f"{shown(100.0 * rate['upper_bound'], 2)} %).")
 
 
 def _largest_bias(spot: dict) -> float:
@@ -265,7 +265,11 @@ def _add_motion(section: Section, diagnosis: Diagnosis):
     of the best model."""
     recordings = diagnosis.content["recordings"]
     for place, recording in enumerate(recordings[:MOST_RECORDINGS]):
-        motion = read_motion(diagnosis.file.parent / "diagnosis.h5", f"recording_{place}")
+        try:
+            motion = read_motion(diagnosis.file.parent / "diagnosis.h5", f"recording_{place}")
+        except StudyError as refusal:
+            section.note(str(refusal))
+            return
         if motion is None:
             continue
         section.heading(f"The motion{'' if len(recordings) == 1 else ' of ' + recording['id']}")
@@ -284,4 +288,5 @@ def _add_provenance(section: Section, content: dict):
         text = ", ".join(value) if isinstance(value, list) else value
         rows.append([name.replace("_", " "), "–" if text in (None, "") else text])
     section.add(facts(rows + provenance_rows(content)))
-    section.add("".join(f"<p class=\"note\">{escaped(text)}</p>" for text in content["remarks"]))
+    for remark in content["remarks"]:
+        section.note(remark)

@@ -100,10 +100,6 @@ def folded(summary: str, content: str) -> str:
     return f"<details><summary>{escaped(summary)}</summary>\n{content}\n</details>"
 
 
-def paragraph(text: str, kind: str = "") -> str:
-    return f"<p class=\"{kind}\">{escaped(text)}</p>" if kind else f"<p>{escaped(text)}</p>"
-
-
 def _plain_data(value):
     """Arrays as lists, floats with seven digits, null where there is no number."""
     if isinstance(value, np.ma.MaskedArray):
@@ -167,6 +163,13 @@ class Section:
     def add(self, markup: str):
         self.parts.append(markup)
 
+    def paragraph(self, text: str):
+        self.parts.append(f"<p>{escaped(text)}</p>")
+
+    def note(self, text: str):
+        """A remark in small print."""
+        self.parts.append(f"<p class=\"note\">{escaped(text)}</p>")
+
     def heading(self, text: str):
         self.parts.append(f"<h3>{escaped(text)}</h3>")
 
@@ -185,7 +188,7 @@ class Section:
     def drawing(self, plot: Plot) -> str:
         title = f"<h4>{escaped(plot.title)}</h4>" if plot.title else ""
         return (f"<div class=\"cell\">{title}<div class=\"drawing\" id=\"{escaped(self.key)}-"
-                f"{plot.name}\" role=\"group\" aria-label=\"{escaped(plot.description)}\" "
+                f"{escaped(plot.name)}\" role=\"group\" aria-label=\"{escaped(plot.description)}\" "
                 f"style=\"height:{plot.height}px\"></div>"
                 f"{data_script({'data': plot.traces, 'layout': plot.layout}, 'plot-data')}</div>")
 

@@ -2,14 +2,18 @@
 """Measurement beside model: the motion, what is left of it, where it is left, and the moving stem."""
 from __future__ import annotations
 
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
 import numpy as np
 
+from checked_hdf5 import StudyError, own_object, sentence
 from comparison_results import numbers
 from palette import BLACK, BLUE, GREY, VERMILLION, number
 from report_page.drawing import axis, dots, heat_map, layout, level, line, log_axis, thinned
 from report_page.markup import (Plot, Section, data_script, escaped, half_width, plain, shown,
                                 table)
-from report_page.motion_file import Motion
 from report_page.picker import packed
 
 FIRST, LAST = BLUE, VERMILLION  # of the smallest and the largest model
@@ -18,11 +22,48 @@ MOST_FRAMES = 500
 LARGEST_PART = 0.995  # of the residuals fits the colours of a map
 
 
+@dataclass
+class Motion:
+    """Deflections of one recording, mm, from comparison.h5 or diagnosis.h5."""
+
+    time_s: np.ndarray  # (T)
+    heights_mm: np.ndarray  # (H)
+    measured_mm: np.ndarray  # (T, H); NaN where nothing was seen
+    models: list  # (name, predicted (T, H)), the published chain first
+
+
+def read_motion(file: Path, group: str = "/") -> Motion | None:
+    """None if the file or the group is missing; a StudyError if it cannot be read."""
+    if not file.is_file():
+        return None
+    try:
+        with h5py.File(file, "r") as content:
+            place = own_object(content, file, group)
+            if place is None:
+                return None
+            names = sorted((name for name in place if name.startswith("model_")),
+                           key=lambda name: int(name.removeprefix("model_")))
+
+            def numbers_of(name: str) -> np.ndarray:
+                return own_object(content, file, f"{group}/{name}")[()]
+
+            def model_of(name: str) -> str:
+                return str(own_object(content, file, f"{group}/{name}").attrs["model"])
+
+            return Motion(numbers_of("time"), 1e3 * numbers_of("height"),
+                          1e3 * numbers_of("measured"),
+                          [(model_of(name), 1e3 * numbers_of(f"{name}/predicted"))
+                           for name in names])
+    except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise StudyError(f"{file}: not readable as the motion of a recording: "
+                         f"{sentence(error)}") from error
+
+
 def map_plot(name: str, title: str, time_s, heights_mm, residual_mm, largest: float) -> Plot:
     """Residuals (T, H) over height and time; `largest` is the end of the colours, mm."""
     time, kept, group = thinned(np.asarray(time_s, float), np.asarray(residual_mm, float))
     remark = f" (of {group} frames the largest)" if group > 1 else ""
-    return Plot(name, plain(title) + remark, f"Map of {title} over height and time.",
+    return Plot(name, title + remark, f"Map of {title} over height and time.",
                 [heat_map(1e3 * time, heights_mm, kept.T, "", largest)],
                 layout(axis("time, ms"), axis("height, mm"), legend=False), 260)
 

@@ -50,7 +50,8 @@ def _rows(group: dict, prefix: str = "") -> list:
 
 
 def _add_contact_sheet(section: Section, file: Path):
-    if not file.is_file() or file.stat().st_size > LARGEST_PICTURE:
+    """A picture of the folder itself: one that a symbolic link leads to may be anybody's."""
+    if file.is_symlink() or not file.is_file() or file.stat().st_size > LARGEST_PICTURE:
         return
     picture = base64.b64encode(file.read_bytes()).decode("ascii")
     section.add(f"<figure><img alt=\"Contact sheet: frames of the video with the tracked axis drawn "

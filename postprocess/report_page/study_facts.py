@@ -46,8 +46,7 @@ def add_failures(section: Section, study: Study):
     factors = study.factors
     section.heading("Failed points")
     kinds = Counter(failure.kind for failure in failures)
-    section.add(f"<p>{escaped(', '.join(f'{count} × {kind}' for kind, count in kinds.items()))}"
-                "</p>")
+    section.paragraph(", ".join(f"{count} × {kind}" for kind, count in kinds.items()))
     rows = [[failure.point, *(float(values[failure.point]) for values in factors.values()),
              failure.kind, failure.reason] for failure in failures]
     section.add(table(["point", *(_with_unit(study, name) for name in factors), "kind", "reason"],

@@ -11,7 +11,7 @@ import synthetic_results
 from diagnosis_results import Diagnosis
 from report_folder import unpacked
 from report_page.diagnosis import diagnosis_section
-from report_page.motion_file import read_motion
+from report_page.measured import read_motion
 from report_page.provenance import provenance_rows
 from track_figure import displacements_figure
 from track_results import TrackError, TrackResults
