@@ -15,7 +15,7 @@ namespace {
 constexpr int fewest_spheres = 5; // a cubic through four of them, and the clamp
 constexpr int most_spheres = 1000;
 
-/// Outer and inner diameter of the bonds.
+/// Outer and inner diameter of the bonds, and the width that faces the air.
 void set_section(const measure::MeasuredStem& measured, StemChain& chain) {
     physics::StemParameters<double>& stem = chain.spec.stem;
     if (const auto* circle = std::get_if<measure::CircularSection>(&measured.section)) {
@@ -23,6 +23,8 @@ void set_section(const measure::MeasuredStem& measured, StemChain& chain) {
         stem.bond_inner_diameter = circle->wall ? circle->diameter - 2.0 * *circle->wall : 0.0;
         return;
     }
+    if (const auto* rectangle = std::get_if<measure::RectangularSection>(&measured.section))
+        stem.width_across_motion = rectangle->width;
     // A ring has A = π(d_o² − d_i²)/4 and I = A (d_o² + d_i²)/16.
     const double area = measure::section_area(measured.section);
     const double second_moment = measure::second_moment_of_area(measured.section);

@@ -27,7 +27,8 @@ struct StemChain {
 /// last one's at the tip, so the bond length is L/(n−1). Each sphere has the mass of a bond length
 /// of the stem (the density follows from that) and its diameter is the bond length; the last one
 /// has half of it, because the stem ends at its centre. The bonds have the stem's section: a ring
-/// of its area and second moment, of which the second moment counts where no ring has both.
+/// of its area and second moment, of which the second moment counts where no ring has both; the
+/// air resists a rectangle by its width across the motion, other sections by the ring's diameter.
 /// Discretisation: docs/calibration.md. Throws core::InputError if the stem cannot be such a chain.
 [[nodiscard]] StemChain chain_of(const measure::Measurement& measurement,
                                  const ChainOptions& options = {});

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <numbers>
+#include <optional>
 
 namespace culm::physics {
 
@@ -23,9 +24,16 @@ struct StemParameters {
     /// Mass and moment of inertia of the last sphere over those of the others: 1 in the published
     /// chain; 0.5 if the stem ends at its centre.
     T tip_mass_share = T(1.0);
+    /// Width of the section across the plane of motion, m, which the air resists; empty: the outer
+    /// diameter, as of a round stem. Bending knows only the diameters of the bonds.
+    std::optional<T> width_across_motion = {};
 
     /// Distance from the clamped centre to the tip's centre, m.
     [[nodiscard]] T free_length() const { return bond_length * T(double(sphere_count - 1)); }
+    /// Width that the air resists, m.
+    [[nodiscard]] T width_in_air() const {
+        return width_across_motion.value_or(bond_outer_diameter);
+    }
     /// Mass of one sphere, kg.
     [[nodiscard]] T sphere_mass() const {
         return density * T(std::numbers::pi / 6.0) * sphere_diameter * sphere_diameter *

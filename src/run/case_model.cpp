@@ -117,7 +117,7 @@ CaseModel case_model(const CaseSpec& spec) {
         tip.moment *= spec.stem.tip_mass_share;
     }
     for (const PointMass& added : spec.added_masses)
-        physics::add_mass(target, added.height, added.mass);
+        target.attached.push_back({added.height, added.mass});
     physics::apply_effects(spec.effects, target);
     return model;
 }

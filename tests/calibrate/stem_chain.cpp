@@ -4,6 +4,8 @@
 #include "calibrate/first_mode.hpp"
 #include "calibrate/simulated_measurement.hpp"
 #include "core/error.hpp"
+#include "physics/effects/library.hpp"
+#include "run/case_model.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -97,6 +99,23 @@ TEST(StemChain, FlatSectionKeepsItsSecondMomentAndSaysWhatItLoses) {
     const calibrate::StemChain chain = calibrate::chain_of(measurement);
     EXPECT_NEAR(chain.spec.stem.second_moment_of_area(), 20e-12 / 12, 1e-24); // rounding
     EXPECT_EQ(chain.remarks.size(), 1U);
+}
+
+TEST(StemChain, OfARectangleFacesTheAirWithTheWidthAcrossTheMotion) {
+    measure::Measurement measurement = tests::empty_measurement();
+    EXPECT_EQ(calibrate::chain_of(measurement).spec.stem.width_in_air(),
+              std::get<measure::CircularSection>(measurement.stem.section).diameter);
+    for (const double depth : {1e-3, 3e-3, 20e-3}) {
+        measurement.stem.section = measure::RectangularSection{6e-3, depth};
+        run::CaseSpec spec = calibrate::chain_of(measurement).spec;
+        spec.effects = {{physics::effect_named("quadratic_drag"), {1.5}}};
+        const auto model = run::case_model(spec);
+        double sum = 0.0;
+        for (const auto& air : model.chain.air)
+            sum += air.quadratic;
+        // ½ ρ C_d w L; a sum of 56 terms.
+        EXPECT_NEAR(sum, 0.5 * 1.2 * 1.5 * 6e-3 * measurement.stem.length, 1e-12 * sum) << depth;
+    }
 }
 
 TEST(StemChain, RefusesAChainOfFourSpheres) {

@@ -39,12 +39,21 @@ struct EffectParameter {
     double absent = 0.0; ///< of a size: where the effect is absent; Inverse: as far up as it goes
 };
 
+/// A point mass on the stem.
+struct AttachedMass {
+    double position = 0.0; ///< from the clamp along the stem, m; beyond the tip it is the tip's
+    double mass = 0.0;     ///< kg
+};
+
 /// The stem as an effect finds it and changes it.
 struct EffectTarget {
     const StemParameters<double>& stem;
     const BondLawOptions& law;
     ChainModel<double>& model;
     CameraView& camera;
+    /// Joins the spheres only after all effects: what scales the stem's own mass (a taper) must not
+    /// scale what is fixed to it.
+    std::vector<AttachedMass> attached = {};
 };
 
 /// One effect of the library or of a user. Immutable.

@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
 #include "physics/effects/factories.hpp"
+#include "physics/effects/per_link.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -104,6 +105,7 @@ void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target) 
             throw std::logic_error("an effect needs a value for each of its parameters");
         active->effect->apply(active->values, target);
     }
+    join_attached_masses(target);
 }
 
 std::string value_fault(const Effect& effect, const EffectParameter& parameter, double value) {

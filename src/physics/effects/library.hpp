@@ -28,7 +28,8 @@ void check_combination(std::span<const EffectPointer> effects);
 [[nodiscard]] int dimensions_needed(std::span<const EffectPointer> effects);
 
 /// Adds the effects to the target, in the order of the library whatever theirs is (users' effects
-/// last), so that the model does not depend on the order in which they are named. Values may lie
+/// last), so that the model does not depend on the order in which they are named; then joins the
+/// target's attached masses to the spheres. Values may lie
 /// outside their bounds, as the steps of a numerical derivative do; check_values() is for users'
 /// input. Throws core::InputError as check_combination() and the effects do.
 void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target);

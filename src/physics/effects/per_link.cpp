@@ -71,18 +71,21 @@ std::vector<AirDrag<double>>& air_of_every_sphere(EffectTarget& target) {
     return target.model.air;
 }
 
-void add_mass(EffectTarget& target, double position, double mass) {
+void join_attached_masses(EffectTarget& target) {
     const StemParameters<double>& stem = target.stem;
-    if (!(position >= 0.0))
-        throw core::InputError(
-            fmt::format("a mass at {} m: must be at or above the clamp", position));
-    expand_links(target.model, stem.sphere_count);
-    const double place =
-        std::min(position / stem.bond_length, static_cast<double>(stem.sphere_count - 1));
-    const int below = std::min(static_cast<int>(std::floor(place)), stem.sphere_count - 2);
-    const double share = place - static_cast<double>(below);
-    target.model.spheres[index(below)].mass += (1.0 - share) * mass;
-    target.model.spheres[index(below + 1)].mass += share * mass;
+    for (const AttachedMass& attached : target.attached) {
+        if (!(attached.position >= 0.0))
+            throw core::InputError(
+                fmt::format("a mass at {} m: must be at or above the clamp", attached.position));
+        expand_links(target.model, stem.sphere_count);
+        const double place = std::min(attached.position / stem.bond_length,
+                                      static_cast<double>(stem.sphere_count - 1));
+        const int below = std::min(static_cast<int>(std::floor(place)), stem.sphere_count - 2);
+        const double share = place - static_cast<double>(below);
+        target.model.spheres[index(below)].mass += (1.0 - share) * attached.mass;
+        target.model.spheres[index(below + 1)].mass += share * attached.mass;
+    }
+    target.attached.clear();
 }
 
 } // namespace culm::physics

@@ -29,9 +29,9 @@ void change_along_stem(EffectTarget& target, const LocalStem& local);
 /// The air's resistance to every sphere, zero where there is none yet.
 [[nodiscard]] std::vector<AirDrag<double>>& air_of_every_sphere(EffectTarget& target);
 
-/// Adds a point mass (kg) at `position` (m from the clamp), shared by the two nearest spheres so
-/// that its centre is right; beyond the tip it is the tip's. The bonds' damping stays that of the
-/// stem. Throws core::InputError for a position below the clamp.
-void add_mass(EffectTarget& target, double position, double mass);
+/// Adds the target's attached masses to the spheres, each shared by the two nearest so that its
+/// centre is right. The bonds' damping stays that of the stem. Throws core::InputError for a
+/// position below the clamp.
+void join_attached_masses(EffectTarget& target);
 
 } // namespace culm::physics

@@ -11,7 +11,7 @@ namespace {
 constexpr double air_density = 1.2; // kg/m³, 20 °C at sea level
 
 void apply(std::span<const double> values, EffectTarget& target) {
-    const double per_length = 0.5 * air_density * values[0] * target.stem.bond_outer_diameter;
+    const double per_length = 0.5 * air_density * values[0] * target.stem.width_in_air();
     std::vector<AirDrag<double>>& air = air_of_every_sphere(target);
     for (int i = 0; i < target.stem.sphere_count; ++i)
         air[static_cast<std::size_t>(i)].quadratic += per_length * tributary_length(target.stem, i);
@@ -24,7 +24,8 @@ EffectPointer quadratic_drag() {
         {.name = "quadratic_drag",
          .summary = "air drag that grows with the square of the speed",
          .law = "force per length -½ ρ C_d d |v| v, with the whole velocity v of the stem, ρ = 1.2 "
-                "kg/m³ and the outer diameter d at mid-length",
+                "kg/m³ and the width d of the section across the motion (of a round stem its outer "
+                "diameter) at mid-length",
          .source = "Morison et al. (1950), Petrol. Trans. AIME 189:149-154; C_d of cylinders: "
                    "Hoerner (1965), Fluid-Dynamic Drag; decay: Nayfeh & Mook (1979)",
          .signature = "the decay is faster at large amplitude, 1/A grows linearly in time; the "

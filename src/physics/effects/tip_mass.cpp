@@ -2,7 +2,6 @@
 // An ear or a marker at the tip.
 #include "physics/effects/effect_card.hpp"
 #include "physics/effects/factories.hpp"
-#include "physics/effects/per_link.hpp"
 #include "physics/effects/stem_scales.hpp"
 
 #include <algorithm>
@@ -12,7 +11,7 @@ namespace culm::physics {
 namespace {
 
 void apply(std::span<const double> values, EffectTarget& target) {
-    add_mass(target, target.stem.free_length(), values[0]);
+    target.attached.push_back({target.stem.free_length(), values[0]});
 }
 
 void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {

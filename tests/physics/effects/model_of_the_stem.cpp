@@ -190,11 +190,11 @@ TEST(StemScales, FirstFrequencyIsThatOfTheReferenceStem) {
     EXPECT_NEAR(first_frequency(StemParameters<double>{}), 55.6, 0.04 * 55.6);
 }
 
-TEST(AddedMass, KeepsSumAndCentreAndRefusesAPlaceBelowTheClamp) {
+TEST(AttachedMass, KeepsSumAndCentreAndRefusesAPlaceBelowTheClamp) {
     EffectBench bench({});
-    EffectTarget target{bench.stem, bench.law, bench.model, bench.camera};
     const double place = 0.1;
-    add_mass(target, place, 4e-6);
+    EffectTarget target{bench.stem, bench.law, bench.model, bench.camera, {{place, 4e-6}}};
+    apply_effects({}, target);
     double mass = 0.0;
     double moment = 0.0;
     for (std::size_t i = 0; i < bench.model.spheres.size(); ++i) {
@@ -205,7 +205,8 @@ TEST(AddedMass, KeepsSumAndCentreAndRefusesAPlaceBelowTheClamp) {
     // Sums of 56 masses, of which the addition is three.
     expect_relative(mass, 4e-6, 1e-12);
     expect_relative(moment, 4e-6 * place, 1e-12);
-    EXPECT_THROW(add_mass(target, -0.01, 4e-6), core::InputError);
+    target.attached = {{-0.01, 4e-6}};
+    EXPECT_THROW(apply_effects({}, target), core::InputError);
 }
 
 } // namespace
