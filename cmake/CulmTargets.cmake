@@ -5,7 +5,7 @@ add_library(culm_build_flags INTERFACE)
 target_compile_features(culm_build_flags INTERFACE cxx_std_20)
 # GCC 12 reports false uninitialised reads inside <experimental/simd> and Eigen with AVX-512.
 target_compile_options(culm_build_flags INTERFACE
-    "$<BUILD_INTERFACE:-Wall;-Wextra;-Wpedantic;-Wshadow;-Wconversion>"
+    "$<BUILD_INTERFACE:-Wall;-Wextra;-Wpedantic;-Wconversion>"
     "$<BUILD_INTERFACE:-Wnon-virtual-dtor;-Woverloaded-virtual>"
     "$<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized;-Wno-uninitialized>>")
 if(CULM_WARNINGS_AS_ERRORS)
@@ -23,24 +23,29 @@ endif()
 # border if both sides agree on their alignment.
 target_compile_definitions(culm_build_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
 
-# culm_precompile(<target> <header>...): other projects' headers that most of its files read are parsed
-# once, which takes a tenth to a fifth off a file. ccache cannot keep what such a header is part of, and
-# saves more; so a build with it compiles every file from its own includes and shows the one that is missing.
-function(culm_precompile target)
-    if(NOT CMAKE_CXX_COMPILER_LAUNCHER MATCHES "ccache")
-        target_precompile_headers(${target} PRIVATE ${ARGN})
+# Most of a file's compile time goes into other projects' headers: sources are compiled in groups that parse
+# them once. A tool that reads files one by one (clang-tidy) turns this off.
+option(CULM_GROUP_SOURCES "Compile the sources of a library in groups" ON)
+function(culm_group_sources target)
+    if(CULM_GROUP_SOURCES)
+        set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
     endif()
 endfunction()
 
-# culm_add_layer(<folder> SOURCES ... LINKS ... [PRECOMPILED header...]): the library culm_<folder>, alias culm::<folder>.
+# In a group a local name may be that of a constant of another file, which it cannot mean.
+if(CULM_GROUP_SOURCES AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_compile_options(culm_build_flags INTERFACE "$<BUILD_INTERFACE:-Wshadow=local>")
+else()
+    target_compile_options(culm_build_flags INTERFACE "$<BUILD_INTERFACE:-Wshadow>")
+endif()
+
+# culm_add_layer(<folder> SOURCES ... LINKS ...): the library culm_<folder>, alias culm::<folder>.
 function(culm_add_layer folder)
-    cmake_parse_arguments(ARG "" "" "SOURCES;LINKS;PRECOMPILED" ${ARGN})
+    cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
     add_library(culm_${folder} STATIC ${ARG_SOURCES})
     add_library(culm::${folder} ALIAS culm_${folder})
     target_include_directories(culm_${folder} PUBLIC
         "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>" "$<INSTALL_INTERFACE:include/culm>")
     target_link_libraries(culm_${folder} PUBLIC culm_build_flags ${ARG_LINKS})
-    if(ARG_PRECOMPILED)
-        culm_precompile(culm_${folder} ${ARG_PRECOMPILED})
-    endif()
+    culm_group_sources(culm_${folder})
 endfunction()

@@ -2,6 +2,7 @@
 #include "calibrate/profile_likelihood.hpp"
 
 #include "core/error.hpp"
+#include "reduce/distributions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +11,6 @@
 namespace culm::calibrate {
 namespace {
 
-constexpr double normal_quantile = 1.959964; // 95 %, two-sided
 constexpr int most_secants = 6;
 constexpr double accuracy = 0.02;
 
@@ -33,7 +33,7 @@ class Profile {
     double end(std::size_t parameter, double side) {
         const FittedParameter& fitted = fit_.parameters[parameter];
         const double limit = side > 0.0 ? fitted.upper : fitted.lower;
-        double distance = normal_quantile * fitted.standard_error;
+        double distance = reduce::normal_quantile_95 * fitted.standard_error;
         if (!(distance > 0.0) || !std::isfinite(distance))
             return std::numeric_limits<double>::quiet_NaN();
         double known_distance = 0.0;
@@ -41,15 +41,15 @@ class Profile {
         for (int k = 0; k < most_secants; ++k) {
             distance = std::min(distance, std::abs(limit - fitted.value));
             const double root = root_at(parameter, fitted.value + side * distance);
-            if (std::abs(root - normal_quantile) < accuracy * normal_quantile)
+            if (std::abs(root - reduce::normal_quantile_95) < accuracy * reduce::normal_quantile_95)
                 return fitted.value + side * distance;
-            if (root < normal_quantile && distance >= std::abs(limit - fitted.value))
+            if (root < reduce::normal_quantile_95 && distance >= std::abs(limit - fitted.value))
                 break;
             const double slope = (root - known_root) / (distance - known_distance);
             known_distance = distance;
             known_root = root;
             // A profile that has gone flat is left in steps of twice the distance.
-            const double next = distance + (normal_quantile - root) / slope;
+            const double next = distance + (reduce::normal_quantile_95 - root) / slope;
             distance =
                 slope > 0.0 ? std::clamp(next, 0.3 * distance, 2.0 * distance) : 2.0 * distance;
         }

@@ -32,7 +32,7 @@ study::FolderState look(const LookArguments& arguments, study::FolderDepth depth
     const study::StudyFolder folder(arguments.folder);
     study::FolderState state = study::read_folder_state(folder, depth);
     if (!arguments.json.empty())
-        write_json(arguments.json, to_json(state));
+        write_json(arguments.json, cli::to_json(state));
     if (arguments.json != "-")
         fmt::print("{}", text(folder, state));
     return state;

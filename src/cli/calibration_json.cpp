@@ -2,8 +2,10 @@
 #include "cli/calibration_json.hpp"
 
 #include "calibrate/population.hpp"
+#include "cli/json_output.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
+#include "reduce/distributions.hpp"
 
 #include <cmath>
 
@@ -14,12 +16,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double normal_quantile = 1.959964; // 95 %
-
-json number(double value) {
-    return std::isfinite(value) ? json(value) : json(nullptr);
-}
-
 json interval(double lower, double upper) {
     return json::array({number(lower), number(upper)});
 }
@@ -27,8 +23,8 @@ json interval(double lower, double upper) {
 json value_json(double value, double standard_error) {
     return {{"value", number(value)},
             {"stderr", number(standard_error)},
-            {"interval", interval(value - normal_quantile * standard_error,
-                                  value + normal_quantile * standard_error)}};
+            {"interval", interval(value - reduce::normal_quantile_95 * standard_error,
+                                  value + reduce::normal_quantile_95 * standard_error)}};
 }
 
 /// bond_youngs_modulus_pa, tip_deflection_m, …; effects' parameters have their unit in their name.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/compare_json.hpp"
 
+#include "cli/json_output.hpp"
+#include "reduce/distributions.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,14 +12,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double normal_quantile = 1.959964; // 95 %
-
-json number(double value) {
-    return std::isfinite(value) ? json(value) : json(nullptr);
-}
-
 json value_json(const calibrate::FittedParameter& parameter) {
-    const double half = normal_quantile * parameter.standard_error;
+    const double half = reduce::normal_quantile_95 * parameter.standard_error;
     return {{"value", number(parameter.value)},
             {"stderr", number(parameter.standard_error)},
             {"interval", {number(parameter.value - half), number(parameter.value + half)}},

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/compare_json.hpp"
+#include "cli/json_output.hpp"
 
 #include <cmath>
 
@@ -9,10 +10,6 @@ namespace {
 using nlohmann::json;
 
 constexpr double millimetres = 1e3;
-
-json number(double value) {
-    return std::isfinite(value) ? json(value) : json(nullptr);
-}
 
 /// To a nanometre: residuals and shapes hold no more, and the file stays readable.
 json millimetres_of(double metres) {

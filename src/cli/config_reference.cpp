@@ -15,8 +15,6 @@ namespace {
 
 using study::ConfigKey;
 
-constexpr std::size_t text_width = 78;
-
 /// The tables in the order of the catalogue.
 std::vector<std::string> tables() {
     std::vector<std::string> names;

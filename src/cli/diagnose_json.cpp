@@ -2,6 +2,7 @@
 #include "cli/diagnose_json.hpp"
 
 #include "cli/compare_json.hpp"
+#include "cli/json_output.hpp"
 #include "cli/percent_text.hpp"
 #include "diagnose/comparison.hpp"
 #include "diagnose/residual_table.hpp"
@@ -18,10 +19,6 @@ namespace {
 using nlohmann::json;
 
 constexpr double millimetres = 1e3;
-
-json number(double value) {
-    return std::isfinite(value) ? json(value) : json(nullptr);
-}
 
 json parameters_with_units(const std::vector<calibrate::FittedParameter>& parameters) {
     json out = parameters_json(parameters);

@@ -15,7 +15,6 @@ namespace {
 
 using physics::EffectParameter;
 
-constexpr std::size_t text_width = 78;
 constexpr std::size_t label_width = 12;
 
 /// A label, then the text in lines that begin below its first word.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/fit_json.hpp"
 
+#include "cli/json_output.hpp"
+
 #include <cmath>
 #include <numbers>
 
@@ -8,10 +10,6 @@ namespace culm::cli {
 namespace {
 
 using nlohmann::json;
-
-json number(double value) {
-    return std::isfinite(value) ? json(value) : json(nullptr);
-}
 
 json number(const std::optional<double>& value) {
     return value ? number(*value) : json(nullptr);

@@ -4,6 +4,7 @@
 
 #include "core/error.hpp"
 
+#include <cmath>
 #include <fstream>
 #include <string>
 
@@ -11,6 +12,11 @@
 #include <nlohmann/json.hpp>
 
 namespace culm::cli {
+
+/// null for what is no number: JSON has no infinity.
+[[nodiscard]] inline nlohmann::json number(double value) {
+    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
 
 /// Writes to the file, or to standard output for "-". Throws core::StorageError.
 inline void write_json(const std::string& file, const nlohmann::json& json) {

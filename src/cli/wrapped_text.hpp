@@ -9,6 +9,9 @@
 
 namespace culm::cli {
 
+/// Columns of printed text.
+inline constexpr std::size_t text_width = 78;
+
 /// Characters, not bytes: continuation bytes of UTF-8 take no room.
 [[nodiscard]] inline std::size_t width_of(const std::string& text) {
     return static_cast<std::size_t>(std::ranges::count_if(

@@ -15,10 +15,10 @@ namespace {
 constexpr std::array<double, 6> first_splits{0.01, 0.03, 0.07, 0.12, 0.2, 0.35};
 constexpr std::array<double, 4> first_angles{20.0, 40.0, 55.0, 75.0}; // degrees
 constexpr double largest_split = 0.8;
-constexpr double needed_gain = 0.1; ///< of the square of what the fit leaves
-constexpr double same_split = 0.05; ///< relative: two solutions are one
+constexpr double needed_beat_gain = 0.1; ///< of the square of what the fit leaves
+constexpr double same_split = 0.05;      ///< relative: two solutions are one
 constexpr int most_iterations = 40;
-constexpr std::size_t fewest_frames = 10;
+constexpr std::size_t fewest_beat_frames = 10;
 
 /// The swing in the shape that the stem was released in, over the fitted chain's at the release.
 struct SwingHistory {
@@ -117,7 +117,7 @@ Candidate solved(const SwingHistory& history, double angular_frequency, double d
 std::vector<Beat> recorded_beats(const calibrate::ChainFit& fit, double angular_frequency,
                                  double decay_rate, std::size_t count) {
     const SwingHistory history = swing_history(fit);
-    if (history.times.size() < fewest_frames) // or held straight: it was released in no shape
+    if (history.times.size() < fewest_beat_frames) // or held straight: it was released in no shape
         return {};
     double left = 0.0;
     for (std::size_t i = 0; i < history.times.size(); ++i)
@@ -130,7 +130,7 @@ std::vector<Beat> recorded_beats(const calibrate::ChainFit& fit, double angular_
     std::ranges::stable_sort(candidates, {}, &Candidate::cost);
     std::vector<Beat> beats;
     for (const Candidate& candidate : candidates) {
-        if (!(candidate.cost < (1.0 - needed_gain) * left) || beats.size() == count)
+        if (!(candidate.cost < (1.0 - needed_beat_gain) * left) || beats.size() == count)
             break;
         const auto [frequency, decay, split, angle, amplitude] = candidate.numbers;
         const bool is_new = std::ranges::none_of(beats, [&](const Beat& beat) {

@@ -26,10 +26,10 @@ struct Trial {
     double excess = 0.0;
 };
 
-class Search {
+class ModulusSearch {
   public:
-    Search(const calibrate::FreeParameter& size, const run::CaseSpec& spec,
-           const std::function<double(const run::CaseSpec&)>& excess)
+    ModulusSearch(const calibrate::FreeParameter& size, const run::CaseSpec& spec,
+                  const std::function<double(const run::CaseSpec&)>& excess)
         : size_(size), spec_(spec), excess_(excess) {
         std::tie(lower_, upper_) = std::minmax({calibrate::to_internal(size, spec, size.lower),
                                                 calibrate::to_internal(size, spec, size.upper)});
@@ -115,7 +115,7 @@ double matching_modulus(run::CaseSpec spec, double frequency) {
 
 void match(const calibrate::FreeParameter& size, run::CaseSpec& spec,
            const std::function<double(const run::CaseSpec&)>& excess) {
-    const double value = Search(size, spec, excess).run();
+    const double value = ModulusSearch(size, spec, excess).run();
     size.access.set(spec, value);
 }
 

@@ -2,6 +2,7 @@
 #include "diagnose/held_out.hpp"
 
 #include "core/error.hpp"
+#include "reduce/distributions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +15,6 @@
 namespace culm::diagnose {
 namespace {
 
-constexpr double normal_quantile = 1.959964;
 constexpr double block_periods = 3.0;
 constexpr std::size_t fewest_blocks = 4;
 constexpr double clear_fall = 0.9;   ///< of the mean square, with fewer blocks
@@ -241,7 +241,7 @@ bool predicts_better(const HeldOutPart& larger, const HeldOutPart& smaller) {
     for (const double difference : differences)
         squares += (difference - average) * (difference - average);
     const auto count = static_cast<double>(differences.size());
-    return average < -normal_quantile * std::sqrt(squares / (count * (count - 1.0)));
+    return average < -reduce::normal_quantile_95 * std::sqrt(squares / (count * (count - 1.0)));
 }
 
 bool is_predicted_better(const HeldOutPart& larger, const HeldOutPart& smaller) {

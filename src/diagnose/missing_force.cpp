@@ -21,7 +21,7 @@ namespace {
 using physics::UserLawKind;
 
 constexpr std::size_t most_terms = 3;
-constexpr double block_periods = 3.0;
+constexpr double force_block_periods = 3.0;
 constexpr int curve_points = 41;
 
 /// Number of the block of time of every reading, those of each recording apart.
@@ -29,7 +29,7 @@ std::vector<int> blocks_of(const ModelFit& base) {
     std::vector<int> blocks;
     int first = 0;
     for (const calibrate::ChainFit& part : base.parts) {
-        const double length = block_periods / calibrate::beam_frequency(part.model.spec);
+        const double length = force_block_periods / calibrate::beam_frequency(part.model.spec);
         int last = first;
         for (const double time : part.times) {
             last = first + static_cast<int>((time - part.times.front()) / length);

@@ -2,6 +2,7 @@
 #include "diagnose/model_score.hpp"
 
 #include "diagnose/residual_correlation.hpp"
+#include "reduce/distributions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +11,6 @@
 
 namespace culm::diagnose {
 namespace {
-
-constexpr double normal_quantile = 1.959964;
 
 double readings(const FitSummary& model) {
     return static_cast<double>(std::max<std::size_t>(model.readings, 1));
@@ -27,7 +26,7 @@ double misfit(const FitSummary& model, const Yardstick& yardstick) {
 } // namespace
 
 double interval_half_width(const calibrate::FittedParameter& parameter) {
-    return normal_quantile * parameter.standard_error;
+    return reduce::normal_quantile_95 * parameter.standard_error;
 }
 
 bool is_absent(const calibrate::FittedParameter& parameter) {

@@ -13,7 +13,7 @@
 namespace culm::diagnose {
 namespace {
 
-constexpr double largest_correlation = 0.95;
+constexpr double largest_null_correlation = 0.95;
 constexpr std::uint64_t seed = 0x63756c6dULL;
 
 /// Standard normal numbers by Box and Muller's method: the same with every library.
@@ -53,7 +53,7 @@ double frame_correlation(const Eigen::MatrixXd& whitened, Eigen::Index row) {
     const double correlation = square > 0.0 ? product / square : 0.0;
     const double chance =
         2.0 / std::sqrt(static_cast<double>(std::max<Eigen::Index>(whitened.rows(), 1)));
-    return correlation > chance ? std::min(correlation, largest_correlation) : 0.0;
+    return correlation > chance ? std::min(correlation, largest_null_correlation) : 0.0;
 }
 
 } // namespace

@@ -13,7 +13,7 @@
 namespace culm::diagnose {
 namespace {
 
-constexpr double largest_correlation = 0.99;
+constexpr double largest_residual_correlation = 0.99;
 
 std::vector<double> column(const Eigen::MatrixXd& table, Eigen::Index j) {
     const Eigen::VectorXd values = table.col(j);
@@ -66,10 +66,10 @@ double effective_readings(const Eigen::MatrixXd& whitened) {
     for (Eigen::Index j = 0; j < whitened.cols(); ++j) {
         const std::vector<double> values = column(whitened, j);
         const std::vector<double> covariance = reduce::autocovariance(values, 1);
-        const double correlation =
-            covariance.front() > 0.0
-                ? std::clamp(covariance.back() / covariance.front(), 0.0, largest_correlation)
-                : 0.0;
+        const double correlation = covariance.front() > 0.0
+                                       ? std::clamp(covariance.back() / covariance.front(), 0.0,
+                                                    largest_residual_correlation)
+                                       : 0.0;
         sum += static_cast<double>(values.size()) * (1.0 - correlation) / (1.0 + correlation);
     }
     return sum;

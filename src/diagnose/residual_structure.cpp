@@ -14,7 +14,7 @@ namespace culm::diagnose {
 namespace {
 
 constexpr double window_cycles = 2.0;
-constexpr std::size_t fewest_frames = 6;
+constexpr std::size_t fewest_structure_frames = 6;
 
 /// Sums for the regression of the swing's residual on the modelled swing and its speed over ω, both
 /// about their means over the frames, and a constant. About the means, because a stem that sags is
@@ -46,7 +46,8 @@ class Regression {
         return products().ldlt().solve(centred);
     }
     [[nodiscard]] bool is_solvable() const {
-        return frames_ >= fewest_frames && products().topLeftCorner<2, 2>().determinant() > 0.0;
+        return frames_ >= fewest_structure_frames &&
+               products().topLeftCorner<2, 2>().determinant() > 0.0;
     }
     [[nodiscard]] double squares() const { return squares_; }
     [[nodiscard]] std::size_t frames() const { return frames_; }

@@ -50,9 +50,9 @@ std::vector<double> strongest_shape(const calibrate::ChainFit& fit,
 }
 
 /// Least-squares coordinate of one frame in the shape, over the rows that both tables have.
-class Projection {
+class SwingProjection {
   public:
-    Projection(const calibrate::ChainFit& fit, const std::vector<double>& shape)
+    SwingProjection(const calibrate::ChainFit& fit, const std::vector<double>& shape)
         : fit_(fit), shape_(shape) {}
 
     template <class Reading>
@@ -80,7 +80,7 @@ Swing swing_of(const calibrate::ChainFit& fit, const measure::Measurement& measu
     Swing swing;
     swing.shape = strongest_shape(fit, measurement);
     swing.times = fit.times;
-    const Projection project(fit, swing.shape);
+    const SwingProjection project(fit, swing.shape);
     const std::size_t parameters = fit.prediction.parameters;
     for (std::size_t i = 0; i < fit.times.size(); ++i) {
         swing.modelled.push_back(

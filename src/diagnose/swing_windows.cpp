@@ -10,8 +10,8 @@ namespace culm::diagnose {
 namespace {
 
 constexpr double cycles = 5.0;
-constexpr std::size_t fewest_frames = 15;  ///< for five numbers
-constexpr double smallest_amplitude = 3.0; ///< over the noise
+constexpr std::size_t fewest_window_frames = 15; ///< for five numbers
+constexpr double smallest_amplitude = 3.0;       ///< over the noise
 
 std::optional<WindowFit> fit_window(const std::vector<double>& times,
                                     const std::vector<double>& values, double length) {
@@ -46,7 +46,7 @@ std::vector<SwingWindow> swing_windows(const Swing& swing) {
             measured.push_back(swing.measured[i]);
             modelled.push_back(swing.modelled[i]);
         }
-        if (times.size() < fewest_frames)
+        if (times.size() < fewest_window_frames)
             continue;
         SwingWindow window{begin, begin + length, fit_window(times, measured, length),
                            fit_window(times, modelled, length)};

@@ -41,6 +41,11 @@ struct BandImage {
 /// Direction in the picture from the clamp to the tip.
 enum class Up { DecreasingRow, IncreasingRow, DecreasingColumn, IncreasingColumn };
 
+/// Does the stem lie across the picture?
+[[nodiscard]] inline bool is_sideways(Up up) {
+    return up == Up::DecreasingColumn || up == Up::IncreasingColumn;
+}
+
 /// The band of a frame as an upright picture. Of a sideways stem the picture is transposed: the
 /// upright picture's columns are the frame's rows.
 [[nodiscard]] BandImage upright_band(const FrameImage& frame, Band band, Up up);

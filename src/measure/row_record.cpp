@@ -8,7 +8,7 @@
 namespace culm::measure {
 namespace {
 
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double not_recorded = std::numeric_limits<double>::quiet_NaN();
 
 /// 1, 2 or 5 times a power of ten, the smallest that is not below `value`.
 double round_step(double value) {
@@ -46,10 +46,10 @@ double line_value(const double* columns, int row_count, double row, int rows_per
     }
     const int wanted = end - begin + 1;
     if (count == 0.0 || 2.0 * count < wanted || lowest > 0.5 || highest < -0.5)
-        return nothing;
+        return not_recorded;
     const double determinant = count * sum_tt - sum_t * sum_t;
     if (determinant <= 0.0) // one row: good only for itself
-        return std::abs(lowest) < 1e-6 ? sum_y : nothing;
+        return std::abs(lowest) < 1e-6 ? sum_y : not_recorded;
     return (sum_y * sum_tt - sum_t * sum_ty) / determinant;
 }
 

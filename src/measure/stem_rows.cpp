@@ -13,7 +13,7 @@
 namespace culm::measure {
 namespace {
 
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double not_seen = std::numeric_limits<double>::quiet_NaN();
 
 /// Column where the contrast passes `level` on the way out from `inside` in direction `step`.
 std::optional<double> crossing(const float* row, int width, int inside, int step, float level) {
@@ -56,7 +56,7 @@ double middle_of_edges(const BandImage& contrast, const RowRun& run, double stem
     const auto left = crossing(row, contrast.width, middle, -1, 0.5F * left_plateau);
     const auto right = crossing(row, contrast.width, middle, +1, 0.5F * right_plateau);
     if (!left || !right || *right - *left > 2.0 * run.width() + 4.0)
-        return nothing;
+        return not_seen;
     // Wide enough for the blur of lens and motion, short of the other edge.
     const double reach = std::clamp(0.35 * (*right - *left), 1.0, 0.75 * stem_width + 1.0);
     return 0.5 * (weighted_edge(row, contrast.width, *left, -1, reach) +
@@ -92,7 +92,7 @@ void remove_lone_rows(std::vector<double>& columns, const HeightQuadratic& quadr
         const double off = before[std::size_t(r)] - quadratic.at(r) - median(around);
         const bool is_alone = around.size() < 4;
         if (is_alone || std::abs(off) > std::max(0.6, 5.0 * robust_deviation(around)))
-            columns[std::size_t(r)] = nothing;
+            columns[std::size_t(r)] = not_seen;
     }
 }
 
@@ -128,7 +128,7 @@ HeightQuadratic fit_quadratic(const std::vector<RowRun>& runs) {
 
 std::vector<double> axis_columns(const BandImage& contrast, const StemChain& chain,
                                  const TraceOptions& options) {
-    std::vector<double> columns(std::size_t(contrast.height), nothing);
+    std::vector<double> columns(std::size_t(contrast.height), not_seen);
     if (chain.runs.size() < 3)
         return columns;
     const HeightQuadratic quadratic = fit_quadratic(chain.runs);

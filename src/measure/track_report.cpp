@@ -27,10 +27,6 @@ const char* band_name(const StemSurvey& survey) {
     return survey.bands == 1 ? "grey" : band_names.at(static_cast<std::size_t>(survey.view.band));
 }
 
-bool is_sideways(Up up) {
-    return up == Up::DecreasingColumn || up == Up::IncreasingColumn;
-}
-
 /// Side of the picture toward which deflections are positive.
 const char* positive_side(const Track& track) {
     const int sign = track.settings.pull_sign.value_or(int(track.window.sign));

@@ -29,10 +29,6 @@ std::optional<std::size_t> choice(TomlTable& table, const std::string& key,
     return index && *index + 1 < N ? index : std::nullopt;
 }
 
-bool is_sideways(Up up) {
-    return up == Up::DecreasingColumn || up == Up::IncreasingColumn;
-}
-
 /// Row or column of the clamp and of the axis: which of the two tells how the stem stands.
 void read_place(TomlTable& video, TrackSettings& settings) {
     constexpr std::array ups{Up::DecreasingRow, Up::IncreasingRow, Up::DecreasingColumn,

@@ -9,12 +9,12 @@ namespace {
 
 constexpr int most_degrees = 12;
 
-using Term = std::vector<std::size_t>;
+using Degrees = std::vector<std::size_t>;
 
 /// Appends the terms whose degrees of the groups from `group` on add up to `degree`; stops when
 /// there are more than `most`.
 void append_terms(const std::vector<GroupPolynomials>& polynomials, std::size_t group, int degree,
-                  std::size_t most, Term& term, std::vector<Term>& terms) {
+                  std::size_t most, Degrees& term, std::vector<Degrees>& terms) {
     if (terms.size() > most)
         return;
     if (group == polynomials.size()) {
@@ -50,8 +50,8 @@ ChaosBasis::ChaosBasis(const std::vector<InputGroup>& groups, std::size_t most_t
         polynomials_.emplace_back(group.nodes, group.weights, degree);
     }
     for (int degree = 0; degree <= most_degrees; ++degree) {
-        std::vector<Term> more = terms_;
-        Term term(groups.size(), 0);
+        std::vector<Degrees> more = terms_;
+        Degrees term(groups.size(), 0);
         append_terms(polynomials_, 0, degree, most_terms, term, more);
         if (more.size() > most_terms || (degree > 0 && more.size() == terms_.size()))
             break;

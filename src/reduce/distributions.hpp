@@ -6,6 +6,9 @@
 
 namespace culm::reduce {
 
+/// Two-sided 95 % quantile of the standard normal distribution.
+inline constexpr double normal_quantile_95 = 1.959964;
+
 /// Coverage of every interval that this layer reports.
 inline constexpr double confidence_level = 0.95;
 

@@ -19,7 +19,6 @@ namespace culm::reduce {
 namespace {
 
 constexpr double significance = 0.01;
-constexpr double two_pi = 2.0 * std::numbers::pi;
 
 /// Order of the parameters: b0, b1, b2, then the offset, then the phase, those that are free.
 struct Model {

@@ -6,9 +6,7 @@
 
 namespace culm::reduce {
 
-namespace {
-constexpr double two_pi = 2.0 * std::numbers::pi;
-}
+namespace {}
 
 RingDownPoint evaluate_ring_down(const RingDownParameters& parameters, double time) {
     const double envelope = std::exp(parameters.decay_rate * time);

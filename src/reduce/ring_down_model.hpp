@@ -2,11 +2,14 @@
 // Eq. 1 of Schramm et al. (2019), y(t) = b0 exp(b1 t) cos(2π b2 t), and its derivatives.
 #pragma once
 
+#include <numbers>
 #include <vector>
 
 #include <Eigen/Core>
 
 namespace culm::reduce {
+
+inline constexpr double two_pi = 2.0 * std::numbers::pi;
 
 /// A normalised history; both of the same length. The unit of time is the reader's choice.
 struct RingDownSamples {

@@ -15,8 +15,6 @@ namespace culm::reduce {
 
 namespace {
 
-constexpr double two_pi = 2.0 * std::numbers::pi;
-
 /// Eq. 1 at all samples, and its gradient.
 class Linearisation {
   public:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/stability_search.hpp"
 
+#include "run/explicit_lanes.hpp"
 #include "run/step_lanes.hpp"
 
 #include <algorithm>
@@ -19,8 +20,6 @@ constexpr double first_ratio = 2.0;
 constexpr int widening_rounds = 6;
 /// Steps between two looks at the energy and the heartbeat.
 constexpr std::int64_t steps_per_look = 1000;
-/// As in a run (explicit_lanes.cpp): growth of the energy by this share is instability.
-constexpr double unstable_energy_gain = 0.05;
 
 /// For each step: does the motion gain energy within the trial?
 template <int Dim>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/step_comparison.hpp"
 
+#include "run/explicit_lanes.hpp"
 #include "run/step_lanes.hpp"
 
 #include <algorithm>
@@ -11,11 +12,6 @@
 
 namespace culm::run {
 namespace {
-
-/// Steps between two heartbeats: about a millisecond for 56 spheres.
-constexpr std::int64_t steps_per_beat = 1000;
-/// As in a run (explicit_lanes.cpp): growth of the energy by this share is instability.
-constexpr double unstable_energy_gain = 0.05;
 
 /// One lane's run: its step, how far it has come, and what it has recorded.
 struct Run {

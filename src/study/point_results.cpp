@@ -10,7 +10,6 @@
 namespace culm::study {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t fit_columns = 10;
 
 void append_fit(const reduce::RingDownFit& fit, std::vector<double>& values) {
@@ -82,7 +81,7 @@ archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome out
     } catch (const core::NumericalError& error) {
         if (spec.store == run::StoreLevel::Fit)
             return failed_record(spec.point, error.kind(), error.what());
-        record.values.assign(fit_columns, not_a_number);
+        record.values.assign(fit_columns, std::numeric_limits<double>::quiet_NaN());
     }
     record.values.push_back(static_cast<double>(result.work.steps));
     record.values.push_back(static_cast<double>(result.work.rhs_evaluations));

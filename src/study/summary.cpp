@@ -16,12 +16,10 @@
 namespace culm::study {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-
 /// What the regressions need of a fit; NaN when there is none.
 struct FittedPoint {
-    double decay_per_cycle = not_a_number;
-    double frequency = not_a_number; ///< Hz
+    double decay_per_cycle = std::numeric_limits<double>::quiet_NaN();
+    double frequency = std::numeric_limits<double>::quiet_NaN(); ///< Hz
 };
 
 /// The fits as archived: (points).

@@ -15,20 +15,19 @@
 namespace culm::study {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-
 /// b1 per cycle and b2 of a history, or why there are none.
 struct StepFit {
     StepOutcome outcome = StepOutcome::NoFit;
-    double decay_per_cycle = not_a_number;
-    double frequency = not_a_number; ///< Hz
+    double decay_per_cycle = std::numeric_limits<double>::quiet_NaN();
+    double frequency = std::numeric_limits<double>::quiet_NaN(); ///< Hz
 };
 
 StepFit fit_of(const run::CaseSpec& spec, const run::CaseOutcome& outcome,
                const ReduceOptions& options) {
     const auto* result = std::get_if<run::CaseResult>(&outcome);
     if (result == nullptr)
-        return {StepOutcome::Unstable, not_a_number, not_a_number};
+        return {StepOutcome::Unstable, std::numeric_limits<double>::quiet_NaN(),
+                std::numeric_limits<double>::quiet_NaN()};
     try {
         const auto fit =
             reduce::fit_ring_down(sample_times(spec), result->tip_deflection, fit_options(options));
@@ -74,7 +73,9 @@ void append_comparison(const StudyConfig& config, const run::CaseSpec& point, do
         const StepFit fit = fit_of(spec, outcomes[k], config.reduce);
         const double step = spec.sample_interval / static_cast<double>(counts[k]);
         const integrate::StepError predicted =
-            theory ? theory->at(step) : integrate::StepError{not_a_number, not_a_number};
+            theory ? theory->at(step)
+                   : integrate::StepError{std::numeric_limits<double>::quiet_NaN(),
+                                          std::numeric_limits<double>::quiet_NaN()};
         values.insert(values.end(),
                       {step, static_cast<double>(fit.outcome), fit.decay_per_cycle, fit.frequency,
                        predicted.decay_per_cycle, predicted.frequency});

@@ -17,7 +17,6 @@
 namespace culm::study {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t richardson_steps = 3;
 
 /// The result table, read once.
@@ -130,7 +129,7 @@ double extrapolated_to_zero(const std::vector<double>& steps, const std::vector<
         if (std::isfinite(values[k]) && steps[k] > 0.0)
             known.emplace(steps[k], values[k]);
     if (known.size() < 2)
-        return not_a_number;
+        return std::numeric_limits<double>::quiet_NaN();
     while (known.size() > richardson_steps)
         known.erase(std::prev(known.end()));
     // Lagrange's polynomial at zero, as a correction of the value at the smallest step: the values

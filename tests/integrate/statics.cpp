@@ -15,7 +15,7 @@ namespace culm::integrate {
 namespace {
 
 /// Slender enough (d/L = 1/300) for shear to play no part: 3EI/(GA L²) = 1e-5 of the deflection.
-physics::StemParameters<double> slender_stem(int spheres) {
+physics::StemParameters<double> statics_stem(int spheres) {
     physics::StemParameters<double> stem;
     stem.sphere_count = spheres;
     stem.bond_length = 0.15 / (spheres - 1);
@@ -25,7 +25,7 @@ physics::StemParameters<double> slender_stem(int spheres) {
 }
 
 TEST(HeldStem, NeedsTheTipForceOfACantileverAtSmallDeflection) {
-    const auto stem = slender_stem(57);
+    const auto stem = statics_stem(57);
     const double length = stem.free_length();
     const double bending = stem.bond_youngs_modulus * stem.second_moment_of_area();
     const double deflection = 1e-4 * length;
@@ -106,7 +106,7 @@ ElasticaTip elastica(double bending, double length, double force) {
 TEST(HeldStem, FollowsTheElasticaAtThreeTenthsOfItsLength) {
     std::vector<double> force_errors;
     for (const int spheres : {57, 113}) {
-        const auto stem = slender_stem(spheres);
+        const auto stem = statics_stem(spheres);
         const double length = stem.free_length();
         const double bending = stem.bond_youngs_modulus * stem.second_moment_of_area();
         const physics::Chain<2, double> chain(stem, physics::consistent_law());

@@ -12,7 +12,7 @@ namespace culm::run {
 namespace {
 
 /// Stems that differ in everything that lanes may differ in.
-CaseSpec lane_case(std::int64_t point) {
+CaseSpec implicit_lane_case(std::int64_t point) {
     const auto place = static_cast<double>(point);
     CaseSpec spec;
     spec.point = point;
@@ -28,7 +28,7 @@ CaseSpec lane_case(std::int64_t point) {
 std::vector<CaseSpec> lane_cases(std::int64_t count) {
     std::vector<CaseSpec> specs;
     for (std::int64_t point = 0; point < count; ++point)
-        specs.push_back(lane_case(point));
+        specs.push_back(implicit_lane_case(point));
     return specs;
 }
 
@@ -87,15 +87,15 @@ TEST(ImplicitLanes, OfACaseWithoutAnswerFailAlone) {
 }
 
 TEST(ImplicitLanes, AreSharedByCasesOfOneToleranceAndSize) {
-    const CaseSpec a = lane_case(0);
-    EXPECT_TRUE(can_share_lanes(a, lane_case(3)));
-    CaseSpec other = lane_case(1);
+    const CaseSpec a = implicit_lane_case(0);
+    EXPECT_TRUE(can_share_lanes(a, implicit_lane_case(3)));
+    CaseSpec other = implicit_lane_case(1);
     other.integrator.relative_tolerance *= 10.0;
     EXPECT_FALSE(can_share_lanes(a, other));
-    other = lane_case(1);
+    other = implicit_lane_case(1);
     other.stem.sphere_count = 17;
     EXPECT_FALSE(can_share_lanes(a, other));
-    other = lane_case(1);
+    other = implicit_lane_case(1);
     other.dimensions = 3;
     EXPECT_FALSE(can_share_lanes(a, other));
 }

@@ -17,7 +17,7 @@ namespace culm::run {
 namespace {
 
 /// A coarse stem, hardly damped of its own; three periods of mode 1.
-CaseSpec coarse_case() {
+CaseSpec energy_case() {
     CaseSpec spec = coarse_stem();
     set_damping_ratio(spec, 1e-4);
     spec.duration = 3.0 / physics::first_frequency(spec.stem);
@@ -75,7 +75,8 @@ Account account_of(const CaseSpec& spec) {
 }
 
 /// ∫ power dt from the first sample to every second one: a parabola through each three neighbours.
-std::vector<double> integral(const std::vector<double>& times, const std::vector<double>& power) {
+std::vector<double> running_integral(const std::vector<double>& times,
+                                     const std::vector<double>& power) {
     std::vector<double> sums{0.0};
     for (std::size_t k = 0; k + 2 < times.size(); k += 2) {
         const double h0 = times[k + 1] - times[k];
@@ -91,7 +92,7 @@ std::vector<double> integral(const std::vector<double>& times, const std::vector
 class EnergyOf : public testing::TestWithParam<std::string> {
   protected:
     static Account account() {
-        CaseSpec spec = coarse_case();
+        CaseSpec spec = energy_case();
         const physics::EffectPointer effect = physics::effect_named(GetParam());
         const physics::SelectedEffect selected{
             effect, std::vector<std::optional<double>>(effect->parameters().size())};
@@ -109,8 +110,8 @@ double allowed_error(const std::string& effect) {
 
 TEST_P(EnergyOf, IsAccountedFor) {
     const Account found = account();
-    const std::vector<double> taken = integral(found.times, found.taken);
-    const std::vector<double> given = integral(found.times, found.given);
+    const std::vector<double> taken = running_integral(found.times, found.taken);
+    const std::vector<double> given = running_integral(found.times, found.given);
     const double released = found.stored.front();
     for (std::size_t k = 0; k < taken.size(); ++k)
         ASSERT_NEAR((found.stored[2 * k] + taken[k] - given[k]) / released, 1.0,
@@ -134,7 +135,7 @@ TEST_P(EnergyOf, FallsOnlyByTheBondsDampingIfTheEffectIsConservative) {
     const std::set<std::string> lossy{"quadratic_drag", "viscous_drag", "hysteretic_damping",
                                       "relaxation", "clamp_friction"};
     const Account found = account();
-    const double taken = integral(found.times, found.taken).back() / found.stored.front();
+    const double taken = running_integral(found.times, found.taken).back() / found.stored.front();
     // The bonds take 0.9 % here, most of it from higher modes; taper and tip mass change that by a
     // fifth. The defaults of what loses energy take three to fifty times as much.
     if (lossy.contains(GetParam()))
