@@ -190,15 +190,6 @@ void Hdf5Output::write_block(const DatasetHandle& dataset, std::span<const hsize
     checked(result, "write a dataset", path_);
 }
 
-void Hdf5Output::write_filtered_chunk(const DatasetHandle& dataset, std::span<const hsize_t> start,
-                                      std::span<const std::byte> bytes) const {
-    constexpr std::uint32_t all_filters_applied = 0;
-    const herr_t result = H5Dwrite_chunk(dataset.get(), H5P_DEFAULT, all_filters_applied,
-                                         start.data(), bytes.size(), bytes.data());
-    driver_.require_written();
-    checked(result, "write a chunk", path_);
-}
-
 void Hdf5Output::write_series(hid_t parent, const std::string& name, const std::string& unit,
                               std::span<const double> values) const {
     const std::vector<hsize_t> shape{values.size()};

@@ -56,9 +56,6 @@ class Hdf5Output {
     /// The block [start, start + count) of a dataset from memory of the type `memory_type`.
     void write_block(const DatasetHandle& dataset, std::span<const hsize_t> start,
                      std::span<const hsize_t> count, hid_t memory_type, const void* values) const;
-    /// The whole chunk that begins at `start`, as the dataset's filters would have made it.
-    void write_filtered_chunk(const DatasetHandle& dataset, std::span<const hsize_t> start,
-                              std::span<const std::byte> bytes) const;
     /// All of a one-dimensional dataset of doubles, created and written.
     void write_series(hid_t parent, const std::string& name, const std::string& unit,
                       std::span<const double> values) const;

@@ -2,7 +2,6 @@
 // The groups /histories and /particles: deflections over time and H5MD trajectories.
 #pragma once
 
-#include "archive/chunk_filter.hpp"
 #include "archive/hdf5_write.hpp"
 #include "archive/point_record.hpp"
 #include "archive/study_description.hpp"
@@ -33,21 +32,10 @@ class HistoriesWriter {
     void append_row(const DatasetHandle& dataset, hsize_t doubles_per_sample,
                     const std::vector<double>* row);
     void write_trajectory(const PointRecord& record);
-    /// Where a history begins in a dataset of at most three dimensions.
-    struct FirstSample {
-        std::array<hsize_t, 3> offset;
-        std::size_t sample_dimension; ///< along which its samples lie
-    };
-    void write_samples(const DatasetHandle& dataset, FirstSample place,
-                       std::span<const double> values, ChunkFilter& filter);
-
     const Hdf5Output& output_;
     const StudyDescription& description_;
     hsize_t next_point_ = 0;
-    ChunkFilter table_filter_;
-    ChunkFilter trajectory_filter_;
-    std::vector<double> partial_chunk_; ///< filled up behind the last sample
-    std::vector<double> nothing_;       ///< a row without a history
+    std::vector<double> nothing_; ///< a row without a history
     GroupHandle histories_;
     GroupHandle particles_;
     DatasetHandle tip_;
