@@ -34,7 +34,7 @@ std::string key_of(const calibrate::FittedParameter& parameter) {
     return parameter.name + (parameter.unit == "Pa" ? "_pa" : "_" + parameter.unit);
 }
 
-json parameters_json(const calibrate::Calibration& calibration) {
+json stem_parameters_json(const calibrate::Calibration& calibration) {
     json out = json::object();
     for (std::size_t k = 0; k < calibration.fit.parameters.size(); ++k) {
         const calibrate::FittedParameter& parameter = calibration.fit.parameters[k];
@@ -183,7 +183,7 @@ calibrate::BulkStem bulk_stem(const json& stem) {
 
 json calibration_json(const calibrate::Calibration& calibration, const std::string& law) {
     json out{{"measurement", calibration.id},
-             {"parameters", parameters_json(calibration)},
+             {"parameters", stem_parameters_json(calibration)},
              {"correlation", correlation_json(calibration.fit)},
              {"mode", mode_json(calibration)},
              {"fit", fit_quality_json(calibration)},
