@@ -5,6 +5,7 @@
 #include "measure/c3d_bytes.hpp"
 #include "measure/c3d_parameters.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -39,52 +40,77 @@ std::optional<double> number(const C3dParameters& parameters, const std::string&
     return found->second.numbers.front();
 }
 
-/// A number that counts something; damaged files hold anything.
-std::size_t whole(const C3dBytes& bytes, double value) {
-    constexpr double largest = 1e9;
-    if (!(value >= 0.0 && value <= largest))
-        bytes.fail(fmt::format("a count is {:g}", value));
+/// A number that counts something, from `key`; damaged and hostile files hold anything. The value
+/// is a double because the parameter may be stored as one.
+std::size_t whole(const C3dBytes& bytes, const std::string& key, double value, double lowest,
+                  double highest) {
+    if (!(value >= lowest && value <= highest) || value != std::floor(value))
+        bytes.fail(fmt::format("{} = {}: must be a whole number from {} to {}", key, value, lowest,
+                               highest));
     return static_cast<std::size_t>(value);
 }
 
+/// A parameter, or what stands in its place in the header.
+struct Stated {
+    std::string key;
+    double value = 0.0;
+};
+
+Stated stated(const C3dParameters& parameters, const std::string& key, const char* header_key,
+              double header_value) {
+    const auto value = number(parameters, key);
+    return value ? Stated{key, *value} : Stated{header_key, header_value};
+}
+
+constexpr double most_frames = 1e9;
+
 /// The header counts frames in 16 bits; longer recordings say it in one of several places.
-std::size_t frame_count(const C3dBytes& bytes, const C3dParameters& parameters) {
+Stated frame_count(const C3dBytes& bytes, const C3dParameters& parameters) {
     const std::size_t first = bytes.word(6);
     const std::size_t last = bytes.word(8);
-    std::size_t frames = last >= first ? last - first + 1 : 0;
+    Stated frames{"the header's last - first frame + 1",
+                  last >= first ? double(last - first + 1) : 0.0};
     const bool is_capped = last == 65535;
-    if (const auto stated = number(parameters, "POINT:FRAMES"); stated && *stated > double(frames))
-        frames = whole(bytes, *stated);
-    if (const auto stated = number(parameters, "POINT:LONG_FRAMES"); stated && *stated > 0.0)
-        frames = whole(bytes, *stated);
+    if (const auto count = number(parameters, "POINT:FRAMES"); count && *count > frames.value)
+        frames = {"POINT:FRAMES", *count};
+    if (const auto count = number(parameters, "POINT:LONG_FRAMES"); count && *count > 0.0)
+        frames = {"POINT:LONG_FRAMES", *count};
     // TRIAL:ACTUAL_…_FIELD hold 32 bits in two words, low word first.
     const auto begin = parameters.find("TRIAL:ACTUAL_START_FIELD");
     const auto end = parameters.find("TRIAL:ACTUAL_END_FIELD");
     if (is_capped && begin != parameters.end() && end != parameters.end() &&
         begin->second.numbers.size() == 2 && end->second.numbers.size() == 2) {
-        const auto field = [&](const std::vector<double>& words) {
-            return whole(bytes, words[0] + 65536.0 * words[1]);
+        const auto field = [](const std::vector<double>& words) {
+            return words[0] + 65536.0 * words[1];
         };
-        if (field(end->second.numbers) >= field(begin->second.numbers))
-            frames = field(end->second.numbers) - field(begin->second.numbers) + 1;
+        const double from = field(begin->second.numbers);
+        const double to = field(end->second.numbers);
+        if (to >= from)
+            frames = {"TRIAL:ACTUAL_END_FIELD - ACTUAL_START_FIELD + 1", to - from + 1.0};
     }
     return frames;
 }
 
 PointLayout read_layout(const C3dBytes& bytes, const C3dParameters& parameters) {
     PointLayout layout;
-    layout.markers =
-        static_cast<std::size_t>(number(parameters, "POINT:USED").value_or(double(bytes.word(2))));
-    layout.analog_words = bytes.word(4);
-    layout.scale = number(parameters, "POINT:SCALE").value_or(bytes.real(12));
-    const std::size_t first_block =
-        whole(bytes, number(parameters, "POINT:DATA_START").value_or(double(bytes.word(16))));
-    layout.frames = frame_count(bytes, parameters);
-    if (layout.markers == 0 || layout.frames == 0)
+    const Stated used =
+        stated(parameters, "POINT:USED", "the header's number of markers", double(bytes.word(2)));
+    const Stated start = stated(parameters, "POINT:DATA_START", "the header's first data block",
+                                double(bytes.word(16)));
+    const Stated scale = stated(parameters, "POINT:SCALE", "the header's scale", bytes.real(12));
+    const Stated frames = frame_count(bytes, parameters);
+    layout.scale = scale.value;
+    if (!std::isfinite(layout.scale))
+        bytes.fail(fmt::format("{} = {}: must be a number", scale.key, scale.value));
+    if (used.value == 0.0 || frames.value == 0.0)
         bytes.fail("it holds no markers");
-    if (first_block < 2)
-        bytes.fail(fmt::format("its points begin in block {}", first_block));
-    layout.begin = (first_block - 1) * block;
+    // The format counts markers in 16 bits.
+    layout.markers = whole(bytes, used.key, used.value, 1.0, 65535.0);
+    layout.analog_words = bytes.word(4);
+    layout.frames = whole(bytes, frames.key, frames.value, 1.0, most_frames);
+    const double blocks = std::floor(double(bytes.size()) / double(block));
+    layout.begin = (whole(bytes, start.key, start.value, 2.0, std::max(2.0, blocks)) - 1) * block;
+    // At most 1e9 frames of 1.3 MB: 64 bits hold the product.
     const std::size_t needed = layout.begin + layout.frames * layout.frame_size();
     if (bytes.size() < needed)
         bytes.fail(fmt::format("{} frames of {} markers need {} bytes, the file has {}",
@@ -129,8 +155,9 @@ C3dTracks read_c3d(const std::filesystem::path& file) {
     const PointLayout layout = read_layout(bytes, parameters);
     C3dTracks tracks;
     tracks.frames_per_second = number(parameters, "POINT:RATE").value_or(bytes.real(20));
-    if (!(tracks.frames_per_second > 0.0))
-        bytes.fail("it does not say its frame rate");
+    if (!(tracks.frames_per_second > 0.0) || !std::isfinite(tracks.frames_per_second))
+        bytes.fail(fmt::format("POINT:RATE = {}: must be the number of frames per second, above 0",
+                               tracks.frames_per_second));
     if (const auto units = parameters.find("POINT:UNITS");
         units != parameters.end() && !units->second.texts.empty())
         tracks.unit = units->second.texts.front();

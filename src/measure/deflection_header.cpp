@@ -149,6 +149,11 @@ DeflectionHeader read_deflection_header(const DelimitedLine& line, const Measure
     if (named == 1)
         faults.add(line.number, "there is no height: the columns after time_s must be "
                                 "\"h=<height>mm\"");
+    if (named > most_heights + 1) {
+        faults.add(line.number,
+                   fmt::format("{} heights; at most {} are allowed", named - 1, most_heights));
+        return header;
+    }
     std::optional<int> power;
     for (std::size_t i = 1; i < named; ++i) {
         const std::optional<Column> column = read_column(line.cells[i], line.number, faults);

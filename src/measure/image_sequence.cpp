@@ -14,6 +14,9 @@
 namespace culm::measure {
 namespace {
 
+/// As in video.toml. Numbers grow by those of missing frames, and must stay an int.
+constexpr int largest_frame_number = 1'000'000'000;
+
 /// A file name with a place for the frame's number.
 struct NumberedName {
     std::string before;
@@ -33,7 +36,9 @@ struct NumberedName {
         int number = -1;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
         const bool is_number = error == std::errc{} && end == text.data() + text.size();
-        return is_number && number >= 0 && file(number) == name ? number : -1;
+        return is_number && number >= 0 && number <= largest_frame_number && file(number) == name
+                   ? number
+                   : -1;
     }
 };
 

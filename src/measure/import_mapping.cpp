@@ -17,6 +17,8 @@ namespace culm::measure {
 namespace {
 
 constexpr NumberRange any_time{-1e9, 1e9};
+/// Columns or markers whose mean is one height.
+constexpr std::size_t most_names = 1000;
 
 /// "tip" and ["tip", "top"] are both lists of names.
 std::vector<std::string> names(TomlTable& table, const std::string& key) {
@@ -94,13 +96,22 @@ void read_motion(TomlTable& table, ImportMapping& mapping) {
 }
 
 void read_heights(TomlTable& root, const std::string& key, ImportMapping& mapping) {
-    for (TomlTable& table : root.tables("height")) {
+    std::vector<TomlTable> tables = root.tables("height");
+    if (tables.size() > most_heights) {
+        root.fault("height",
+                   fmt::format("{} tables; at most {} are allowed", tables.size(), most_heights));
+        return;
+    }
+    for (TomlTable& table : tables) {
         MappedHeight mapped;
         mapped.height = table.required_length("height", {0.0, 100.0}, "above the clamp");
         table.missing(key, fmt::format("the {} of the recording at this height; of several the "
                                        "mean is taken",
                                        key));
         mapped.names = names(table, key);
+        if (mapped.names.size() > most_names)
+            table.fault(key, fmt::format("{} names; at most {} are allowed", mapped.names.size(),
+                                         most_names));
         if (mapping.measurement.stem.length > 0.0 &&
             mapped.height > mapping.measurement.stem.length)
             table.fault(table.key_of("height", length_unit),

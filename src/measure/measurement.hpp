@@ -75,6 +75,9 @@ enum class Reading {
     Material ///< a mark on the stem: its height is that along the undeformed stem
 };
 
+/// Heights of one measurement. Far beyond what a camera resolves: a bound for damaged files.
+inline constexpr std::size_t most_heights = 10000;
+
 /// A measurement folder in memory; SI units, heights ascending.
 struct Measurement {
     MeasuredStem stem;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <map>
 #include <string_view>
 
@@ -68,7 +69,6 @@ Entries entries_of_cihx(const std::string& text) {
     };
     add("Record Rate(fps)", element(element(root, "recordInfo"), "recordRate"));
     add("Total Frame", element(frames, "totalFrame"));
-    add("Start Frame", element(frames, "startFrame"));
     add("Save Step", element(frames, "saveStep"));
     add("Image Width", element(resolution, "width"));
     add("Image Height", element(resolution, "height"));
@@ -108,12 +108,16 @@ class HeaderReader {
                                                name, value, lowest, highest));
         return result;
     }
-    [[nodiscard]] int whole(const char* name, int lowest, int highest) const {
-        return static_cast<int>(number(name, lowest, highest));
+    [[nodiscard]] int whole(const char* name, int lowest, int highest,
+                            const double* otherwise = nullptr) const {
+        const double value = number(name, lowest, highest, otherwise);
+        if (value != std::floor(value))
+            refuse(name, fmt::format("must be a whole number from {} to {}", lowest, highest));
+        return static_cast<int>(value);
     }
     [[nodiscard]] int whole(const char* name, int lowest, int highest, int otherwise) const {
         const double value = otherwise;
-        return static_cast<int>(number(name, lowest, highest, &value));
+        return whole(name, lowest, highest, &value);
     }
     [[noreturn]] void refuse(const char* name, const std::string& allowed) const {
         throw core::InputError(
@@ -138,9 +142,8 @@ PhotronHeader read_photron_header(const std::filesystem::path& file) {
     header.frames = reader.whole("Total Frame", 1, 1 << 30);
     header.record_rate = reader.number("Record Rate(fps)", 1e-3, 1e8);
     header.save_step = reader.whole("Save Step", 1, 1 << 30, 1);
-    header.first_frame = reader.whole("Start Frame", -(1 << 30), 1 << 30, 0);
     header.bits_per_pixel = reader.whole("Color Bit", 1, 64);
-    header.effective_bits = reader.whole("EffectiveBit Depth", 1, 16, 0 + header.bits_per_pixel);
+    header.effective_bits = reader.whole("EffectiveBit Depth", 1, 16, header.bits_per_pixel);
     const std::string side = lower_case(reader.text("EffectiveBit Side", "Lower"));
     if (side != "lower" && side != "higher")
         reader.refuse("EffectiveBit Side", "must be Lower or Higher");

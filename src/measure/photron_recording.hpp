@@ -20,7 +20,6 @@ struct PhotronHeader {
     bool is_high_aligned = true; ///< effective bits fill the stored pixel from the top
     double record_rate = 0.0;    ///< frames/s of the camera
     int save_step = 1;           ///< one in so many recorded frames was saved
-    int first_frame = 0;         ///< number of the first saved frame in the recording
 
     [[nodiscard]] std::size_t bytes_per_frame() const;
     [[nodiscard]] double frames_per_second() const { return record_rate / save_step; }

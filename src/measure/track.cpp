@@ -44,11 +44,13 @@ std::vector<int> true_numbers(const FrameSource& source, std::span<const std::si
     std::vector<int> numbers;
     std::vector<int> missing = settings.missing_frames;
     std::ranges::sort(missing);
+    // Both lists ascend, so what lies before one frame lies before the next as well.
+    std::size_t before = 0;
     for (const std::size_t index : wanted) {
-        int number = source.numbers()[index];
-        for (const int gap : missing)
-            number += gap <= number ? 1 : 0;
-        numbers.push_back(number);
+        const int number = source.numbers()[index];
+        while (before < missing.size() && missing[before] <= number + int(before))
+            ++before;
+        numbers.push_back(number + int(before));
     }
     return numbers;
 }

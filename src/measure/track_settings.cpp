@@ -8,6 +8,8 @@
 #include <array>
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace culm::measure {
 namespace {
 
@@ -101,7 +103,14 @@ void read_frames(TomlTable& video, TrackSettings& settings) {
 void read_output(TomlTable& video, TrackSettings& settings) {
     for (const double height : video.numbers("heights_mm", {0.0, 1e5, true}))
         settings.heights.push_back(with_point_moved(height, -3));
+    if (settings.heights.size() > most_heights)
+        video.fault("heights_mm", fmt::format("{} heights; at most {} are allowed",
+                                              settings.heights.size(), most_heights));
     settings.height_step = video.length("height_step", {0.0, 100.0, true});
+    if (settings.height_step && *settings.height_step < settings.metres_per_pixel)
+        video.fault(video.key_of("height_step", length_unit),
+                    fmt::format("must be at least mm_per_px = {}, the distance of two image rows",
+                                decimal_text(settings.metres_per_pixel, 3)));
     if (!settings.heights.empty() && settings.height_step)
         video.fault(video.key_of("height_step", length_unit),
                     "stands beside heights_mm: one of them is enough");

@@ -13,6 +13,9 @@
 namespace culm::measure {
 namespace {
 
+/// A damaged container may state any time; more lost frames than this leave no recording.
+constexpr double most_missing = 1e6;
+
 cv::VideoCapture open(const std::string& file) {
     cv::VideoCapture video(file);
     if (!video.isOpened())
@@ -94,7 +97,13 @@ class VideoFile final : public FrameSource {
         int shift = 0;
         for (std::size_t i = 1; i < stamps.size(); ++i) {
             // Containers round time stamps, often to a millisecond.
-            const int missing = static_cast<int>(std::lround(steps[i - 1] / usual)) - 1;
+            const double skipped = std::round(steps[i - 1] / usual) - 1.0;
+            if (!(skipped <= most_missing - double(shift)))
+                throw core::InputError(fmt::format(
+                    "{}: the time stamps skip {:g} frames after frame {}; at most {:g} may be "
+                    "missing",
+                    file_, skipped, numbers_[i - 1], most_missing));
+            const int missing = static_cast<int>(std::max(-1.0, skipped));
             if (missing > 0 && steps[i - 1] > 1.5 * usual + 1.0) {
                 remarks_.push_back(
                     fmt::format("the time stamps skip {} frame time{} after frame {}", missing,

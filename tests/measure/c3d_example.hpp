@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@ struct C3dExample {
     std::vector<float> positions; ///< (frames, markers, 3)
     std::vector<bool> seen;       ///< (frames, markers); empty: all
     int analog_words = 0;         ///< per frame
+    std::optional<float> used;    ///< POINT:USED as a real; empty: the number of labels
 
     [[nodiscard]] std::string bytes() const;
 
@@ -79,7 +81,10 @@ inline std::string C3dExample::bytes() const {
     parameters += std::string("\x05\xFF", 2) + "POINT";
     put_word(parameters, 3);
     parameters += '\0';
-    put_parameter(parameters, "USED", 2, {}, word(labels.size()));
+    if (used)
+        put_parameter(parameters, "USED", 4, {}, real(*used));
+    else
+        put_parameter(parameters, "USED", 2, {}, word(labels.size()));
     put_parameter(parameters, "SCALE", 4, {}, real(is_real ? -scale : scale));
     put_parameter(parameters, "RATE", 4, {}, real(rate));
     put_parameter(parameters, "DATA_START", 2, {}, word(3));

@@ -28,6 +28,10 @@ measure::C3dTracks read(const std::string& bytes) {
     return measure::read_c3d(folder / "a.c3d");
 }
 
+std::string complaint(const std::string& bytes) {
+    return refusal([&] { static_cast<void>(read(bytes)); });
+}
+
 TEST(C3dFile, IsReadWhicheverProcessorAndNumbersItHas) {
     for (const int processor : {84, 85, 86})
         for (const bool is_real : {true, false})
@@ -57,9 +61,6 @@ TEST(C3dFile, MarkerThatWasNotSeenIsAGap) {
 }
 
 TEST(C3dFile, RefusesWhatIsNoneAndWhatIsCutShort) {
-    const auto complaint = [](const std::string& bytes) {
-        return refusal([&] { static_cast<void>(read(bytes)); });
-    };
     const std::string whole = example().bytes();
     EXPECT_NE(complaint("time,x\n").find("its first two bytes"), std::string::npos);
     EXPECT_NE(complaint(whole.substr(0, 600)).find("it ends after 600 bytes"), std::string::npos);
@@ -74,6 +75,44 @@ TEST(C3dFile, RefusesWhatIsNoneAndWhatIsCutShort) {
         damaged[at] = static_cast<char>(~damaged[at]);
         static_cast<void>(complaint(damaged));
     }
+}
+
+TEST(C3dFile, NumberOfMarkersIsBoundedByTheFormatAndTheFile) {
+    C3dExample file = example();
+    // 2^63 markers made a frame of 0 bytes after an overflow, and a loop of 2^63 iterations.
+    for (const float used : {0x1p63F, 0x1p61F, -1.0F, 2.5F, 65536.0F, NAN, INFINITY}) {
+        file.used = used;
+        const std::string text = complaint(file.bytes());
+        EXPECT_NE(text.find("a.c3d"), std::string::npos) << used;
+        EXPECT_NE(text.find("POINT:USED = "), std::string::npos) << used << text;
+        EXPECT_NE(text.find("must be a whole number from 1 to 65535"), std::string::npos) << used;
+    }
+    file.used = 65535.0F;
+    EXPECT_NE(complaint(file.bytes()).find("3 frames of 65535 markers need"), std::string::npos);
+    file.used = 2.0F;
+    EXPECT_EQ(complaint(file.bytes()), "accepted");
+}
+
+TEST(C3dFile, ParameterMustEndBeforeTheNextOne) {
+    // Every byte of this section begins a parameter of 255 x 255 bytes, each inside the one before.
+    std::string bytes = example().bytes().substr(0, 512) + std::string("\x01\x50\x01\x54", 4);
+    for (int i = 0; i < 200; ++i)
+        bytes += std::string("\x01\x01"
+                             "A"
+                             "\x06\x00\x01\x02\xFF\xFF",
+                             9);
+    bytes += std::string(1 << 17, '\0');
+    const std::string text = complaint(bytes);
+    EXPECT_NE(text.find("parameter A at byte 516 = 255 x 255 elements of 1 bytes: its entry ends "
+                        "after 0 bytes"),
+              std::string::npos)
+        << text;
+}
+
+TEST(C3dFile, RateMustBeFinite) {
+    C3dExample file = example();
+    file.rate = INFINITY;
+    EXPECT_NE(complaint(file.bytes()).find("POINT:RATE = inf"), std::string::npos);
 }
 
 } // namespace

@@ -152,6 +152,21 @@ TEST(ImportRecording, SaysWhatTheRecordingHasInstead) {
               std::string::npos);
 }
 
+TEST(ImportRecording, BoundsTheNumberOfHeightsAndColumns) {
+    const auto complaint = [](const std::string& mapping) {
+        return refusal([&] { static_cast<void>(import_text(mapping, "a.txt", "t\n")); });
+    };
+    std::string many = table_mapping;
+    for (int i = 0; i < 10000; ++i)
+        many += "[[height]]\nheight_mm = 1\ncolumns = \"middle\"\n";
+    EXPECT_NE(complaint(many).find("10002 tables; at most 10000 are allowed"), std::string::npos);
+    std::string wide = table_mapping + "[[height]]\nheight_mm = 1\ncolumns = [";
+    for (int i = 0; i < 1001; ++i)
+        wide += "\"middle\",";
+    EXPECT_NE(complaint(wide + "]\n").find("1001 names; at most 1000 are allowed"),
+              std::string::npos);
+}
+
 TEST(ImportRecording, RefusesToGuessAReleaseThatIsNotThere) {
     std::string still = "t,tip1,middle,tip 2\n";
     for (int i = 0; i < 100; ++i)

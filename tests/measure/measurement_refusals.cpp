@@ -46,6 +46,14 @@ TEST(DeflectionFile, RefusesOtherHeadersAndSaysWhatToWrite) {
         expect_contains(refusal_of_table(text), message);
 }
 
+TEST(DeflectionFile, BoundsTheNumberOfHeights) {
+    std::string text = "time_s";
+    for (int i = 0; i < 10001; ++i)
+        text += ",h=" + std::to_string(0.001 * i) + "mm";
+    expect_contains(refusal_of_table(text + "\n"),
+                    "deflection.csv:1: 10001 heights; at most 10000 are allowed");
+}
+
 TEST(DeflectionFile, RefusesCellsThatASpreadsheetSpoiledAndSaysHow) {
     const std::vector<std::pair<std::string, std::string>> cells{
         {"\"17,6\"", "has a decimal comma; write a decimal point"},

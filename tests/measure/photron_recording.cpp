@@ -140,6 +140,8 @@ TEST(PhotronHeader, WithWhatCannotBeReadIsRefusedByName) {
     EXPECT_EQ(refused("Image Width : 8\n", ""), "has no entry \"Image Width\"");
     EXPECT_EQ(refused("Total Frame : 2", "Total Frame : two"),
               "Total Frame : two: must be a number from 1 to 1073741824");
+    EXPECT_EQ(refused("Total Frame : 2", "Total Frame : 1.5"),
+              "Total Frame : 1.5: must be a whole number from 1 to 1073741824");
     EXPECT_EQ(refused("Color Type : Mono", "Color Type : Color"),
               "Color Type : Color: must be Mono; export colour recordings as PNG or TIFF");
     EXPECT_EQ(refused("Color Bit : 8", "Color Bit : 14"),

@@ -230,6 +230,12 @@ TEST(Recording, ThatIsNoPictureIsRefused) {
                   (void)track_video(read_track_settings(file), {2});
               }).find("no file has a name of this form"),
               std::string::npos);
+    // A step below the distance of two rows would give heights without end.
+    std::ofstream(file) << video.settings("height_step_mm = 1e-9\n");
+    EXPECT_NE(refusal([&] {
+                  (void)read_track_settings(file);
+              }).find("height_step_mm = 1e-09: must be at least mm_per_px = "),
+              std::string::npos);
     std::ofstream(file) << video.settings("frame_count = 30\n");
     EXPECT_NE(refusal([&] {
                   (void)track_video(read_track_settings(file), {2});
