@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/deflection_header.hpp"
 
-#include "measure/decimal_text.hpp"
+#include "core/decimal_text.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -44,7 +44,7 @@ std::string column_hint(std::string_view name) {
     std::string lower = without_spaces(name);
     std::ranges::transform(lower, lower.begin(),
                            [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (parse_decimal(lower))
+    if (core::parse_decimal(lower))
         return fmt::format("must be a height with its unit: write \"h={}mm\"", lower);
     if (lower.starts_with("h="))
         return fmt::format("must be a height with its unit, mm or m: write \"{}\"",
@@ -53,7 +53,7 @@ std::string column_hint(std::string_view name) {
            "(`culm import` picks columns from any table)";
 }
 
-void check_time_name(const DelimitedLine& line, FileFaults& faults) {
+void check_time_name(const DelimitedLine& line, core::FileFaults& faults) {
     const std::string& name = line.cells.front();
     if (name == "time_s")
         return;
@@ -61,7 +61,7 @@ void check_time_name(const DelimitedLine& line, FileFaults& faults) {
     std::string hint = "the first column must be \"time_s\", the time in s from the release";
     if (text == "time_ms" || text == "time[ms]" || text == "t_ms")
         hint = "time must be in s: divide by 1000 and name the column \"time_s\"";
-    else if (parse_decimal(text))
+    else if (core::parse_decimal(text))
         hint = "the file has no header: the first line must be \"time_s,h=<height>mm,...\"";
     else if (text.starts_with("h="))
         hint = "the column \"time_s\" must be the first";
@@ -74,7 +74,8 @@ struct Column {
 };
 
 /// One height column; empty after a fault has been recorded.
-std::optional<Column> read_column(const std::string& name, std::size_t line, FileFaults& faults) {
+std::optional<Column> read_column(const std::string& name, std::size_t line,
+                                  core::FileFaults& faults) {
     const std::optional<HeightName> parts = split_height(name);
     const bool known_unit = parts && (parts->unit == "mm" || parts->unit == "m");
     if (parts && !known_unit) {
@@ -87,7 +88,8 @@ std::optional<Column> read_column(const std::string& name, std::size_t line, Fil
         return std::nullopt;
     }
     const int power = parts && parts->unit == "m" ? 0 : -3;
-    const std::optional<double> height = parts ? parse_decimal(parts->number, power) : std::nullopt;
+    const std::optional<double> height =
+        parts ? core::parse_decimal(parts->number, power) : std::nullopt;
     if (!height) {
         faults.add(line, fmt::format("column \"{}\" {}", name, column_hint(name)));
         return std::nullopt;
@@ -96,14 +98,14 @@ std::optional<Column> read_column(const std::string& name, std::size_t line, Fil
 }
 
 void check_height(const std::string& name, const DeflectionHeader& header, std::size_t line,
-                  const MeasuredStem& stem, FileFaults& faults) {
+                  const MeasuredStem& stem, core::FileFaults& faults) {
     const double height = header.heights.back();
     if (height < 0.0)
         faults.add(line, fmt::format("column \"{}\" lies below the clamp", name));
     // A mark at the very tip may differ from the length by a rounding of the print.
     if (height > stem.length * (1.0 + 1e-9))
         faults.add(line, fmt::format("column \"{}\" lies above the stem, which is {} mm long", name,
-                                     decimal_text(stem.length, 3)));
+                                     core::decimal_text(stem.length, 3)));
     const auto first = std::ranges::find(header.heights, height);
     if (first + 1 != header.heights.end())
         faults.add(line, fmt::format("column \"{}\": column {} has the same height", name,
@@ -111,7 +113,7 @@ void check_height(const std::string& name, const DeflectionHeader& header, std::
 }
 
 /// The whole line in one cell, or another separator in the first one.
-bool has_other_delimiter(const DelimitedLine& line, FileFaults& faults) {
+bool has_other_delimiter(const DelimitedLine& line, core::FileFaults& faults) {
     const std::string& first = line.cells.front();
     if (first.starts_with("sep=")) {
         faults.add(
@@ -137,7 +139,7 @@ bool has_other_delimiter(const DelimitedLine& line, FileFaults& faults) {
 } // namespace
 
 DeflectionHeader read_deflection_header(const DelimitedLine& line, const MeasuredStem& stem,
-                                        FileFaults& faults) {
+                                        core::FileFaults& faults) {
     DeflectionHeader header;
     if (has_other_delimiter(line, faults))
         return header;

@@ -2,8 +2,8 @@
 // The header of deflection.csv: which column is which height, and in which unit.
 #pragma once
 
+#include "core/file_faults.hpp"
 #include "measure/delimited_text.hpp"
-#include "measure/file_faults.hpp"
 #include "measure/measurement.hpp"
 
 #include <string>
@@ -20,6 +20,7 @@ struct DeflectionHeader {
 /// Reads "time_s,h=<height><unit>,…", unit mm or m, the same in all columns, which is the unit of
 /// the deflections as well. Records what is wrong; the result is only complete if nothing was.
 [[nodiscard]] DeflectionHeader read_deflection_header(const DelimitedLine& line,
-                                                      const MeasuredStem& stem, FileFaults& faults);
+                                                      const MeasuredStem& stem,
+                                                      core::FileFaults& faults);
 
 } // namespace culm::measure

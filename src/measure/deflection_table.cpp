@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/deflection_table.hpp"
 
-#include "measure/decimal_text.hpp"
+#include "core/decimal_text.hpp"
+#include "core/file_faults.hpp"
 #include "measure/deflection_header.hpp"
 #include "measure/delimited_text.hpp"
-#include "measure/file_faults.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,7 @@ bool is_gap(const std::string& cell) {
 
 /// Checks the number of cells of a line; says when decimal commas made two cells of each number.
 bool has_right_length(const DelimitedLine& line, std::size_t columns,
-                      const DeflectionHeader& header, FileFaults& faults) {
+                      const DeflectionHeader& header, core::FileFaults& faults) {
     if (line.cells.size() == columns || line.cells.size() == columns + header.unnamed)
         return true;
     const bool is_whole = std::ranges::all_of(line.cells, [](const std::string& cell) {
@@ -41,9 +41,9 @@ bool has_right_length(const DelimitedLine& line, std::size_t columns,
     return false;
 }
 
-void read_time(const DelimitedLine& line, Measurement& measurement, FileFaults& faults) {
+void read_time(const DelimitedLine& line, Measurement& measurement, core::FileFaults& faults) {
     const std::string& cell = line.cells.front();
-    const std::optional<double> time = parse_decimal(cell);
+    const std::optional<double> time = core::parse_decimal(cell);
     if (!time) {
         faults.add(line.number, fmt::format("time \"{}\" {}", cell, why_not_a_number(cell)));
         return;
@@ -52,17 +52,17 @@ void read_time(const DelimitedLine& line, Measurement& measurement, FileFaults& 
         faults.add(line.number,
                    fmt::format("time {} s does not come after {} s of the line before: times must "
                                "ascend",
-                               cell, decimal_text(measurement.times.back())));
+                               cell, core::decimal_text(measurement.times.back())));
     measurement.times.push_back(*time);
 }
 
 /// A deflection beyond what a stem clamped at one end can do hints at a wrong unit.
 double read_deflection(const DelimitedLine& line, std::size_t column, int power,
-                       const MeasuredStem& stem, FileFaults& faults) {
+                       const MeasuredStem& stem, core::FileFaults& faults) {
     const std::string& cell = line.cells[column];
     if (is_gap(cell))
         return nothing_seen;
-    const std::optional<double> value = parse_decimal(cell, power);
+    const std::optional<double> value = core::parse_decimal(cell, power);
     if (!value)
         faults.add(line.number,
                    fmt::format("column {}: \"{}\" {}", column + 1, cell, why_not_a_number(cell)));
@@ -70,12 +70,13 @@ double read_deflection(const DelimitedLine& line, std::size_t column, int power,
         faults.add(line.number,
                    fmt::format("column {}: a deflection of {} m is more than the stem's length, {} "
                                "m: is the unit in the header right?",
-                               column + 1, decimal_text(*value), decimal_text(stem.length)));
+                               column + 1, core::decimal_text(*value),
+                               core::decimal_text(stem.length)));
     return value.value_or(nothing_seen);
 }
 
 void read_line(const DelimitedLine& line, const DeflectionHeader& header, Measurement& measurement,
-               FileFaults& faults) {
+               core::FileFaults& faults) {
     const std::size_t columns = header.heights.size() + 1;
     if (!has_right_length(line, columns, header, faults))
         return;
@@ -102,7 +103,7 @@ double median_step(const std::vector<double>& times) {
 
 /// Milliseconds or frame numbers instead of seconds are faults; any other disagreement with the
 /// camera's rate is a remark, for the times of the table count.
-void check_frame_rate(Measurement& measurement, FileFaults& faults) {
+void check_frame_rate(Measurement& measurement, core::FileFaults& faults) {
     if (!measurement.frames_per_second || measurement.times.size() < 3)
         return;
     const double rate = *measurement.frames_per_second;
@@ -125,19 +126,19 @@ void check_frame_rate(Measurement& measurement, FileFaults& faults) {
             faults.file(), step, rate, 1.0 / rate));
 }
 
-void check_times(Measurement& measurement, FileFaults& faults) {
+void check_times(Measurement& measurement, core::FileFaults& faults) {
     const std::vector<double>& times = measurement.times;
     if (times.empty())
         faults.add(0, "there are no lines after the header");
     else if (times.back() <= 0.0)
         faults.add(0, fmt::format("the last time is {} s: nothing was recorded after the release, "
                                   "which is t = 0",
-                                  decimal_text(times.back())));
+                                  core::decimal_text(times.back())));
     check_frame_rate(measurement, faults);
 }
 
 void check_columns(const DeflectionHeader& header, const Measurement& measurement,
-                   FileFaults& faults) {
+                   core::FileFaults& faults) {
     for (std::size_t j = 0; j < header.heights.size(); ++j) {
         const std::vector<double> history = measurement.history(j);
         if (std::ranges::all_of(history, [](double value) { return std::isnan(value); }))
@@ -167,7 +168,7 @@ void sort_columns(Measurement& measurement) {
 
 void read_deflection_file(const std::filesystem::path& file, Measurement& measurement) {
     const std::vector<DelimitedLine> lines = split_table(read_text_file(file), ',');
-    FileFaults faults(file.string());
+    core::FileFaults faults(file.string());
     if (lines.empty())
         faults.add(0, "there is no header: the first line must be \"time_s,h=<height>mm,...\"");
     faults.throw_if_any();
@@ -187,15 +188,15 @@ void read_deflection_file(const std::filesystem::path& file, Measurement& measur
 std::string deflection_file_text(const Measurement& measurement) {
     std::string text = "time_s";
     for (const double height : measurement.heights)
-        text += fmt::format(",h={}mm", decimal_text(height, 3));
+        text += fmt::format(",h={}mm", core::decimal_text(height, 3));
     text += '\n';
     for (std::size_t i = 0; i < measurement.times.size(); ++i) {
-        text += decimal_text(measurement.times[i]);
+        text += core::decimal_text(measurement.times[i]);
         for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
             const double value = measurement.deflection(i, j);
             text += ',';
             if (!std::isnan(value))
-                text += decimal_text(value, 3);
+                text += core::decimal_text(value, 3);
         }
         text += '\n';
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/delimited_text.hpp"
 
+#include "core/decimal_text.hpp"
 #include "core/error.hpp"
 #include "core/file_text.hpp"
-#include "measure/decimal_text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -89,7 +89,7 @@ bool looks_like_date(std::string_view cell) {
 /// The number at the beginning of a cell and what follows it.
 std::size_t length_of_number(std::string_view cell) {
     for (std::size_t length = cell.size(); length > 0; --length)
-        if (parse_decimal(trimmed(cell.substr(0, length))))
+        if (core::parse_decimal(trimmed(cell.substr(0, length))))
             return length;
     return 0;
 }

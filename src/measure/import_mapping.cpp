@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/import_mapping.hpp"
 
+#include "core/decimal_text.hpp"
 #include "core/named_path.hpp"
-#include "measure/decimal_text.hpp"
+#include "core/toml/table.hpp"
 #include "measure/stem_file.hpp"
-#include "measure/toml_table.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -16,17 +16,24 @@ namespace culm::measure {
 
 namespace {
 
-constexpr NumberRange any_time{-1e9, 1e9};
+constexpr core::Interval any_time{-1e9, 1e9};
 /// Columns or markers whose mean is one height.
 constexpr std::size_t most_names = 1000;
 
-/// "tip" and ["tip", "top"] are both lists of names.
-std::vector<std::string> names(TomlTable& table, const std::string& key) {
+/// "tip" and ["tip", "top"] are both lists of names. `key` is "markers" or "columns".
+std::vector<std::string> names(const core::TomlTable& table, const std::string& key) {
+    const std::string other = key == "markers" ? "columns" : "markers";
+    if (table.has(other)) {
+        static_cast<void>(table.is_text(other) ? std::vector{table.text(other).value_or("")}
+                                               : table.texts(other));
+        table.fault(other, key == "markers" ? "belongs to tables; of a C3D file give markers"
+                                            : "belongs to C3D files; of a table give columns");
+    }
     return table.is_text(key) ? std::vector{table.text(key).value_or("")} : table.texts(key);
 }
 
-void read_source(TomlTable& table, const std::filesystem::path& folder, bool is_named_elsewhere,
-                 ImportMapping& mapping) {
+void read_source(const core::TomlTable& table, const std::filesystem::path& folder,
+                 bool is_named_elsewhere, ImportMapping& mapping) {
     const auto file = table.text("file");
     if (!is_named_elsewhere) {
         table.missing("file", "the recording, relative to this file");
@@ -47,7 +54,7 @@ void read_source(TomlTable& table, const std::filesystem::path& folder, bool is_
         static_cast<std::size_t>(table.whole_number("skip_lines", {0, 100000}).value_or(0));
 }
 
-void read_time(TomlTable& table, ImportMapping& mapping) {
+void read_time(const core::TomlTable& table, ImportMapping& mapping) {
     const std::array<std::string, 4> units{"s", "ms", "us", "frame"};
     mapping.time_column = table.text("column").value_or("");
     if (mapping.is_c3d() && table.has("column"))
@@ -66,7 +73,7 @@ void read_time(TomlTable& table, ImportMapping& mapping) {
     mapping.after = table.number("after_s", {0.0, 1e6, true});
 }
 
-void read_motion(TomlTable& table, ImportMapping& mapping) {
+void read_motion(const core::TomlTable& table, ImportMapping& mapping) {
     const std::array<std::string, 4> units{"mm", "cm", "m", "um"};
     constexpr std::array powers{-3, -2, 0, -6};
     if (const auto index = table.word("unit", units))
@@ -95,37 +102,40 @@ void read_motion(TomlTable& table, ImportMapping& mapping) {
     mapping.sign = static_cast<double>(sign.value_or(1));
 }
 
-void read_heights(TomlTable& root, const std::string& key, ImportMapping& mapping) {
-    std::vector<TomlTable> tables = root.tables("height");
+MappedHeight read_height(const core::TomlTable& table, const std::string& key,
+                         const ImportMapping& mapping) {
+    MappedHeight mapped;
+    mapped.height = table.required_length("height", {0.0, 100.0}, "above the clamp");
+    table.missing(key, fmt::format("the {} of the recording at this height; of several the mean is "
+                                   "taken",
+                                   key));
+    mapped.names = names(table, key);
+    if (mapped.names.size() > most_names)
+        table.fault(
+            key, fmt::format("{} names; at most {} are allowed", mapped.names.size(), most_names));
+    if (mapping.measurement.stem.length > 0.0 && mapped.height > mapping.measurement.stem.length)
+        table.fault(table.key_of("height", core::length_unit),
+                    fmt::format("lies above the stem, which is {} mm long",
+                                core::decimal_text(mapping.measurement.stem.length, 3)));
+    for (const MappedHeight& other : mapping.heights)
+        if (other.height == mapped.height)
+            table.fault(table.key_of("height", core::length_unit), "is given twice");
+    return mapped;
+}
+
+void read_heights(const core::TomlTable& root, const std::string& key, ImportMapping& mapping) {
+    static_cast<void>(read_height(root.absent("height"), key, mapping));
+    root.missing("height", fmt::format("write a table [[height]] with height_mm and {} for each "
+                                       "height",
+                                       key));
+    const std::vector<core::TomlTable> tables = root.tables("height");
     if (tables.size() > most_heights) {
         root.fault("height",
                    fmt::format("{} tables; at most {} are allowed", tables.size(), most_heights));
         return;
     }
-    for (TomlTable& table : tables) {
-        MappedHeight mapped;
-        mapped.height = table.required_length("height", {0.0, 100.0}, "above the clamp");
-        table.missing(key, fmt::format("the {} of the recording at this height; of several the "
-                                       "mean is taken",
-                                       key));
-        mapped.names = names(table, key);
-        if (mapped.names.size() > most_names)
-            table.fault(key, fmt::format("{} names; at most {} are allowed", mapped.names.size(),
-                                         most_names));
-        if (mapping.measurement.stem.length > 0.0 &&
-            mapped.height > mapping.measurement.stem.length)
-            table.fault(table.key_of("height", length_unit),
-                        fmt::format("lies above the stem, which is {} mm long",
-                                    decimal_text(mapping.measurement.stem.length, 3)));
-        for (const MappedHeight& other : mapping.heights)
-            if (other.height == mapped.height)
-                table.fault(table.key_of("height", length_unit), "is given twice");
-        mapping.heights.push_back(std::move(mapped));
-        table.finish(mapping.measurement.remarks);
-    }
-    root.missing("height", fmt::format("write a table [[height]] with height_mm and {} for each "
-                                       "height",
-                                       key));
+    for (const core::TomlTable& table : tables)
+        mapping.heights.push_back(read_height(table, key, mapping));
 }
 
 } // namespace
@@ -139,32 +149,22 @@ bool ImportMapping::is_c3d() const {
 
 ImportMapping read_import_mapping(const std::filesystem::path& file,
                                   const std::filesystem::path& source) {
-    const toml::table parsed = parse_toml_file(file);
-    FileFaults faults(file.string());
-    TomlTable root(&parsed, "", faults);
+    core::TomlDocument document(file);
+    const core::TomlTable& root = document.root();
     ImportMapping mapping;
     mapping.source = source;
     read_stem_tables(root, mapping.measurement);
-    TomlTable from = root.table("source");
-    if (from.exists() || source.empty())
-        read_source(from, file.parent_path(), !source.empty(), mapping);
-    if (!from.exists() && source.empty())
+    if (source.empty())
         root.missing("source", "write a table [source] with file");
-    const std::string key = mapping.is_c3d() ? "markers" : "columns";
-    TomlTable time = root.table("time");
-    TomlTable motion = root.table("motion");
-    TomlTable clamp = root.table("clamp");
+    read_source(root.table("source"), file.parent_path(), !source.empty(), mapping);
     root.missing("time", "write a table [time] with release_s (and column for a table)");
     root.missing("motion", "write a table [motion] with zero (and unit, or axis for a C3D file)");
-    if (time.exists())
-        read_time(time, mapping);
-    if (motion.exists())
-        read_motion(motion, mapping);
-    mapping.clamp = names(clamp, key);
+    read_time(root.table("time"), mapping);
+    read_motion(root.table("motion"), mapping);
+    const std::string key = mapping.is_c3d() ? "markers" : "columns";
+    mapping.clamp = names(root.table("clamp"), key);
     read_heights(root, key, mapping);
-    for (const TomlTable* table : {&from, &time, &motion, &clamp, &root})
-        table->finish(mapping.measurement.remarks);
-    faults.throw_if_any();
+    document.finish();
     return mapping;
 }
 

@@ -37,8 +37,9 @@ using Section = std::variant<CircularSection, RectangularSection, GeneralSection
 [[nodiscard]] double section_depth(const Section& section);
 
 struct AddedMass {
-    double height = 0.0; ///< of its centre above the clamp, m
-    double mass = 0.0;   ///< kg
+    double height = 0.0;                      ///< of its centre above the clamp, m
+    double mass = 0.0;                        ///< kg
+    std::optional<double> mass_uncertainty{}; ///< standard uncertainty, kg
 };
 
 struct MeasuredStem {
@@ -75,6 +76,17 @@ enum class Reading {
     Material ///< a mark on the stem: its height is that along the undeformed stem
 };
 
+/// Standard uncertainties (one standard deviation: JCGM 100) of the inputs; empty where the file
+/// states none.
+struct StatedUncertainties {
+    std::optional<double> length;            ///< m
+    std::optional<double> diameter;          ///< m
+    std::optional<double> density;           ///< kg/m³
+    std::optional<double> frames_per_second; ///< relative
+    std::optional<double> scale;             ///< relative, of deflections and heights together
+    std::optional<double> clamp;             ///< of the height of the clamp in the picture, m
+};
+
 /// Heights of one measurement. Far beyond what a camera resolves: a bound for damaged files.
 inline constexpr std::size_t most_heights = 10000;
 
@@ -88,7 +100,12 @@ struct Measurement {
     std::optional<double> frames_per_second; ///< of the camera
     std::optional<double> noise;             ///< standard deviation of one reading, m
     std::vector<double> noise_by_height;     ///< the same per height, m; empty: not known
-    std::string noise_source; ///< where the noise comes from, for example "40 frames at rest"
+    StatedUncertainties uncertainties;
+    std::string specimen; ///< recordings of one specimen share its material; empty: not stated
+    std::string rig;      ///< recordings on one rig share its clamp, camera and air; empty: none
+    std::optional<double> exposure; ///< of a frame, s
+    std::optional<double> row_time; ///< between two rows of a rolling shutter, s
+    std::string noise_source;       ///< where the noise comes from, for example "40 frames at rest"
 
     std::vector<double> times;       ///< s, strictly ascending; 0 is the release
     std::vector<double> heights;     ///< above the clamp, m, strictly ascending

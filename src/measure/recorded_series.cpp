@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/recorded_series.hpp"
 
+#include "core/decimal_text.hpp"
 #include "core/error.hpp"
+#include "core/file_faults.hpp"
 #include "core/nearest_name.hpp"
 #include "measure/c3d_file.hpp"
-#include "measure/decimal_text.hpp"
 #include "measure/delimited_text.hpp"
-#include "measure/file_faults.hpp"
 
 #include <algorithm>
 #include <array>
@@ -84,14 +84,14 @@ std::size_t column_of(const std::string& file, const std::vector<std::string>& h
 
 /// One cell of a table; NaN and a fault if it is no number, NaN alone if it is empty.
 double read_cell(const DelimitedLine& line, std::size_t column, int power, bool has_decimal_comma,
-                 FileFaults& faults) {
+                 core::FileFaults& faults) {
     constexpr double gap = std::numeric_limits<double>::quiet_NaN();
     std::string cell = column < line.cells.size() ? line.cells[column] : "";
     if (cell.empty() || cell == "NaN" || cell == "nan")
         return gap;
     if (has_decimal_comma)
         std::ranges::replace(cell, ',', '.');
-    const auto value = parse_decimal(cell, power);
+    const auto value = core::parse_decimal(cell, power);
     if (!value)
         faults.add(line.number,
                    fmt::format("column {}: \"{}\" {}", column + 1, cell, why_not_a_number(cell)));
@@ -103,9 +103,9 @@ double in_seconds(double time, const ImportMapping& mapping) {
     case TimeUnit::Second:
         return time;
     case TimeUnit::Millisecond:
-        return with_point_moved(time, -3);
+        return core::with_point_moved(time, -3);
     case TimeUnit::Microsecond:
-        return with_point_moved(time, -6);
+        return core::with_point_moved(time, -6);
     case TimeUnit::Frame:
         break;
     }
@@ -113,7 +113,7 @@ double in_seconds(double time, const ImportMapping& mapping) {
 }
 
 void append_time(const DelimitedLine& line, double time, RecordedSeries& series,
-                 FileFaults& faults) {
+                 core::FileFaults& faults) {
     if (std::isnan(time))
         faults.add(line.number, "the time is missing");
     else if (!series.times.empty() && time <= series.times.back())
@@ -136,7 +136,7 @@ RecordedSeries read_recorded_table(const ImportMapping& mapping) {
     if (delimiter == ' ')
         text = with_single_spaces(text);
     const std::vector<DelimitedLine> lines = split_table(text, delimiter);
-    FileFaults faults(file);
+    core::FileFaults faults(file);
     if (lines.size() < 2)
         throw core::InputError(fmt::format("{}: there is no table below its header", file));
     const std::vector<std::string>& header = lines.front().cells;
@@ -148,7 +148,7 @@ RecordedSeries read_recorded_table(const ImportMapping& mapping) {
         columns.push_back(column_of(file, header, name));
     series.values.resize(columns.size());
     // A header of numbers is the first line of a table without a header.
-    const bool has_header = !parse_decimal(header[time_column]);
+    const bool has_header = !core::parse_decimal(header[time_column]);
     for (std::size_t i = has_header ? 1 : 0; i < lines.size(); ++i) {
         DelimitedLine line = lines[i];
         line.number += mapping.skipped_lines;

@@ -2,8 +2,8 @@
 // stem.toml: what is known of a measured stem.
 #pragma once
 
+#include "core/toml/table.hpp"
 #include "measure/measurement.hpp"
-#include "measure/toml_table.hpp"
 
 #include <filesystem>
 #include <string>
@@ -11,9 +11,9 @@
 namespace culm::measure {
 
 /// Reads the tables [stem], [section], [[added_mass]], [release], [camera] and [measurement] of a
-/// root table into the measurement; faults and remarks are recorded, unknown tables of the root are
-/// left to the caller's finish().
-void read_stem_tables(TomlTable& root, Measurement& measurement);
+/// file into the measurement; faults go into the document, and what a person should know into the
+/// measurement's remarks.
+void read_stem_tables(const core::TomlTable& root, Measurement& measurement);
 
 /// Reads stem.toml (format: docs/measurements.md): all fields of the measurement but times, heights
 /// and deflections. Throws core::InputError with every fault.

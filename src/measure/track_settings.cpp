@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/track_settings.hpp"
 
+#include "core/decimal_text.hpp"
 #include "core/named_path.hpp"
-#include "measure/decimal_text.hpp"
 #include "measure/stem_file.hpp"
 
 #include <array>
@@ -13,26 +13,27 @@
 namespace culm::measure {
 namespace {
 
-constexpr NumberRange frame_numbers{0.0, 1e9};
-constexpr NumberRange pixels{1.0, 1e5};
+constexpr core::Interval frame_numbers{0.0, 1e9};
+constexpr core::Interval pixels{1.0, 1e5};
 // A clamp may lie outside the picture.
-constexpr NumberRange coordinates{-1e5, 1e5};
+constexpr core::Interval coordinates{-1e5, 1e5};
 
-std::optional<int> whole(TomlTable& table, const std::string& key, const NumberRange& range) {
+std::optional<int> whole(const core::TomlTable& table, const std::string& key,
+                         const core::Interval& range) {
     const auto value = table.whole_number(key, range);
     return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
 }
 
 /// Index of the word, or nothing if it is absent, wrong, or "auto", which stands last.
 template <std::size_t N>
-std::optional<std::size_t> choice(TomlTable& table, const std::string& key,
+std::optional<std::size_t> choice(const core::TomlTable& table, const std::string& key,
                                   const std::array<std::string, N>& words) {
     const auto index = table.word(key, words);
     return index && *index + 1 < N ? index : std::nullopt;
 }
 
 /// Row or column of the clamp and of the axis: which of the two tells how the stem stands.
-void read_place(TomlTable& video, TrackSettings& settings) {
+void read_place(const core::TomlTable& video, TrackSettings& settings) {
     constexpr std::array ups{Up::DecreasingRow, Up::IncreasingRow, Up::DecreasingColumn,
                              Up::IncreasingColumn};
     const std::array<std::string, 5> up_words{"decreasing_row", "increasing_row",
@@ -71,7 +72,7 @@ void read_place(TomlTable& video, TrackSettings& settings) {
     }
 }
 
-void read_appearance(TomlTable& video, TrackSettings& settings) {
+void read_appearance(const core::TomlTable& video, TrackSettings& settings) {
     constexpr std::array bands{Band::Red, Band::Green, Band::Blue};
     const std::array<std::string, 4> band_words{"red", "green", "blue", "auto"};
     if (const auto index = choice(video, "best_channel", band_words))
@@ -82,7 +83,7 @@ void read_appearance(TomlTable& video, TrackSettings& settings) {
     settings.threshold = video.number("threshold", {0.0, 255.0, true});
 }
 
-void read_frames(TomlTable& video, TrackSettings& settings) {
+void read_frames(const core::TomlTable& video, TrackSettings& settings) {
     settings.frames = video.text("frames").value_or("");
     if (const std::string fault = core::named_path_fault(settings.frames);
         !fault.empty() && video.is_text("frames"))
@@ -100,19 +101,19 @@ void read_frames(TomlTable& video, TrackSettings& settings) {
         settings.missing_frames.push_back(static_cast<int>(std::lround(number)));
 }
 
-void read_output(TomlTable& video, TrackSettings& settings) {
+void read_output(const core::TomlTable& video, TrackSettings& settings) {
     for (const double height : video.numbers("heights_mm", {0.0, 1e5, true}))
-        settings.heights.push_back(with_point_moved(height, -3));
+        settings.heights.push_back(core::with_point_moved(height, -3));
     if (settings.heights.size() > most_heights)
         video.fault("heights_mm", fmt::format("{} heights; at most {} are allowed",
                                               settings.heights.size(), most_heights));
     settings.height_step = video.length("height_step", {0.0, 100.0, true});
     if (settings.height_step && *settings.height_step < settings.metres_per_pixel)
-        video.fault(video.key_of("height_step", length_unit),
+        video.fault(video.key_of("height_step", core::length_unit),
                     fmt::format("must be at least mm_per_px = {}, the distance of two image rows",
-                                decimal_text(settings.metres_per_pixel, 3)));
+                                core::decimal_text(settings.metres_per_pixel, 3)));
     if (!settings.heights.empty() && settings.height_step)
-        video.fault(video.key_of("height_step", length_unit),
+        video.fault(video.key_of("height_step", core::length_unit),
                     "stands beside heights_mm: one of them is enough");
     if (const auto rows = whole(video, "rows_per_height", {1.0, 51.0}))
         settings.rows_per_height = *rows;
@@ -128,29 +129,26 @@ void read_output(TomlTable& video, TrackSettings& settings) {
 } // namespace
 
 TrackSettings read_track_settings(const std::filesystem::path& file) {
-    const toml::table parsed = parse_toml_file(file);
-    FileFaults faults(file.string());
-    TomlTable root(&parsed, "", faults);
+    core::TomlDocument document(file);
+    const core::TomlTable& root = document.root();
     TrackSettings settings;
     settings.file = file;
-    TomlTable video = root.table("video");
-    if (!video.exists()) {
-        root.missing("video", "write a table [video] with frames, fps, mm_per_px");
-    } else {
-        read_frames(video, settings);
-        read_place(video, settings);
-        read_appearance(video, settings);
-        read_output(video, settings);
-    }
+    const core::TomlTable video = root.table("video");
+    root.missing("video", "write a table [video] with frames, fps, mm_per_px");
+    read_frames(video, settings);
+    read_place(video, settings);
+    read_appearance(video, settings);
+    read_output(video, settings);
     read_stem_tables(root, settings.description);
     // Two places for one number would leave open which counts.
     if (settings.fps && settings.description.frames_per_second)
         root.fault("camera", "fps stands in [video] already");
     else if (settings.description.frames_per_second)
         settings.fps = settings.description.frames_per_second;
-    video.finish(settings.description.remarks);
-    root.finish(settings.description.remarks);
-    faults.throw_if_any();
+    if (settings.description.reading == Reading::Material)
+        root.table("measurement")
+            .fault("reading", "a tracked video is read in rows: write \"row\" or nothing");
+    document.finish();
     return settings;
 }
 

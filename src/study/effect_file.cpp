@@ -3,60 +3,24 @@
 
 #include "core/error.hpp"
 #include "core/file_text.hpp"
-#include "core/nearest_name.hpp"
-#include "measure/toml_table.hpp"
+#include "core/toml/table.hpp"
 #include "physics/effects/user_effect.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <string>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace culm::study {
 
 namespace {
 
-using measure::FileFaults;
-using measure::TomlTable;
+using core::FileFaults;
+using core::TomlTable;
 
-constexpr measure::NumberRange any_number{-1e300, 1e300};
+constexpr core::Interval any_number{-1e300, 1e300};
 constexpr std::size_t most_parameters = 20;
-
-/// A table that is there; an absent one is an empty one.
-const toml::table& table_in(const toml::table& root, std::string_view key, FileFaults& faults) {
-    static const toml::table empty;
-    const toml::node* node = root.get(key);
-    if (node == nullptr)
-        return empty;
-    if (const toml::table* table = node->as_table())
-        return *table;
-    faults.add(node->source().begin.line, fmt::format("{0} must be a table: write [{0}]", key));
-    return empty;
-}
-
-void refuse_other_keys(const toml::table& table, const std::string& prefix,
-                       std::span<const std::string> valid, FileFaults& faults) {
-    for (const auto& [key, node] : table) {
-        if (std::ranges::find(valid, key.str()) != valid.end())
-            continue;
-        const std::string nearest = core::nearest_name(key.str(), valid);
-        faults.add(key.source().begin.line,
-                   fmt::format("{}{}: unknown key{}; allowed: {}", prefix, key.str(),
-                               nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest),
-                               fmt::join(valid, ", ")));
-    }
-}
-
-std::vector<std::string> effect_keys() {
-    return {"name", "summary", "kind", "expression", "source", "signature", "remedy", "energy"};
-}
-
-std::vector<std::string> parameter_keys() {
-    return {"default", "lower", "upper", "scale", "unit", "logarithmic", "calibrated", "meaning"};
-}
 
 /// What goes together: the bounds around the default, a scale, logarithms of positive numbers.
 void check_parameter(const TomlTable& table, const physics::EffectParameter& parameter) {
@@ -71,10 +35,8 @@ void check_parameter(const TomlTable& table, const physics::EffectParameter& par
         table.fault("lower", "must be above 0 for a logarithmic parameter");
 }
 
-physics::EffectParameter read_parameter(const toml::table& content, const std::string& name,
-                                        FileFaults& faults) {
-    TomlTable table(&content, "parameters." + name, faults);
-    refuse_other_keys(content, "parameters." + name + ".", parameter_keys(), faults);
+physics::EffectParameter read_parameter(const TomlTable& table, const std::string& name,
+                                        const FileFaults& faults) {
     const std::size_t before = faults.count();
     table.missing("default", "the value to start from");
     table.missing("lower", "the least value that makes sense");
@@ -97,37 +59,25 @@ physics::EffectParameter read_parameter(const toml::table& content, const std::s
     return parameter;
 }
 
-/// In the order of the file; toml++ sorts by name.
+/// In the order of the file.
 std::vector<physics::EffectParameter>
-read_parameters(const toml::table& root, physics::UserLawKind kind, FileFaults& faults) {
-    struct Entry {
-        std::size_t line;
-        physics::EffectParameter parameter;
-    };
-    std::vector<Entry> entries;
-    for (const auto& [key, node] : table_in(root, "parameters", faults)) {
-        const std::size_t line = key.source().begin.line;
-        const std::string name(key.str());
-        if (const std::string fault = physics::parameter_name_fault(name, kind); !fault.empty())
-            faults.add(line, fmt::format("parameters.{}: {}", name, fault));
-        else if (const toml::table* content = node.as_table())
-            entries.push_back({line, read_parameter(*content, name, faults)});
-        else
-            faults.add(line,
-                       fmt::format("parameters.{0} must be a table: write [parameters.{0}]", name));
-    }
-    if (entries.size() > most_parameters)
-        faults.add(entries.back().line, fmt::format("parameters: {} of them; {} are allowed",
-                                                    entries.size(), most_parameters));
-    std::ranges::sort(entries, {}, &Entry::line);
+read_parameters(const TomlTable& table, physics::UserLawKind kind, FileFaults& faults) {
+    const std::vector<std::string> names = table.keys();
+    if (names.size() > most_parameters)
+        faults.add(table.line(names.back()), fmt::format("parameters: {} of them; {} are allowed",
+                                                         names.size(), most_parameters));
     std::vector<physics::EffectParameter> parameters;
-    parameters.reserve(entries.size());
-    for (Entry& entry : entries)
-        parameters.push_back(std::move(entry.parameter));
+    for (std::size_t i = 0; i < std::min(names.size(), most_parameters); ++i) {
+        const TomlTable content = table.table(names[i]);
+        if (const std::string fault = physics::parameter_name_fault(names[i], kind); !fault.empty())
+            faults.add(table.line(names[i]), fmt::format("parameters.{}: {}", names[i], fault));
+        else if (content.exists())
+            parameters.push_back(read_parameter(content, names[i], faults));
+    }
     return parameters;
 }
 
-physics::UserEffectText read_text(TomlTable& table, FileFaults& faults) {
+physics::UserEffectText read_text(const TomlTable& table, const FileFaults& faults) {
     table.missing("name", "what the effect is called, in lower-case letters");
     table.missing("kind", "what the formula gives");
     table.missing("expression", "the formula");
@@ -155,19 +105,14 @@ physics::EffectPointer read_effect_file(const std::filesystem::path& file) {
 }
 
 physics::EffectPointer read_effect_text(const std::string& source, const std::string& file) {
-    const toml::table root = measure::parse_toml_text(source, file);
-    FileFaults faults(file);
-    refuse_other_keys(root, "", std::vector<std::string>{"effect", "parameters"}, faults);
-    if (!root.contains("effect"))
-        faults.add(0, "[effect] is missing: a table with name, kind and expression");
-    const toml::table& content = table_in(root, "effect", faults);
-    refuse_other_keys(content, "effect.", effect_keys(), faults);
-    TomlTable table(&content, "effect", faults);
-    physics::UserEffectText text;
-    if (root.contains("effect"))
-        text = read_text(table, faults);
-    text.parameters = read_parameters(root, text.kind, faults);
-    faults.throw_if_any();
+    core::TomlDocument document(source, file);
+    FileFaults& faults = document.faults();
+    const TomlTable& root = document.root();
+    root.missing("effect", "a table [effect] with name, kind and expression");
+    const TomlTable table = root.table("effect");
+    physics::UserEffectText text = read_text(table, faults);
+    text.parameters = read_parameters(root.table("parameters"), text.kind, faults);
+    document.finish();
     const std::size_t line = table.line("expression");
     try {
         return physics::make_user_effect(std::move(text));

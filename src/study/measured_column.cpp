@@ -3,7 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
-#include "measure/decimal_text.hpp"
+#include "core/decimal_text.hpp"
 #include "measure/delimited_text.hpp"
 
 #include <algorithm>
@@ -90,7 +90,7 @@ std::vector<double> measured_values(std::string_view text, const ColumnRequest& 
             refuse("(empty)", "rows = \"together\" needs every cell");
         if (cell.empty())
             continue;
-        const auto value = measure::parse_decimal(cell, unit.power_of_ten);
+        const auto value = core::parse_decimal(cell, unit.power_of_ten);
         if (!value)
             refuse(cell, measure::why_not_a_number(cell));
         if (!parameter.range.contains(parameter.unit.from_si(*value)))

@@ -99,7 +99,7 @@ class UsersEffect(CulmTest):
     def test_that_takes_a_name_of_the_library_is_refused(self):
         name = self.write("mine.toml", DRAG.replace("my_drag", "taper"))
         self.assert_refused(self.culm("effects", name),
-                            "culm: mine.toml:2: effect.name = 'taper': is the name of an effect of "
+                            'culm: mine.toml:2: effect.name = "taper": is the name of an effect of '
                             "the library; choose another\n")
 
     def test_everything_that_is_wrong_is_said_at_once(self):
@@ -107,7 +107,7 @@ class UsersEffect(CulmTest):
                                                                  "lowr = 2")
         finished = self.culm("effects", self.write("mine.toml", text))
         self.assertEqual(finished.returncode, 2)
-        for line, fault in ((3, "effect.kind = 'force': must be one of"),
+        for line, fault in ((3, 'effect.kind = "force": must be "'),
                             (9, "parameters.c.lowr: unknown key (did you mean lower?)")):
             self.assertIn(f"mine.toml:{line}: {fault}", finished.stderr)
 

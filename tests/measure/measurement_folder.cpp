@@ -2,6 +2,7 @@
 #include "measure/measurement_folder.hpp"
 
 #include "measure/measurement_files.hpp"
+#include "support/optional_data.hpp"
 
 #include <cmath>
 #include <limits>
@@ -31,7 +32,18 @@ void expect_same(const Measurement& a, const Measurement& b) {
     for (std::size_t i = 0; i < a.stem.added_masses.size(); ++i) {
         EXPECT_EQ(a.stem.added_masses[i].height, b.stem.added_masses[i].height);
         EXPECT_EQ(a.stem.added_masses[i].mass, b.stem.added_masses[i].mass);
+        EXPECT_EQ(a.stem.added_masses[i].mass_uncertainty, b.stem.added_masses[i].mass_uncertainty);
     }
+    EXPECT_EQ(a.uncertainties.length, b.uncertainties.length);
+    EXPECT_EQ(a.uncertainties.diameter, b.uncertainties.diameter);
+    EXPECT_EQ(a.uncertainties.density, b.uncertainties.density);
+    EXPECT_EQ(a.uncertainties.frames_per_second, b.uncertainties.frames_per_second);
+    EXPECT_EQ(a.uncertainties.scale, b.uncertainties.scale);
+    EXPECT_EQ(a.uncertainties.clamp, b.uncertainties.clamp);
+    EXPECT_EQ(a.specimen, b.specimen);
+    EXPECT_EQ(a.rig, b.rig);
+    EXPECT_EQ(a.exposure, b.exposure);
+    EXPECT_EQ(a.row_time, b.row_time);
     EXPECT_EQ(a.release, b.release);
     EXPECT_EQ(a.gravity_direction, b.gravity_direction);
     EXPECT_EQ(a.reading, b.reading);
@@ -68,6 +80,17 @@ Measurement computed(const Section& section, bool is_shifted) {
     if (is_shifted)
         measurement.hold_time = 10.0 * share(random);
     measurement.frames_per_second = 1000.0 / 3.0;
+    measurement.stem.added_masses[0].mass_uncertainty = 1e-5 * share(random);
+    measurement.uncertainties = {.length = 1e-3 * share(random),
+                                 .density = share(random),
+                                 .scale = share(random),
+                                 .clamp = 1e-3 * share(random)};
+    if (std::holds_alternative<CircularSection>(section))
+        measurement.uncertainties.diameter = 1e-5 * share(random);
+    measurement.specimen = "S\"07\"";
+    measurement.rig = "A";
+    measurement.exposure = 5e-4;
+    measurement.row_time = 1.1e-5;
     measurement.noise = 1e-5 * share(random);
     measurement.noise_source = "40 frames at rest";
     for (int i = 0; i < 40; ++i)
@@ -152,13 +175,58 @@ TEST(MeasurementFolder, TakesWhatSpreadsheetsAddWithoutHarm) {
     expect_same(expected, read_texts(plain_stem, "# tracked by hand\n" + plain_table));
 }
 
-TEST(MeasurementFolder, RemarksOnKeysItDoesNotKnowAndOnACameraThatDisagrees) {
-    const Measurement measurement = read_texts(
-        plain_stem + "moisture = 5.8\n[camera]\nfps = 700\n[harvest]\nyear = 2018\n", plain_table);
-    ASSERT_EQ(measurement.remarks.size(), 3U);
-    EXPECT_NE(measurement.remarks[0].find("stem.moisture is not a key"), std::string::npos);
-    EXPECT_NE(measurement.remarks[1].find("harvest is not a key"), std::string::npos);
-    EXPECT_NE(measurement.remarks[2].find("fps = 700 means 0.00142857 s"), std::string::npos);
+TEST(MeasurementFolder, RemarksOnACameraThatDisagrees) {
+    const Measurement measurement = read_texts(plain_stem + "[camera]\nfps = 700\n", plain_table);
+    ASSERT_EQ(measurement.remarks.size(), 1U);
+    EXPECT_NE(measurement.remarks[0].find("fps = 700 means 0.00142857 s"), std::string::npos);
+}
+
+TEST(MeasurementFolder, TakesStatedUncertaintiesInEachForm) {
+    const auto length_of = [](const std::string& keys) {
+        return read_texts(plain_stem + keys, plain_table).uncertainties.length.value_or(-1.0);
+    };
+    EXPECT_EQ(length_of("length_uncertainty_mm = 0.4\n"), 4e-4);
+    EXPECT_EQ(length_of("length_uncertainty_m = 0.0004\n"), 4e-4);
+    EXPECT_DOUBLE_EQ(length_of("length_expanded_uncertainty_mm = 0.8\ncoverage_factor = 2\n"),
+                     4e-4);
+    EXPECT_DOUBLE_EQ(length_of("length_limits_mm = [156.5, 157.5]\n"), 5e-4 / std::sqrt(3.0));
+    EXPECT_EQ(length_of(""), -1.0);
+    const Measurement all = read_texts(
+        plain_stem + "diameter_uncertainty_mm = 0.02\ndensity_uncertainty_kg_m3 = 1.3\n"
+                     "specimen = \"S07\"\nrig = \"A\"\n[[added_mass]]\nheight_mm = 156\n"
+                     "mass_g = 0.05\nmass_uncertainty_g = 0.0005\n[camera]\nfps_uncertainty = 0.0\n"
+                     "scale_uncertainty = 0.004\nclamp_uncertainty_mm = 0.2\nexposure_ms = 0.5\n"
+                     "row_time_us = 0\n",
+        plain_table);
+    EXPECT_EQ(all.uncertainties.diameter, 2e-5);
+    EXPECT_EQ(all.uncertainties.density, 1.3);
+    EXPECT_EQ(all.uncertainties.frames_per_second, 0.0);
+    EXPECT_EQ(all.uncertainties.scale, 0.004);
+    EXPECT_EQ(all.uncertainties.clamp, 2e-4);
+    EXPECT_EQ(all.stem.added_masses.at(0).mass_uncertainty, 5e-7);
+    EXPECT_EQ(all.exposure, 5e-4);
+    EXPECT_EQ(all.row_time, 0.0);
+    EXPECT_EQ(all.specimen, "S07");
+    EXPECT_EQ(all.rig, "A");
+    ASSERT_EQ(all.remarks.size(), 1U);
+    EXPECT_NE(all.remarks[0].find("stem.toml: the fit does not use these stated values yet: the "
+                                  "uncertainty of diameter, density, fps, scale, clamp, mass, "
+                                  "specimen, rig, exposure_ms, row_time_us"),
+              std::string::npos)
+        << all.remarks[0];
+}
+
+TEST(MeasurementFolder, ReadsARigWithStatedUncertainties) {
+    const auto rig = optional_data("lab-rig");
+    if (!rig)
+        GTEST_SKIP() << "the recordings of a rig are not at hand";
+    const MeasurementSet set = read_measurements({rig->string()});
+    ASSERT_EQ(set.measurements.size(), 12U);
+    for (const Measurement& measurement : set.measurements) {
+        EXPECT_EQ(measurement.rig, "R");
+        EXPECT_EQ(measurement.uncertainties.length, 4e-4);
+        EXPECT_EQ(measurement.remarks.size(), 1U);
+    }
 }
 
 TEST(MeasurementFolder, IsFoundAloneOrInAFolderOfStems) {

@@ -137,13 +137,13 @@ TEST(StemFile, SaysWhichKeyIsWrongAndWhatIsAllowed) {
         {"[stem]\nid = \"A\"\nlength_mm = 157\nlength_m = 0.157\ndiameter_mm = 2\ndensity_kg_m3 = "
          "125\n",
          "stem.length_m = 0.157: stands beside length_mm"},
-        {plain_stem + section, "the file also has a [section]: one of them must go"},
+        {plain_stem + section, "the file also has a [section]: remove one of them"},
         {no_diameter + section, "section.width_mm is missing: across the plane of motion"},
         {no_diameter + "[section]\nshape = \"rectangel\"\n", "(did you mean \"rectangle\"?)"},
         {no_diameter + section + "width_mm = 3\nheight_mm = 3\narea_mm2 = 9\n",
          "section.area_mm2 = 9: belongs to shape = \"general\""},
         {plain_stem + "[release]\nkind = \"pulled\"\n",
-         "release.kind = 'pulled': must be one of \"tip_pull\", \"held_straight\""},
+         "release.kind = \"pulled\": must be \"tip_pull\" or \"held_straight\""},
         {plain_stem + "[measurement]\nreading = \"rows\"\n", "(did you mean \"row\"?)"},
         {plain_stem + "[measurement]\nnoise_by_height_mm = [0.1]\n",
          "has 2 heights, but stem.toml gives noise_by_height for 1"},
@@ -154,6 +154,61 @@ TEST(StemFile, SaysWhichKeyIsWrongAndWhatIsAllowed) {
         {plain_stem + "[[added_mass]]\nheight_mm = 160\nmass_g = 1\n",
          "stem.toml:7: added_mass.height_mm = 160: lies above the stem"},
         {plain_stem + "[added_mass]\nheight_mm = 16\nmass_g = 1\n", "write [[added_mass]]"}};
+    for (const auto& [stem, message] : cases)
+        expect_contains(refusal_of(stem, plain_table), message);
+}
+
+TEST(StemFile, RefusesAKeyInTheWrongPlaceAndNamesTheRightOne) {
+    // Each of these was ignored with a note; the fit then took rows for marks, for example.
+    const std::vector<std::pair<std::string, std::string>> cases{
+        {plain_stem + "reading = \"material\"\n",
+         "stem.toml:6: stem.reading: unknown key: reading belongs into [measurement]"},
+        {"reading = \"material\"\n" + plain_stem,
+         "stem.toml:1: reading: unknown key: reading belongs into [measurement]"},
+        {plain_stem + "[[added_mass]]\nheight_mm = 9\nmass_g = 1\nnoise_mm = 0.1\n",
+         "stem.toml:9: added_mass.noise_mm: unknown key: noise_mm belongs into [measurement]"},
+        {plain_stem + "[measurement]\nkind = \"held_straight\"\n",
+         "measurement.kind: unknown key: kind belongs into [release]"},
+        {plain_stem + "fps = 960\n", "stem.fps: unknown key: fps belongs into [camera]"},
+        {plain_stem + "mass_g = 1\n",
+         "stem.mass_g: unknown key: mass_g belongs into [[added_mass]]"},
+        {plain_stem + "shape = \"rectangle\"\n",
+         "stem.shape: unknown key: shape belongs into [section]"},
+        {plain_stem + "[stem.camera]\nfps = 960\n", "write [camera]"},
+        {plain_stem + "moisture = 5.8\n", "stem.toml:6: stem.moisture: unknown key; allowed: id, "},
+        {plain_stem + "[harvest]\nyear = 2018\n",
+         "stem.toml:6: harvest: unknown table; allowed: section, stem, "},
+        {plain_stem + "[measurement]\nnoise_source_mm = 3\n", "(did you mean noise_source?)"}};
+    for (const auto& [stem, message] : cases)
+        expect_contains(refusal_of(stem, plain_table), message);
+}
+
+TEST(StemFile, ChecksStatedUncertainties) {
+    const std::string mass = "[[added_mass]]\nheight_mm = 9\nmass_g = 1\n";
+    const std::vector<std::pair<std::string, std::string>> cases{
+        {plain_stem + "length_uncertainty_mm = 0\n",
+         "stem.toml:6: stem.length_uncertainty_mm = 0: must be a number in (0, 100000]"},
+        {plain_stem + "length_uncertainty_mm = \"0.4\"\n", "must be a number without quotes"},
+        {plain_stem + "length_expanded_uncertainty_mm = 0.8\n",
+         "stem.coverage_factor is missing: length_expanded_uncertainty_mm is so many standard "
+         "uncertainties"},
+        {plain_stem + "length_expanded_uncertainty_mm = 0.8\ncoverage_factor = 0.5\n",
+         "stem.coverage_factor = 0.5: must be a number in [1, 10]"},
+        {plain_stem + "length_limits_mm = [156.5, 157.5]\nlength_uncertainty_mm = 0.3\n",
+         "stem.length_limits_mm = [156.5, 157.5]: stands beside length_uncertainty_mm"},
+        {plain_stem + "length_limits_mm = [157.5, 156.5]\n",
+         "must be [lowest, highest] with 157 between them"},
+        {plain_stem + "length_limits_mm = [150, 151]\n", "with 157 between them"},
+        {plain_stem + "density_uncertainty_kg_m3 = -1\n",
+         "stem.density_uncertainty_kg_m3 = -1: must be a number in (0, 100000]"},
+        {plain_stem + "clamp_uncertainty_mm = 0.2\n",
+         "unknown key: clamp_uncertainty_mm belongs into [camera]"},
+        {plain_stem + "[camera]\nscale_uncertainty = 4\n",
+         "camera.scale_uncertainty = 4: must be a number in (0, 1]"},
+        {plain_stem + "[camera]\nexposure_ms = -1\n", "must be a number in [0, 1000]"},
+        {plain_stem + mass + "mass_uncertainty_g = 0\n",
+         "added_mass.mass_uncertainty_g = 0: must be a number in (0, "},
+        {plain_stem + "rig = 3\n", "stem.rig = 3: must be a text in quotes"}};
     for (const auto& [stem, message] : cases)
         expect_contains(refusal_of(stem, plain_table), message);
 }

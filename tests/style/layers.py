@@ -36,6 +36,7 @@ LIBRARIES = {
         r"SUNDIALS::",
         {"integrate"},
     ),
+    "toml++": (r"toml\+\+/", r"tomlplusplus::", {"core", "study"}),
     "OpenCV": (r"opencv2/", r"OpenC[vV]::", {"measure"}),
 }
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace culm::measure {
+namespace culm::core {
 
 class FileFaults {
   public:
@@ -15,6 +15,9 @@ class FileFaults {
 
     /// Records `file:line: text`; line 0 means the file as a whole.
     void add(std::size_t line, std::string_view text);
+    /// Records `file:line: key = value: allowed`.
+    void add(std::size_t line, std::string_view key, std::string_view value,
+             std::string_view allowed);
     [[nodiscard]] std::size_t count() const { return faults_.size(); }
     [[nodiscard]] const std::string& file() const { return file_; }
 
@@ -31,4 +34,4 @@ class FileFaults {
     std::vector<Fault> faults_;
 };
 
-} // namespace culm::measure
+} // namespace culm::core

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/decimal_text.hpp"
+#include "core/decimal_text.hpp"
 
 #include <bit>
 #include <cmath>
@@ -10,9 +10,9 @@
 
 namespace {
 
-using culm::measure::decimal_text;
-using culm::measure::parse_decimal;
-using culm::measure::with_point_moved;
+using culm::core::decimal_text;
+using culm::core::parse_decimal;
+using culm::core::with_point_moved;
 
 TEST(DecimalText, MovesThePointInTheTextSoThatNothingIsRounded) {
     EXPECT_EQ(parse_decimal("0.1820", -3), 1.82e-4);

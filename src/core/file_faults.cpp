@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/file_faults.hpp"
+#include "core/file_faults.hpp"
 
 #include "core/error.hpp"
 
@@ -7,11 +7,16 @@
 
 #include <fmt/format.h>
 
-namespace culm::measure {
+namespace culm::core {
 
 void FileFaults::add(std::size_t line, std::string_view text) {
     faults_.push_back({line, line == 0 ? fmt::format("{}: {}", file_, text)
                                        : fmt::format("{}:{}: {}", file_, line, text)});
+}
+
+void FileFaults::add(std::size_t line, std::string_view key, std::string_view value,
+                     std::string_view allowed) {
+    add(line, fmt::format("{} = {}: {}", key, value, allowed));
 }
 
 void FileFaults::throw_if_any() const {
@@ -25,7 +30,7 @@ void FileFaults::throw_if_any() const {
         text += (i == 0 ? "" : "\n") + ordered[i].text;
     if (ordered.size() > most_listed)
         text += fmt::format("\n... and {} more faults in {}", ordered.size() - most_listed, file_);
-    throw core::InputError(text);
+    throw InputError(text);
 }
 
-} // namespace culm::measure
+} // namespace culm::core

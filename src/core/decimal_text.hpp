@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace culm::measure {
+namespace culm::core {
 
 /// The double nearest to text · 10^power_of_ten; empty unless the whole text is one finite decimal
 /// number. The point is moved in the text, so 0.1820 in mm is exactly the double 1.82e-4.
@@ -21,4 +21,4 @@ namespace culm::measure {
 /// `value`; for numbers that were parsed by someone else.
 [[nodiscard]] double with_point_moved(double value, int power_of_ten);
 
-} // namespace culm::measure
+} // namespace culm::core

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/decimal_text.hpp"
+#include "core/decimal_text.hpp"
 
 #include <array>
 #include <charconv>
@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-namespace culm::measure {
+namespace culm::core {
 
 namespace {
 
@@ -89,4 +89,4 @@ double with_point_moved(double value, int power_of_ten) {
         .value_or(value * std::pow(10.0, power_of_ten));
 }
 
-} // namespace culm::measure
+} // namespace culm::core

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Reads one TOML file: keys with checked ranges and units, and every mistake with its line, its
+// value, what is allowed, and the right place or name.
+#pragma once
+
+#include "core/file_faults.hpp"
+#include "core/interval.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <toml++/impl/forward_declarations.h>
+
+namespace culm::core {
+
+/// The endings of a quantity's two keys: 1 small unit = 10^power_of_ten SI units. An empty `si`:
+/// there is one key only.
+struct KeyUnit {
+    std::string_view small;
+    std::string_view si;
+    int power_of_ten = 0;
+};
+inline constexpr KeyUnit length_unit{"mm", "m", -3};
+inline constexpr KeyUnit mass_unit{"g", "kg", -3};
+inline constexpr KeyUnit density_unit{"kg_m3", "", 0};
+inline constexpr KeyUnit area_unit{"mm2", "m2", -6};
+inline constexpr KeyUnit second_moment_unit{"mm4", "m4", -12};
+
+/// A getter returns nothing when the key is absent or wrong. What is wrong goes into the faults.
+/// Each key that is asked for becomes a valid one of this table, also when the table is absent:
+/// so that a key that stands elsewhere can be sent to its right place. Copies stand for the same
+/// table.
+class TomlTable {
+  public:
+    /// `table` may be null (absent). `name` is put before keys in messages, for example "stem".
+    TomlTable(const toml::table* table, std::string_view name, FileFaults& faults);
+
+    [[nodiscard]] const std::string& file() const { return faults_->file(); }
+    [[nodiscard]] bool exists() const { return table_ != nullptr; }
+    [[nodiscard]] bool has(std::string_view key) const;
+    [[nodiscard]] bool is_text(std::string_view key) const;
+    /// Line of the key, of the table if the key is absent, 0 if there is neither.
+    [[nodiscard]] std::size_t line(std::string_view key) const;
+    /// The keys in the order of the file.
+    [[nodiscard]] std::vector<std::string> keys() const;
+
+    // `allowed` says in messages what a value must be, where the type and the range do not.
+    [[nodiscard]] std::optional<std::string>
+    text(const std::string& key, std::string_view allowed = "a text in quotes") const;
+    /// Index of the word among the valid ones.
+    [[nodiscard]] std::optional<std::size_t> word(const std::string& key,
+                                                  std::span<const std::string> valid,
+                                                  std::string_view allowed = {}) const;
+    [[nodiscard]] std::optional<double> number(const std::string& key, const Interval& range,
+                                               std::string_view allowed = {}) const;
+    [[nodiscard]] std::optional<std::int64_t> whole_number(const std::string& key,
+                                                           const Interval& range,
+                                                           std::string_view allowed = {}) const;
+    [[nodiscard]] std::optional<bool> flag(const std::string& key) const;
+    [[nodiscard]] std::vector<double> numbers(const std::string& key, const Interval& range,
+                                              std::string_view allowed = {}) const;
+    [[nodiscard]] std::vector<std::string> texts(const std::string& key) const;
+    /// A number in SI units from the key in the small unit or from the key in the SI unit; both are
+    /// given as the key's ending, for example {"mm", "m", -3}. The range is in SI units.
+    [[nodiscard]] std::optional<double> quantity(const std::string& name, const KeyUnit& unit,
+                                                 const Interval& range) const;
+    /// The same, and a fault if neither key is there.
+    [[nodiscard]] double required_quantity(const std::string& name, const KeyUnit& unit,
+                                           const Interval& range, std::string_view meaning) const;
+    [[nodiscard]] std::optional<double> length(const std::string& name,
+                                               const Interval& range) const;
+    [[nodiscard]] double required_length(const std::string& name, const Interval& range,
+                                         std::string_view meaning) const;
+    /// Whichever of the two keys of a quantity the table has; the small unit's if it has none.
+    [[nodiscard]] std::string key_of(const std::string& name, const KeyUnit& unit) const;
+    [[nodiscard]] TomlTable table(const std::string& key) const;
+    [[nodiscard]] std::vector<TomlTable> tables(const std::string& key) const;
+
+    /// Stands for a table of the list `key`; reading it makes the keys of such tables known, also
+    /// where the list is empty.
+    [[nodiscard]] TomlTable absent(const std::string& key) const;
+
+    /// Records that the key is missing, unless it is there and wrong, or the whole table is absent.
+    void missing(const std::string& key, std::string_view allowed) const;
+    /// Records a fault at the key, with its value.
+    void fault(std::string_view key, std::string_view text) const;
+
+    /// Records every key of this table and of those reached from it that nobody asked for, with
+    /// the table it belongs to or the nearest valid name.
+    void refuse_unknown_keys() const;
+
+  private:
+    /// Every table name of the file with its valid keys, and the tables that were reached.
+    struct Places;
+
+    TomlTable(const toml::table* table, std::string_view name, bool is_list,
+              const TomlTable& parent);
+    const toml::node* ask(const std::string& key, bool is_other_unit = false) const;
+    [[nodiscard]] std::string full_key(std::string_view key) const;
+
+    const toml::table* table_;
+    std::size_t place_; ///< index of this table's name
+    std::shared_ptr<Places> places_;
+    FileFaults* faults_;
+};
+
+/// A parsed file with its faults.
+class TomlDocument {
+  public:
+    /// Throws core::InputError with file, line and column if the file cannot be read or parsed.
+    explicit TomlDocument(const std::filesystem::path& file);
+    /// The same of a text; `file` is its name in messages.
+    TomlDocument(std::string_view text, const std::string& file);
+    ~TomlDocument();
+    TomlDocument(const TomlDocument&) = delete;
+    TomlDocument& operator=(const TomlDocument&) = delete;
+
+    [[nodiscard]] const TomlTable& root() const { return root_; }
+    [[nodiscard]] FileFaults& faults() { return faults_; }
+    /// Refuses unknown keys; throws core::InputError with all faults if there is one.
+    void finish();
+
+  private:
+    std::unique_ptr<const toml::table> parsed_;
+    FileFaults faults_;
+    TomlTable root_;
+};
+
+} // namespace culm::core

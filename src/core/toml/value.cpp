@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/toml/value.hpp"
+
+#include "core/error.hpp"
+#include "core/file_text.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <sstream>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace culm::core {
+
+namespace {
+
+/// "157,0" in a line of TOML, which reads as two values.
+bool has_decimal_comma(std::string_view line) {
+    const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+    if (line.find_first_of("[{") != std::string::npos)
+        return false;
+    for (std::size_t i = 1; i + 1 < line.size(); ++i)
+        if (line[i] == ',' && is_digit(line[i - 1]) && is_digit(line[i + 1]))
+            return true;
+    return false;
+}
+
+std::string_view line_of_text(std::string_view text, std::size_t number) {
+    for (std::size_t i = 1; i < number && !text.empty(); ++i)
+        text.remove_prefix(std::min(text.size(), text.find('\n') + 1));
+    return text.substr(0, text.find('\n'));
+}
+
+std::string full_text(const toml::node& node) {
+    if (const auto whole = node.value_exact<std::int64_t>())
+        return fmt::format("{}", *whole);
+    if (const auto real = node.value_exact<double>())
+        return fmt::format("{}", *real);
+    if (const auto text = node.value_exact<std::string>())
+        return fmt::format("\"{}\"", *text);
+    std::vector<std::string> parts;
+    if (const toml::array* array = node.as_array()) {
+        for (const toml::node& element : *array)
+            parts.push_back(full_text(element));
+        return fmt::format("[{}]", fmt::join(parts, ", "));
+    }
+    if (const toml::table* table = node.as_table()) {
+        for (const TomlEntry& entry : entries_in_order(*table))
+            parts.push_back(fmt::format("{} = {}", entry.key, full_text(*entry.node)));
+        return fmt::format("{{ {} }}", fmt::join(parts, ", "));
+    }
+    std::ostringstream stream; // truth values, dates and times
+    node.visit([&](const auto& value) { stream << toml::toml_formatter{value}; });
+    return stream.str();
+}
+
+} // namespace
+
+toml::table parse_toml_file(const std::filesystem::path& file) {
+    return parse_toml_text(file_text(file), file.string());
+}
+
+toml::table parse_toml_text(std::string_view text, const std::string& file) {
+    try {
+        return toml::parse(text, std::string_view(file));
+    } catch (const toml::parse_error& error) {
+        const toml::source_position place = error.source().begin;
+        const bool comma = has_decimal_comma(line_of_text(text, place.line));
+        throw InputError(fmt::format("{}:{}: not valid TOML: {} (column {}){}", file, place.line,
+                                     error.description(), place.column,
+                                     comma ? " (a decimal comma? write a point)" : ""));
+    }
+}
+
+std::string value_text(const toml::node& node) {
+    const std::string text = full_text(node);
+    constexpr std::size_t longest = 60;
+    return text.size() > longest ? text.substr(0, longest) + " ..." : text;
+}
+
+std::vector<TomlEntry> entries_in_order(const toml::table& table) {
+    std::vector<std::pair<toml::source_position, TomlEntry>> found;
+    for (const auto& [key, node] : table)
+        found.emplace_back(key.source().begin,
+                           TomlEntry{std::string(key.str()), &node, key.source().begin.line});
+    std::ranges::sort(found, [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<TomlEntry> entries;
+    entries.reserve(found.size());
+    for (auto& [position, entry] : found)
+        entries.push_back(std::move(entry));
+    return entries;
+}
+
+} // namespace culm::core

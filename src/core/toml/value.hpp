@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Parsing TOML, and what messages say of its values.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <toml++/toml.h>
+
+namespace culm::core {
+
+/// Parses a TOML file. Throws core::InputError with file, line and column.
+[[nodiscard]] toml::table parse_toml_file(const std::filesystem::path& file);
+
+/// The same of a text; `file` is its name in messages.
+[[nodiscard]] toml::table parse_toml_text(std::string_view text, const std::string& file);
+
+/// The value as a person would write it, shortened if it is long.
+[[nodiscard]] std::string value_text(const toml::node& node);
+
+[[nodiscard]] inline std::size_t line_of(const toml::node& node) {
+    return node.source().begin.line;
+}
+
+/// One key of a table.
+struct TomlEntry {
+    std::string key;
+    const toml::node* node = nullptr;
+    std::size_t line = 0;
+};
+/// Keys in the order of the file; toml++ sorts them by name.
+[[nodiscard]] std::vector<TomlEntry> entries_in_order(const toml::table& table);
+
+} // namespace culm::core

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the one reader of TOML files says of mistakes.
+#include "core/error.hpp"
+#include "core/toml/table.hpp"
+
+#include <functional>
+
+#include <gtest/gtest.h>
+
+namespace culm::core {
+namespace {
+
+/// The message with which `read` refuses a text, or "accepted".
+std::string refusal(const std::string& text, const std::function<void(const TomlTable&)>& read) {
+    try {
+        TomlDocument document(text, "a.toml");
+        read(document.root());
+        document.finish();
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+/// [stem] length_mm, [measurement] reading, [[mark]] height_mm.
+std::string refusal(const std::string& text) {
+    return refusal(text, [](const TomlTable& root) {
+        static_cast<void>(root.table("stem").length("length", {1e-3, 100.0}));
+        const std::vector<std::string> words{"row", "material"};
+        static_cast<void>(root.table("measurement").word("reading", words));
+        static_cast<void>(root.absent("mark").length("height", {0.0, 100.0}));
+        for (const TomlTable& mark : root.tables("mark"))
+            static_cast<void>(mark.length("height", {0.0, 100.0}));
+    });
+}
+
+TEST(TomlTable, SendsAKeyToTheTableItBelongsTo) {
+    EXPECT_EQ(refusal("[stem]\nlength_mm = 3\nreading = \"row\"\n"),
+              "a.toml:3: stem.reading: unknown key: reading belongs into [measurement]");
+    EXPECT_EQ(refusal("reading = \"row\"\n[stem]\nlength_mm = 3\n"),
+              "a.toml:1: reading: unknown key: reading belongs into [measurement]");
+    EXPECT_EQ(refusal("[[mark]]\nheight_mm = 1\n[[mark]]\nlength_m = 1\n"),
+              "a.toml:4: mark.length_m: unknown key: length_m belongs into [stem]");
+    EXPECT_EQ(refusal("[stem]\nheight_mm = 1\n"),
+              "a.toml:2: stem.height_mm: unknown key: height_mm belongs into [[mark]]");
+    EXPECT_EQ(
+        refusal("[stem.mark]\nheight_mm = 1\n"),
+        "a.toml:1: stem.mark: unknown table: mark belongs into the top level: write [[mark]]");
+}
+
+TEST(TomlTable, NamesTheNearestKeyHereThenElsewhere) {
+    EXPECT_EQ(refusal("[stem]\nlenght_mm = 3\n"),
+              "a.toml:2: stem.lenght_mm: unknown key (did you mean length_mm?)");
+    EXPECT_EQ(refusal("[stem]\nlength_cm = 3\n"),
+              "a.toml:2: stem.length_cm: unknown key (did you mean length_mm?)");
+    EXPECT_EQ(refusal("[stem]\nreadin = \"row\"\n"),
+              "a.toml:2: stem.readin: unknown key (did you mean reading in [measurement]?)");
+    EXPECT_EQ(refusal("[stems]\nlength_mm = 3\n"),
+              "a.toml:1: stems: unknown table (did you mean stem?)");
+    EXPECT_EQ(refusal("[stem]\noperator = \"me\"\n"),
+              "a.toml:2: stem.operator: unknown key; allowed: length_mm");
+}
+
+TEST(TomlTable, SaysLineValueAndWhatIsAllowed) {
+    EXPECT_EQ(refusal("[stem]\nlength_mm = 0.5\n"),
+              "a.toml:2: stem.length_mm = 0.5: must be a number in [1, 100000]");
+    EXPECT_EQ(refusal("[stem]\nlength_m = nan\n"),
+              "a.toml:2: stem.length_m = nan: must be a number in [0.001, 100]");
+    EXPECT_EQ(refusal("[stem]\nlength_mm = \"156 ± 0.4\"\n"),
+              "a.toml:2: stem.length_mm = \"156 ± 0.4\": must be a number without quotes; a bare ± "
+              "does not say what it means: give the standard uncertainty in a key of its own");
+    EXPECT_EQ(refusal("[measurement]\nreading = \"rows\"\n"),
+              "a.toml:2: measurement.reading = \"rows\": must be \"row\" or \"material\" (did you "
+              "mean \"row\"?)");
+    EXPECT_EQ(refusal("stem = 3\n"), "a.toml:1: stem = 3: must be a table: write [stem]");
+    EXPECT_EQ(refusal("[stem]\nlength_mm = 157,0\n").find("a.toml:2: not valid TOML: "), 0U);
+    EXPECT_NE(refusal("[stem]\nlength_mm = 157,0\n").find("(column 16) (a decimal comma?"),
+              std::string::npos)
+        << refusal("[stem]\nlength_mm = 157,0\n");
+}
+
+TEST(TomlTable, ReportsATableOnceHoweverOftenItIsReached) {
+    EXPECT_EQ(refusal("[stem]\nx = 1\n",
+                      [](const TomlTable& root) {
+                          static_cast<void>(root.table("stem").number("a", {0.0, 1.0}));
+                          static_cast<void>(root.table("stem").number("b", {0.0, 1.0}));
+                      }),
+              "a.toml:2: stem.x: unknown key; allowed: a, b");
+}
+
+} // namespace
+} // namespace culm::core
