@@ -81,10 +81,10 @@ Measurement computed(const Section& section, bool is_shifted) {
         measurement.hold_time = 10.0 * share(random);
     measurement.frames_per_second = 1000.0 / 3.0;
     measurement.stem.added_masses[0].mass_uncertainty = 1e-5 * share(random);
-    measurement.uncertainties = {.length = 1e-3 * share(random),
-                                 .density = share(random),
-                                 .scale = share(random),
-                                 .clamp = 1e-3 * share(random)};
+    measurement.uncertainties.length = 1e-3 * share(random);
+    measurement.uncertainties.density = share(random);
+    measurement.uncertainties.scale = share(random);
+    measurement.uncertainties.clamp = 1e-3 * share(random);
     if (std::holds_alternative<CircularSection>(section))
         measurement.uncertainties.diameter = 1e-5 * share(random);
     measurement.specimen = "S\"07\"";
