@@ -63,6 +63,7 @@ Stated stated(const C3dParameters& parameters, const std::string& key, const cha
 }
 
 constexpr double most_frames = 1e9;
+constexpr double most_blocks = double(core::largest_recording / block);
 
 /// The header counts frames in 16 bits; longer recordings say it in one of several places.
 Stated frame_count(const C3dBytes& bytes, const C3dParameters& parameters) {
@@ -108,8 +109,7 @@ PointLayout read_layout(const C3dBytes& bytes, const C3dParameters& parameters) 
     layout.markers = whole(bytes, used.key, used.value, 1.0, 65535.0);
     layout.analog_words = bytes.word(4);
     layout.frames = whole(bytes, frames.key, frames.value, 1.0, most_frames);
-    const double blocks = std::floor(double(bytes.size()) / double(block));
-    layout.begin = (whole(bytes, start.key, start.value, 2.0, std::max(2.0, blocks)) - 1) * block;
+    layout.begin = (whole(bytes, start.key, start.value, 2.0, most_blocks) - 1) * block;
     // At most 1e9 frames of 1.3 MB: 64 bits hold the product.
     const std::size_t needed = layout.begin + layout.frames * layout.frame_size();
     if (bytes.size() < needed)

@@ -80,12 +80,12 @@ TEST(TomlTable, SaysLineValueAndWhatIsAllowed) {
 }
 
 TEST(TomlTable, ReportsATableOnceHoweverOftenItIsReached) {
-    EXPECT_EQ(refusal("[stem]\nx = 1\n",
+    EXPECT_EQ(refusal("[stem]\nvolume = 1\n",
                       [](const TomlTable& root) {
                           static_cast<void>(root.table("stem").number("a", {0.0, 1.0}));
                           static_cast<void>(root.table("stem").number("b", {0.0, 1.0}));
                       }),
-              "a.toml:2: stem.x: unknown key; allowed: a, b");
+              "a.toml:2: stem.volume: unknown key; allowed: a, b");
 }
 
 } // namespace

@@ -189,7 +189,7 @@ TEST(MeasurementFolder, TakesStatedUncertaintiesInEachForm) {
     EXPECT_EQ(length_of("length_uncertainty_m = 0.0004\n"), 4e-4);
     EXPECT_DOUBLE_EQ(length_of("length_expanded_uncertainty_mm = 0.8\ncoverage_factor = 2\n"),
                      4e-4);
-    EXPECT_DOUBLE_EQ(length_of("length_limits_mm = [156.5, 157.5]\n"), 5e-4 / std::sqrt(3.0));
+    EXPECT_NEAR(length_of("length_limits_mm = [156.5, 157.5]\n"), 5e-4 / std::sqrt(3.0), 1e-15);
     EXPECT_EQ(length_of(""), -1.0);
     const Measurement all = read_texts(
         plain_stem + "diameter_uncertainty_mm = 0.02\ndensity_uncertainty_kg_m3 = 1.3\n"

@@ -68,9 +68,10 @@ struct TomlTable::Places {
 
     std::size_t index_of(std::string_view name, bool is_list) {
         const auto found = std::ranges::find(places, name, &Place::name);
-        if (found == places.end())
+        const auto index = static_cast<std::size_t>(found - places.begin());
+        if (index == places.size())
             places.push_back({std::string(name), is_list, {}, {}});
-        return static_cast<std::size_t>(found - places.begin());
+        return index;
     }
 
     /// The header of a table of the top level.
