@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/measured_column.hpp"
 
+#include "core/decimal_text.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
-#include "core/decimal_text.hpp"
 #include "measure/delimited_text.hpp"
 
 #include <algorithm>
