@@ -12,7 +12,7 @@
 #include "core/error.hpp"
 #include "farm/batch.hpp"
 #include "farm/environment.hpp"
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
 #include "run/simulate.hpp"
 
 #include <cstdint>

@@ -4,7 +4,7 @@
 #include "calibrate/held_frames.hpp"
 #include "calibrate/stem_chain.hpp"
 #include "core/error.hpp"
-#include "measure/observation.hpp"
+#include "measure/folder/observation.hpp"
 #include "run/case_model.hpp"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "calibrate/stem_model.hpp"
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 #include "physics/effects/selection.hpp"
 
 namespace culm::calibrate {

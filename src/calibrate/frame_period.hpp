@@ -2,7 +2,7 @@
 // Time from one frame of a measurement to the next.
 #pragma once
 
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 
 namespace culm::calibrate {
 

@@ -2,7 +2,7 @@
 // Standard deviation of the readings of a measurement, stated or estimated.
 #pragma once
 
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 
 #include <string>
 #include <vector>

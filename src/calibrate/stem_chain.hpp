@@ -2,7 +2,7 @@
 // A measured stem as a chain of spheres, whatever its length and section.
 #pragma once
 
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 #include "run/case_spec.hpp"
 
 #include <optional>

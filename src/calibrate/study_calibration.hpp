@@ -2,7 +2,7 @@
 // Y and β of a measured stem by the regressions of a study: Eqs. 12-13 and the F-test terms.
 #pragma once
 
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 #include "reduce/ring_down_analysis.hpp"
 #include "reduce/stem_prediction.hpp"
 #include "run/case_spec.hpp"

@@ -13,7 +13,7 @@
 #include "cli/study_for_calibration.hpp"
 #include "cli/text_output.hpp"
 #include "cli/text_style.hpp"
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
 #include "study/effect_file.hpp"
 #include "study/study_folder.hpp"
 

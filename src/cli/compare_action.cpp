@@ -12,7 +12,7 @@
 #include "cli/run_provenance.hpp"
 #include "cli/text_output.hpp"
 #include "cli/text_style.hpp"
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
 #include "study/effect_file.hpp"
 
 #include <algorithm>

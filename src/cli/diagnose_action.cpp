@@ -14,7 +14,7 @@
 #include "cli/text_output.hpp"
 #include "cli/text_style.hpp"
 #include "cli/work_over_ranks.hpp"
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
 
 #include <filesystem>
 #include <set>

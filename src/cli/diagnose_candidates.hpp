@@ -3,7 +3,7 @@
 #pragma once
 
 #include "diagnose/candidate_model.hpp"
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 
 #include <map>
 #include <span>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "diagnose/diagnosis.hpp"
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 
 #include <span>
 

@@ -11,7 +11,7 @@
 #include "cli/progress_display.hpp"
 #include "cli/run_provenance.hpp"
 #include "cli/text_output.hpp"
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
 #include "study/effect_file.hpp"
 

@@ -4,7 +4,7 @@
 
 #include "calibrate/calibration.hpp"
 #include "diagnose/diagnosis.hpp"
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 
 #include <span>
 #include <string>

@@ -2,8 +2,8 @@
 // culm import MAPPING.toml -o DIR
 #include "cli/commands.hpp"
 #include "cli/text_style.hpp"
-#include "measure/import_recording.hpp"
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
+#include "measure/import/import_recording.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -34,8 +34,9 @@ void import_measurement(const ImportArguments& arguments) {
         std::ranges::count_if(measurement.times, [](double time) { return time < 0.0; });
     const auto gaps = std::ranges::count_if(measurement.deflections,
                                             [](double value) { return std::isnan(value); });
-    fmt::print("{}: {} heights, {} frames ({} before the release), {} gaps\n", arguments.output,
-               measurement.heights.size(), measurement.times.size(), before, gaps);
+    fmt::print("{}: {} height{}, {} frames ({} before the release), {} gaps\n", arguments.output,
+               measurement.heights.size(), measurement.heights.size() == 1 ? "" : "s",
+               measurement.times.size(), before, gaps);
     for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
         double largest = 0.0;
         for (const double value : measurement.history(j))
@@ -44,7 +45,7 @@ void import_measurement(const ImportArguments& arguments) {
         const auto noise = measurement.noise_at(j);
         fmt::print("  h = {:g} mm: largest deflection {:.3f} mm, noise {}\n",
                    1e3 * measurement.heights[j], 1e3 * largest,
-                   noise ? fmt::format("{:.4f} mm", 1e3 * *noise) : "not known");
+                   noise ? fmt::format("{:.4f} mm", 1e3 * *noise) : "unknown");
     }
     if (!measurement.noise_source.empty())
         fmt::print("  noise: {}\n", measurement.noise_source);
@@ -54,7 +55,7 @@ void import_measurement(const ImportArguments& arguments) {
 
 void add_import_command(CLI::App& app, CommandResult&) {
     CLI::App* command = app.add_subcommand(
-        "import", "Make a measurement folder of a table or a C3D marker recording");
+        "import", "Make a measurement folder from a table or a C3D marker recording");
     auto arguments = std::make_shared<ImportArguments>();
     command
         ->add_option("mapping", arguments->mapping,

@@ -4,7 +4,7 @@
 
 #include "archive/array_file.hpp"
 #include "calibrate/chain_fit.hpp"
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 
 #include <string>
 #include <vector>

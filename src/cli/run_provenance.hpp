@@ -3,7 +3,7 @@
 #pragma once
 
 #include "farm/communicator.hpp"
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
 
 #include <chrono>
 #include <filesystem>

@@ -7,8 +7,8 @@
 #include "cli/progress_display.hpp"
 #include "cli/text_style.hpp"
 #include "cli/under_launcher.hpp"
-#include "measure/frame_source.hpp"
-#include "measure/track_report.hpp"
+#include "measure/track/frame_source.hpp"
+#include "measure/track/track_report.hpp"
 
 #include <algorithm>
 #include <array>
@@ -55,7 +55,7 @@ TrackPlan make_plan(const TrackArguments& arguments) {
 constexpr double seconds_per_pixel = 1.6e-7;
 
 /// Frames to be read and pixels in them; nothing where the recording cannot be opened, which is
-/// told when its turn comes.
+/// reported when its turn comes.
 struct RecordingSize {
     std::size_t frames = 0;
     double pixels = 0.0;
@@ -86,7 +86,7 @@ std::string cost_of(const TrackPlan& plan, int cores) {
         frames += size.frames;
         seconds += seconds_per_pixel * size.pixels;
     }
-    if (frames == 0) // why, is told by what tracks them
+    if (frames == 0) // the tracking reports why
         return {};
     const std::size_t videos = plan.settings.size();
     return fmt::format("{} frames in {} video{}: about {} of processor time on the reference "
@@ -121,12 +121,12 @@ std::vector<VideoOutcome> gather(std::vector<VideoOutcome> outcomes,
     if (communicator == nullptr)
         return outcomes;
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
-        // A letter that tells what follows: nothing was done here, tracked, or refused.
+        // A letter for what follows: nothing was done here, tracked, or refused.
         const VideoOutcome& own = outcomes[i];
         const char mark = own.text.empty() ? '-' : own.is_tracked ? 't' : 'r';
-        for (const std::string& told : communicator->gather(mark + own.text))
-            if (told.front() != '-')
-                outcomes[i] = {told.substr(1), told.front() == 't'};
+        for (const std::string& sent : communicator->gather(mark + own.text))
+            if (sent.front() != '-')
+                outcomes[i] = {sent.substr(1), sent.front() == 't'};
     }
     return outcomes;
 }
@@ -147,7 +147,7 @@ core::ExitCode print(const TrackPlan& plan, const std::vector<VideoOutcome>& out
         tracked += outcome.is_tracked ? 1 : 0;
         if (outcome.is_tracked)
             fmt::print("{}", outcome.text);
-        else if (!outcome.text.empty()) // else its rank was lost, which is told below
+        else if (!outcome.text.empty()) // else its rank was lost, which is reported below
             print_error(outcome.text);
     }
     if (summary.failure.empty()) // which would be the same

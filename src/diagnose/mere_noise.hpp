@@ -2,7 +2,7 @@
 // Refuses recordings in which nothing stands out of the noise.
 #pragma once
 
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 
 #include <optional>
 

@@ -2,7 +2,7 @@
 // One case: everything that a single free-vibration run needs, as plain data in SI units.
 #pragma once
 
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 #include "physics/bond_law_options.hpp"
 #include "physics/effects/effect.hpp"
 #include "physics/stem.hpp"

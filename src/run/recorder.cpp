@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/recorder.hpp"
 
-#include "measure/curve_reading.hpp"
+#include "measure/folder/observation.hpp"
 #include "physics/node_load.hpp"
 #include "run/rolling_shutter.hpp"
 
@@ -50,11 +50,10 @@ void Recorder::read_heights(std::size_t index, std::span<const double> positions
     double* const frame = result_.height_deflection.data() + index * spec_.heights.size();
     for (std::size_t row = 0; row < spec_.heights.size(); ++row) {
         const double height = spec_.heights[row];
-        const double deflection =
-            spec_.reading == measure::Reading::Row
-                ? measure::deflection_in_row(positions, dimensions_, height)
-                : measure::read_mark(positions, dimensions_, spec_.stem.bond_length, height)
-                      .deflection;
+        const double deflection = spec_.reading == measure::Reading::Row
+                                      ? measure::deflection_in_row(positions, dimensions_, height)
+                                      : measure::deflection_of_mark(positions, dimensions_,
+                                                                    spec_.stem.bond_length, height);
         frame[row] = (deflection + support) * camera_scale(height);
     }
 }

@@ -4,7 +4,7 @@
 #include "core/decimal_text.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
-#include "measure/delimited_text.hpp"
+#include "measure/folder/delimited_text.hpp"
 
 #include <algorithm>
 #include <cctype>

@@ -4,7 +4,7 @@
 
 #include "beam_generator/hidden_effect.hpp"
 #include "beam_generator/random_number.hpp"
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 
 #include <cmath>
 #include <cstdint>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "beam_generator/hidden_effect.hpp"
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 
 #include <cstdint>
 #include <string>

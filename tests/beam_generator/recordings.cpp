@@ -3,7 +3,7 @@
 #include "beam_generator/random_case.hpp"
 #include "beam_generator/random_effect.hpp"
 #include "core/error.hpp"
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
 #include "support/temporary_folder.hpp"
 

@@ -2,7 +2,7 @@
 // The synthetic records of a continuum that is not culm's chain: tests/data/measurements and, where
 // it is at hand, the whole population.
 #include "calibrate/calibration.hpp"
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
 #include "support/optional_data.hpp"
 
 #include <cmath>

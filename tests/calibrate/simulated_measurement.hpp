@@ -3,7 +3,7 @@
 #pragma once
 
 #include "calibrate/chain_prediction.hpp"
-#include "measure/measurement.hpp"
+#include "measure/folder/measurement.hpp"
 
 #include <random>
 

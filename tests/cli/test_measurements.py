@@ -154,7 +154,7 @@ class Import(CulmTest):
         self.write_beam()
         finished = self.culm("import", "mapping.toml", "-o", "beam")
         self.assert_exit(finished, DONE)
-        self.assertIn("beam: 1 heights, 400 frames", finished.stdout)
+        self.assertIn("beam: 1 height, 400 frames", finished.stdout)
         self.assertIn("noise: scatter of", finished.stdout)
         finished = self.culm("fit", "beam", "--json", "-")
         self.assert_exit(finished, DONE)

@@ -69,8 +69,8 @@ class Track(TrackTest):
         self.assert_exit(finished, DONE)
         self.assertRegex(finished.stdout, r"(?m)^A: 90 frames at 960 frames/s")
         self.assertRegex(finished.stdout, r"(?m)^    release  frame 8\.\d+, pulled to the right")
-        self.assertRegex(finished.stdout, r"(?m)^    swing    \d\d\.\d\d Hz, 1[12]\.\d frames a cycle; "
-                                          r"a bare beam would need \d")
+        self.assertRegex(finished.stdout, r"(?m)^    swing    \d\d\.\d\d Hz, 1[12]\.\d frames per cycle; "
+                                          r"as a plain beam, E = \d")
         out = self.folder / "out/a"
         self.assertEqual(sorted(path.name for path in out.iterdir()),
                          ["contact_sheet.png", "deflection.csv", "overlay.avi", "stem.toml",

@@ -3,7 +3,7 @@
 
 #include "core/error.hpp"
 #include "diagnose/fit_starts.hpp"
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
 
 #include <filesystem>

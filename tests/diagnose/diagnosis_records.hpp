@@ -3,7 +3,7 @@
 #pragma once
 
 #include "diagnose/diagnosis.hpp"
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/selection.hpp"
 
 #include <filesystem>

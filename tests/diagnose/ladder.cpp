@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/ladder.hpp"
 
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
 
 #include <filesystem>
 

@@ -2,8 +2,8 @@
 // Fuzz target: a foreign recording. An input with a line "====" is a mapping and the table that it
 // describes, any other one is a C3D file.
 #include "fuzz/fuzz_input.hpp"
-#include "measure/c3d_file.hpp"
-#include "measure/import_recording.hpp"
+#include "measure/import/import_recording.hpp"
+#include "measure/import/recorded_series.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace culm;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Fuzz target: video.toml.
 #include "fuzz/fuzz_input.hpp"
-#include "measure/track_settings.hpp"
+#include "measure/track/track.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace culm;

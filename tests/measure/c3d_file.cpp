@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/c3d_file.hpp"
-
 #include "measure/c3d_example.hpp"
+#include "measure/import/recorded_series.hpp"
 #include "measure/measurement_files.hpp"
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The examples in config/measurements are read as they stand.
-#include "measure/import_mapping.hpp"
-#include "measure/track_settings.hpp"
+#include "measure/import/import_mapping.hpp"
+#include "measure/track/track.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <filesystem>

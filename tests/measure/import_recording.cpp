@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/import_recording.hpp"
+#include "measure/import/import_recording.hpp"
 
 #include "measure/c3d_example.hpp"
 #include "measure/measurement_files.hpp"

@@ -2,7 +2,7 @@
 // Measurement folders for tests.
 #pragma once
 
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
 #include "measure/refused_text.hpp"
 #include "support/temporary_folder.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/measurement_folder.hpp"
+#include "measure/folder/measurement_folder.hpp"
 
 #include "measure/measurement_files.hpp"
 #include "support/optional_data.hpp"

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/observation.hpp"
+#include "measure/folder/observation.hpp"
 
 #include <cmath>
 #include <numbers>
-#include <random>
+#include <tuple>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -31,73 +32,86 @@ std::vector<double> bent_chain(int dimensions, double tip_angle) {
     return positions;
 }
 
-/// Rows between the centres, so that a finite difference does not change the four spheres.
-const std::vector<double> heights{0.0011, 0.0142, 0.0501, 0.0777, 0.1103, 0.1296};
-
-void expect_derivatives_match(Reading reading, int dimensions) {
-    const ObservedPlaces places{reading, heights, dimensions, bond_length};
-    std::vector<double> positions = bent_chain(dimensions, 0.6);
-    std::mt19937_64 random(3);
-    std::uniform_real_distribution<double> shift(-1.0, 1.0);
-    std::vector<double> direction(positions.size());
-    for (double& component : direction)
-        component = shift(random);
-    const double step = 1e-7; // m; a bond is 2.83e-3 m
-    const auto at = [&](double sign) {
-        std::vector<double> moved = positions;
-        for (std::size_t i = 0; i < moved.size(); ++i)
-            moved[i] += sign * step * direction[i];
-        return read_frame(places, moved);
-    };
-    const auto readings = read_frame(places, positions);
-    const auto forward = at(1.0);
-    const auto backward = at(-1.0);
-    for (std::size_t j = 0; j < heights.size(); ++j) {
-        const double difference = (forward[j].deflection - backward[j].deflection) / (2.0 * step);
-        // Central differences: (step/l)² = 1e-9 of truncation, 1e-17/1e-7 = 1e-10 of rounding.
-        EXPECT_NEAR(readings[j].derivative(direction, dimensions), difference, 1e-7) << j;
-        EXPECT_GT(std::abs(difference), 1e-3);
+/// Centres on the curve lateral = f(axial), unevenly spaced.
+template <class Curve>
+std::vector<double> centres_on(const Curve& curve, int dimensions) {
+    std::vector<double> positions;
+    for (int i = 0; i < 20; ++i) {
+        const double axial = 0.01 * i + 0.001 * std::sin(double(i));
+        positions.push_back(axial);
+        positions.push_back(curve(axial));
+        if (dimensions == 3)
+            positions.push_back(99.0);
     }
+    return positions;
 }
 
-TEST(CurveReading, DerivativesAreThoseOfFiniteDifferences) {
+TEST(CameraRow, IsExactOnACubicInTwoAndThreeDimensions) {
+    const auto cubic = [](double x) { return 0.3 - 2.0 * x + 5.0 * x * x + 7.0 * x * x * x; };
     for (const int dimensions : {2, 3}) {
-        expect_derivatives_match(Reading::Row, dimensions);
-        expect_derivatives_match(Reading::Material, dimensions);
+        const auto positions = centres_on(cubic, dimensions);
+        for (const double height : {0.0, 0.004, 0.0555, 0.13, 0.19})
+            EXPECT_NEAR(deflection_in_row(positions, dimensions, height), cubic(height), 1e-14);
     }
 }
 
-TEST(CurveReading, RowDoesNotChangeWhenTheCurveSlidesAlongItself) {
-    const std::vector<double> positions = bent_chain(2, 0.6);
-    // Along the tangent at each sphere, at unit speed.
-    std::vector<double> slide(positions.size());
-    for (int i = 0; i < spheres; ++i) {
-        const double angle = 0.6 * std::sin(0.5 * std::numbers::pi * (i - 0.5) / (spheres - 1));
-        slide[2 * static_cast<std::size_t>(i)] = std::cos(angle);
-        slide[2 * static_cast<std::size_t>(i) + 1] = std::sin(angle);
+TEST(CameraRow, GivesACentresOwnDeflectionInItsRow) {
+    const auto positions = centres_on([](double x) { return std::sin(20 * x); }, 2);
+    for (std::size_t i = 0; i < 20; ++i)
+        EXPECT_NEAR(deflection_in_row(positions, 2, positions[2 * i]), positions[2 * i + 1], 1e-15);
+}
+
+TEST(CameraRow, SeesNothingAboveTheTipOrBelowTheClamp) {
+    const auto positions = centres_on([](double x) { return x; }, 2);
+    EXPECT_TRUE(std::isnan(deflection_in_row(positions, 2, 0.2)));
+    EXPECT_TRUE(std::isnan(deflection_in_row(positions, 2, -0.001)));
+}
+
+TEST(Mark, IsReadAlongTheUndeformedStem) {
+    for (const int dimensions : {2, 3}) {
+        const std::vector<double> positions = bent_chain(dimensions, 0.6);
+        const auto stride = static_cast<std::size_t>(dimensions);
+        const auto at = [&](double height) {
+            return deflection_of_mark(positions, dimensions, bond_length, height);
+        };
+        for (const std::size_t i : {0U, 1U, 20U, 54U, 55U})
+            EXPECT_NEAR(at(bond_length * double(i)), positions[stride * i + 1], 1e-15);
+        EXPECT_FALSE(std::isnan(at(length * (1.0 + 1e-12))));
+        EXPECT_TRUE(std::isnan(at(length * 1.1)));
+        EXPECT_TRUE(std::isnan(at(-1e-3)));
     }
-    for (const double height : heights) {
+}
+
+TEST(CameraRow, DoesNotChangeWhenTheCurveSlidesAlongItself) {
+    const std::vector<double> positions = bent_chain(2, 0.6);
+    // Along the tangent at each sphere, 1e-6 m to either side.
+    const auto slid = [&](double way) {
+        std::vector<double> moved = positions;
+        for (int i = 0; i < spheres; ++i) {
+            const double angle = 0.6 * std::sin(0.5 * std::numbers::pi * (i - 0.5) / (spheres - 1));
+            moved[2 * static_cast<std::size_t>(i)] += way * std::cos(angle);
+            moved[2 * static_cast<std::size_t>(i) + 1] += way * std::sin(angle);
+        }
+        return moved;
+    };
+    const auto forward = slid(1e-6);
+    const auto backward = slid(-1e-6);
+    for (const double height : {0.0011, 0.0142, 0.0501, 0.0777, 0.1103, 0.1296}) {
+        const double change =
+            deflection_in_row(forward, 2, height) - deflection_in_row(backward, 2, height);
         // Tangents of the polygon differ from those of its cubic by (l κ)²/24, κ up to 6/m.
-        EXPECT_NEAR(read_row(positions, 2, height).derivative(slide, 2), 0.0, 1e-4);
+        EXPECT_NEAR(change / 2e-6, 0.0, 1e-4);
         // A mark does move along.
         if (height > 0.05) {
-            EXPECT_GT(read_mark(positions, 2, bond_length, height).derivative(slide, 2), 0.1);
+            EXPECT_GT((deflection_of_mark(forward, 2, bond_length, height) -
+                       deflection_of_mark(backward, 2, bond_length, height)) /
+                          2e-6,
+                      0.1);
         }
     }
 }
 
-TEST(CurveReading, MarkIsReadAlongTheUndeformedStem) {
-    const std::vector<double> positions = bent_chain(2, 0.6);
-    for (const std::size_t i : {0U, 1U, 20U, 54U, 55U})
-        EXPECT_NEAR(read_mark(positions, 2, bond_length, bond_length * double(i)).deflection,
-                    positions[2 * i + 1], 1e-15);
-    EXPECT_GT(read_mark(positions, 2, bond_length, length * (1.0 + 1e-12)).spheres, 0U);
-    EXPECT_TRUE(std::isnan(read_mark(positions, 2, bond_length, length * 1.1).deflection));
-    EXPECT_TRUE(std::isnan(read_mark(positions, 2, bond_length, -1e-3).deflection));
-    EXPECT_EQ(read_mark(positions, 2, bond_length, -1e-3).derivative(positions, 2), 0.0);
-}
-
-TEST(CurveReading, ErrorOnCantileverModesStaysBelowTheStatedBound) {
+TEST(CameraRow, ErrorOnCantileverModesStaysBelowTheStatedBound) {
     // Modes 1 and 2 of a cantilever, tip deflection 1, and their fourth derivative (kL)⁴/L⁴ y.
     for (const auto& [kl, sigma, stated] : {std::tuple{1.8751040687, 0.7340955138, 6e-8},
                                             std::tuple{4.6940911330, 1.0184673188, 2.3e-6}}) {
@@ -112,8 +126,8 @@ TEST(CurveReading, ErrorOnCantileverModesStaysBelowTheStatedBound) {
         }
         double largest = 0.0;
         for (double height = 0.0; height < length; height += 0.1e-3)
-            largest = std::max(largest,
-                               std::abs(read_row(positions, 2, height).deflection - mode(height)));
+            largest =
+                std::max(largest, std::abs(deflection_in_row(positions, 2, height) - mode(height)));
         EXPECT_LT(largest, stated);
         EXPECT_GT(largest, 0.2 * stated);
     }
@@ -129,28 +143,25 @@ TEST(TimeStencil, IsExactOnCubicsAndTheirRates) {
         table.push_back(-cubic(sample_times.back()));
     }
     const std::vector<double> times{0.003, 0.25, 0.31, 0.77, 1.05, sample_times[4]};
-    std::vector<double> rates;
-    const auto values = resampled_in_time(sample_times, table, times, &rates);
-    for (std::size_t i = 0; i < times.size(); ++i) {
-        const double t = times[i];
-        EXPECT_NEAR(values[2 * i], cubic(t), 1e-13);
-        EXPECT_NEAR(values[2 * i + 1], -cubic(t), 1e-13);
-        EXPECT_NEAR(rates[2 * i], 2.0 - 6.0 * t + 12.0 * t * t, 1e-12);
+    for (const double t : times) {
+        const TimeStencil stencil = time_stencil(sample_times, t);
+        EXPECT_NEAR(stencil.value(table, 2, 0), cubic(t), 1e-13);
+        EXPECT_NEAR(stencil.value(table, 2, 1), -cubic(t), 1e-13);
+        EXPECT_NEAR(stencil.rate(table, 2, 0), 2.0 - 6.0 * t + 12.0 * t * t, 1e-12);
     }
 }
 
 TEST(TimeStencil, HoldsTheStemBeforeTheReleaseAndSeesNothingAfterTheLastSample) {
     const std::vector<double> sample_times{0.0, 0.1, 0.2, 0.3, 0.4};
     const std::vector<double> table{5.0, 4.0, 2.0, -1.0, -2.0};
-    std::vector<double> rates;
-    const auto values =
-        resampled_in_time(sample_times, table, std::vector{-0.5, 0.0, 0.4 + 1e-11, 0.41}, &rates);
-    EXPECT_EQ(values[0], 5.0);
-    EXPECT_EQ(rates[0], 0.0);
-    EXPECT_EQ(values[1], 5.0);
-    EXPECT_NEAR(values[2], -2.0, 1e-9);
-    EXPECT_TRUE(std::isnan(values[3]));
-    EXPECT_TRUE(std::isnan(rates[3]));
+    const auto value = [&](double t) { return time_stencil(sample_times, t).value(table, 1, 0); };
+    const auto rate = [&](double t) { return time_stencil(sample_times, t).rate(table, 1, 0); };
+    EXPECT_EQ(value(-0.5), 5.0);
+    EXPECT_EQ(rate(-0.5), 0.0);
+    EXPECT_EQ(value(0.0), 5.0);
+    EXPECT_NEAR(value(0.4 + 1e-11), -2.0, 1e-9);
+    EXPECT_TRUE(std::isnan(value(0.41)));
+    EXPECT_TRUE(std::isnan(rate(0.41)));
 }
 
 TEST(TimeStencil, ErrorOnAVibrationIsThatStated) {

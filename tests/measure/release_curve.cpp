@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How a pulled cantilever leaves its hold.
-#include "measure/release_curve.hpp"
+#include "measure/track/ring_down.hpp"
 
 #include <cmath>
 #include <numbers>

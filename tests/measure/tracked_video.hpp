@@ -3,7 +3,7 @@
 #pragma once
 
 #include "measure/rendered_video.hpp"
-#include "measure/track.hpp"
+#include "measure/track/track.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The demonstration video against its truth, where the data are at hand.
-#include "measure/measurement_folder.hpp"
-#include "measure/track.hpp"
-#include "measure/track_report.hpp"
+#include "measure/folder/measurement_folder.hpp"
+#include "measure/track/track.hpp"
+#include "measure/track/track_report.hpp"
 #include "support/optional_data.hpp"
 #include "support/temporary_folder.hpp"
 

@@ -65,6 +65,13 @@ class LayerCheck(unittest.TestCase):
         self.assertEqual(self.faults_of("archive/a.cpp", "#include <hdf5.h>\n"), [])
         self.assertEqual(self.faults_of("integrate/a.cpp", "#include <kinsol/kinsol.h>\n"), [])
 
+    def test_a_library_may_belong_to_a_part_of_a_layer(self):
+        text = "#include <opencv2/core.hpp>\n"
+        self.assertEqual(self.faults_of("measure/track/a.cpp", text), [])
+        self.assertEqual(self.faults_of("measure/folder/a.cpp", text),
+                         ["src/measure/folder/a.cpp: OpenCV (opencv2/core.hpp) belongs to "
+                          "measure/track"])
+
     def test_a_link_to_a_higher_layer_is_found(self):
         self.assertEqual(
             self.faults_of("core/CMakeLists.txt", "culm_add_layer(core LINKS culm::farm)\n"),

@@ -2,7 +2,6 @@
 #include "core/toml/value.hpp"
 
 #include "core/error.hpp"
-#include "core/file_text.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -57,10 +56,6 @@ std::string full_text(const toml::node& node) {
 }
 
 } // namespace
-
-toml::table parse_toml_file(const std::filesystem::path& file) {
-    return parse_toml_text(file_text(file), file.string());
-}
 
 toml::table parse_toml_text(std::string_view text, const std::string& file) {
     try {

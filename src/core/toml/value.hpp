@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,10 +11,8 @@
 
 namespace culm::core {
 
-/// Parses a TOML file. Throws core::InputError with file, line and column.
-[[nodiscard]] toml::table parse_toml_file(const std::filesystem::path& file);
-
-/// The same of a text; `file` is its name in messages.
+/// Parses a text; `file` is its name in messages. Throws core::InputError with file, line and
+/// column.
 [[nodiscard]] toml::table parse_toml_text(std::string_view text, const std::string& file);
 
 /// The value as a person would write it, shortened if it is long.

@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/decimal_text.hpp"
+#include "core/file_faults.hpp"
+#include "measure/folder/delimited_text.hpp"
+#include "measure/folder/measurement.hpp"
+#include "measure/folder/measurement_files.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace culm::measure {
+
+namespace {
+
+struct DeflectionHeader {
+    std::vector<double> heights; ///< m, in the order of the columns
+    int power_of_ten = -3;       ///< of the unit of heights and deflections: mm −3, m 0
+    std::size_t unnamed = 0;     ///< columns without a name at the end
+};
+
+std::string without_spaces(std::string_view text) {
+    std::string result;
+    for (const char c : text)
+        if (c != ' ' && c != '\t')
+            result += c;
+    return result;
+}
+
+/// "h=14mm" taken apart.
+struct HeightName {
+    std::string number;
+    std::string unit;
+};
+
+std::optional<HeightName> split_height(std::string_view name) {
+    const std::string text = without_spaces(name);
+    if (!text.starts_with("h="))
+        return std::nullopt;
+    const std::size_t end = text.find_last_of("0123456789.");
+    if (end == std::string::npos || end < 2)
+        return std::nullopt;
+    return HeightName{text.substr(2, end - 1), text.substr(end + 1)};
+}
+
+std::string column_hint(std::string_view name) {
+    if (name.find(',') != std::string_view::npos)
+        return "has a decimal comma; write a decimal point";
+    std::string lower = without_spaces(name);
+    std::ranges::transform(lower, lower.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (core::parse_decimal(lower))
+        return fmt::format("must be a height with its unit: write \"h={}mm\"", lower);
+    if (lower.starts_with("h="))
+        return fmt::format("must be a height with its unit, mm or m: write \"{}\"",
+                           lower.find("mm") == std::string::npos ? "h=14mm" : lower);
+    return "must be \"h=<height>mm\" (or m), for example \"h=14mm\"; remove other columns "
+           "(`culm import` picks columns from any table)";
+}
+
+void check_time_name(const DelimitedLine& line, core::FileFaults& faults) {
+    const std::string& name = line.cells.front();
+    if (name == "time_s")
+        return;
+    const std::string text = without_spaces(name);
+    std::string hint = "the first column must be \"time_s\", the time in s from the release";
+    if (text == "time_ms" || text == "time[ms]" || text == "t_ms")
+        hint = "time must be in s: divide by 1000 and name the column \"time_s\"";
+    else if (core::parse_decimal(text))
+        hint = "the file has no header: the first line must be \"time_s,h=<height>mm,...\"";
+    else if (text.starts_with("h="))
+        hint = "the column \"time_s\" must be the first";
+    faults.add(line.number, fmt::format("\"{}\": {}", name, hint));
+}
+
+struct Column {
+    double height = 0.0; // m
+    int power = -3;
+};
+
+/// One height column; empty after a fault has been recorded.
+std::optional<Column> read_column(const std::string& name, std::size_t line,
+                                  core::FileFaults& faults) {
+    const std::optional<HeightName> parts = split_height(name);
+    const bool known_unit = parts && (parts->unit == "mm" || parts->unit == "m");
+    if (parts && !known_unit) {
+        faults.add(line,
+                   fmt::format(
+                       "column \"{}\": {}", name,
+                       parts->unit.empty()
+                           ? fmt::format("the unit is missing: write \"h={}mm\"", parts->number)
+                           : fmt::format("\"{}\" is not a unit known here; mm or m", parts->unit)));
+        return std::nullopt;
+    }
+    const int power = parts && parts->unit == "m" ? 0 : -3;
+    const std::optional<double> height =
+        parts ? core::parse_decimal(parts->number, power) : std::nullopt;
+    if (!height) {
+        faults.add(line, fmt::format("column \"{}\" {}", name, column_hint(name)));
+        return std::nullopt;
+    }
+    return Column{*height, power};
+}
+
+void check_height(const std::string& name, const DeflectionHeader& header, std::size_t line,
+                  const MeasuredStem& stem, core::FileFaults& faults) {
+    const double height = header.heights.back();
+    if (height < 0.0)
+        faults.add(line, fmt::format("column \"{}\" lies below the clamp", name));
+    // A mark at the very tip may differ from the length by a rounding of the print.
+    if (height > stem.length * (1.0 + 1e-9))
+        faults.add(line, fmt::format("column \"{}\" lies above the stem, which is {} mm long", name,
+                                     core::decimal_text(stem.length, 3)));
+    const auto first = std::ranges::find(header.heights, height);
+    if (first + 1 != header.heights.end())
+        faults.add(line, fmt::format("column \"{}\": column {} has the same height", name,
+                                     first - header.heights.begin() + 2));
+}
+
+/// The whole line in one cell, or another separator in the first one.
+bool has_other_delimiter(const DelimitedLine& line, core::FileFaults& faults) {
+    const std::string& first = line.cells.front();
+    if (first.starts_with("sep=")) {
+        faults.add(
+            line.number,
+            "\"sep=\" is a note for a spreadsheet: delete the line, separate cells by commas");
+        return true;
+    }
+    for (const auto& [delimiter, word] :
+         {std::pair{';', "semicolons"}, std::pair{'\t', "tabulators"}, std::pair{'|', "bars"}})
+        if (first.find(delimiter) != std::string::npos) {
+            faults.add(line.number, fmt::format("cells are separated by {}; write commas, and "
+                                                "decimal points in the numbers",
+                                                word));
+            return true;
+        }
+    if (line.cells.size() == 1 && first.find(' ') != std::string::npos) {
+        faults.add(line.number, "cells are separated by spaces; write commas");
+        return true;
+    }
+    return false;
+}
+
+/// Reads "time_s,h=<height><unit>,…", unit mm or m, the same in all columns, which is the unit of
+/// the deflections as well. Records what is wrong; the result is only complete if nothing was.
+DeflectionHeader read_deflection_header(const DelimitedLine& line, const MeasuredStem& stem,
+                                        core::FileFaults& faults) {
+    DeflectionHeader header;
+    if (has_other_delimiter(line, faults))
+        return header;
+    check_time_name(line, faults);
+    std::size_t named = line.cells.size();
+    while (named > 1 && line.cells[named - 1].empty())
+        --named;
+    header.unnamed = line.cells.size() - named;
+    if (named == 1)
+        faults.add(line.number, "there is no height: the columns after time_s must be "
+                                "\"h=<height>mm\"");
+    if (named > most_heights + 1) {
+        faults.add(line.number,
+                   fmt::format("{} heights; at most {} are allowed", named - 1, most_heights));
+        return header;
+    }
+    std::optional<int> power;
+    for (std::size_t i = 1; i < named; ++i) {
+        const std::optional<Column> column = read_column(line.cells[i], line.number, faults);
+        if (!column)
+            continue;
+        if (power && column->power != *power)
+            faults.add(line.number, fmt::format("column \"{}\": all heights must have one unit, "
+                                                "which is that of the deflections as well",
+                                                line.cells[i]));
+        power = column->power;
+        header.heights.push_back(column->height);
+        check_height(line.cells[i], header, line.number, stem, faults);
+    }
+    header.power_of_ten = power.value_or(-3);
+    return header;
+}
+
+constexpr double nothing_seen = std::numeric_limits<double>::quiet_NaN();
+
+bool is_gap(const std::string& cell) {
+    return cell.empty() || cell == "nan" || cell == "NaN" || cell == "NAN";
+}
+
+/// Checks the number of cells of a line; says when decimal commas made two cells of each number.
+bool has_right_length(const DelimitedLine& line, std::size_t columns,
+                      const DeflectionHeader& header, core::FileFaults& faults) {
+    if (line.cells.size() == columns || line.cells.size() == columns + header.unnamed)
+        return true;
+    const bool is_whole = std::ranges::all_of(line.cells, [](const std::string& cell) {
+        return cell.find_first_not_of("-+0123456789") == std::string::npos;
+    });
+    std::string hint;
+    if (is_whole && line.cells.size() > columns)
+        hint = " (decimal commas? write decimal points)";
+    else if (line.cells.size() == 1 && line.cells[0].find(';') != std::string::npos)
+        hint = " (cells are separated by semicolons; write commas)";
+    faults.add(line.number, fmt::format("has {} cells, but the header has {} columns{}",
+                                        line.cells.size(), columns, hint));
+    return false;
+}
+
+void read_time(const DelimitedLine& line, Measurement& measurement, core::FileFaults& faults) {
+    const std::string& cell = line.cells.front();
+    const std::optional<double> time = core::parse_decimal(cell);
+    if (!time) {
+        faults.add(line.number, fmt::format("time \"{}\" {}", cell, why_not_a_number(cell)));
+        return;
+    }
+    if (!measurement.times.empty() && *time <= measurement.times.back())
+        faults.add(line.number,
+                   fmt::format("time {} s does not come after {} s of the line before: times must "
+                               "ascend",
+                               cell, core::decimal_text(measurement.times.back())));
+    measurement.times.push_back(*time);
+}
+
+/// A deflection beyond what a stem clamped at one end can do hints at a wrong unit.
+double read_deflection(const DelimitedLine& line, std::size_t column, int power,
+                       const MeasuredStem& stem, core::FileFaults& faults) {
+    const std::string& cell = line.cells[column];
+    if (is_gap(cell))
+        return nothing_seen;
+    const std::optional<double> value = core::parse_decimal(cell, power);
+    if (!value)
+        faults.add(line.number,
+                   fmt::format("column {}: \"{}\" {}", column + 1, cell, why_not_a_number(cell)));
+    else if (std::abs(*value) > 1.05 * stem.length)
+        faults.add(line.number,
+                   fmt::format("column {}: a deflection of {} m is more than the stem's length, {} "
+                               "m: is the unit in the header right?",
+                               column + 1, core::decimal_text(*value),
+                               core::decimal_text(stem.length)));
+    return value.value_or(nothing_seen);
+}
+
+void read_line(const DelimitedLine& line, const DeflectionHeader& header, Measurement& measurement,
+               core::FileFaults& faults) {
+    const std::size_t columns = header.heights.size() + 1;
+    if (!has_right_length(line, columns, header, faults))
+        return;
+    const std::size_t before = measurement.times.size();
+    read_time(line, measurement, faults);
+    for (std::size_t i = columns; i < line.cells.size(); ++i)
+        if (!line.cells[i].empty())
+            faults.add(line.number, fmt::format("column {} has no name in the header", i + 1));
+    for (std::size_t i = 1; i < columns; ++i) {
+        const double value =
+            read_deflection(line, i, header.power_of_ten, measurement.stem, faults);
+        if (measurement.times.size() > before)
+            measurement.deflections.push_back(value);
+    }
+}
+
+double median_step(const std::vector<double>& times) {
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < times.size(); ++i)
+        steps.push_back(times[i] - times[i - 1]);
+    std::ranges::nth_element(steps, steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2));
+    return steps[steps.size() / 2];
+}
+
+/// Milliseconds or frame numbers instead of seconds are faults; any other disagreement with the
+/// camera's rate is a remark, for the times of the table count.
+void check_frame_rate(Measurement& measurement, core::FileFaults& faults) {
+    if (!measurement.frames_per_second || measurement.times.size() < 3)
+        return;
+    const double rate = *measurement.frames_per_second;
+    const double step = median_step(measurement.times);
+    const double frames = step * rate;
+    if (std::abs(frames - 1000.0) < 20.0)
+        faults.add(0,
+                   fmt::format("times advance by {:.4g}, which is a frame in ms at {:g} frames/s: "
+                               "time_s must be in s",
+                               step, rate));
+    else if (step == 1.0 && rate > 2.0)
+        faults.add(0,
+                   fmt::format("times advance by 1: these are frame numbers; divide them by {:g} "
+                               "frames/s",
+                               rate));
+    else if (std::abs(frames - std::round(frames)) > 0.03 * frames || frames < 0.5)
+        measurement.remarks.push_back(fmt::format(
+            "{}: times advance by {:.6g} s, but [camera] fps = {:g} means {:.6g} s; the "
+            "times of the table count",
+            faults.file(), step, rate, 1.0 / rate));
+}
+
+void check_times(Measurement& measurement, core::FileFaults& faults) {
+    const std::vector<double>& times = measurement.times;
+    if (times.empty())
+        faults.add(0, "there are no lines after the header");
+    else if (times.back() <= 0.0)
+        faults.add(0, fmt::format("the last time is {} s: nothing was recorded after the release, "
+                                  "which is t = 0",
+                                  core::decimal_text(times.back())));
+    check_frame_rate(measurement, faults);
+}
+
+void check_columns(const DeflectionHeader& header, const Measurement& measurement,
+                   core::FileFaults& faults) {
+    for (std::size_t j = 0; j < header.heights.size(); ++j) {
+        const std::vector<double> history = measurement.history(j);
+        if (std::ranges::all_of(history, [](double value) { return std::isnan(value); }))
+            faults.add(0, fmt::format("column {} is empty: delete it", j + 2));
+    }
+    const std::size_t noises = measurement.noise_by_height.size();
+    if (noises != 0 && noises != header.heights.size())
+        faults.add(0, fmt::format("has {} heights, but stem.toml gives noise_by_height for {}",
+                                  header.heights.size(), noises));
+}
+
+void sort_columns(Measurement& measurement) {
+    const Measurement unsorted = measurement;
+    std::vector<std::size_t> order(measurement.heights.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::sort(order, {}, [&](std::size_t j) { return unsorted.heights[j]; });
+    for (std::size_t j = 0; j < order.size(); ++j) {
+        measurement.heights[j] = unsorted.heights[order[j]];
+        if (!unsorted.noise_by_height.empty())
+            measurement.noise_by_height[j] = unsorted.noise_by_height[order[j]];
+        for (std::size_t i = 0; i < measurement.times.size(); ++i)
+            measurement.deflections[i * order.size() + j] = unsorted.deflection(i, order[j]);
+    }
+}
+
+} // namespace
+
+void read_deflection_file(const std::filesystem::path& file, Measurement& measurement) {
+    const std::vector<DelimitedLine> lines = split_table(read_text_file(file), ',');
+    core::FileFaults faults(file.string());
+    if (lines.empty())
+        faults.add(0, "there is no header: the first line must be \"time_s,h=<height>mm,...\"");
+    faults.throw_if_any();
+    const DeflectionHeader header = read_deflection_header(lines.front(), measurement.stem, faults);
+    // Without its header nothing can be said of a line.
+    faults.throw_if_any();
+    measurement.heights = header.heights;
+    for (std::size_t i = 1; i < lines.size(); ++i)
+        read_line(lines[i], header, measurement, faults);
+    faults.throw_if_any();
+    check_times(measurement, faults);
+    check_columns(header, measurement, faults);
+    faults.throw_if_any();
+    sort_columns(measurement);
+}
+
+std::string deflection_file_text(const Measurement& measurement) {
+    std::string text = "time_s";
+    for (const double height : measurement.heights)
+        text += fmt::format(",h={}mm", core::decimal_text(height, 3));
+    text += '\n';
+    for (std::size_t i = 0; i < measurement.times.size(); ++i) {
+        text += core::decimal_text(measurement.times[i]);
+        for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
+            const double value = measurement.deflection(i, j);
+            text += ',';
+            if (!std::isnan(value))
+                text += core::decimal_text(value, 3);
+        }
+        text += '\n';
+    }
+    return text;
+}
+
+} // namespace culm::measure

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/folder/measurement.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace culm::measure {
+
+namespace {
+
+double inner_diameter(const CircularSection& circle) {
+    return circle.wall ? circle.diameter - 2.0 * *circle.wall : 0.0;
+}
+
+} // namespace
+
+double section_area(const Section& section) {
+    if (const auto* circle = std::get_if<CircularSection>(&section)) {
+        const double inner = inner_diameter(*circle);
+        return std::numbers::pi / 4.0 * (circle->diameter * circle->diameter - inner * inner);
+    }
+    if (const auto* rectangle = std::get_if<RectangularSection>(&section))
+        return rectangle->width * rectangle->height;
+    return std::get<GeneralSection>(section).area;
+}
+
+double second_moment_of_area(const Section& section) {
+    if (const auto* circle = std::get_if<CircularSection>(&section))
+        return std::numbers::pi / 64.0 *
+               (std::pow(circle->diameter, 4) - std::pow(inner_diameter(*circle), 4));
+    if (const auto* rectangle = std::get_if<RectangularSection>(&section))
+        return rectangle->width * std::pow(rectangle->height, 3) / 12.0;
+    return std::get<GeneralSection>(section).second_moment;
+}
+
+double section_depth(const Section& section) {
+    if (const auto* circle = std::get_if<CircularSection>(&section))
+        return circle->diameter;
+    if (const auto* rectangle = std::get_if<RectangularSection>(&section))
+        return rectangle->height;
+    const auto& general = std::get<GeneralSection>(section);
+    return std::sqrt(12.0 * general.second_moment / general.area);
+}
+
+double mass_per_length(const MeasuredStem& stem) {
+    if (const auto* circle = std::get_if<CircularSection>(&stem.section))
+        return stem.density * std::numbers::pi / 6.0 * circle->diameter * circle->diameter;
+    return stem.density * section_area(stem.section);
+}
+
+std::vector<double> Measurement::history(std::size_t height) const {
+    std::vector<double> values;
+    values.reserve(times.size());
+    for (std::size_t i = 0; i < times.size(); ++i)
+        values.push_back(deflection(i, height));
+    return values;
+}
+
+std::optional<double> Measurement::noise_at(std::size_t height) const {
+    if (height < noise_by_height.size())
+        return noise_by_height[height];
+    return noise;
+}
+
+std::string_view to_string(ReleaseKind kind) {
+    return kind == ReleaseKind::TipPull ? "tip_pull" : "held_straight";
+}
+
+std::string_view to_string(GravityDirection direction) {
+    switch (direction) {
+    case GravityDirection::None:
+        return "none";
+    case GravityDirection::Axial:
+        return "axial";
+    case GravityDirection::Transverse:
+        break;
+    }
+    return "transverse";
+}
+
+std::string_view to_string(Reading reading) {
+    return reading == Reading::Row ? "row" : "material";
+}
+
+} // namespace culm::measure

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/folder/measurement_folder.hpp"
+
+#include "core/error.hpp"
+#include "measure/folder/measurement_files.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <string>
+
+#include <fmt/format.h>
+
+namespace culm::measure {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_measurement(const fs::path& folder) {
+    return fs::is_regular_file(folder / deflection_file_name);
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+    std::ofstream out(file, std::ios::binary);
+    out << text;
+    out.flush();
+    if (!out)
+        throw core::StorageError(fmt::format("{}: cannot be written", file.string()));
+}
+
+template <class Range>
+bool ascends_strictly(const Range& values) {
+    return std::ranges::adjacent_find(values, [](double a, double b) { return !(a < b); }) ==
+           values.end();
+}
+
+/// Sizes and order; ranges of single numbers are judged by the reader, which sees the files next.
+void check(const fs::path& folder, const Measurement& measurement) {
+    const auto refuse = [&](const std::string& text) {
+        throw core::InputError(
+            fmt::format("{}: the measurement cannot be written: {}", folder.string(), text));
+    };
+    const std::size_t heights = measurement.heights.size();
+    if (measurement.times.empty() || heights == 0)
+        refuse("it has no times or no heights");
+    if (measurement.deflections.size() != measurement.times.size() * heights)
+        refuse(fmt::format("{} deflections for {} times and {} heights",
+                           measurement.deflections.size(), measurement.times.size(), heights));
+    if (!measurement.noise_by_height.empty() && measurement.noise_by_height.size() != heights)
+        refuse(
+            fmt::format("noise for {} of {} heights", measurement.noise_by_height.size(), heights));
+    if (!ascends_strictly(measurement.times) || !ascends_strictly(measurement.heights))
+        refuse("times and heights must ascend");
+    if (std::ranges::any_of(measurement.deflections, [](double d) { return std::isinf(d); }))
+        refuse("a deflection is infinite");
+}
+
+} // namespace
+
+Measurement read_measurement(const fs::path& folder) {
+    if (!fs::is_directory(folder))
+        throw core::InputError(
+            fmt::format("{}: there is no such folder (a measurement is a folder with {} and {})",
+                        folder.string(), stem_file_name, deflection_file_name));
+    for (const char* name : {stem_file_name, deflection_file_name})
+        if (!fs::is_regular_file(folder / name))
+            throw core::InputError(fmt::format("{}: there is no {}", folder.string(), name));
+    Measurement measurement = read_stem_file(folder / stem_file_name);
+    read_deflection_file(folder / deflection_file_name, measurement);
+    return measurement;
+}
+
+void write_measurement(const fs::path& folder, const Measurement& measurement) {
+    check(folder, measurement);
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    if (failed)
+        throw core::StorageError(
+            fmt::format("{}: cannot be created: {}", folder.string(), failed.message()));
+    write_text(folder / stem_file_name, stem_file_text(measurement));
+    write_text(folder / deflection_file_name, deflection_file_text(measurement));
+    static_cast<void>(read_measurement(folder));
+}
+
+std::vector<fs::path> find_measurements(const fs::path& path) {
+    if (is_measurement(path))
+        return {path};
+    if (!fs::is_directory(path))
+        throw core::InputError(fmt::format("{}: there is no such folder", path.string()));
+    std::vector<fs::path> found;
+    for (const fs::directory_entry& entry : fs::directory_iterator(path))
+        if (entry.is_directory() && is_measurement(entry.path()))
+            found.push_back(entry.path());
+    std::ranges::sort(found);
+    if (found.empty())
+        throw core::InputError(fmt::format(
+            "{}: neither this folder nor a folder in it holds a {}{}", path.string(),
+            deflection_file_name,
+            fs::exists(path / "video.toml") ? " (`culm track` makes one from video.toml)" : ""));
+    return found;
+}
+
+MeasurementSet read_measurements(const std::vector<std::string>& paths) {
+    MeasurementSet set;
+    std::string faults;
+    for (const std::string& path : paths)
+        for (const std::filesystem::path& folder : find_measurements(path)) {
+            try {
+                set.measurements.push_back(read_measurement(folder));
+                set.folders.push_back(folder);
+            } catch (const core::InputError& error) {
+                faults += (faults.empty() ? "" : "\n") + std::string(error.what());
+            }
+        }
+    if (!faults.empty())
+        throw core::InputError(faults);
+    return set;
+}
+
+} // namespace culm::measure

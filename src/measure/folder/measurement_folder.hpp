@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The measurement folder: stem.toml and deflection.csv.
+#pragma once
+
+#include "measure/folder/measurement.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace culm::measure {
+
+inline constexpr const char* stem_file_name = "stem.toml";
+inline constexpr const char* deflection_file_name = "deflection.csv";
+
+/// Reads FOLDER/stem.toml and FOLDER/deflection.csv (format: docs/measurements.md). Throws
+/// core::InputError with every fault found: file, line, value, what is allowed, and what a
+/// spreadsheet probably did.
+[[nodiscard]] Measurement read_measurement(const std::filesystem::path& folder);
+
+/// Writes both files, creating the folder; reading them gives the same numbers bit for bit. Throws
+/// core::InputError if the measurement is not one that the reader would accept,
+/// core::StorageError if a file cannot be written.
+void write_measurement(const std::filesystem::path& folder, const Measurement& measurement);
+
+/// The measurement folders that a path names: itself if it holds deflection.csv, else the folders
+/// directly inside it that do, by name. Throws core::InputError if there is none.
+[[nodiscard]] std::vector<std::filesystem::path>
+find_measurements(const std::filesystem::path& path);
+
+/// Measurements and the folders that they were read from.
+struct MeasurementSet {
+    std::vector<Measurement> measurements;
+    std::vector<std::filesystem::path> folders;
+};
+
+/// All measurements that the paths name, as find_measurements does. Throws core::InputError with
+/// the faults of all of them at once.
+[[nodiscard]] MeasurementSet read_measurements(const std::vector<std::string>& paths);
+
+} // namespace culm::measure

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/folder/observation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace culm::measure {
+
+namespace {
+
+/// First of the `points` neighbours of which `above` is the first at or beyond the place.
+std::size_t first_of_stencil(std::size_t above, std::size_t points, std::size_t count) {
+    const std::size_t centred = above >= 2 ? above - 2 : 0;
+    return std::min(centred, count - points);
+}
+
+/// Weights of the values at `nodes` in their interpolating polynomial at `place`.
+std::array<double, 4> lagrange_weights(std::span<const double> nodes, double place) {
+    std::array<double, 4> weights{};
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        weights[i] = 1.0;
+        for (std::size_t j = 0; j < nodes.size(); ++j)
+            if (j != i)
+                weights[i] *= (place - nodes[j]) / (nodes[i] - nodes[j]);
+    }
+    return weights;
+}
+
+constexpr double unseen = std::numeric_limits<double>::quiet_NaN();
+
+/// Sum of the lateral positions from sphere `first` on, times the weights.
+double weighted_deflection(std::span<const double> positions, std::size_t stride, std::size_t first,
+                           std::size_t spheres, const std::array<double, 4>& weights) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < spheres; ++k)
+        sum += weights[k] * positions[(first + k) * stride + 1];
+    return sum;
+}
+
+double weighted_sum(const TimeStencil& stencil, const std::array<double, 4>& weights,
+                    std::span<const double> table, std::size_t columns, std::size_t j) {
+    if (stencil.samples == 0)
+        return unseen;
+    double sum = 0.0;
+    for (std::size_t k = 0; k < stencil.samples; ++k)
+        sum += weights[k] * table[(stencil.first + k) * columns + j];
+    return sum;
+}
+
+/// Weight of node i at `time`, the Lagrange polynomial Π (t − tⱼ)/(tᵢ − tⱼ), and its derivative by
+/// time, by the product rule factor by factor.
+void set_weight(std::span<const double> nodes, double time, std::size_t i, TimeStencil& stencil) {
+    double weight = 1.0;
+    double rate = 0.0;
+    for (std::size_t j = 0; j < nodes.size(); ++j) {
+        if (j == i)
+            continue;
+        const double distance = nodes[i] - nodes[j];
+        rate = rate * (time - nodes[j]) / distance + weight / distance;
+        weight *= (time - nodes[j]) / distance;
+    }
+    stencil.weights[i] = weight;
+    stencil.rates[i] = rate;
+}
+
+} // namespace
+
+double deflection_in_row(std::span<const double> positions, int dimensions, double height) {
+    const auto stride = static_cast<std::size_t>(dimensions);
+    const std::size_t count = positions.size() / stride;
+    if (height < positions[0] || height > positions[(count - 1) * stride])
+        return unseen;
+    std::size_t above = 1;
+    while (above + 1 < count && positions[above * stride] < height)
+        ++above;
+    const std::size_t spheres = std::min<std::size_t>(4, count);
+    const std::size_t first = first_of_stencil(above, spheres, count);
+    // The nodes are where the spheres are now: the row is fixed, the material is not.
+    std::array<double, 4> nodes{};
+    for (std::size_t k = 0; k < spheres; ++k)
+        nodes[k] = positions[(first + k) * stride];
+    return weighted_deflection(positions, stride, first, spheres,
+                               lagrange_weights(std::span(nodes.data(), spheres), height));
+}
+
+double deflection_of_mark(std::span<const double> positions, int dimensions, double bond_length,
+                          double height) {
+    const auto stride = static_cast<std::size_t>(dimensions);
+    const std::size_t count = positions.size() / stride;
+    const double place = height / bond_length;
+    if (!(place >= 0.0) || place > static_cast<double>(count) - 0.5)
+        return unseen;
+    const auto above =
+        std::clamp(static_cast<std::size_t>(std::ceil(place)), std::size_t{1}, count - 1);
+    const std::size_t spheres = std::min<std::size_t>(4, count);
+    const std::size_t first = first_of_stencil(above, spheres, count);
+    // The nodes are the spheres' places along the undeformed stem, in bonds.
+    std::array<double, 4> nodes{};
+    for (std::size_t k = 0; k < spheres; ++k)
+        nodes[k] = static_cast<double>(first + k);
+    return weighted_deflection(positions, stride, first, spheres,
+                               lagrange_weights(std::span(nodes.data(), spheres), place));
+}
+
+double TimeStencil::value(std::span<const double> table, std::size_t columns, std::size_t j) const {
+    return weighted_sum(*this, weights, table, columns, j);
+}
+
+double TimeStencil::rate(std::span<const double> table, std::size_t columns, std::size_t j) const {
+    return weighted_sum(*this, rates, table, columns, j);
+}
+
+TimeStencil time_stencil(std::span<const double> sample_times, double time) {
+    TimeStencil stencil;
+    const std::size_t count = sample_times.size();
+    if (count == 0)
+        return stencil;
+    if (time <= sample_times.front()) {
+        stencil.samples = 1;
+        stencil.weights[0] = 1.0;
+        return stencil;
+    }
+    const double tolerance = 1e-9 * (sample_times.back() - sample_times.front());
+    if (time > sample_times.back() + tolerance)
+        return stencil;
+    const auto found = std::ranges::lower_bound(sample_times, time);
+    const auto above = std::min(static_cast<std::size_t>(found - sample_times.begin()), count - 1);
+    stencil.samples = std::min<std::size_t>(4, count);
+    stencil.first = std::min(above >= 2 ? above - 2 : 0, count - stencil.samples);
+    const auto nodes = sample_times.subspan(stencil.first, stencil.samples);
+    for (std::size_t i = 0; i < stencil.samples; ++i)
+        set_weight(nodes, time, i, stencil);
+    return stencil;
+}
+
+} // namespace culm::measure

@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/decimal_text.hpp"
+#include "measure/folder/measurement_files.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace culm::measure {
+
+namespace {
+
+// Widths of what may lie on a bench, m; a length in the wrong unit falls outside or near the ends.
+constexpr core::Interval stem_length{1e-3, 100.0};
+constexpr core::Interval stem_width{1e-5, 10.0};
+constexpr core::Interval densities{1e-3, 1e5}; // kg/m³
+constexpr core::Interval positive{0.0, 1e12, true};
+constexpr core::Interval masses{0.0, 1e3, true}; // kg
+constexpr core::Interval longest_hold{0.0, 1e7}; // s, that of the effect relaxation
+
+template <std::size_t N>
+std::vector<std::string> words(const std::array<std::string_view, N>& names) {
+    return {names.begin(), names.end()};
+}
+
+/// A quantity's standard uncertainty in SI units, in one of three forms (JCGM 100 and 101): u
+/// itself, an expanded one U = k u, or limits ±a of which nothing more is known, u = a/√3.
+std::optional<double> read_uncertainty(const core::TomlTable& table, const std::string& name,
+                                       const core::KeyUnit& unit, double value, double largest) {
+    const std::string limits_name = name + "_limits";
+    const std::string expanded_name = name + "_expanded_uncertainty";
+    const core::Interval range{0.0, largest, true};
+    const auto standard = table.quantity(name + "_uncertainty", unit, range);
+    const auto expanded = table.quantity(expanded_name, unit, range);
+    const auto factor = table.number("coverage_factor", {1.0, 10.0});
+    const std::string key = table.key_of(name + "_uncertainty", unit);
+    const std::string expanded_key = table.key_of(expanded_name, unit);
+    const std::string limits_key = table.key_of(limits_name, unit);
+    const int power = limits_key.ends_with(unit.small) ? unit.power_of_ten : 0;
+    const std::vector<double> limits =
+        table.numbers(limits_key, {0.0, core::with_point_moved(largest, -power)});
+    if (int(table.has(key)) + int(table.has(expanded_key)) + int(table.has(limits_key)) > 1) {
+        table.fault(table.has(limits_key) ? limits_key : expanded_key,
+                    fmt::format("stands beside {}: one of them is enough",
+                                table.has(key) ? key : expanded_key));
+        return std::nullopt;
+    }
+    if (standard)
+        return standard;
+    if (expanded) {
+        table.missing("coverage_factor",
+                      fmt::format("{} is so many standard uncertainties", expanded_key));
+        return *expanded / factor.value_or(1.0);
+    }
+    if (limits.empty())
+        return std::nullopt;
+    const double low = core::with_point_moved(limits.front(), power);
+    const double high = core::with_point_moved(limits.back(), power);
+    if (limits.size() != 2 || !(low < high) || value < low || value > high) {
+        table.fault(limits_key, fmt::format("must be [lowest, highest] with {} between them",
+                                            core::decimal_text(value, -power)));
+        return std::nullopt;
+    }
+    return 0.5 * (high - low) / std::sqrt(3.0);
+}
+
+/// Keys that a following version of the fit uses.
+std::string unused_keys(const Measurement& measurement) {
+    const StatedUncertainties& stated = measurement.uncertainties;
+    const std::vector<std::pair<bool, std::string>> keys{
+        {stated.length.has_value(), "length"},
+        {stated.diameter.has_value(), "diameter"},
+        {stated.density.has_value(), "density"},
+        {stated.frames_per_second.has_value(), "fps"},
+        {stated.scale.has_value(), "scale"},
+        {stated.clamp.has_value(), "clamp"},
+        {std::ranges::any_of(
+             measurement.stem.added_masses,
+             [](const AddedMass& mass) { return mass.mass_uncertainty.has_value(); }),
+         "mass"}};
+    std::vector<std::string> named;
+    for (const auto& [is_stated, name] : keys)
+        if (is_stated)
+            named.push_back(name);
+    std::vector<std::string> parts;
+    if (!named.empty())
+        parts.push_back(fmt::format("the uncertainty of {}", fmt::join(named, ", ")));
+    const std::vector<std::pair<bool, std::string>> others{
+        {!measurement.specimen.empty(), "specimen"},
+        {!measurement.rig.empty(), "rig"},
+        {measurement.exposure.has_value(), "exposure_ms"},
+        {measurement.row_time.has_value(), "row_time_us"}};
+    for (const auto& [is_stated, name] : others)
+        if (is_stated)
+            parts.push_back(name);
+    return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+void read_section(const core::TomlTable& table, MeasuredStem& stem) {
+    struct Part {
+        std::string name;
+        core::KeyUnit unit;
+        core::Interval range;
+        std::string meaning;
+        std::size_t shape;
+    };
+    const std::array<std::string, 2> shapes{"rectangle", "general"};
+    const std::array<Part, 4> parts{
+        {{"width", core::length_unit, stem_width, "across the plane of motion", 0},
+         {"height", core::length_unit, stem_width, "in the direction of the motion", 0},
+         {"area", core::area_unit, positive, "of the section", 1},
+         {"second_moment", core::second_moment_unit, positive, "for bending in the plane of motion",
+          1}}};
+    const auto shape = table.word("shape", shapes);
+    table.missing("shape", "must be \"rectangle\" or \"general\"");
+    std::array<double, 4> values{};
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const Part& part = parts[i];
+        values[i] = table.quantity(part.name, part.unit, part.range).value_or(0.0);
+        const std::string key = table.key_of(part.name, part.unit);
+        if (shape == part.shape)
+            table.missing(key, part.meaning);
+        else if (shape && table.has(key))
+            table.fault(key, fmt::format("belongs to shape = \"{}\"", shapes[part.shape]));
+    }
+    if (shape == std::size_t{0})
+        stem.section = RectangularSection{values[0], values[1]};
+    else if (shape)
+        stem.section = GeneralSection{values[2], values[3]};
+}
+
+void read_round_section(const core::TomlTable& table, bool has_other_section, MeasuredStem& stem) {
+    const auto wall = table.length("wall", {0.0, stem_width.high, true});
+    const std::string wall_key = table.key_of("wall", core::length_unit);
+    if (has_other_section) {
+        static_cast<void>(table.length("diameter", stem_width));
+        // The diameter of a round stem or a section, not both: which would count?
+        for (const std::string& key : {table.key_of("diameter", core::length_unit), wall_key})
+            if (table.has(key))
+                table.fault(key, "the file also has a [section]: remove one of them");
+        return;
+    }
+    const double diameter = table.required_length(
+        "diameter", stem_width, "outer diameter (or a [section] for other shapes)");
+    if (diameter > 0.0 && wall && *wall >= 0.5 * diameter)
+        table.fault(wall_key, fmt::format("must be below half the diameter, {} mm",
+                                          core::decimal_text(0.5 * diameter, 3)));
+    stem.section = CircularSection{diameter, wall};
+}
+
+void read_stem(const core::TomlTable& table, bool has_other_section, Measurement& measurement) {
+    MeasuredStem& stem = measurement.stem;
+    stem.id = table.text("id").value_or("");
+    table.missing("id", "a name for this stem, in quotes");
+    stem.length =
+        table.required_length("length", stem_length, "free length from the clamp to the tip");
+    stem.density = table.number("density_kg_m3", densities).value_or(0.0);
+    table.missing("density_kg_m3", "in kg/m³");
+    stem.poissons_ratio = table.number("poissons_ratio", {-1.0, 0.5, true});
+    if (const auto spheres = table.whole_number("spheres", {3, 4096}))
+        stem.spheres = static_cast<int>(*spheres);
+    read_round_section(table, has_other_section, stem);
+    measurement.uncertainties.length =
+        read_uncertainty(table, "length", core::length_unit, stem.length, stem_length.high);
+    measurement.uncertainties.diameter =
+        read_uncertainty(table, "diameter", core::length_unit,
+                         std::get<CircularSection>(stem.section).diameter, stem_width.high);
+    if (has_other_section && measurement.uncertainties.diameter)
+        table.fault("diameter_uncertainty_mm", "a stem with a [section] has no diameter");
+    measurement.uncertainties.density =
+        read_uncertainty(table, "density", core::density_unit, stem.density, densities.high);
+    measurement.specimen = table.text("specimen").value_or("");
+    measurement.rig = table.text("rig").value_or("");
+}
+
+AddedMass read_added_mass(const core::TomlTable& table, const MeasuredStem& stem) {
+    AddedMass added;
+    added.height =
+        table.required_length("height", {0.0, stem_length.high}, "of its centre above the clamp");
+    added.mass = table.required_quantity("mass", core::mass_unit, masses, "of the added body");
+    added.mass_uncertainty =
+        read_uncertainty(table, "mass", core::mass_unit, added.mass, masses.high);
+    if (stem.length > 0.0 && added.height > stem.length)
+        table.fault(table.key_of("height", core::length_unit),
+                    fmt::format("lies above the stem, which is {} mm long",
+                                core::decimal_text(stem.length, 3)));
+    return added;
+}
+
+void read_added_masses(const core::TomlTable& root, MeasuredStem& stem) {
+    static_cast<void>(read_added_mass(root.absent("added_mass"), stem));
+    for (const core::TomlTable& table : root.tables("added_mass"))
+        stem.added_masses.push_back(read_added_mass(table, stem));
+    std::ranges::stable_sort(stem.added_masses, {}, &AddedMass::height);
+}
+
+void read_camera(const core::TomlTable& table, Measurement& measurement) {
+    constexpr core::Interval relative{0.0, 1.0, true};
+    constexpr core::Interval frame_time{0.0, 1e3}; // ms; row_time_us: us
+    StatedUncertainties& stated = measurement.uncertainties;
+    measurement.frames_per_second = table.number("fps", {0.0, 1e8, true});
+    // 0 for a rate from a crystal.
+    stated.frames_per_second = table.number("fps_uncertainty", {0.0, 1.0});
+    stated.scale = table.number("scale_uncertainty", relative);
+    stated.clamp = table.length("clamp_uncertainty", {0.0, stem_length.high, true});
+    if (const auto exposure = table.number("exposure_ms", frame_time))
+        measurement.exposure = core::with_point_moved(*exposure, -3);
+    if (const auto row_time = table.number("row_time_us", frame_time))
+        measurement.row_time = core::with_point_moved(*row_time, -6);
+}
+
+void read_measurement_table(const core::TomlTable& table, Measurement& measurement) {
+    const core::Interval noise{0.0, 1.0, true};
+    measurement.noise = table.length("noise", noise);
+    const std::string noise_key = table.key_of("noise_by_height", core::length_unit);
+    const int power = noise_key.ends_with("_mm") ? -3 : 0;
+    for (const double value : table.numbers(noise_key, {0.0, 1e3, true}))
+        measurement.noise_by_height.push_back(core::with_point_moved(value, power));
+    measurement.noise_source = table.text("noise_source").value_or("");
+    constexpr std::array directions{GravityDirection::None, GravityDirection::Axial,
+                                    GravityDirection::Transverse};
+    const std::array<std::string, 3> direction_words{"none", "axial", "transverse"};
+    if (const auto index = table.word("gravity_direction", direction_words))
+        measurement.gravity_direction = directions[*index];
+    const std::array<std::string, 2> readings{"row", "material"};
+    if (const auto index = table.word("reading", readings))
+        measurement.reading = *index == 0 ? Reading::Row : Reading::Material;
+    measurement.hold_time = table.number("hold_time_s", longest_hold);
+}
+
+/// Whether a number of the file, which the TOML parser rounds to a double before its point is
+/// moved, gives this value bit for bit. A computed value may need SI units.
+bool survives(double value, const core::KeyUnit& unit) {
+    const double parsed =
+        core::parse_decimal(core::decimal_text(value, -unit.power_of_ten)).value_or(0.0);
+    return core::with_point_moved(parsed, unit.power_of_ten) == value;
+}
+
+std::string line(const std::string& name, double value,
+                 const core::KeyUnit& unit = core::length_unit) {
+    if (survives(value, unit))
+        return fmt::format("{}_{} = {}\n", name, unit.small,
+                           core::decimal_text(value, -unit.power_of_ten));
+    return fmt::format("{}_{} = {}\n", name, unit.si, core::decimal_text(value));
+}
+
+std::string noise_line(const std::vector<double>& noise) {
+    const bool in_millimetres =
+        std::ranges::all_of(noise, [](double value) { return survives(value, core::length_unit); });
+    std::vector<std::string> list;
+    list.reserve(noise.size());
+    for (const double value : noise)
+        list.push_back(core::decimal_text(value, in_millimetres ? 3 : 0));
+    return fmt::format("noise_by_height_{} = [{}]\n", in_millimetres ? "mm" : "m",
+                       fmt::join(list, ", "));
+}
+
+std::string uncertainty_line(const std::string& name, const std::optional<double>& value,
+                             const core::KeyUnit& unit = core::length_unit) {
+    return value ? line(name + "_uncertainty", *value, unit) : "";
+}
+
+std::string number_line(const std::string& key, const std::optional<double>& value, int power = 0) {
+    return value ? fmt::format("{} = {}\n", key, core::decimal_text(*value, power)) : "";
+}
+
+std::string section_text(const Section& section) {
+    if (const auto* rectangle = std::get_if<RectangularSection>(&section))
+        return "\n[section]\nshape = \"rectangle\"\n" + line("width", rectangle->width) +
+               line("height", rectangle->height);
+    if (const auto* general = std::get_if<GeneralSection>(&section))
+        return "\n[section]\nshape = \"general\"\n" + line("area", general->area, core::area_unit) +
+               line("second_moment", general->second_moment, core::second_moment_unit);
+    return "";
+}
+
+std::string quoted(const std::string& text) {
+    std::string result = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\')
+            result += '\\';
+        if (static_cast<unsigned char>(c) < 0x20U)
+            result += fmt::format("\\u{:04X}", static_cast<unsigned>(c));
+        else
+            result += c;
+    }
+    return result + '"';
+}
+
+std::string stem_text(const Measurement& measurement) {
+    const MeasuredStem& stem = measurement.stem;
+    const StatedUncertainties& stated = measurement.uncertainties;
+    std::string text = "[stem]\nid = " + quoted(stem.id) + "\n" + line("length", stem.length) +
+                       uncertainty_line("length", stated.length);
+    if (const auto* circle = std::get_if<CircularSection>(&stem.section)) {
+        text += line("diameter", circle->diameter) + uncertainty_line("diameter", stated.diameter);
+        if (circle->wall)
+            text += line("wall", *circle->wall);
+    }
+    text += number_line("density_kg_m3", stem.density) +
+            number_line("density_uncertainty_kg_m3", stated.density) +
+            number_line("poissons_ratio", stem.poissons_ratio);
+    if (stem.spheres)
+        text += fmt::format("spheres = {}\n", *stem.spheres);
+    if (!measurement.specimen.empty())
+        text += "specimen = " + quoted(measurement.specimen) + "\n";
+    if (!measurement.rig.empty())
+        text += "rig = " + quoted(measurement.rig) + "\n";
+    text += section_text(stem.section);
+    for (const AddedMass& mass : stem.added_masses)
+        text += "\n[[added_mass]]\n" + line("height", mass.height) +
+                line("mass", mass.mass, core::mass_unit) +
+                uncertainty_line("mass", mass.mass_uncertainty, core::mass_unit);
+    return text;
+}
+
+std::string camera_text(const Measurement& measurement) {
+    const StatedUncertainties& stated = measurement.uncertainties;
+    const std::string text = number_line("fps", measurement.frames_per_second) +
+                             number_line("fps_uncertainty", stated.frames_per_second) +
+                             number_line("scale_uncertainty", stated.scale) +
+                             uncertainty_line("clamp", stated.clamp) +
+                             number_line("exposure_ms", measurement.exposure, 3) +
+                             number_line("row_time_us", measurement.row_time, 6);
+    return text.empty() ? "" : "\n[camera]\n" + text;
+}
+
+} // namespace
+
+void read_stem_tables(const core::TomlTable& root, Measurement& measurement) {
+    const core::TomlTable section = root.table("section");
+    root.missing("stem", "write a table [stem] with id, length_mm, diameter_mm, density_kg_m3");
+    read_stem(root.table("stem"), section.exists(), measurement);
+    read_section(section, measurement.stem);
+    read_added_masses(root, measurement.stem);
+    const std::array<std::string, 2> kinds{"tip_pull", "held_straight"};
+    if (const auto index = root.table("release").word("kind", kinds))
+        measurement.release = *index == 0 ? ReleaseKind::TipPull : ReleaseKind::HeldStraight;
+    read_camera(root.table("camera"), measurement);
+    read_measurement_table(root.table("measurement"), measurement);
+    if (const std::string unused = unused_keys(measurement); !unused.empty())
+        measurement.remarks.push_back(fmt::format(
+            "{}: the fit does not use these stated values yet: {}", root.file(), unused));
+}
+
+Measurement read_stem_file(const std::filesystem::path& file) {
+    core::TomlDocument document(file);
+    Measurement measurement;
+    read_stem_tables(document.root(), measurement);
+    document.finish();
+    return measurement;
+}
+
+std::string stem_file_text(const Measurement& measurement) {
+    std::string text = stem_text(measurement);
+    text += fmt::format("\n[release]\nkind = \"{}\"\n", to_string(measurement.release));
+    text += camera_text(measurement);
+    text += "\n[measurement]\n";
+    if (measurement.noise)
+        text += line("noise", *measurement.noise);
+    if (!measurement.noise_by_height.empty())
+        text += noise_line(measurement.noise_by_height);
+    if (!measurement.noise_source.empty())
+        text += "noise_source = " + quoted(measurement.noise_source) + "\n";
+    text += fmt::format("gravity_direction = \"{}\"\nreading = \"{}\"\n",
+                        to_string(measurement.gravity_direction), to_string(measurement.reading));
+    if (measurement.hold_time)
+        text += fmt::format("hold_time_s = {}\n", core::decimal_text(*measurement.hold_time));
+    return text;
+}
+
+} // namespace culm::measure

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How a foreign table or marker recording becomes a measurement: the mapping file of `culm import`.
+#pragma once
+
+#include "measure/folder/measurement.hpp"
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace culm::measure {
+
+/// Which deflection counts as zero.
+enum class ZeroDeflection {
+    BeforeRelease, ///< the mean of the frames before the release: held straight
+    AtRest,        ///< the mean of the last tenth of the record: pulled aside
+    AsGiven        ///< the source measures from the undeformed axis
+};
+
+/// Unit of the time column.
+enum class TimeUnit { Second, Millisecond, Microsecond, Frame };
+
+/// One height of the result and the columns or markers of the source whose mean it is.
+struct MappedHeight {
+    double height = 0.0; ///< m
+    std::vector<std::string> names;
+};
+
+struct ImportMapping {
+    std::filesystem::path source;  ///< the recording; ends in .c3d for markers, else a table
+    std::optional<char> delimiter; ///< of a table; empty: guessed
+    bool has_decimal_comma = false;
+    std::size_t skipped_lines = 0; ///< ahead of a table's header
+
+    std::string time_column; ///< of a table
+    TimeUnit time_unit = TimeUnit::Second;
+    std::optional<double> release; ///< s in the source's time; empty: detected
+    std::optional<double> before;  ///< s kept before the release; empty: all
+    std::optional<double> after;   ///< s kept after it
+
+    std::optional<int> power_of_ten; ///< of the unit of length; empty: as a C3D file says
+    std::array<double, 3> axis{};    ///< unit vector of positive deflection, for markers
+    double sign = 1.0;               ///< −1 turns a table's deflections round
+    ZeroDeflection zero = ZeroDeflection::AsGiven;
+    std::vector<std::string> clamp; ///< columns or markers whose motion is taken off
+    std::vector<MappedHeight> heights;
+    Measurement measurement; ///< what the mapping says of stem, camera and measurement
+
+    [[nodiscard]] bool is_c3d() const;
+};
+
+/// Reads a mapping (format: docs/measurements.md); the source's path is relative to the mapping's
+/// folder. `source` (if not empty) replaces the one that the mapping names. Throws core::InputError
+/// with every fault.
+[[nodiscard]] ImportMapping read_import_mapping(const std::filesystem::path& file,
+                                                const std::filesystem::path& source = {});
+
+} // namespace culm::measure

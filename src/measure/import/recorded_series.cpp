@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/import/recorded_series.hpp"
+
+#include "core/decimal_text.hpp"
+#include "core/error.hpp"
+#include "core/file_faults.hpp"
+#include "core/nearest_name.hpp"
+#include "measure/folder/delimited_text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace culm::measure {
+
+namespace {
+
+/// Every column or marker that the mapping uses, each once.
+std::vector<std::string> names_used(const ImportMapping& mapping) {
+    std::vector<std::string> names = mapping.clamp;
+    for (const MappedHeight& height : mapping.heights)
+        names.insert(names.end(), height.names.begin(), height.names.end());
+    std::ranges::sort(names);
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    return names;
+}
+
+[[noreturn]] void refuse_name(const std::string& file, const std::string& kind,
+                              const std::string& name, std::vector<std::string> valid) {
+    const std::string nearest = core::nearest_name(name, valid);
+    if (valid.size() > 20)
+        valid.resize(20);
+    throw core::InputError(
+        fmt::format("{}: there is no {} \"{}\"{}; it has \"{}\"", file, kind, name,
+                    nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest),
+                    fmt::join(valid, "\", \"")));
+}
+
+char guessed_delimiter(std::string_view text, bool has_decimal_comma) {
+    const std::vector<DelimitedLine> lines = split_table(text.substr(0, 4096), '\n');
+    const std::string line = lines.empty() ? "" : lines.front().cells.front();
+    constexpr std::array candidates{';', '\t', ',', ' '};
+    for (const char candidate : candidates)
+        if (line.find(candidate) != std::string::npos && !(candidate == ',' && has_decimal_comma))
+            return candidate;
+    return ',';
+}
+
+std::string_view without_lines(std::string_view text, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::size_t end = text.find('\n');
+        text = end == std::string_view::npos ? std::string_view{} : text.substr(end + 1);
+    }
+    return text;
+}
+
+/// Runs of spaces separate once.
+std::string with_single_spaces(std::string_view text) {
+    std::string result;
+    for (const char c : text)
+        if (c != ' ' || (!result.empty() && result.back() != ' ' && result.back() != '\n'))
+            result += c;
+    return result;
+}
+
+std::size_t column_of(const std::string& file, const std::vector<std::string>& header,
+                      const std::string& name) {
+    if (const auto found = std::ranges::find(header, name); found != header.end())
+        return static_cast<std::size_t>(found - header.begin());
+    std::size_t number = 0;
+    const char* const end = name.data() + name.size();
+    const auto read = std::from_chars(name.data(), end, number);
+    if (read.ec == std::errc{} && read.ptr == end && number >= 1 && number <= header.size())
+        return number - 1;
+    refuse_name(file, "column", name, header);
+}
+
+/// One cell of a table; NaN and a fault if it is no number, NaN alone if it is empty.
+double read_cell(const DelimitedLine& line, std::size_t column, int power, bool has_decimal_comma,
+                 core::FileFaults& faults) {
+    constexpr double gap = std::numeric_limits<double>::quiet_NaN();
+    std::string cell = column < line.cells.size() ? line.cells[column] : "";
+    if (cell.empty() || cell == "NaN" || cell == "nan")
+        return gap;
+    if (has_decimal_comma)
+        std::ranges::replace(cell, ',', '.');
+    const auto value = core::parse_decimal(cell, power);
+    if (!value)
+        faults.add(line.number,
+                   fmt::format("column {}: \"{}\" {}", column + 1, cell, why_not_a_number(cell)));
+    return value.value_or(gap);
+}
+
+double in_seconds(double time, const ImportMapping& mapping) {
+    switch (mapping.time_unit) {
+    case TimeUnit::Second:
+        return time;
+    case TimeUnit::Millisecond:
+        return core::with_point_moved(time, -3);
+    case TimeUnit::Microsecond:
+        return core::with_point_moved(time, -6);
+    case TimeUnit::Frame:
+        break;
+    }
+    return time / mapping.measurement.frames_per_second.value_or(1.0);
+}
+
+void append_time(const DelimitedLine& line, double time, RecordedSeries& series,
+                 core::FileFaults& faults) {
+    if (std::isnan(time))
+        faults.add(line.number, "the time is missing");
+    else if (!series.times.empty() && time <= series.times.back())
+        faults.add(line.number, fmt::format("time {:g} s does not come after {:g} s", time,
+                                            series.times.back()));
+    series.times.push_back(time);
+}
+
+} // namespace
+
+const std::vector<double>& RecordedSeries::of(const std::string& name) const {
+    return values[static_cast<std::size_t>(std::ranges::find(names, name) - names.begin())];
+}
+
+RecordedSeries read_recorded_table(const ImportMapping& mapping) {
+    const std::string file = mapping.source.string();
+    std::string text(without_lines(read_text_file(mapping.source), mapping.skipped_lines));
+    const char delimiter =
+        mapping.delimiter.value_or(guessed_delimiter(text, mapping.has_decimal_comma));
+    if (delimiter == ' ')
+        text = with_single_spaces(text);
+    const std::vector<DelimitedLine> lines = split_table(text, delimiter);
+    core::FileFaults faults(file);
+    if (lines.size() < 2)
+        throw core::InputError(fmt::format("{}: there is no table below its header", file));
+    const std::vector<std::string>& header = lines.front().cells;
+    const std::size_t time_column = column_of(file, header, mapping.time_column);
+    RecordedSeries series;
+    series.names = names_used(mapping);
+    std::vector<std::size_t> columns;
+    for (const std::string& name : series.names)
+        columns.push_back(column_of(file, header, name));
+    series.values.resize(columns.size());
+    // A header of numbers is the first line of a table without a header.
+    const bool has_header = !core::parse_decimal(header[time_column]);
+    for (std::size_t i = has_header ? 1 : 0; i < lines.size(); ++i) {
+        DelimitedLine line = lines[i];
+        line.number += mapping.skipped_lines;
+        const double time = read_cell(line, time_column, 0, mapping.has_decimal_comma, faults);
+        append_time(line, in_seconds(time, mapping), series, faults);
+        for (std::size_t k = 0; k < columns.size(); ++k)
+            series.values[k].push_back(mapping.sign * read_cell(line, columns[k],
+                                                                mapping.power_of_ten.value_or(-3),
+                                                                mapping.has_decimal_comma, faults));
+    }
+    faults.throw_if_any();
+    return series;
+}
+
+RecordedSeries read_recorded_markers(const ImportMapping& mapping) {
+    const C3dTracks tracks = read_c3d(mapping.source);
+    const std::string file = mapping.source.string();
+    const std::map<std::string, int> powers{{"mm", -3}, {"cm", -2}, {"m", 0}};
+    const auto unit = powers.find(tracks.unit);
+    if (!mapping.power_of_ten && unit == powers.end())
+        throw core::InputError(fmt::format(
+            "{}: its unit of length is \"{}\"; set motion.unit in the mapping", file, tracks.unit));
+    const int power = mapping.power_of_ten ? *mapping.power_of_ten : unit->second;
+    const double to_metres = std::pow(10.0, power);
+    RecordedSeries series;
+    series.frames_per_second = tracks.frames_per_second;
+    series.names = names_used(mapping);
+    for (std::size_t i = 0; i < tracks.frames; ++i)
+        series.times.push_back(static_cast<double>(i) / tracks.frames_per_second);
+    for (const std::string& name : series.names) {
+        const auto label = std::ranges::find(tracks.labels, name);
+        if (label == tracks.labels.end())
+            refuse_name(file, "marker", name, tracks.labels);
+        const auto marker = static_cast<std::size_t>(label - tracks.labels.begin());
+        std::vector<double> values;
+        for (std::size_t i = 0; i < tracks.frames; ++i) {
+            const double* position = &tracks.positions[(i * tracks.labels.size() + marker) * 3];
+            values.push_back(to_metres *
+                             (mapping.axis[0] * position[0] + mapping.axis[1] * position[1] +
+                              mapping.axis[2] * position[2]));
+        }
+        series.values.push_back(std::move(values));
+    }
+    return series;
+}
+
+} // namespace culm::measure

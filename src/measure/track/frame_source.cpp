@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/track/frame_source.hpp"
+
+#include "core/error.hpp"
+#include "measure/track/frame_from_opencv.hpp"
+#include "measure/track/parallel_frames.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <string_view>
+
+#include <fmt/core.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+
+namespace culm::measure {
+
+namespace {
+
+/// As in video.toml. Numbers grow by those of missing frames, and must stay an int.
+constexpr int largest_frame_number = 1'000'000'000;
+
+/// A file name with a place for the frame's number.
+struct NumberedName {
+    std::string before;
+    std::string after;
+    std::size_t digits = 1; ///< padded with zeros to so many at least
+
+    [[nodiscard]] std::string file(int number) const {
+        return fmt::format("{}{:0{}}{}", before, number, digits, after);
+    }
+    /// The number in a file name of this form, or −1.
+    [[nodiscard]] int number_in(std::string_view name) const {
+        if (name.size() <= before.size() + after.size() || !name.starts_with(before) ||
+            !name.ends_with(after))
+            return -1;
+        const std::string_view text =
+            name.substr(before.size(), name.size() - before.size() - after.size());
+        int number = -1;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+        const bool is_number = error == std::errc{} && end == text.data() + text.size();
+        return is_number && number >= 0 && number <= largest_frame_number && file(number) == name
+                   ? number
+                   : -1;
+    }
+};
+
+NumberedName parse_name(const std::string& name, const std::string& pattern) {
+    const std::size_t begin = name.find('%');
+    const std::size_t end = name.find('d', begin);
+    NumberedName result;
+    bool is_valid = begin != std::string::npos && end != std::string::npos &&
+                    name.find('%', begin + 1) == std::string::npos;
+    if (is_valid) {
+        const std::string digits = name.substr(begin + 1, end - begin - 1);
+        is_valid = digits.empty() || (digits.size() <= 3 && digits.front() == '0' &&
+                                      digits.find_first_not_of("0123456789") == std::string::npos);
+        result.before = name.substr(0, begin);
+        result.after = name.substr(end + 1);
+        result.digits = is_valid && digits.size() > 1 ? std::stoul(digits) : 1;
+    }
+    if (!is_valid)
+        throw core::InputError(fmt::format(
+            "{}: the file name must contain the frame number once, as %d or like %05d", pattern));
+    return result;
+}
+
+/// A numbered image sequence; the file name of its path contains one %d or %0Nd.
+class ImageSequence final : public FrameSource {
+  public:
+    explicit ImageSequence(const std::filesystem::path& pattern)
+        : pattern_(pattern.string()), folder_(pattern.parent_path()),
+          name_(parse_name(pattern.filename().string(), pattern_)) {
+        std::error_code error;
+        for (const auto& entry : std::filesystem::directory_iterator(folder_, error))
+            if (const int number = name_.number_in(entry.path().filename().string()); number >= 0)
+                numbers_.push_back(number);
+        if (error)
+            throw core::InputError(
+                fmt::format("{}: cannot be read: {}", folder_.string(), error.message()));
+        if (numbers_.empty())
+            throw core::InputError(fmt::format("{}: no file has a name of this form", pattern_));
+        std::ranges::sort(numbers_);
+    }
+
+    [[nodiscard]] const std::vector<int>& numbers() const override { return numbers_; }
+    [[nodiscard]] std::string name() const override { return pattern_; }
+
+    void for_each(std::span<const std::size_t> wanted, int threads, const Use& use) const override {
+        for_each_index(wanted.size(), threads, [&](std::size_t i) {
+            const std::string file = (folder_ / name_.file(numbers_.at(wanted[i]))).string();
+            const cv::Mat picture = cv::imread(file, cv::IMREAD_UNCHANGED);
+            if (picture.empty())
+                throw core::InputError(fmt::format("{}: is not a readable picture", file));
+            use(i, frame_from(picture, file));
+        });
+    }
+
+  private:
+    std::string pattern_;
+    std::filesystem::path folder_;
+    NumberedName name_;
+    std::vector<int> numbers_;
+};
+
+/// A damaged container may state any time; more lost frames than this leave no recording.
+constexpr double most_missing = 1e6;
+
+cv::VideoCapture open(const std::string& file) {
+    cv::VideoCapture video(file);
+    if (!video.isOpened())
+        throw core::InputError(fmt::format("{}: is not a video that OpenCV can read", file));
+    return video;
+}
+
+/// Any video file that OpenCV reads.
+class VideoFile final : public FrameSource {
+  public:
+    explicit VideoFile(const std::filesystem::path& file) : file_(file.string()) {
+        cv::VideoCapture video = open(file_);
+        if (const double fps = video.get(cv::CAP_PROP_FPS); fps > 0.0 && std::isfinite(fps))
+            stated_fps_ = fps;
+        // The number of frames that a container states is often an estimate.
+        std::vector<double> stamps;
+        while (video.grab()) {
+            numbers_.push_back(static_cast<int>(numbers_.size()));
+            stamps.push_back(video.get(cv::CAP_PROP_POS_MSEC));
+        }
+        if (numbers_.empty())
+            throw core::InputError(fmt::format("{}: holds no frame", file_));
+        find_missing_frames(stamps);
+    }
+
+    [[nodiscard]] const std::vector<int>& numbers() const override { return numbers_; }
+    [[nodiscard]] std::string name() const override { return file_; }
+    [[nodiscard]] std::optional<double> stated_fps() const override { return stated_fps_; }
+    [[nodiscard]] std::vector<std::string> remarks() const override { return remarks_; }
+
+    /// A video is decoded in order: the threads take turns at it and track what they got.
+    void for_each(std::span<const std::size_t> wanted, int threads, const Use& use) const override {
+        cv::VideoCapture video = open(file_);
+        std::mutex turn;
+        std::size_t next = 0;
+        std::size_t position = 0; // of the decoder
+        FirstError error;
+        on_threads(threads, [&] {
+            while (true) {
+                std::size_t i = 0;
+                cv::Mat picture;
+                {
+                    const std::scoped_lock lock(turn);
+                    if (next >= wanted.size())
+                        return;
+                    i = next++;
+                    for (; position < wanted[i]; ++position)
+                        video.grab();
+                    cv::Mat decoded;
+                    video.read(decoded);
+                    ++position;
+                    picture = decoded.clone();
+                }
+                try {
+                    if (picture.empty())
+                        throw core::InputError(
+                            fmt::format("{}: frame {} cannot be decoded", file_, wanted[i]));
+                    use(i, frame_from(picture, file_));
+                } catch (...) {
+                    error.keep(i);
+                }
+            }
+        });
+        error.rethrow();
+    }
+
+  private:
+    /// Time stamps that skip a frame time mean frames that were lost: the numbers leave a gap.
+    void find_missing_frames(const std::vector<double>& stamps) {
+        std::vector<double> steps;
+        for (std::size_t i = 1; i < stamps.size(); ++i)
+            steps.push_back(stamps[i] - stamps[i - 1]);
+        if (steps.size() < 4)
+            return;
+        std::vector<double> sorted = steps;
+        std::ranges::nth_element(sorted, sorted.begin() + std::ptrdiff_t(sorted.size() / 2));
+        const double usual = sorted[sorted.size() / 2];
+        if (!(usual > 0.0))
+            return;
+        int shift = 0;
+        for (std::size_t i = 1; i < stamps.size(); ++i) {
+            // Containers round time stamps, often to a millisecond.
+            const double skipped = std::round(steps[i - 1] / usual) - 1.0;
+            if (!(skipped <= most_missing - double(shift)))
+                throw core::InputError(fmt::format(
+                    "{}: the time stamps skip {:g} frames after frame {}; at most {:g} may be "
+                    "missing",
+                    file_, skipped, numbers_[i - 1], most_missing));
+            const int missing = static_cast<int>(std::max(-1.0, skipped));
+            if (missing > 0 && steps[i - 1] > 1.5 * usual + 1.0) {
+                remarks_.push_back(
+                    fmt::format("the time stamps skip {} frame time{} after frame {}", missing,
+                                missing == 1 ? "" : "s", numbers_[i - 1]));
+                shift += missing;
+            }
+            numbers_[i] += shift;
+        }
+    }
+
+    std::string file_;
+    std::vector<int> numbers_;
+    std::optional<double> stated_fps_;
+    std::vector<std::string> remarks_;
+};
+
+} // namespace
+
+std::unique_ptr<FrameSource> open_frames(const std::filesystem::path& folder,
+                                         const std::string& location) {
+    const std::filesystem::path path = folder / location;
+    if (path.filename().string().find('%') != std::string::npos)
+        return std::make_unique<ImageSequence>(path);
+    if (!std::filesystem::is_regular_file(path))
+        throw core::InputError(fmt::format(
+            "{}: is not a file (a numbered image sequence is written like frames/%05d.png)",
+            path.string()));
+    const std::string extension = path.extension().string();
+    if (extension == ".cih" || extension == ".cihx" || extension == ".CIH" || extension == ".CIHX")
+        return open_photron(path);
+    if (extension == ".mraw" || extension == ".MRAW")
+        throw core::InputError(
+            fmt::format("{}: give the header that belongs to it (.cih or .cihx)", path.string()));
+    return std::make_unique<VideoFile>(path);
+}
+
+} // namespace culm::measure

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The motion of a tracked stem: when it was released, how it swings, where frames are missing.
+#pragma once
+
+#include "measure/track/row_record.hpp"
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace culm::measure {
+
+/// Motion by which the readings after a release are understood.
+struct ReleaseCurve {
+    double relative_height = 1.0; ///< of the place, of the stem's length
+    double period = 1.0;          ///< of the first mode, frames
+    double decay_per_cycle = 0.0; ///< of the first mode's amplitude, 2πζ, ≥ 0
+
+    /// Deflection over that while held, `frames` after the release (1 before it): the first eight
+    /// modes of a uniform Euler–Bernoulli cantilever that a force at its tip held bent, each damped
+    /// in proportion to its frequency (Kelvin–Voigt). The tip starts at once, lower places when the
+    /// wave of bending has reached them.
+    [[nodiscard]] double at(double frames) const;
+
+    /// Frames from the release to the first passage through the rest position.
+    [[nodiscard]] double first_passage() const;
+};
+
+/// The history of one place by frame; NaN where it was not seen.
+struct WatchedHistory {
+    std::vector<int> numbers;   ///< of the frames
+    std::vector<double> column; ///< pixels
+};
+
+struct ReleaseMoment {
+    std::size_t last_held = 0;
+    std::size_t held_frames = 0;
+    double number = 0.0;          ///< frame number with fraction
+    double misfit = 0.0;          ///< largest difference from the release curve there, of the pull
+    double sign = 1.0;            ///< of the pull
+    double pull = 0.0;            ///< held column less the rest, times sign, pixels, > 0
+    double held_noise = 0.0;      ///< robust spread of the held columns, pixels
+    double period = 0.0;          ///< mean over the swings seen, frames
+    std::vector<double> passages; ///< through the rest, frame numbers with fractions
+};
+
+/// What is known before the release is looked for.
+struct ReleaseClues {
+    double rest = 0.0;                    ///< column, an estimate
+    double relative_height = 1.0;         ///< of the place, of the stem's length
+    double decay_per_cycle = 0.0;         ///< of the swing; 0 if not known yet
+    std::optional<std::size_t> last_held; ///< index of the frame, if the user says so
+};
+
+/// The moment is that from which the first tenth of a swing follows a cantilever's ReleaseCurve
+/// best. Throws core::InputError (beginning with `source`) if the history does
+/// not show a stem that is held, let go, and swings through its rest. Still means longer than the
+/// turning point of such a swing would seem to be.
+[[nodiscard]] ReleaseMoment find_release(const WatchedHistory& history, const ReleaseClues& clues,
+                                         const std::string& source);
+
+/// y(n+2L) − c = a (y(n+L) − c) + b (y(n) − c) for every damped sine, whatever its phase and
+/// amplitude: a = 2 exp(−αL) cos ωL, b = −exp(−2αL). One a and b for all places, c per place.
+struct SwingModel {
+    int lag = 1; ///< L, frames
+    double a = 0.0;
+    double b = 0.0;
+    std::vector<double> rest; ///< c, pixels; NaN where nothing was seen
+
+    [[nodiscard]] double cycles_per_frame() const; ///< 0 if the recurrence does not swing
+    [[nodiscard]] double decay_per_frame() const;  ///< α, ≥ 0
+};
+
+/// Linear least squares over the frames begin … end − 1 (indices), with a lag of about an eighth of
+/// the period (in frames). Triples with a frame missing are left out. Empty if fewer than a dozen
+/// are left or the recurrence determines no rest position.
+[[nodiscard]] std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin,
+                                                  std::size_t end, double period);
+
+/// What the recurrence leaves in one history: y(n+2L) less its prediction from y(n+L) and y(n), at
+/// the index of n+2L; NaN where one of the frames is missing.
+[[nodiscard]] std::vector<double> swing_surprises(const std::vector<int>& numbers,
+                                                  const std::vector<double>& history,
+                                                  const SwingModel& model, double rest);
+
+/// What the jumps are judged by.
+struct SwingOfPlace {
+    double rest = 0.0;             ///< column
+    double relative_height = 1.0;  ///< of the place, of the stem's length
+    double decay_per_cycle = 0.0;  ///< 2πζ
+    std::size_t settled_frame = 0; ///< index from which on the first mode swings alone
+};
+
+/// Remarks about frames before which some were lost or doubled. While higher modes still sound, by
+/// the times between the first passages through the rest, which they hardly move: 4 % of a period
+/// is a jump. Afterwards by what the recurrence `model` (lag 1) leaves: an eighth of the amplitude.
+[[nodiscard]] std::vector<std::string> find_jumps(const WatchedHistory& history,
+                                                  const ReleaseMoment& release,
+                                                  const SwingModel& model,
+                                                  const SwingOfPlace& swing);
+
+} // namespace culm::measure

@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/error.hpp"
+#include "measure/track/order_statistics.hpp"
+#include "measure/track/ring_down.hpp"
+#include "measure/track/track.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/core.h>
+
+namespace culm::measure {
+namespace {
+
+constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t fewest_still_frames = 5;
+
+/// Places seen in 19 of 20 frames, from the highest down; if there is none, the one seen most.
+std::vector<std::size_t> places_to_watch(const AxisRecord& record) {
+    std::vector<std::size_t> places;
+    std::size_t most_seen = 0;
+    for (std::size_t h = record.places.size(); h-- > 0;) {
+        if (record.seen(h) >= 0.95)
+            places.push_back(h);
+        if (record.seen(h) > record.seen(most_seen))
+            most_seen = h;
+    }
+    if (places.empty())
+        places.push_back(most_seen);
+    return places;
+}
+
+/// Spread from frame to frame in the quietest eight frames, pixels: of the second differences,
+/// which a slow motion does not enter.
+double quietest_spread(const std::vector<double>& column) {
+    constexpr std::size_t window = 8;
+    double quietest = std::numeric_limits<double>::infinity();
+    std::vector<double> differences;
+    for (std::size_t begin = 0; begin + window <= column.size(); ++begin) {
+        differences.clear();
+        for (std::size_t k = begin + 2; k < begin + window; ++k)
+            if (const double d = column[k] - 2.0 * column[k - 1] + column[k - 2]; !std::isnan(d))
+                differences.push_back(d);
+        if (differences.size() + 2 == window)
+            quietest = std::min(quietest, robust_deviation(differences) / std::sqrt(6.0));
+    }
+    return std::isfinite(quietest) ? quietest : 0.0;
+}
+
+void refuse_still_stem(const WatchedHistory& history, const std::string& source) {
+    std::vector<double> seen;
+    for (const double column : history.column)
+        if (!std::isnan(column))
+            seen.push_back(column);
+    if (seen.size() < 12)
+        throw core::InputError(
+            fmt::format("{}: the stem is seen in {} of {} frames only; 12 at least are needed",
+                        source, seen.size(), history.column.size()));
+    const double range = quantile(seen, 0.99) - quantile(seen, 0.01);
+    // Readings of a still stem spread over five standard deviations, and the quietest of a few
+    // hundred windows shows about a quarter of one.
+    const double limit = std::max(1.0, 20.0 * quietest_spread(history.column));
+    if (range < limit)
+        throw core::InputError(fmt::format("{}: the stem does not move (by {:.2f} pixels, where "
+                                           "{:.2f} are needed): it is never released",
+                                           source, range, limit));
+}
+
+/// Standard deviation of what was seen in the frames begin … end − 1; NaN of fewer than two.
+double deviation_of(const std::vector<double>& column, std::size_t begin, std::size_t end) {
+    double count = 0.0;
+    double mean = 0.0;
+    double squares = 0.0; // about the mean so far (Welford)
+    for (std::size_t k = begin; k < end; ++k) {
+        if (std::isnan(column[k]))
+            continue;
+        count += 1.0;
+        const double step = column[k] - mean;
+        mean += step / count;
+        squares += step * (column[k] - mean);
+    }
+    return count > 1.0 ? std::sqrt(squares / (count - 1.0)) : nothing;
+}
+
+/// Index of the first frame from which the readings of every period scatter by no more than the
+/// limit.
+std::optional<std::size_t> find_rest(const WatchedHistory& history, std::size_t after,
+                                     double period, double limit) {
+    const auto window = std::max<std::size_t>(8, std::size_t(std::ceil(period)));
+    const std::size_t count = history.column.size();
+    std::optional<std::size_t> begin;
+    for (std::size_t end = count; end >= after + window; --end) {
+        if (deviation_of(history.column, end - window, end) > limit)
+            break;
+        begin = end - window;
+    }
+    return begin;
+}
+
+/// Standard deviations of the places over frames begin … end − 1, for places seen there.
+std::vector<double> spread(const AxisRecord& record, std::size_t begin, std::size_t end) {
+    std::vector<double> result;
+    for (std::size_t h = 0; h < record.places.size(); ++h) {
+        const std::vector<double> history = record.history(h);
+        const auto seen = std::count_if(history.begin() + std::ptrdiff_t(begin),
+                                        history.begin() + std::ptrdiff_t(end),
+                                        [](double value) { return !std::isnan(value); });
+        result.push_back(
+            std::size_t(seen) >= fewest_still_frames ? deviation_of(history, begin, end) : nothing);
+    }
+    return result;
+}
+
+bool is_any_known(const std::vector<double>& values) {
+    return std::ranges::any_of(values, [](double value) { return !std::isnan(value); });
+}
+
+/// Standard deviations from few frames scatter themselves: each variance is averaged with that of
+/// all places, which counts as much as 20 frames.
+void draw_together(std::vector<double>& deviations, std::size_t frames) {
+    double sum = 0.0;
+    double count = 0.0;
+    for (const double deviation : deviations)
+        if (!std::isnan(deviation)) {
+            sum += deviation * deviation;
+            count += 1.0;
+        }
+    const auto own = static_cast<double>(frames);
+    constexpr double common = 20.0;
+    for (double& deviation : deviations)
+        deviation =
+            std::sqrt((own * deviation * deviation + common * sum / count) / (own + common));
+}
+
+/// (places) standard deviation of a reading by what the recurrence leaves from frame `begin` on.
+std::vector<double> spread_about(const SwingModel& swing, const AxisRecord& record,
+                                 std::size_t begin) {
+    const double amplification = std::sqrt(1.0 + swing.a * swing.a + swing.b * swing.b);
+    std::vector<double> result;
+    for (std::size_t h = 0; h < record.places.size(); ++h) {
+        const std::vector<double> surprises =
+            swing_surprises(record.numbers, record.history(h), swing, swing.rest[h]);
+        std::vector<double> known;
+        for (std::size_t k = begin; k < surprises.size(); ++k)
+            if (!std::isnan(surprises[k]))
+                known.push_back(surprises[k]);
+        result.push_back(known.empty() ? nothing : robust_deviation(known) / amplification);
+    }
+    return result;
+}
+
+void find_noise(RingDownWindow& window, const AxisRecord& record,
+                const std::vector<double>& spread_about_swing) {
+    const std::size_t count = record.numbers.size();
+    const std::size_t at_rest = window.rest_begin ? count - *window.rest_begin : 0;
+    // After rest if there is clearly more of it: a finger that holds may tremble.
+    if (window.held_frames >= fewest_still_frames && at_rest < 4 * window.held_frames) {
+        const std::size_t end = window.last_held + 1;
+        window.noise = spread(record, end - std::min(end, window.held_frames), end);
+        draw_together(window.noise, window.held_frames);
+        window.noise_source = fmt::format("{} frames before the release", window.held_frames);
+    } else if (at_rest >= fewest_still_frames) {
+        window.noise = spread(record, *window.rest_begin, count);
+        draw_together(window.noise, at_rest);
+        window.noise_source = fmt::format("{} frames after rest", at_rest);
+    }
+    if (is_any_known(window.noise) || spread_about_swing.empty())
+        return;
+    window.noise = spread_about_swing;
+    window.noise_source = "residual of a damped swing between neighbouring frames";
+}
+
+/// A place, its history, and the release as it shows there with a first guess of the rest.
+struct WatchedPlace {
+    std::size_t place = 0;
+    WatchedHistory history;
+    ReleaseMoment release;
+};
+
+WatchedPlace watch(const AxisRecord& record, std::size_t place, const WindowOptions& options) {
+    WatchedPlace watched{place, {record.numbers, record.history(place)}, {}};
+    const std::vector<double>& column = watched.history.column;
+    refuse_still_stem(watched.history, options.source);
+    std::vector<double> late;
+    for (std::size_t k = column.size() * 3 / 4; k < column.size(); ++k)
+        if (!std::isnan(column[k]))
+            late.push_back(column[k]);
+    if (late.empty())
+        throw core::InputError(fmt::format(
+            "{}: the stem is not seen in the last quarter of the recording", options.source));
+    watched.release = find_release(watched.history,
+                                   {.rest = median(late),
+                                    .relative_height = record.places[place] / options.length,
+                                    .decay_per_cycle = 0.0,
+                                    .last_held = options.release_frame},
+                                   options.source);
+    return watched;
+}
+
+/// Whether the place was seen while the stem was held and when it fell.
+bool shows_release(const WatchedPlace& watched) {
+    const std::vector<double>& column = watched.history.column;
+    const auto unseen = [&](std::size_t begin, std::size_t end) {
+        return std::count_if(column.begin() + std::ptrdiff_t(begin),
+                             column.begin() + std::ptrdiff_t(std::min(end, column.size())),
+                             [](double value) { return std::isnan(value); });
+    };
+    const std::size_t moving = watched.release.last_held + 1;
+    return 10 * unseen(0, moving) <= std::ptrdiff_t(moving) && unseen(moving, moving + 4) == 0;
+}
+
+/// The highest place that shows the release: higher ones may be outside the picture or behind
+/// something just then. A place without gaps has the last word on what is wrong.
+WatchedPlace choose_place(const AxisRecord& record, const WindowOptions& options) {
+    std::optional<WatchedPlace> second_best;
+    std::optional<core::InputError> refusal;
+    for (const std::size_t place : places_to_watch(record)) {
+        try {
+            WatchedPlace watched = watch(record, place, options);
+            if (shows_release(watched))
+                return watched;
+            if (!second_best)
+                second_best = std::move(watched);
+        } catch (const core::InputError& error) {
+            refusal = error;
+            if (record.seen(place) == 1.0)
+                break;
+        }
+    }
+    if (refusal || !second_best)
+        throw *refusal;
+    return *second_best;
+}
+
+} // namespace
+
+RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& options) {
+    const WatchedPlace chosen = choose_place(record, options);
+    const std::size_t watched = chosen.place;
+    const WatchedHistory& history = chosen.history;
+    ReleaseMoment release = chosen.release;
+
+    RingDownWindow window;
+    const std::size_t after_first_swings = std::min(
+        history.column.size(), release.last_held + std::size_t(std::ceil(1.5 * release.period)));
+    const std::optional<SwingModel> swing =
+        fit_swing(record, after_first_swings, history.column.size(), release.period);
+    const std::vector<double> about_swing =
+        swing ? spread_about(*swing, record, after_first_swings) : std::vector<double>{};
+    double reading = swing ? about_swing[watched] : 0.0;
+    if (release.held_frames >= fewest_still_frames) {
+        const std::size_t end = release.last_held + 1;
+        reading = std::max(reading, deviation_of(history.column, end - release.held_frames, end));
+    }
+    // Of a hundred periods at rest, with some 16 frames each, the worst scatters by 1.6 times the
+    // reading's deviation; a swing that adds as much has an amplitude of 1.8 deviations.
+    window.rest_begin =
+        find_rest(history, release.last_held + 1, release.period, 1.6 * std::max(reading, 0.02));
+    const bool is_rest_seen =
+        window.rest_begin && history.column.size() - *window.rest_begin >= fewest_still_frames;
+    if (is_rest_seen) {
+        for (std::size_t h = 0; h < record.places.size(); ++h) {
+            const std::vector<double> columns = record.history(h);
+            std::vector<double> still;
+            for (std::size_t k = *window.rest_begin; k < columns.size(); ++k)
+                if (!std::isnan(columns[k]))
+                    still.push_back(columns[k]);
+            window.rest.push_back(median(std::move(still)));
+        }
+    } else if (swing) {
+        window.rest_source = RestSource::DecayingSwing;
+        window.rest = swing->rest;
+    } else {
+        throw core::InputError(fmt::format(
+            "{}: the recording ends before the stem is at rest, and shows too little of the swing "
+            "to determine the rest position",
+            options.source));
+    }
+    const double rest = window.rest[watched];
+    const ReleaseClues clues{.rest = rest,
+                             .relative_height = record.places[watched] / options.length,
+                             .decay_per_cycle =
+                                 swing ? swing->decay_per_frame() * release.period : 0.0,
+                             .last_held = options.release_frame};
+    release = find_release(history, clues, options.source);
+    window.last_held = release.last_held;
+    window.held_frames = release.held_frames;
+    window.release_number = release.number;
+    window.sign = release.sign;
+    window.watched = watched;
+    window.pull = release.pull;
+    window.cycles_per_frame = 1.0 / release.period;
+    window.moving_noise = about_swing;
+    find_noise(window, record, about_swing);
+    if (const auto step = fit_swing(record, after_first_swings, history.column.size(), 1.0);
+        step && step->cycles_per_frame() > 0.0)
+        window.remarks =
+            find_jumps(history, release, *step,
+                       {rest, clues.relative_height, clues.decay_per_cycle, after_first_swings});
+    // Blur, large deflections and the noise of a reading leave 1 % at most.
+    if (release.misfit > 0.04 + 4.0 * release.held_noise / release.pull)
+        window.remarks.push_back(fmt::format(
+            "the stem leaves its hold otherwise than a beam let go at its tip does, by {:.0f} % of "
+            "the pull: was it let go slowly, or are frames missing there? The moment of release is "
+            "uncertain",
+            100.0 * release.misfit));
+    return window;
+}
+
+} // namespace culm::measure

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/error.hpp"
+#include "measure/track/order_statistics.hpp"
+#include "measure/track/stem_contrast.hpp"
+#include "measure/track/track.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include <fmt/core.h>
+
+namespace culm::measure {
+
+namespace {
+
+/// Threshold of a first trace: five times the noise, the same in all rows.
+TraceOptions first_trace_options(const BandImage& contrast, double noise, double stem_width) {
+    TraceOptions options;
+    options.stem_width = stem_width;
+    options.bottom_row = contrast.height;
+    options.threshold_by_row.assign(std::size_t(contrast.height), static_cast<float>(5.0 * noise));
+    return options;
+}
+
+/// A chain and the width of the picture in which it was found.
+struct Sighting {
+    StemChain chain;
+    double noise = 0.0;
+};
+
+Sighting look(const FrameImage& frame, const StemView& view, double stem_width) {
+    const BandImage contrast =
+        stem_contrast(upright_band(frame, view.band, view.up), view.sign, stem_width);
+    const double noise = contrast_noise(contrast);
+    return {trace_stem(contrast, first_trace_options(contrast, noise, stem_width)), noise};
+}
+
+/// Length times clarity, summed over the frames.
+double view_score(const std::vector<FrameImage>& frames, const StemView& view, double stem_width) {
+    double score = 0.0;
+    for (const FrameImage& frame : frames) {
+        const Sighting sighting = look(frame, view, stem_width);
+        if (sighting.chain.runs.empty())
+            continue;
+        std::vector<float> peaks;
+        for (const RowRun& run : sighting.chain.runs)
+            peaks.push_back(run.peak);
+        score += sighting.chain.score * double(median(std::move(peaks))) / sighting.noise;
+    }
+    return score;
+}
+
+/// How far the stem's lowest and highest tenth move between the frames.
+struct EndMotion {
+    double bottom = 0.0;
+    double top = 0.0;
+};
+
+EndMotion end_motion(const std::vector<FrameImage>& frames, const StemView& view,
+                     double stem_width) {
+    std::vector<double> bottoms;
+    std::vector<double> tops;
+    for (const FrameImage& frame : frames) {
+        const std::vector<RowRun> runs = look(frame, view, stem_width).chain.runs;
+        if (runs.empty())
+            continue;
+        std::vector<double> low;
+        std::vector<double> high;
+        for (std::size_t i = 0; i < runs.size() / 10 + 1; ++i) {
+            low.push_back(runs[i].median_column());
+            high.push_back(runs[runs.size() - 1 - i].median_column());
+        }
+        bottoms.push_back(median(std::move(low)));
+        tops.push_back(median(std::move(high)));
+    }
+    const auto spread = [](const std::vector<double>& values) {
+        return values.empty() ? 0.0 : std::ranges::max(values) - std::ranges::min(values);
+    };
+    return {spread(bottoms), spread(tops)};
+}
+
+/// Expected width of the stem in the picture, pixels: its depth over the scale, at least 2.
+double expected_stem_width(const TrackSettings& settings) {
+    return std::max(2.0,
+                    section_depth(settings.description.stem.section) / settings.metres_per_pixel);
+}
+
+/// Tries every orientation, band and sign that the settings leave open on these frames; the view
+/// with the longest and clearest chains wins. Throws core::InputError if none shows a stem.
+StemView choose_view(const std::vector<FrameImage>& frames, const TrackSettings& settings,
+                     const std::string& source) {
+    const double width = expected_stem_width(settings);
+    std::vector<Up> ups{Up::DecreasingRow, Up::DecreasingColumn};
+    if (settings.up)
+        ups = {*settings.up};
+    std::vector<Band> bands{Band::Red};
+    if (frames.front().bands > 1 && settings.band)
+        bands = {*settings.band};
+    else if (frames.front().bands > 1)
+        bands = {Band::Red, Band::Green, Band::Blue};
+    std::vector<int> signs{1, -1};
+    if (settings.stem_sign)
+        signs = {*settings.stem_sign};
+
+    StemView best;
+    double best_score = 0.0;
+    for (const Up up : ups)
+        for (const Band band : bands)
+            for (const int sign : signs) {
+                const StemView view{up, band, sign};
+                if (const double score = view_score(frames, view, width); score > best_score) {
+                    best_score = score;
+                    best = view;
+                }
+            }
+    if (best_score == 0.0)
+        throw core::InputError(fmt::format(
+            "{}: no stem is visible: in none of {} frames looked at does a line about {:.1f} "
+            "pixels wide (the stem's width over mm_per_px) stand out from the noise",
+            source, frames.size(), width));
+    if (!settings.up) {
+        const EndMotion motion = end_motion(frames, best, width);
+        if (motion.bottom > motion.top)
+            best.up = best.up == Up::DecreasingRow ? Up::IncreasingRow : Up::IncreasingColumn;
+    }
+    return best;
+}
+
+std::vector<std::size_t> evenly_spaced(std::span<const std::size_t> wanted, std::size_t count) {
+    if (wanted.size() <= count)
+        return {wanted.begin(), wanted.end()};
+    std::vector<std::size_t> chosen;
+    for (std::size_t k = 0; k < count; ++k)
+        chosen.push_back(wanted[k * (wanted.size() - 1) / (count - 1)]);
+    return chosen;
+}
+
+void check_size(const FrameImage& frame, const TrackSettings& settings) {
+    if (frame.width < 8 || frame.height < 8)
+        throw core::InputError(fmt::format("{}: frames of {} x {} pixels are too small to track",
+                                           settings.file.string(), frame.width, frame.height));
+    if ((settings.width && *settings.width != frame.width) ||
+        (settings.height && *settings.height != frame.height))
+        throw core::InputError(fmt::format(
+            "{}: video.width_px, video.height_px say {} x {}; the frames have {} x {} pixels",
+            settings.file.string(), settings.width.value_or(frame.width),
+            settings.height.value_or(frame.height), frame.width, frame.height));
+}
+
+/// Fills NaN from the nearest value, then takes the median of 31 rows.
+std::vector<float> smoothed(std::vector<float> values) {
+    const auto is_known = [](float value) { return !std::isnan(value); };
+    const auto first = std::ranges::find_if(values, is_known);
+    if (first == values.end())
+        return values;
+    std::fill(values.begin(), first, *first);
+    for (std::size_t r = 1; r < values.size(); ++r)
+        if (std::isnan(values[r]))
+            values[r] = values[r - 1];
+    std::vector<float> result(values.size());
+    constexpr std::ptrdiff_t reach = 15;
+    for (std::ptrdiff_t r = 0; r < std::ptrdiff_t(values.size()); ++r)
+        result[std::size_t(r)] = median(std::vector<float>(
+            values.begin() + std::max<std::ptrdiff_t>(0, r - reach),
+            values.begin() + std::min(std::ptrdiff_t(values.size()), r + reach + 1)));
+    return result;
+}
+
+/// What the chains of the sampled frames show together.
+class ChainStatistics {
+  public:
+    ChainStatistics(const std::vector<BandImage>& contrasts, const TraceOptions& options)
+        : height_(contrasts.front().height) {
+        for (const BandImage& contrast : contrasts)
+            if (StemChain chain = trace_stem(contrast, options); !chain.runs.empty())
+                chains_.push_back(std::move(chain));
+    }
+    [[nodiscard]] std::size_t count() const { return chains_.size(); }
+
+    /// Stem's contrast in every row, smoothed over rows.
+    [[nodiscard]] std::vector<float> contrast_by_row() const {
+        std::vector<std::vector<float>> peaks(std::size_t(height_), std::vector<float>{});
+        for (const StemChain& chain : chains_)
+            for (const RowRun& run : chain.runs)
+                peaks[std::size_t(run.row)].push_back(run.peak);
+        std::vector<float> medians;
+        medians.reserve(peaks.size());
+        for (std::vector<float>& row : peaks)
+            medians.push_back(median(std::move(row)));
+        return smoothed(std::move(medians));
+    }
+    [[nodiscard]] double bottom_row() const {
+        std::vector<double> rows;
+        for (const StemChain& chain : chains_)
+            rows.push_back(chain.runs.front().row);
+        return median(std::move(rows));
+    }
+    [[nodiscard]] double bottom_column() const {
+        std::vector<double> columns;
+        for (const StemChain& chain : chains_)
+            columns.push_back(chain.runs.front().median_column());
+        return median(std::move(columns));
+    }
+    [[nodiscard]] double width() const {
+        std::vector<double> widths;
+        for (const StemChain& chain : chains_)
+            for (const RowRun& run : chain.runs)
+                widths.push_back(run.width());
+        return median(std::move(widths));
+    }
+
+  private:
+    int height_;
+    std::vector<StemChain> chains_;
+};
+
+void set_thresholds(StemSurvey& survey, const ChainStatistics& chains,
+                    const TrackSettings& settings) {
+    const std::vector<float> contrast = chains.contrast_by_row();
+    survey.contrast = median(contrast);
+    for (std::size_t r = 0; r < contrast.size(); ++r)
+        survey.trace.threshold_by_row[r] =
+            settings.threshold
+                ? static_cast<float>(*settings.threshold)
+                : std::max(0.5F * contrast[r], static_cast<float>(4.0 * survey.noise));
+}
+
+void find_clamp(StemSurvey& survey, const ChainStatistics& chains, const TrackSettings& settings,
+                int upright_height) {
+    const bool is_sideways =
+        survey.view.up == Up::DecreasingColumn || survey.view.up == Up::IncreasingColumn;
+    const double clamp = settings.clamp.value_or(0.0);
+    const double axis = settings.axis.value_or(0.0);
+    const PixelPoint given =
+        in_upright(is_sideways ? PixelPoint{clamp, axis} : PixelPoint{axis, clamp},
+                   survey.frame_width, survey.frame_height, survey.view.up);
+    survey.clamp_is_detected = !settings.clamp;
+    survey.clamp_row = settings.clamp ? given.row : chains.bottom_row() + 0.5;
+    if (!settings.clamp && chains.bottom_row() + 2 >= upright_height)
+        survey.remarks.emplace_back(
+            "the stem reaches the picture's border: where it is clamped is not seen; heights count "
+            "from that border unless clamp_row (clamp_column) is given");
+    survey.trace.bottom_row = std::clamp(int(std::ceil(survey.clamp_row)), 1, upright_height);
+    survey.trace.axis_column = settings.axis ? given.column : chains.bottom_column();
+}
+
+} // namespace
+
+StemSurvey survey_stem(const FrameSource& source, std::span<const std::size_t> wanted,
+                       const TrackSettings& settings, int threads) {
+    StemSurvey survey;
+    std::vector<FrameImage> frames(std::min<std::size_t>(6, wanted.size()));
+    source.for_each(evenly_spaced(wanted, frames.size()), threads,
+                    [&](std::size_t i, const FrameImage& frame) { frames[i] = frame; });
+    check_size(frames.front(), settings);
+    survey.frame_width = frames.front().width;
+    survey.frame_height = frames.front().height;
+    survey.bands = frames.front().bands;
+    survey.view = choose_view(frames, settings, source.name());
+    survey.up_is_detected = !settings.up;
+    frames.clear();
+
+    const double width = expected_stem_width(settings);
+    const std::vector<std::size_t> sample = evenly_spaced(wanted, 40);
+    std::vector<BandImage> contrasts(sample.size());
+    std::vector<double> noises(sample.size());
+    source.for_each(sample, threads, [&](std::size_t i, const FrameImage& frame) {
+        contrasts[i] = stem_contrast(upright_band(frame, survey.view.band, survey.view.up),
+                                     survey.view.sign, width);
+        noises[i] = contrast_noise(contrasts[i]);
+    });
+    for (const BandImage& contrast : contrasts)
+        if (contrast.width != contrasts.front().width ||
+            contrast.height != contrasts.front().height)
+            throw core::InputError(fmt::format("{}: the frames differ in size", source.name()));
+    survey.noise = median(noises);
+    survey.trace = first_trace_options(contrasts.front(), survey.noise, width);
+    survey.trace.clutter = find_still_clutter(contrasts, survey.trace);
+
+    set_thresholds(survey, ChainStatistics(contrasts, survey.trace), settings);
+    const ChainStatistics chains(contrasts, survey.trace);
+    if (chains.count() == 0)
+        throw core::InputError(fmt::format(
+            "{}: no stem stands out by the threshold {:.3g}; the contrast is {:.3g} grey values",
+            source.name(), survey.trace.threshold_by_row.front(), survey.contrast));
+    find_clamp(survey, chains, settings, contrasts.front().height);
+    survey.apparent_width = chains.width();
+    return survey;
+}
+
+} // namespace culm::measure

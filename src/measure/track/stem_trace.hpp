@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The stem in one frame: the chain of its runs from the clamp upward, and its axis in each row.
+#pragma once
+
+#include "measure/track/frame_image.hpp"
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace culm::measure {
+
+/// Neighbouring pixels of a row above the threshold: columns begin … end − 1.
+struct RowRun {
+    int row = 0;
+    int begin = 0;
+    int end = 0;
+    float peak = 0.0F; ///< largest contrast
+
+    [[nodiscard]] int width() const { return end - begin; }
+    /// Median of the run's pixel columns: the position that the paper takes.
+    [[nodiscard]] double median_column() const { return 0.5 * (begin + end - 1); }
+};
+
+struct TraceOptions {
+    double stem_width = 1.0;             ///< pixels
+    std::vector<float> threshold_by_row; ///< (height), contrast that makes a pixel logical
+    std::vector<std::uint8_t> clutter;   ///< (height, width), 1 = not the stem; empty: none
+    int bottom_row = 0;                  ///< rows from here down are left out
+    double axis_column = std::numeric_limits<double>::quiet_NaN(); ///< at bottom_row, if known
+};
+
+struct StemChain {
+    std::vector<RowRun> runs; ///< from the lowest row upward, at most one a row
+    double score = 0.0;       ///< about the number of rows in which a whole stem stands
+};
+
+/// The continuous chain of runs with the highest score. A run is a candidate if its width can be
+/// the stem's and it is not cut by the picture's side; steps from row to row are limited to a slope
+/// of one and to gaps of eight stem widths. The score counts rows weighted by how much of a stem's
+/// width the run has, less penalties for gaps, large ones above all, and sideways steps. An empty
+/// chain if nothing resembles a stem.
+[[nodiscard]] StemChain trace_stem(const BandImage& contrast, const TraceOptions& options);
+
+/// Column of the stem's axis in every row of the picture, NaN where the stem is not seen or
+/// something else is in the way. From the chain's row medians, after rows far from their quadratic
+/// are left out (a gate only: no position is replaced by the quadratic), the axis is the middle
+/// between the stem's two edges. An edge is where the contrast passes half of what it is inside the
+/// stem on that side, refined as the mean of the columns around it weighted by the squared
+/// change of intensity. Rows near the tip's end, where the cut through the stem is oblique, and
+/// single rows that disagree with their neighbours are left out.
+[[nodiscard]] std::vector<double> axis_columns(const BandImage& contrast, const StemChain& chain,
+                                               const TraceOptions& options);
+
+} // namespace culm::measure

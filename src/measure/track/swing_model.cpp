@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/track/order_statistics.hpp"
+#include "measure/track/ring_down.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/Dense>
+#include <fmt/core.h>
+
+namespace culm::measure {
+
+namespace {
+
+/// Index of the frame with this number at or after `from`; none if it is missing.
+std::optional<std::size_t> index_of(const std::vector<int>& numbers, std::size_t from, int number) {
+    const auto found =
+        std::lower_bound(numbers.begin() + std::ptrdiff_t(from), numbers.end(), number);
+    if (found == numbers.end() || *found != number)
+        return std::nullopt;
+    return std::size_t(found - numbers.begin());
+}
+
+/// Calls use(y(n), y(n+L), y(n+2L), index of the last) for all complete triples of one history.
+template <class Use>
+void for_each_triple(const std::vector<int>& numbers, const std::vector<double>& history, int lag,
+                     std::size_t begin, std::size_t end, const Use& use) {
+    for (std::size_t k = begin; k < end; ++k) {
+        const auto second = index_of(numbers, k, numbers[k] + lag);
+        const auto third = index_of(numbers, k, numbers[k] + 2 * lag);
+        if (!second || !third || *third >= end)
+            continue;
+        const double sum = history[k] + history[*second] + history[*third];
+        if (!std::isnan(sum))
+            use(history[k], history[*second], history[*third], *third);
+    }
+}
+
+} // namespace
+
+double SwingModel::cycles_per_frame() const {
+    const double decay = std::sqrt(std::max(0.0, -b));
+    const double cosine = decay > 0.0 ? a / (2.0 * decay) : 2.0;
+    if (std::abs(cosine) >= 1.0)
+        return 0.0;
+    return std::acos(cosine) / (2.0 * std::numbers::pi * lag);
+}
+
+double SwingModel::decay_per_frame() const {
+    return b < 0.0 && b > -1.0 ? -std::log(-b) / (2.0 * lag) : 0.0;
+}
+
+std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin, std::size_t end,
+                                    double period) {
+    SwingModel model;
+    model.lag = std::max(1, int(std::lround(period / 8.0)));
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    std::vector<Eigen::Vector3d> means;
+    std::size_t triples = 0;
+    for (std::size_t h = 0; h < record.places.size(); ++h) {
+        const std::vector<double> history = record.history(h);
+        Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+        double count = 0.0;
+        const auto add = [&](double first, double second, double third, std::size_t) {
+            mean += Eigen::Vector3d(first, second, third);
+            count += 1.0;
+        };
+        for_each_triple(record.numbers, history, model.lag, begin, end, add);
+        means.emplace_back(
+            count > 0.0 ? Eigen::Vector3d(mean / count)
+                        : Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+        // Differences from the means carry no rest position.
+        const Eigen::Vector3d centre = means.back();
+        const auto accumulate = [&](double first, double second, double third, std::size_t) {
+            const Eigen::Vector2d before(second - centre[1], first - centre[0]);
+            normal += before * before.transpose();
+            right += before * (third - centre[2]);
+        };
+        for_each_triple(record.numbers, history, model.lag, begin, end, accumulate);
+        triples = std::max(triples, std::size_t(count));
+    }
+    if (triples < 12 || normal.determinant() <= 1e-9 * normal.trace() * normal.trace())
+        return std::nullopt;
+    const Eigen::Vector2d solution = normal.ldlt().solve(right);
+    model.a = solution[0];
+    model.b = solution[1];
+    const double stiffness = 1.0 - model.a - model.b; // 0 if the recurrence has no rest position
+    if (!(stiffness > 1e-3))
+        return std::nullopt;
+    for (const Eigen::Vector3d& mean : means)
+        model.rest.push_back((mean[2] - model.a * mean[1] - model.b * mean[0]) / stiffness);
+    return model;
+}
+
+std::vector<double> swing_surprises(const std::vector<int>& numbers,
+                                    const std::vector<double>& history, const SwingModel& model,
+                                    double rest) {
+    std::vector<double> surprises(history.size(), std::numeric_limits<double>::quiet_NaN());
+    const auto note = [&](double first, double second, double third, std::size_t k) {
+        surprises[k] = third - rest - model.a * (second - rest) - model.b * (first - rest);
+    };
+    for_each_triple(numbers, history, model.lag, 0, history.size(), note);
+    return surprises;
+}
+
+namespace {
+
+std::string jump_between(int before, int after) {
+    return fmt::format("between the frames {} and {} the swing jumps as if frames were lost or "
+                       "doubled there; give their numbers as missing_frames if so",
+                       before, after);
+}
+
+/// Twice the median time between passages, which a jump does not move; of fewer than four the
+/// recurrence's period.
+double usual_period(const std::vector<double>& passages, double otherwise) {
+    std::vector<double> times;
+    for (std::size_t i = 1; i < passages.size(); ++i)
+        times.push_back(passages[i] - passages[i - 1]);
+    return times.size() < 4 ? otherwise : 2.0 * median(std::move(times));
+}
+
+/// Passages through the rest that come too early or too late, until the swing has settled.
+void judge_passages(const WatchedHistory& history, const ReleaseMoment& release,
+                    const SwingModel& model, const SwingOfPlace& swing,
+                    std::vector<std::string>& remarks) {
+    const double period = usual_period(release.passages, 1.0 / model.cycles_per_frame());
+    const ReleaseCurve curve{swing.relative_height, period, swing.decay_per_cycle};
+    const double tolerance = (0.04 + 2.0 * release.held_noise / release.pull) * period;
+    double before = release.number;
+    double expected = curve.first_passage();
+    for (const double passage : release.passages) {
+        if (before > history.numbers[std::min(swing.settled_frame, history.numbers.size() - 1)])
+            break;
+        if (std::abs(passage - before - expected) > tolerance)
+            remarks.push_back(jump_between(int(std::floor(before)), int(std::ceil(passage))));
+        before = passage;
+        expected = 0.5 * period;
+    }
+}
+
+/// Largest distance from the rest within a period of a frame.
+double amplitude_at(const WatchedHistory& history, std::size_t frame, std::size_t period,
+                    double rest) {
+    double amplitude = 0.0;
+    const std::size_t end = std::min(history.column.size(), frame + period);
+    for (std::size_t i = frame - std::min(frame, period); i < end; ++i)
+        if (const double size = std::abs(history.column[i] - rest); size > amplitude)
+            amplitude = size;
+    return amplitude;
+}
+
+void judge_surprises(const WatchedHistory& history, const SwingModel& model,
+                     const SwingOfPlace& swing, std::vector<std::string>& remarks) {
+    const std::vector<double> surprises =
+        swing_surprises(history.numbers, history.column, model, swing.rest);
+    std::vector<double> usual;
+    for (std::size_t k = swing.settled_frame; k < surprises.size(); ++k)
+        if (!std::isnan(surprises[k]))
+            usual.push_back(surprises[k]);
+    if (usual.size() < 12)
+        return;
+    const double deviation = std::max(robust_deviation(usual), 0.01);
+    const auto period = std::size_t(std::ceil(1.0 / std::max(1e-3, model.cycles_per_frame())));
+    for (std::size_t k = swing.settled_frame; k < surprises.size(); ++k) {
+        const double amplitude = amplitude_at(history, k, period, swing.rest);
+        if (std::abs(surprises[k]) > std::max(10.0 * deviation, 0.12 * amplitude)) {
+            remarks.push_back(jump_between(history.numbers[k - 1], history.numbers[k]));
+            k += 2; // one lost frame also disturbs the prediction of the next one
+        }
+    }
+}
+
+} // namespace
+
+std::vector<std::string> find_jumps(const WatchedHistory& history, const ReleaseMoment& release,
+                                    const SwingModel& model, const SwingOfPlace& swing) {
+    std::vector<std::string> remarks;
+    judge_passages(history, release, model, swing, remarks);
+    judge_surprises(history, model, swing, remarks);
+    return remarks;
+}
+
+} // namespace culm::measure

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/track/track.hpp"
+
+#include "core/error.hpp"
+#include "measure/track/order_statistics.hpp"
+#include "measure/track/stem_contrast.hpp"
+#include "measure/track/stem_trace.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/core.h>
+
+namespace culm::measure {
+namespace {
+
+/// Indices of the frames that the settings ask for.
+std::vector<std::size_t> wanted_frames(const FrameSource& source, const TrackSettings& settings) {
+    const std::vector<int>& numbers = source.numbers();
+    const int first = settings.first_frame.value_or(numbers.front());
+    const long long last = settings.frame_count
+                               ? static_cast<long long>(first) + *settings.frame_count - 1
+                               : numbers.back();
+    std::vector<std::size_t> wanted;
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+        if (numbers[i] >= first && numbers[i] <= last)
+            wanted.push_back(i);
+    if (wanted.empty() || numbers[wanted.front()] != first || numbers[wanted.back()] != last)
+        throw core::InputError(fmt::format(
+            "{}: video.first_frame, video.frame_count ask for the frames {} to {}; {} has {} to {}",
+            settings.file.string(), first, last, source.name(), numbers.front(), numbers.back()));
+    if (wanted.size() < 12)
+        throw core::InputError(fmt::format("{}: {} frames are too few; 12 at least are needed",
+                                           source.name(), wanted.size()));
+    return wanted;
+}
+
+/// Frame numbers as the camera would have counted them: those that the settings call missing move
+/// all later ones.
+std::vector<int> true_numbers(const FrameSource& source, std::span<const std::size_t> wanted,
+                              const TrackSettings& settings) {
+    std::vector<int> numbers;
+    std::vector<int> missing = settings.missing_frames;
+    std::ranges::sort(missing);
+    // Both lists ascend, so what lies before one frame lies before the next as well.
+    std::size_t before = 0;
+    for (const std::size_t index : wanted) {
+        const int number = source.numbers()[index];
+        while (before < missing.size() && missing[before] <= number + int(before))
+            ++before;
+        numbers.push_back(number + int(before));
+    }
+    return numbers;
+}
+
+/// Numbers by which two frames with the same pixels are recognised (64-bit FNV-1a).
+std::uint64_t fingerprint(const BandImage& image) {
+    std::uint64_t hash = 14695981039346656037ULL;
+    for (const float value : image.values)
+        hash = (hash ^ static_cast<std::uint64_t>(std::lround(value * 256.0F))) * 1099511628211ULL;
+    return hash;
+}
+
+/// Positions of all rows in all frames; and which frames repeat the one before.
+std::vector<bool> track_rows(Track& track, const FrameSource& source,
+                             std::span<const std::size_t> wanted, const TrackOptions& options) {
+    const StemSurvey& survey = track.survey;
+    const std::size_t row_count = survey.trace.threshold_by_row.size();
+    track.rows.places.resize(row_count);
+    std::iota(track.rows.places.begin(), track.rows.places.end(), 0.0);
+    track.rows.columns.resize(wanted.size() * row_count);
+    std::vector<std::uint64_t> fingerprints(wanted.size());
+    source.for_each(wanted, options.threads, [&](std::size_t i, const FrameImage& frame) {
+        if (frame.width != survey.frame_width || frame.height != survey.frame_height ||
+            frame.bands != survey.bands)
+            throw core::InputError(fmt::format("{}: frame {} differs in size or colours from the "
+                                               "others",
+                                               source.name(), source.numbers()[wanted[i]]));
+        const BandImage image = upright_band(frame, survey.view.band, survey.view.up);
+        fingerprints[i] = fingerprint(image);
+        const BandImage contrast = stem_contrast(image, survey.view.sign, survey.trace.stem_width);
+        const std::vector<double> columns =
+            axis_columns(contrast, trace_stem(contrast, survey.trace), survey.trace);
+        std::ranges::copy(columns, track.rows.columns.begin() + std::ptrdiff_t(i * row_count));
+    });
+    std::vector<bool> repeats(wanted.size(), false);
+    for (std::size_t i = 1; i < wanted.size(); ++i)
+        repeats[i] = fingerprints[i] == fingerprints[i - 1];
+    return repeats;
+}
+
+/// A camera or converter fills a lost frame with the one before: while the stem swings such a
+/// frame is no reading. A still picture without noise may repeat itself rightly.
+void drop_repeated_frames(Track& track, const std::vector<bool>& repeats) {
+    const RingDownWindow& window = track.window;
+    const std::size_t end = window.rest_begin.value_or(repeats.size());
+    std::string dropped;
+    for (std::size_t k = window.last_held + 1; k < end; ++k) {
+        if (!repeats[k])
+            continue;
+        for (AxisRecord* record : {&track.rows, &track.heights})
+            std::fill_n(record->columns.begin() + std::ptrdiff_t(k * record->places.size()),
+                        record->places.size(), std::numeric_limits<double>::quiet_NaN());
+        dropped += fmt::format("{}{}", dropped.empty() ? "" : ", ", track.rows.numbers[k]);
+    }
+    if (!dropped.empty())
+        track.remarks.push_back(fmt::format("frames that repeat the one before them pixel by pixel "
+                                            "while the stem swings are left out: {}",
+                                            dropped));
+}
+
+std::vector<double> heights_in_pixels(const Track& track) {
+    const double scale = track.settings.metres_per_pixel;
+    std::vector<double> heights;
+    for (const double height : track.settings.heights)
+        heights.push_back(height / scale);
+    std::ranges::sort(heights);
+    if (heights.empty())
+        heights = spaced_heights(track.rows, track.survey.clamp_row,
+                                 track.settings.height_step.value_or(0.0) / scale, scale * 1e3);
+    if (heights.empty())
+        throw core::InputError(fmt::format(
+            "{}: no row of the picture shows the stem in nine of ten frames (does it leave the "
+            "picture, or is it hidden?); give heights_mm to track it all the same",
+            track.source));
+    return heights;
+}
+
+/// Leaves out heights at which the stem is hardly ever seen: they would be empty columns.
+void drop_unseen_heights(Track& track) {
+    constexpr double fewest = 12.0;
+    const auto frames = double(track.rows.numbers.size());
+    std::vector<double> kept;
+    std::string dropped;
+    for (std::size_t h = 0; h < track.heights.places.size(); ++h)
+        if (const double height = track.heights.places[h]; track.heights.seen(h) * frames >= fewest)
+            kept.push_back(height);
+        else
+            dropped += fmt::format("{}{:g}", dropped.empty() ? "" : ", ",
+                                   height * track.settings.metres_per_pixel * 1e3);
+    if (dropped.empty())
+        return;
+    if (kept.empty())
+        throw core::InputError(
+            fmt::format("{}: video.heights_mm: the stem is seen at none of these heights ({})",
+                        track.settings.file.string(), dropped));
+    track.remarks.push_back(
+        fmt::format("heights at which the stem is not seen are left out: {} mm", dropped));
+    track.heights =
+        at_heights(track.rows, track.survey.clamp_row, kept, track.settings.rows_per_height);
+}
+
+/// Kept: a short time before the release, all until rest and as much again as a period.
+void choose_frames(Track& track) {
+    const RingDownWindow& window = track.window;
+    const std::size_t before = std::size_t(track.settings.frames_before_release.value_or(
+        int(std::min<std::size_t>(50, std::max<std::size_t>(1, window.held_frames)))));
+    track.first_kept = window.last_held + 1 - std::min(window.last_held + 1, before);
+    track.last_kept = track.rows.numbers.size() - 1;
+    if (track.settings.trim_after_rest && window.rest_begin) {
+        const auto period = std::size_t(std::ceil(1.0 / window.cycles_per_frame));
+        track.last_kept = std::min(track.last_kept, *window.rest_begin + 2 * period);
+    }
+}
+
+/// Millimetres with five digits after the point hold a hundredth of what a camera can tell.
+double rounded_length(double metres) {
+    return std::round(metres * 1e8) / 1e8;
+}
+
+void fill_measurement(Track& track) {
+    Measurement& measurement = track.measurement;
+    const double scale = track.settings.metres_per_pixel;
+    const RingDownWindow& window = track.window;
+    const double sign = track.settings.pull_sign.value_or(int(window.sign));
+    measurement = track.settings.description;
+    measurement.remarks.clear();
+    measurement.frames_per_second = track.frames_per_second;
+    measurement.reading = Reading::Row;
+    for (const double height : track.heights.places)
+        measurement.heights.push_back(rounded_length(height * scale));
+    for (std::size_t k = track.first_kept; k <= track.last_kept; ++k) {
+        const double time =
+            (track.heights.numbers[k] - window.release_number) / track.frames_per_second;
+        measurement.times.push_back(std::round(time * 1e9) / 1e9);
+        for (std::size_t h = 0; h < track.heights.places.size(); ++h)
+            measurement.deflections.push_back(
+                rounded_length(sign * (track.heights.at(k, h) - window.rest[h]) * scale));
+    }
+    // Places that were never seen still have no noise: the others' stands for them.
+    std::vector<double> known;
+    for (const double noise : window.noise)
+        if (!std::isnan(noise) && noise > 0.0)
+            known.push_back(noise);
+    if (known.empty())
+        return;
+    double sum = 0.0;
+    for (const double noise : known)
+        sum += noise * noise;
+    measurement.noise = rounded_length(std::sqrt(sum / double(known.size())) * scale);
+    for (const double noise : window.noise)
+        measurement.noise_by_height.push_back(
+            noise > 0.0 ? std::max(1e-8, rounded_length(noise * scale)) : *measurement.noise);
+    measurement.noise_source = window.noise_source;
+}
+
+} // namespace
+
+Track track_video(const TrackSettings& settings, const TrackOptions& options) {
+    Track track;
+    track.settings = settings;
+    track.remarks = settings.description.remarks;
+    const auto source = open_frames(settings.file.parent_path(), settings.frames);
+    track.source = source->name();
+    for (const std::string& remark : source->remarks())
+        track.remarks.push_back(remark);
+    track.frames_per_second = camera_rate(*source, settings, track.remarks);
+    const std::vector<std::size_t> wanted = wanted_frames(*source, settings);
+    track.survey = survey_stem(*source, wanted, settings, options.threads);
+    track.rows.numbers = true_numbers(*source, wanted, settings);
+    const std::vector<bool> repeats = track_rows(track, *source, wanted, options);
+    track.heights = at_heights(track.rows, track.survey.clamp_row, heights_in_pixels(track),
+                               settings.rows_per_height);
+    drop_unseen_heights(track);
+    WindowOptions window_options{
+        track.source, settings.description.stem.length / settings.metres_per_pixel, std::nullopt};
+    if (settings.release_frame) {
+        const auto found = std::ranges::lower_bound(track.rows.numbers, *settings.release_frame);
+        if (found == track.rows.numbers.end() || *found != *settings.release_frame)
+            throw core::InputError(fmt::format("{}: video.release_frame = {}: no such frame",
+                                               settings.file.string(), *settings.release_frame));
+        window_options.release_frame = std::size_t(found - track.rows.numbers.begin());
+    }
+    track.window = find_ring_down(track.heights, window_options);
+    drop_repeated_frames(track, repeats);
+    choose_frames(track);
+    fill_measurement(track);
+    add_doubts(track);
+    return track;
+}
+
+} // namespace culm::measure

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Tracking a stem in a recording: what video.toml says, what the recording shows, the result.
+#pragma once
+
+#include "measure/folder/measurement.hpp"
+#include "measure/track/frame_image.hpp"
+#include "measure/track/frame_source.hpp"
+#include "measure/track/row_record.hpp"
+#include "measure/track/stem_trace.hpp"
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::measure {
+
+/// Empty: to be detected. Rows and columns are those of the frame, counted from 0 at the top left,
+/// whole numbers at pixel centres.
+struct TrackSettings {
+    std::filesystem::path file;
+    std::string frames; ///< where they are, relative to the file's folder (open_frames)
+    std::optional<int> first_frame;
+    std::optional<int> frame_count;
+    std::optional<double> fps;       ///< of the camera, 1/s
+    double metres_per_pixel = 0.0;   ///< m
+    std::optional<int> width;        ///< of the frames, pixels; only checked
+    std::optional<int> height;       ///< of the frames, pixels; only checked
+    std::optional<Up> up;            ///< from the clamp to the tip
+    std::optional<double> clamp;     ///< row (of a sideways stem: column) where the stem is clamped
+    std::optional<double> axis;      ///< column (of a sideways stem: row) of the stem at rest
+    std::optional<int> pull_sign;    ///< +1: the stem is pulled toward larger columns (rows)
+    std::optional<Band> band;        ///< of coloured frames
+    std::optional<int> stem_sign;    ///< +1: brighter than the background, −1: darker
+    std::optional<double> threshold; ///< contrast to the background that makes a pixel the stem's
+    std::vector<double> heights;     ///< above the clamp, m; empty: evenly spaced
+    std::optional<double> height_step; ///< m
+    int rows_per_height = 5;
+    std::optional<int> release_frame;         ///< the last one in which the stem is held
+    std::optional<int> frames_before_release; ///< kept of those before; empty: 50 at most
+    bool trim_after_rest = true;
+    std::vector<int> missing_frames; ///< numbers that the camera left out without leaving a gap
+    Measurement description;         ///< stem, release, gravity; no times and deflections
+};
+
+/// Reads video.toml (format: docs/tracking.md). Throws core::InputError with every fault.
+[[nodiscard]] TrackSettings read_track_settings(const std::filesystem::path& file);
+
+/// How to look at a frame so that the stem stands out, upright.
+struct StemView {
+    Up up = Up::DecreasingRow;
+    Band band = Band::Red;
+    int sign = 1; ///< +1: brighter than its background, −1: darker
+
+    friend bool operator==(const StemView&, const StemView&) = default;
+};
+
+/// What tracking a frame needs to know; rows and columns are those of the upright picture.
+struct StemSurvey {
+    StemView view;
+    int frame_width = 0; ///< pixels, as recorded
+    int frame_height = 0;
+    int bands = 1;
+    TraceOptions trace;
+    double clamp_row = 0.0; ///< where the height is 0
+    bool clamp_is_detected = false;
+    bool up_is_detected = false;
+    double noise = 0.0;    ///< of the contrast, grey values
+    double contrast = 0.0; ///< of the stem against its background, median over rows, grey values
+    double apparent_width = 0.0; ///< of the stem, pixels
+    std::vector<std::string> remarks;
+};
+
+/// Looks at up to 40 of the `wanted` frames. What the settings leave open is found: the way the
+/// stem stands (the end that moves least is clamped), the band and the sign with the clearest stem,
+/// clutter (pixels that stand out in all frames and do not continue the part that moves), the
+/// threshold (in every row half the stem's contrast there: a histogram's valley, as Otsu's, is none
+/// where the stem covers two per cent of the pixels) and the clamp's row. Throws core::InputError
+/// if no stem is found.
+[[nodiscard]] StemSurvey survey_stem(const FrameSource& source, std::span<const std::size_t> wanted,
+                                     const TrackSettings& settings, int threads);
+
+/// How the rest position was found.
+enum class RestSource {
+    FramesAtRest, ///< median of the frames after the motion has died down
+    DecayingSwing ///< the recording ends before: the centre of the decaying swing
+};
+
+struct RingDownWindow {
+    std::size_t last_held = 0;   ///< index of the last frame in which the stem is held still
+    std::size_t held_frames = 0; ///< before it and with it, still held at the same place
+    double release_number = 0.0; ///< frame number, with fraction, at which it was let go
+    std::optional<std::size_t> rest_begin; ///< index of the first frame at rest
+    RestSource rest_source = RestSource::FramesAtRest;
+    std::vector<double> rest;      ///< (places) column, pixels
+    double sign = 1.0;             ///< −1 if it was pulled toward smaller columns
+    std::size_t watched = 0;       ///< the place
+    double pull = 0.0;             ///< deflection while held, at the place watched, pixels, > 0
+    double cycles_per_frame = 0.0; ///< of the swing
+    std::vector<double> noise; ///< (places) standard deviation of a reading, pixels; NaN unknown
+    std::string noise_source;  ///< from which frames
+    /// (places) what the swing's recurrence leaves, as a reading's standard deviation, pixels: also
+    /// holds errors that a still stem does not show. Empty if the swing is too short.
+    std::vector<double> moving_noise;
+    std::vector<std::string> remarks;
+};
+
+struct WindowOptions {
+    std::string source;                       ///< what messages call the recording
+    double length = 0.0;                      ///< of the stem, pixels
+    std::optional<std::size_t> release_frame; ///< index of the last held frame, if given
+};
+
+/// Watches the highest place that is seen in nearly all frames and throughout the release. Release:
+/// from the largest deflection that is followed by a swing back, the last frame at the held
+/// position, and the moment from which a cantilever's ReleaseCurve follows.
+/// Rest: from where a period's range stays within the noise. Noise: the spread while held (at least
+/// 5 frames), else at rest, else of what the swing's recurrence leaves. Remarks report a release
+/// that was no sudden one and of jumps that look like frames lost without a gap in the numbers.
+/// Throws core::InputError, saying what was seen, if the stem does not move, is never let go, does
+/// not swing, or was let go before the first frame.
+[[nodiscard]] RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& options);
+
+struct TrackOptions {
+    int threads = 1; ///< that share the frames
+};
+
+/// A measurement and how it came about.
+struct Track {
+    Measurement measurement;
+    TrackSettings settings;
+    std::string source;
+    double frames_per_second = 0.0;
+    StemSurvey survey;
+    AxisRecord rows;    ///< every row of the upright picture, every frame
+    AxisRecord heights; ///< at the measurement's heights, in pixels above the clamp
+    RingDownWindow window;
+    std::size_t first_kept = 0; ///< index of the first frame in the measurement
+    std::size_t last_kept = 0;
+    std::vector<std::string> remarks; ///< what a person should know, one sentence each
+};
+
+/// Tracks what video.toml describes. The result does not depend on the number of threads. Throws
+/// core::InputError with what is wrong if the recording gives no trustworthy measurement.
+[[nodiscard]] Track track_video(const TrackSettings& settings, const TrackOptions& options = {});
+
+/// The camera's frames per second: from video.toml, or from a recording that states it. Throws
+/// core::InputError if there is none or the two differ by more than a thousandth; a video file's
+/// own rate, if it differs, is taken for that of playback and gets a remark.
+[[nodiscard]] double camera_rate(const FrameSource& source, const TrackSettings& settings,
+                                 std::vector<std::string>& remarks);
+
+/// Young's modulus, Pa, with which a uniform Euler–Bernoulli cantilever of the stem's length,
+/// section and density would swing as the recording shows, f = 1.8751²/(2π L²) √(EI/μ). Goes with
+/// the square of the frame rate: what pictures alone cannot tell, a person may see in it.
+[[nodiscard]] double modulus_of_swing(const Track& track);
+
+/// Adds remarks on what does not fit together: frames that are missing, a swing too fast for the
+/// frame rate, a stem of another width or length than the scale says, a modulus that no plant stem
+/// has (a wrong rate or scale), a rest position off the stated axis, a pull to the other side.
+/// Throws core::InputError if the length seen above a detected clamp is off by more than 15 %: then
+/// no height is right.
+void add_doubts(Track& track);
+
+} // namespace culm::measure

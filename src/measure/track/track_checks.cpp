@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/error.hpp"
+#include "measure/track/order_statistics.hpp"
+#include "measure/track/track.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include <fmt/core.h>
+
+namespace culm::measure {
+namespace {
+
+void doubt_missing_frames(Track& track) {
+    const std::vector<int>& numbers = track.rows.numbers;
+    int missing = 0;
+    std::string places;
+    for (std::size_t k = 1; k < numbers.size(); ++k) {
+        const int gap = numbers[k] - numbers[k - 1] - 1;
+        if (gap > 0 && (missing += gap) && places.size() < 60)
+            places += fmt::format("{}{}", places.empty() ? "" : ", ", numbers[k - 1]);
+    }
+    if (missing > 0)
+        track.remarks.push_back(fmt::format(
+            "{} frame{} missing, after {}; the times of the others take that into account", missing,
+            missing == 1 ? " is" : "s are", places));
+}
+
+/// Row of the tip while the stem stands still and straight: the highest row seen in most frames.
+std::optional<double> tip_row(const Track& track) {
+    for (std::size_t r = 0; r < track.rows.places.size(); ++r)
+        if (track.rows.seen(r) > 0.25)
+            return track.rows.places[r];
+    return std::nullopt;
+}
+
+void doubt_scale(Track& track) {
+    const StemSurvey& survey = track.survey;
+    const double expected = survey.trace.stem_width;
+    // Blur and the threshold change the apparent width, but not by half.
+    if (survey.apparent_width > 1.6 * expected + 1.0 ||
+        survey.apparent_width < 0.6 * expected - 1.0)
+        track.remarks.push_back(fmt::format(
+            "the stem appears {:.1f} pixels wide, its width over mm_per_px gives {:.1f}: is the "
+            "scale or the diameter wrong?",
+            survey.apparent_width, expected));
+    const auto tip = tip_row(track);
+    if (!tip || *tip <= 3.0)
+        return;
+    const double scale = track.settings.metres_per_pixel;
+    const double length = (survey.clamp_row - *tip) * scale;
+    const double stated = track.measurement.stem.length;
+    if (std::abs(length - stated) <= 0.04 * stated + 6.0 * scale)
+        return;
+    const std::string what =
+        fmt::format("{:.1f} mm of the stem are seen above the clamp, stem.length_mm says {:.1f}: "
+                    "is the scale, the clamp's row or the length wrong?",
+                    length * 1e3, stated * 1e3);
+    // Heights count from a clamp that is where the stem seems to begin: not if much is hidden.
+    if (survey.clamp_is_detected && std::abs(length - stated) > 0.15 * stated + 6.0 * scale)
+        throw core::InputError(fmt::format(
+            "{}: {} Say where the clamp is (up, and clamp_row or clamp_column) if the stem is "
+            "partly hidden",
+            track.settings.file.string(), what));
+    track.remarks.push_back(what);
+}
+
+void doubt_rate(Track& track) {
+    const double cycles = track.window.cycles_per_frame;
+    if (cycles > 0.125)
+        track.remarks.push_back(fmt::format(
+            "only {:.1f} frames per swing: decay and higher modes are poorly resolved; below two "
+            "frames per swing the frequency is aliased",
+            1.0 / cycles));
+    const double modulus = modulus_of_swing(track);
+    constexpr double softest = 1e7;
+    constexpr double stiffest = 1e11;
+    if (track.measurement.stem.added_masses.empty() && (modulus < softest || modulus > stiffest))
+        track.remarks.push_back(fmt::format(
+            "the swing at {:.4g} Hz corresponds to E = {:.3g} GPa for a plain beam, outside the "
+            "range of plant stems: check fps, mm_per_px, length, diameter and density",
+            cycles * track.frames_per_second, modulus * 1e-9));
+}
+
+void doubt_places(Track& track) {
+    const TrackSettings& settings = track.settings;
+    const RingDownWindow& window = track.window;
+    if (settings.pull_sign && *settings.pull_sign != int(window.sign))
+        track.remarks.emplace_back("the stem is pulled to the other side than pull_side says: "
+                                   "deflections begin negative");
+    if (!settings.axis)
+        return;
+    // Heights with a rest position, lowest first: a stem may be crooked further up.
+    for (std::size_t h = 0; h < window.rest.size(); ++h)
+        if (!std::isnan(window.rest[h])) {
+            const double off = window.rest[h] - track.survey.trace.axis_column;
+            if (std::abs(off) > 2.0 + 0.25 * track.survey.trace.stem_width)
+                track.remarks.push_back(fmt::format(
+                    "at rest the stem stands {:.1f} pixels beside the stated axis just above the "
+                    "clamp; deflections count from where it rests",
+                    off));
+            return;
+        }
+}
+
+} // namespace
+
+double modulus_of_swing(const Track& track) {
+    const MeasuredStem& stem = track.measurement.stem;
+    const double frequency = track.window.cycles_per_frame * track.frames_per_second;
+    const double root =
+        2.0 * std::numbers::pi * frequency * stem.length * stem.length / (1.8751 * 1.8751);
+    return root * root * mass_per_length(stem) / second_moment_of_area(stem.section);
+}
+
+double camera_rate(const FrameSource& source, const TrackSettings& settings,
+                   std::vector<std::string>& remarks) {
+    const std::optional<double> stated = source.stated_fps();
+    if (!settings.fps) {
+        if (stated && source.states_camera_rate())
+            return *stated;
+        throw core::InputError(fmt::format(
+            "{}: video.fps is missing: the camera's frames per second{}", settings.file.string(),
+            stated ? fmt::format(" (the {:.6g} that the file states may be those of playback)",
+                                 *stated)
+                   : ""));
+    }
+    if (!stated || std::abs(*stated / *settings.fps - 1.0) <= 1e-3)
+        return *settings.fps;
+    if (source.states_camera_rate())
+        throw core::InputError(
+            fmt::format("{}: video.fps = {:g}: the camera's own header says {:g} frames/s for {}",
+                        settings.file.string(), *settings.fps, *stated, source.name()));
+    remarks.push_back(fmt::format(
+        "the video file states {:.6g} frames/s, video.toml {:.6g}: the former is taken for the "
+        "speed of playback; if it is the camera's, all times are wrong by that ratio",
+        *stated, *settings.fps));
+    return *settings.fps;
+}
+
+void add_doubts(Track& track) {
+    for (const std::string& remark : track.survey.remarks)
+        track.remarks.push_back(remark);
+    doubt_missing_frames(track);
+    for (const std::string& remark : track.window.remarks)
+        track.remarks.push_back(remark);
+    doubt_scale(track);
+    doubt_rate(track);
+    doubt_places(track);
+    if (track.window.rest_source == RestSource::DecayingSwing)
+        track.remarks.emplace_back(
+            "the recording ends before the stem is at rest: the rest position "
+            "is the centre of the decaying swing");
+}
+
+} // namespace culm::measure

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What `culm track` leaves beside the measurement: a report, a contact sheet, an overlay.
+#pragma once
+
+#include "measure/track/track.hpp"
+
+#include <filesystem>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+namespace culm::measure {
+
+/// The content of track.json (docs/tracking.md).
+[[nodiscard]] nlohmann::ordered_json to_json(const Track& track);
+
+/// A few lines for the screen: what was tracked, release, rest, noise, and all remarks.
+[[nodiscard]] std::string summary_text(const Track& track);
+
+/// Writes stem.toml, deflection.csv, track.json and contact_sheet.png into the folder, and
+/// overlay.avi if asked for. Throws core::StorageError.
+void write_track(const std::filesystem::path& folder, const Track& track, bool with_video);
+
+/// Writes a PNG: sixteen frames from just before the release to the end, on each the tracked axis,
+/// its clamp and its rest line, and below them the deflections at all heights over time. Reads the
+/// frames again. Throws core::StorageError if the file cannot be written.
+void write_contact_sheet(const std::filesystem::path& file, const Track& track);
+
+/// Writes a video (Motion JPEG in AVI, 25 frames/s) of all kept frames with the tracked axis.
+void write_overlay_video(const std::filesystem::path& file, const Track& track);
+
+} // namespace culm::measure

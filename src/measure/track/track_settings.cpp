@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/decimal_text.hpp"
+#include "core/named_path.hpp"
+#include "measure/folder/measurement_files.hpp"
+#include "measure/track/track.hpp"
+
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace culm::measure {
+namespace {
+
+constexpr core::Interval frame_numbers{0.0, 1e9};
+constexpr core::Interval pixels{1.0, 1e5};
+// A clamp may lie outside the picture.
+constexpr core::Interval coordinates{-1e5, 1e5};
+
+std::optional<int> whole(const core::TomlTable& table, const std::string& key,
+                         const core::Interval& range) {
+    const auto value = table.whole_number(key, range);
+    return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
+}
+
+/// Index of the word, or nothing if it is absent, wrong, or "auto", which stands last.
+template <std::size_t N>
+std::optional<std::size_t> choice(const core::TomlTable& table, const std::string& key,
+                                  const std::array<std::string, N>& words) {
+    const auto index = table.word(key, words);
+    return index && *index + 1 < N ? index : std::nullopt;
+}
+
+/// Row or column of the clamp and of the axis: which of the two shows how the stem stands.
+void read_place(const core::TomlTable& video, TrackSettings& settings) {
+    constexpr std::array ups{Up::DecreasingRow, Up::IncreasingRow, Up::DecreasingColumn,
+                             Up::IncreasingColumn};
+    const std::array<std::string, 5> up_words{"decreasing_row", "increasing_row",
+                                              "decreasing_column", "increasing_column", "auto"};
+    if (const auto index = choice(video, "up", up_words))
+        settings.up = ups.at(*index);
+    const auto clamp_row = video.number("clamp_row", coordinates);
+    const auto clamp_column = video.number("clamp_column", coordinates);
+    const auto axis_column = video.number("axis_column", coordinates);
+    const auto axis_row = video.number("axis_row", coordinates);
+    for (const auto& [key, is_for_sideways] :
+         {std::pair{"clamp_row", false}, std::pair{"axis_column", false},
+          std::pair{"clamp_column", true}, std::pair{"axis_row", true}})
+        if (video.has(key) && !settings.up)
+            video.fault(key, "needs `up` beside it, the direction from the clamp to the tip");
+        else if (video.has(key) && is_sideways(*settings.up) != is_for_sideways)
+            video.fault(key, is_for_sideways
+                                 ? "belongs to a sideways stem (up = \"decreasing_column\" or "
+                                   "\"increasing_column\")"
+                                 : "belongs to an upright stem; of a sideways one give "
+                                   "clamp_column and axis_row");
+    settings.clamp = clamp_row ? clamp_row : clamp_column;
+    settings.axis = axis_column ? axis_column : axis_row;
+
+    const std::array<std::string, 5> sides{"left", "right", "top", "bottom", "auto"};
+    if (const auto index = choice(video, "pull_side", sides)) {
+        settings.pull_sign = *index % 2 == 0 ? -1 : 1;
+        const bool names_row = *index >= 2;
+        if (settings.up && is_sideways(*settings.up) != names_row)
+            video.fault("pull_side", names_row ? "an upright stem is pulled \"left\" or \"right\""
+                                               : "a sideways stem is pulled to \"top\" or "
+                                                 "\"bottom\"");
+        if (!settings.up && names_row)
+            video.fault("pull_side", "needs `up` beside it, the direction from the clamp to the "
+                                     "tip");
+    }
+}
+
+void read_appearance(const core::TomlTable& video, TrackSettings& settings) {
+    constexpr std::array bands{Band::Red, Band::Green, Band::Blue};
+    const std::array<std::string, 4> band_words{"red", "green", "blue", "auto"};
+    if (const auto index = choice(video, "best_channel", band_words))
+        settings.band = bands.at(*index);
+    const std::array<std::string, 3> stem_words{"bright", "dark", "auto"};
+    if (const auto index = choice(video, "stem", stem_words))
+        settings.stem_sign = *index == 0 ? 1 : -1;
+    settings.threshold = video.number("threshold", {0.0, 255.0, true});
+}
+
+void read_frames(const core::TomlTable& video, TrackSettings& settings) {
+    settings.frames = video.text("frames").value_or("");
+    if (const std::string fault = core::named_path_fault(settings.frames);
+        !fault.empty() && video.is_text("frames"))
+        video.fault("frames", fault);
+    video.missing("frames", "an image sequence like \"frames/%05d.png\", a video file, or a "
+                            "Photron header (.cih)");
+    settings.first_frame = whole(video, "first_frame", frame_numbers);
+    settings.frame_count = whole(video, "frame_count", {1.0, 1e9});
+    settings.fps = video.number("fps", {0.0, 1e8, true});
+    settings.metres_per_pixel = 1e-3 * video.number("mm_per_px", {0.0, 1e3, true}).value_or(0.0);
+    video.missing("mm_per_px", "the picture's scale at the stem");
+    settings.width = whole(video, "width_px", pixels);
+    settings.height = whole(video, "height_px", pixels);
+    for (const double number : video.numbers("missing_frames", frame_numbers))
+        settings.missing_frames.push_back(static_cast<int>(std::lround(number)));
+}
+
+void read_output(const core::TomlTable& video, TrackSettings& settings) {
+    for (const double height : video.numbers("heights_mm", {0.0, 1e5, true}))
+        settings.heights.push_back(core::with_point_moved(height, -3));
+    if (settings.heights.size() > most_heights)
+        video.fault("heights_mm", fmt::format("{} heights; at most {} are allowed",
+                                              settings.heights.size(), most_heights));
+    settings.height_step = video.length("height_step", {0.0, 100.0, true});
+    if (settings.height_step && *settings.height_step < settings.metres_per_pixel)
+        video.fault(video.key_of("height_step", core::length_unit),
+                    fmt::format("must be at least mm_per_px = {}, the distance of two image rows",
+                                core::decimal_text(settings.metres_per_pixel, 3)));
+    if (!settings.heights.empty() && settings.height_step)
+        video.fault(video.key_of("height_step", core::length_unit),
+                    "stands beside heights_mm: one of them is enough");
+    if (const auto rows = whole(video, "rows_per_height", {1.0, 51.0}))
+        settings.rows_per_height = *rows;
+    if (settings.rows_per_height % 2 == 0)
+        video.fault("rows_per_height", "must be odd: as many rows above as below");
+    settings.release_frame = whole(video, "release_frame", frame_numbers);
+    settings.frames_before_release = whole(video, "frames_before_release", frame_numbers);
+    const std::array<std::string, 2> ends{"rest", "end"};
+    if (const auto index = video.word("until", ends))
+        settings.trim_after_rest = *index == 0;
+}
+
+} // namespace
+
+TrackSettings read_track_settings(const std::filesystem::path& file) {
+    core::TomlDocument document(file);
+    const core::TomlTable& root = document.root();
+    TrackSettings settings;
+    settings.file = file;
+    const core::TomlTable video = root.table("video");
+    root.missing("video", "write a table [video] with frames, fps, mm_per_px");
+    read_frames(video, settings);
+    read_place(video, settings);
+    read_appearance(video, settings);
+    read_output(video, settings);
+    read_stem_tables(root, settings.description);
+    // Two places for one number would leave open which counts.
+    if (settings.fps && settings.description.frames_per_second)
+        root.fault("camera", "fps stands in [video] already");
+    else if (settings.description.frames_per_second)
+        settings.fps = settings.description.frames_per_second;
+    if (settings.description.reading == Reading::Material)
+        root.table("measurement")
+            .fault("reading", "a tracked video is read in rows: write \"row\" or nothing");
+    document.finish();
+    return settings;
+}
+
+} // namespace culm::measure
