@@ -14,6 +14,8 @@ double inner_diameter(const CircularSection& circle) {
 
 } // namespace
 
+// Area and second moment for bending: ring π/4 (D² − d²) and π/64 (D⁴ − d⁴), rectangle b h and
+// b h³/12.
 double section_area(const Section& section) {
     if (const auto* circle = std::get_if<CircularSection>(&section)) {
         const double inner = inner_diameter(*circle);
@@ -38,12 +40,14 @@ double section_depth(const Section& section) {
         return circle->diameter;
     if (const auto* rectangle = std::get_if<RectangularSection>(&section))
         return rectangle->height;
+    // The height of the rectangle with this radius of gyration: I/A = h²/12.
     const auto& general = std::get<GeneralSection>(section);
     return std::sqrt(12.0 * general.second_moment / general.area);
 }
 
 double mass_per_length(const MeasuredStem& stem) {
     if (const auto* circle = std::get_if<CircularSection>(&stem.section))
+        // One sphere, π d³/6, per length d.
         return stem.density * std::numbers::pi / 6.0 * circle->diameter * circle->diameter;
     return stem.density * section_area(stem.section);
 }

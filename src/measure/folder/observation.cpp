@@ -9,6 +9,9 @@ namespace culm::measure {
 
 namespace {
 
+// The four neighbours lie two on each side of the place, except in the first and last interval: an
+// interpolating cubic is most accurate between its middle nodes.
+
 /// First of the `points` neighbours of which `above` is the first at or beyond the place.
 std::size_t first_of_stencil(std::size_t above, std::size_t points, std::size_t count) {
     const std::size_t centred = above >= 2 ? above - 2 : 0;

@@ -65,6 +65,7 @@ std::optional<double> read_uncertainty(const core::TomlTable& table, const std::
                                             core::decimal_text(value, -power)));
         return std::nullopt;
     }
+    // Any value between the limits is equally likely (JCGM 101, 6.4.2): variance a²/3.
     return 0.5 * (high - low) / std::sqrt(3.0);
 }
 

@@ -64,6 +64,8 @@ double release_between(const std::vector<double>& times, const std::vector<doubl
                        std::size_t held) {
     if (held + 2 >= times.size())
         return times[held];
+    // Under a sudden force the travel grows as t², so its root is linear in time and crosses 0 at
+    // the release.
     const double first = std::sqrt(std::abs(travel[held + 1]));
     const double second = std::sqrt(std::abs(travel[held + 2]));
     if (!(second > first))

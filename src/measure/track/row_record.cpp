@@ -44,12 +44,14 @@ double line_value(const double* columns, int row_count, double row, int rows_per
         lowest = std::min(lowest, t);
         highest = std::max(highest, t);
     }
+    // Half of the rows must be seen, and on both sides: a line is not extrapolated.
     const int wanted = end - begin + 1;
     if (count == 0.0 || 2.0 * count < wanted || lowest > 0.5 || highest < -0.5)
         return not_recorded;
     const double determinant = count * sum_tt - sum_t * sum_t;
     if (determinant <= 0.0) // one row: good only for itself
         return std::abs(lowest) < 1e-6 ? sum_y : not_recorded;
+    // The intercept of the normal equations; t = 0 is the row itself.
     return (sum_y * sum_tt - sum_t * sum_ty) / determinant;
 }
 

@@ -41,6 +41,7 @@ void for_each_triple(const std::vector<int>& numbers, const std::vector<double>&
 } // namespace
 
 double SwingModel::cycles_per_frame() const {
+    // exp(−αL) = √(−b), cos ωL = a/(2 √(−b)).
     const double decay = std::sqrt(std::max(0.0, -b));
     const double cosine = decay > 0.0 ? a / (2.0 * decay) : 2.0;
     if (std::abs(cosine) >= 1.0)
@@ -84,9 +85,11 @@ std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin,
     }
     if (triples < 12 || normal.determinant() <= 1e-9 * normal.trace() * normal.trace())
         return std::nullopt;
+    // Prony's method for one damped sine, with a lag that keeps noise from dominating.
     const Eigen::Vector2d solution = normal.ldlt().solve(right);
     model.a = solution[0];
     model.b = solution[1];
+    // At rest y = c: c (1 − a − b) is the mean of y(n+2L) − a y(n+L) − b y(n).
     const double stiffness = 1.0 - model.a - model.b; // 0 if the recurrence has no rest position
     if (!(stiffness > 1e-3))
         return std::nullopt;
