@@ -24,33 +24,40 @@ auto& active_values(Spec& spec, const std::string& name) {
     return found->values;
 }
 
-/// Gravity as the measurement states its direction.
-void set_direction(const physics::SelectedEffect& selected, const measure::Measurement& measurement,
-                   physics::ActiveEffect& active) {
-    if (selected.fixed[0] || selected.fixed[1])
-        return;
-    switch (measurement.gravity_direction) {
-    case measure::GravityDirection::Axial:
-        active.values = {-standard_gravity, 0.0};
-        return;
-    case measure::GravityDirection::Transverse:
-        active.values = {0.0, standard_gravity};
-        return;
-    case measure::GravityDirection::None:
-        throw core::InputError(
-            fmt::format("{}: gravity has no direction; write gravity_direction = \"axial\" or "
-                        "\"transverse\" in [measurement] of stem.toml",
-                        measurement.stem.id));
-    }
+bool is_gravity(physics::StatedBy stated_by) {
+    return stated_by == physics::StatedBy::AxialGravity ||
+           stated_by == physics::StatedBy::TransverseGravity;
 }
 
-/// For how long the stem was held, as the measurement states it.
-void set_hold_time(const physics::SelectedEffect& selected, const measure::Measurement& measurement,
-                   physics::ActiveEffect& active) {
+double stated_gravity(physics::StatedBy component, const measure::Measurement& measurement) {
+    const bool is_axial = component == physics::StatedBy::AxialGravity;
+    switch (measurement.gravity_direction) {
+    case measure::GravityDirection::Axial:
+        return is_axial ? -standard_gravity : 0.0;
+    case measure::GravityDirection::Transverse:
+        return is_axial ? 0.0 : standard_gravity;
+    case measure::GravityDirection::None:
+        break;
+    }
+    throw core::InputError(
+        fmt::format("{}: gravity has no direction; write gravity_direction = \"axial\" or "
+                    "\"transverse\" in [measurement] of stem.toml",
+                    measurement.stem.id));
+}
+
+/// Sets what the measurement states and the user does not fix. Who fixes one component of gravity
+/// means all of it.
+void set_stated_values(const physics::SelectedEffect& selected,
+                       const measure::Measurement& measurement, physics::ActiveEffect& active) {
     const std::vector<physics::EffectParameter> parameters = selected.effect->parameters();
+    bool is_gravity_fixed = false;
     for (std::size_t k = 0; k < parameters.size(); ++k)
-        if (parameters[k].name == "hold_time_s" && !selected.fixed[k] && measurement.hold_time)
-            active.values[k] = *measurement.hold_time;
+        is_gravity_fixed |= is_gravity(parameters[k].stated_by) && selected.fixed[k].has_value();
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+        if (is_gravity(parameters[k].stated_by) && !is_gravity_fixed)
+            active.values[k] = stated_gravity(parameters[k].stated_by, measurement);
+        else if (parameters[k].stated_by == physics::StatedBy::HoldTime && !selected.fixed[k])
+            active.values[k] = measurement.hold_time.value_or(active.values[k]);
 }
 
 } // namespace
@@ -75,10 +82,7 @@ FreeParameter effect_parameter(const physics::Effect& effect,
 StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
                       const measure::Measurement& measurement) {
     physics::ActiveEffect active = physics::with_defaults(selected, model.spec.stem);
-    if (selected.effect->name() == "gravity")
-        set_direction(selected, measurement, active);
-    else if (selected.effect->name() == "relaxation")
-        set_hold_time(selected, measurement, active);
+    set_stated_values(selected, measurement, active);
     model.spec.effects.push_back(std::move(active));
     std::vector<physics::EffectPointer> effects;
     for (const physics::ActiveEffect& each : model.spec.effects)

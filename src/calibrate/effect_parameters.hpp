@@ -17,8 +17,8 @@ namespace culm::calibrate {
                                              std::size_t parameter);
 
 /// Appends the effect to the model's case with the user's fixed values and, for the rest, the
-/// defaults that suit the stem; parameters that are calibrated and not fixed become free. Gravity
-/// takes its direction, and relaxation the time of the hold, from the measurement where the user
+/// defaults that suit the stem; parameters that are calibrated and not fixed become free. What
+/// the measurement states (direction of gravity, time of the hold) comes from it where the user
 /// does not fix it. Throws core::InputError if the effects cannot be combined, or gravity has no
 /// direction.
 [[nodiscard]] StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,

@@ -38,9 +38,10 @@ struct TableModel {
 std::vector<TableModel> table_models(const CompareArguments& arguments) {
     std::vector<TableModel> models{{"baseline", {}}};
     for (const physics::EffectPointer& effect : physics::all_effects())
-        models.push_back(
-            {effect->name(),
-             {{effect, std::vector<std::optional<double>>(effect->parameters().size())}}});
+        if (effect->is_default_candidate())
+            models.push_back(
+                {effect->name(),
+                 {{effect, std::vector<std::optional<double>>(effect->parameters().size())}}});
     for (const std::string& text : arguments.with) {
         const diagnose::SelectedEffects effects =
             diagnose::in_library_order(study::effects_from(text));

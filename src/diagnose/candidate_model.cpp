@@ -69,7 +69,13 @@ bool has_fitted_number(const physics::Effect& effect) {
 SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings) {
     SelectedEffects candidates;
     for (const physics::EffectPointer& effect : physics::all_effects()) {
-        if (effect->name() == "gravity" &&
+        if (!effect->is_default_candidate())
+            continue;
+        const bool needs_direction = std::ranges::any_of(effect->parameters(), [](const auto& of) {
+            return of.stated_by == physics::StatedBy::AxialGravity ||
+                   of.stated_by == physics::StatedBy::TransverseGravity;
+        });
+        if (needs_direction &&
             std::ranges::any_of(recordings, [](const measure::Measurement& recording) {
                 return recording.gravity_direction == measure::GravityDirection::None;
             }))

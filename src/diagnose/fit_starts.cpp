@@ -5,96 +5,37 @@
 #include "diagnose/beat.hpp"
 #include "diagnose/chain_modes.hpp"
 #include "diagnose/residual_spectrum.hpp"
+#include "physics/effects/library.hpp"
 #include "physics/effects/stem_scales.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <string_view>
+#include <optional>
 
 namespace culm::diagnose {
 namespace {
 
 constexpr std::size_t most_starts = 12;
 constexpr std::size_t most_beats = 2;
-constexpr const char* split_name = "out_of_plane.stiffness_split";
-constexpr const char* angle_name = "out_of_plane.angle_deg";
 /// Damping that an effect brings may take all but this share of the bonds'.
 constexpr double smallest_damping_share = 0.05;
 
-/// What a record offers as sizes for places and times.
-struct RecordScales {
-    double length = 0.0;                        ///< of the stem, m
-    double duration = 0.0;                      ///< after the release, s
-    double first_frequency = 0.0;               ///< Hz
-    double stiffness = 0.0;                     ///< E I/L, N m/rad
-    double mass = 0.0;                          ///< of the stem, kg
-    std::function<std::vector<double>()> peaks; ///< of the residuals, Hz; a spectrum takes a while
-};
-
-struct PlaceGrid {
-    std::string_view parameter;
-    std::function<std::vector<double>(const RecordScales&)> values;
-    bool is_size = false; ///< values of a size, from which a fit of the absent effect does not lead
-};
-
-const std::vector<PlaceGrid>& place_grids() {
-    static const std::vector<PlaceGrid> grids{
-        {"local_defect.position_m",
-         [](const RecordScales& s) {
-             return std::vector{0.1 * s.length, 0.35 * s.length, 0.65 * s.length};
-         }},
-        {"relaxation.time_s",
-         [](const RecordScales& s) {
-             const double shortest = 1.0 / (2.0 * std::numbers::pi * s.first_frequency);
-             const double longest = std::max(s.duration / 3.0, shortest);
-             // Beyond the record the mean only leans; only there it is taken for a curvature.
-             return std::vector{shortest, std::sqrt(shortest * longest), longest, 6.0 * longest};
-         }},
-        {"base_motion.frequency_hz", [](const RecordScales& s) { return s.peaks(); }},
-        {"base_motion.phase_rad",
-         [](const RecordScales&) {
-             return std::vector{0.0, 2.0 * std::numbers::pi / 3.0, -2.0 * std::numbers::pi / 3.0};
-         }},
-        {"clamp_friction.stiffness_nm_rad",
-         [](const RecordScales& s) {
-             return std::vector{2.0 * s.stiffness, 10.0 * s.stiffness, 50.0 * s.stiffness};
-         }},
-        {angle_name,
-         [](const RecordScales&) {
-             return std::vector{25.0, 60.0};
-         }},
-        // Between a mass and a stiffer stem lies a long valley.
-        {"tip_mass.mass_kg",
-         [](const RecordScales& s) {
-             return std::vector{0.03 * s.mass, 0.3 * s.mass, 1.5 * s.mass};
-         },
-         true},
-        // A beat is no small change of a swing without one.
-        {split_name,
-         [](const RecordScales&) {
-             return std::vector{0.02, 0.12};
-         },
-         true},
-    };
-    return grids;
+/// The effect's parameter behind a free one; empty for those of the plain chain.
+std::optional<physics::EffectParameter> described(const calibrate::StemModel& model,
+                                                  const calibrate::FreeParameter& parameter) {
+    return physics::parameter_named(model.spec.effects, parameter.access.name);
 }
 
-const PlaceGrid* grid_of(const std::string& parameter) {
-    const auto found = std::ranges::find(place_grids(), parameter, &PlaceGrid::parameter);
-    return found == place_grids().end() ? nullptr : &*found;
-}
-
-RecordScales scales_of(const calibrate::ChainFit& fit) {
-    RecordScales scales;
+physics::StartScales scales_of(const calibrate::ChainFit& fit) {
+    physics::StartScales scales;
     scales.length = fit.model.spec.stem.free_length();
     scales.duration = fit.times.back();
     scales.first_frequency = calibrate::beam_frequency(fit.model.spec);
     scales.mass = physics::mass_per_length(fit.model.spec.stem) * scales.length;
     scales.stiffness = physics::stiffness_scale(fit.model.spec.stem);
-    scales.peaks = [&fit] { return residual_peaks(fit, 2); };
+    scales.residual_peaks = [&fit] { return residual_peaks(fit, 2); };
     return scales;
 }
 
@@ -163,9 +104,9 @@ std::vector<calibrate::StemModel> beat_starts(const calibrate::StemModel& first,
         start.spec.stem.bond_damping *= beat.decay_rate / -mode.decay_rate;
         start.spec.tip_deflection *= beat.amplitude;
         for (const calibrate::FreeParameter& parameter : start.parameters) {
-            const double value = parameter.access.name == split_name ? beat.split
-                                 : parameter.access.name == angle_name
-                                     ? beat.angle * 180.0 / std::numbers::pi
+            const auto of = described(start, parameter);
+            const double value = of && of->start_from_beat != nullptr
+                                     ? of->start_from_beat({beat.split, beat.angle})
                                      : parameter.access.get(start.spec);
             parameter.access.set(start.spec, std::clamp(value, parameter.lower, parameter.upper));
         }
@@ -181,23 +122,25 @@ std::vector<calibrate::StemModel> fit_starts(const calibrate::StemModel& model,
             if (!parameter.is_place && smaller.find(parameter.access.name) == nullptr)
                 parameter.access.set(first.spec, absent_value(parameter));
     const auto modes = chain_modes(smaller.model.spec, 1);
-    if (size != StartSize::Absent && !modes.empty() && smaller.find(split_name) == nullptr &&
-        std::ranges::any_of(first.parameters, [](const calibrate::FreeParameter& parameter) {
-            return parameter.access.name == split_name;
+    if (size != StartSize::Absent && !modes.empty() &&
+        std::ranges::any_of(first.parameters, [&](const calibrate::FreeParameter& parameter) {
+            const auto of = described(first, parameter);
+            return of && !of->is_place && of->start_from_beat != nullptr &&
+                   smaller.find(parameter.access.name) == nullptr;
         }))
         if (auto starts = beat_starts(first, smaller, modes.front());
             !starts.empty() || size == StartSize::Told)
             return starts;
-    const RecordScales scales = scales_of(smaller);
+    const physics::StartScales scales = scales_of(smaller);
     std::vector<calibrate::StemModel> starts{first};
     for (const calibrate::FreeParameter& parameter : first.parameters) {
-        const PlaceGrid* const grid = grid_of(parameter.access.name);
-        if (grid == nullptr || smaller.find(parameter.access.name) != nullptr ||
-            (grid->is_size && size == StartSize::Absent))
+        const auto of = described(first, parameter);
+        if (!of || of->start_values == nullptr || smaller.find(parameter.access.name) != nullptr ||
+            (!of->is_place && size == StartSize::Absent))
             continue;
         std::vector<calibrate::StemModel> finer;
         for (const calibrate::StemModel& start : starts)
-            for (const double value : grid->values(scales)) {
+            for (const double value : of->start_values(scales)) {
                 calibrate::StemModel& added = finer.emplace_back(start);
                 parameter.access.set(added.spec,
                                      std::clamp(value, parameter.lower, parameter.upper));
@@ -213,8 +156,9 @@ std::vector<calibrate::StemModel> fit_starts(const calibrate::StemModel& model,
 
 bool has_own_sizes(const calibrate::StemModel& model, const calibrate::ChainFit& smaller) {
     return std::ranges::any_of(model.parameters, [&](const auto& parameter) {
-        const PlaceGrid* const grid = grid_of(parameter.access.name);
-        return grid != nullptr && grid->is_size && smaller.find(parameter.access.name) == nullptr;
+        const auto of = described(model, parameter);
+        return of && of->start_values != nullptr && !of->is_place &&
+               smaller.find(parameter.access.name) == nullptr;
     });
 }
 

@@ -2,24 +2,13 @@
 #include "diagnose/model_fit.hpp"
 
 #include "diagnose/fit_plan.hpp"
-
-#include <algorithm>
-#include <array>
-#include <string_view>
+#include "physics/effects/library.hpp"
 
 namespace culm::diagnose {
-namespace {
-
-constexpr std::array<std::string_view, 3> effects_of_recordings{"tip_mass.", "finite_release.",
-                                                                "base_motion."};
-
-} // namespace
 
 bool belongs_to_recording(const std::string& parameter) {
     return parameter == "tip_deflection" || parameter == calibrate::release_time_name ||
-           std::ranges::any_of(effects_of_recordings, [&](std::string_view beginning) {
-               return parameter.starts_with(beginning);
-           });
+           physics::belongs_to(parameter) == physics::BelongsTo::Recording;
 }
 
 ModelFit fit_model(const SelectedEffects& effects, const ModelFit& smaller,

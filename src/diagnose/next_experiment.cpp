@@ -29,26 +29,6 @@ struct Change {
     double rate = 1.0;     ///< of the frames, likewise
 };
 
-bool has(const SelectedEffects& effects, std::string_view name) {
-    return std::ranges::any_of(effects,
-                               [&](const auto& each) { return each.effect->name() == name; });
-}
-
-/// Multiplies one parameter of an effect, if the case contains it.
-std::function<void(run::CaseSpec&)> scale(std::string effect, std::string parameter,
-                                          double factor) {
-    return [effect = std::move(effect), parameter = std::move(parameter),
-            factor](run::CaseSpec& spec) {
-        for (physics::ActiveEffect& active : spec.effects) {
-            const std::vector<physics::EffectParameter> parameters = active.effect->parameters();
-            for (std::size_t k = 0; k < parameters.size(); ++k)
-                if (active.effect->name() == effect &&
-                    (parameter.empty() || parameters[k].name == parameter))
-                    active.values[k] *= factor;
-        }
-    };
-}
-
 Change known_mass(const run::CaseSpec& spec, double share) {
     const double mass = share * physics::mass_per_length(spec.stem) * spec.stem.free_length();
     return {fmt::format("fix a known mass of {:.3g} mg to the tip ({:.0f} % of the stem's) and "
@@ -84,37 +64,41 @@ Change shorter_stem(const run::CaseSpec& spec) {
             share * share, 1.0 / (share * share)};
 }
 
+/// What the effects themselves declare: each that names the experiment changes as it says.
+Change revealing(const std::string& what) {
+    return {what, [what](run::CaseSpec& spec) {
+                for (physics::ActiveEffect& active : spec.effects)
+                    for (const physics::RevealingExperiment& experiment :
+                         active.effect->revealed_by())
+                        for (std::size_t k = 0; experiment.what == what && k < active.values.size();
+                             ++k)
+                            active.values[k] *= experiment.factors.at(k);
+            }};
+}
+
 /// The first is the experiment at hand.
 std::vector<Change> changes_for(const std::vector<std::pair<Rival, Rival>>& pairs,
                                 const run::CaseSpec& spec) {
-    const auto any_has = [&](std::string_view name) {
-        return std::ranges::any_of(pairs, [&](const auto& pair) {
-            return has(pair.first.effects, name) || has(pair.second.effects, name);
-        });
-    };
+    std::vector<physics::EffectPointer> effects;
+    for (const auto& [truth, other] : pairs)
+        for (const Rival* rival : {&truth, &other})
+            for (const physics::SelectedEffect& selected : rival->effects)
+                effects.push_back(selected.effect);
     std::vector<Change> changes{{"release again as before", [](run::CaseSpec&) {}},
                                 known_mass(spec, 0.1),
                                 known_mass(spec, 0.5),
                                 other_pull(spec, 0.3)};
     // What varies along the stem is given over its length: of a part of it the law would differ.
-    if (!any_has("taper") && !any_has("stiffness_gradient") && !any_has("local_defect") &&
-        !any_has("precurvature"))
+    if (std::ranges::none_of(effects, [](const auto& each) { return each->spans_the_stem(); }))
         changes.push_back(shorter_stem(spec));
     if (1.5 * std::abs(spec.tip_deflection) < largest_pull * spec.stem.free_length())
         changes.push_back(other_pull(spec, 1.5));
     changes.push_back({"film with twice the frame rate", [](run::CaseSpec&) {}, 1.0, 2.0});
     changes.push_back({"film twice as long", [](run::CaseSpec&) {}, 2.0, 1.0});
-    if (any_has("quadratic_drag") || any_has("viscous_drag"))
-        changes.push_back({"release in a vacuum", [](run::CaseSpec& changed) {
-                               scale("quadratic_drag", "drag_coefficient", 0.0)(changed);
-                               scale("viscous_drag", "coefficient_n_s_m2", 0.0)(changed);
-                           }});
-    if (any_has("precurvature"))
-        changes.push_back({"turn the stem by 180 degrees about its own axis and release again",
-                           scale("precurvature", {}, -1.0)});
-    if (any_has("relaxation"))
-        changes.push_back({"hold the stem ten times as long before the release",
-                           scale("relaxation", "hold_time_s", 10.0)});
+    for (const physics::EffectPointer& effect : effects)
+        for (const physics::RevealingExperiment& experiment : effect->revealed_by())
+            if (std::ranges::find(changes, experiment.what, &Change::what) == changes.end())
+                changes.push_back(revealing(experiment.what));
     return changes;
 }
 

@@ -47,7 +47,8 @@ EffectPointer base_motion() {
                          .upper = 1e5,
                          .scale = 10.0,
                          .fitted_as = FittedAs::Logarithm,
-                         .is_place = true},
+                         .is_place = true,
+                         .start_values = [](const StartScales& of) { return of.residual_peaks(); }},
                         {.name = "phase_rad",
                          .unit = "rad",
                          .meaning = "φ: phase at the release",
@@ -55,7 +56,13 @@ EffectPointer base_motion() {
                          .lower = -2.0 * std::numbers::pi,
                          .upper = 2.0 * std::numbers::pi,
                          .scale = 1.0,
-                         .is_place = true}}},
+                         .is_place = true,
+                         .start_values =
+                             [](const StartScales& /*of*/) {
+                                 return std::vector{0.0, 2.0 * std::numbers::pi / 3.0,
+                                                    -2.0 * std::numbers::pi / 3.0};
+                             }}},
+         .belongs_to = BelongsTo::Recording},
         apply);
 }
 

@@ -33,7 +33,8 @@ EffectPointer camera_tilt() {
                          .default_value = 0.02,
                          .lower = -0.5,
                          .upper = 0.5,
-                         .scale = 0.01}}},
+                         .scale = 0.01}},
+         .belongs_to = BelongsTo::Rig},
         apply);
 }
 

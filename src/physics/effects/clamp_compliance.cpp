@@ -33,7 +33,8 @@ EffectPointer clamp_compliance() {
          .remedy = "film a mark right above the clamp; pull statically and read two heights; clamp "
                    "again. In a model that feeds a bulk simulation keep k out of the modulus",
          .energy = "stores ½ k θ². Conservative",
-         .parameters = {clamp_stiffness()}},
+         .parameters = {clamp_stiffness()},
+         .belongs_to = BelongsTo::Rig},
         apply, suit);
 }
 

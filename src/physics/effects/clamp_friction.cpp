@@ -29,6 +29,9 @@ void suit(const StemParameters<double>& stem, std::span<EffectParameter> paramet
 EffectParameter spring() {
     EffectParameter stiffness = clamp_stiffness();
     stiffness.is_place = true;
+    stiffness.start_values = [](const StartScales& of) {
+        return std::vector{2.0 * of.stiffness, 10.0 * of.stiffness, 50.0 * of.stiffness};
+    };
     return stiffness;
 }
 
@@ -58,7 +61,8 @@ EffectPointer clamp_friction() {
                          .scale = 1e-4},
                         spring(),
                         clamp_friction_rate()},
-         .excludes = {"clamp_compliance"}},
+         .excludes = {"clamp_compliance"},
+         .belongs_to = BelongsTo::Rig},
         apply, suit);
 }
 

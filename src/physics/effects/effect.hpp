@@ -5,6 +5,7 @@
 #include "physics/camera_view.hpp"
 #include "physics/chain_model.hpp"
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -23,6 +24,31 @@ enum class FittedAs {
 /// "as it is", "as its logarithm", "as its inverse".
 [[nodiscard]] std::string_view to_string(FittedAs fitted_as);
 
+/// Which statement of a recording gives the value of a parameter that is known, not fitted.
+enum class StatedBy {
+    Nobody,
+    AxialGravity,      ///< minus the acceleration of gravity where it acts along the stem, else 0
+    TransverseGravity, ///< the same, positive, where it acts across the stem
+    HoldTime           ///< for how long the stem was held before the release
+};
+
+/// What a fit of the smaller model offers as sizes to start from.
+struct StartScales {
+    double length = 0.0;          ///< of the stem, m
+    double duration = 0.0;        ///< of the recording after the release, s
+    double first_frequency = 0.0; ///< of the stem, Hz
+    double stiffness = 0.0;       ///< E I/L, N m/rad
+    double mass = 0.0;            ///< of the stem, kg
+    /// Frequencies at which the residuals are strongest, Hz; computing them takes a while.
+    std::function<std::vector<double>()> residual_peaks;
+};
+
+/// A beat in the readings, as two planes of bending with different frequencies make it.
+struct ObservedBeat {
+    double split = 0.0; ///< difference of the two stiffnesses over their mean
+    double angle = 0.0; ///< from the plane of the pull to the stiffer principal plane, rad
+};
+
 /// A number of an effect, in SI units.
 struct EffectParameter {
     std::string name; ///< with its unit at the end where it has one, as in stiffness_nm_rad
@@ -37,6 +63,25 @@ struct EffectParameter {
     /// A place, an angle, a time scale, which means nothing while the effect has no size.
     bool is_place = false;
     double absent = 0.0; ///< of a size: where the effect is absent; Inverse: as far up as it goes
+    StatedBy stated_by = StatedBy::Nobody;
+    /// Values from which a fit starts, each in turn: of a location, an angle or a time scale, and
+    /// of a size to which no fit leads from where the effect is absent. Null: the default alone.
+    std::vector<double> (*start_values)(const StartScales& scales) = nullptr;
+    /// The start that a beat in the readings suggests; null: a beat says nothing about it.
+    double (*start_from_beat)(const ObservedBeat& beat) = nullptr;
+};
+
+/// What an effect is a property of: what has the same owner has the same values.
+enum class BelongsTo {
+    Stem,      ///< and so to all its recordings
+    Recording, ///< each recording has values of its own
+    Rig        ///< clamp, camera, air: to all recordings made there; so far fitted like the stem's
+};
+
+/// An experiment that shows the effect because it changes or removes it.
+struct RevealingExperiment {
+    std::string what;            ///< an instruction; effects that share it change together
+    std::vector<double> factors; ///< of the effect's parameters, in their order
 };
 
 /// A point mass on the stem.
@@ -82,6 +127,12 @@ class Effect {
     }
     /// Effects that say the same with other words and cannot be combined with this one.
     [[nodiscard]] virtual std::vector<std::string> excludes() const { return {}; }
+    [[nodiscard]] virtual BelongsTo belongs_to() const { return BelongsTo::Stem; }
+    [[nodiscard]] virtual std::vector<RevealingExperiment> revealed_by() const { return {}; }
+    /// Is its law stated over the whole length, so that a part of the stem would need another one?
+    [[nodiscard]] virtual bool spans_the_stem() const { return false; }
+    /// Is it tried wherever no effects are named? Others are tried only when named.
+    [[nodiscard]] virtual bool is_default_candidate() const { return true; }
     /// 3: it leaves the plane of the pull.
     [[nodiscard]] virtual int dimensions() const { return 2; }
     /// Adds the effect; `values` in the order of parameters().

@@ -31,6 +31,12 @@ class CardEffect final : public Effect {
     }
     [[nodiscard]] std::vector<std::string> excludes() const override { return card_.excludes; }
     [[nodiscard]] int dimensions() const override { return card_.dimensions; }
+    [[nodiscard]] BelongsTo belongs_to() const override { return card_.belongs_to; }
+    [[nodiscard]] std::vector<RevealingExperiment> revealed_by() const override {
+        return card_.revealed_by;
+    }
+    [[nodiscard]] bool spans_the_stem() const override { return card_.spans_the_stem; }
+    [[nodiscard]] bool is_default_candidate() const override { return card_.is_default_candidate; }
     void apply(std::span<const double> values, EffectTarget& target) const override {
         apply_(values, target);
     }

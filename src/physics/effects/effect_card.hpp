@@ -22,6 +22,10 @@ struct EffectCard {
     std::vector<EffectParameter> parameters;
     std::vector<std::string> excludes = {};
     int dimensions = 2;
+    BelongsTo belongs_to = BelongsTo::Stem;
+    std::vector<RevealingExperiment> revealed_by = {};
+    bool spans_the_stem = false;
+    bool is_default_candidate = true;
 };
 
 using ApplyEffect = void (*)(std::span<const double> values, EffectTarget& target);

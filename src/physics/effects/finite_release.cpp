@@ -44,7 +44,8 @@ EffectPointer finite_release() {
                          .default_value = 2e-3,
                          .lower = 1e-6,
                          .upper = 10.0,
-                         .scale = 1e-3}}},
+                         .scale = 1e-3}},
+         .belongs_to = BelongsTo::Recording},
         apply, suit);
 }
 

@@ -20,7 +20,8 @@ void apply(std::span<const double> values, EffectTarget& target) {
     target.model.gravity[1] = values[1];
 }
 
-EffectParameter acceleration(const char* name, const char* meaning, double standard) {
+EffectParameter acceleration(const char* name, const char* meaning, double standard,
+                             StatedBy stated_by) {
     return {.name = name,
             .unit = "m/s²",
             .meaning = meaning,
@@ -28,7 +29,8 @@ EffectParameter acceleration(const char* name, const char* meaning, double stand
             .lower = -200.0,
             .upper = 200.0,
             .scale = 1.0,
-            .calibrated = false};
+            .calibrated = false,
+            .stated_by = stated_by};
 }
 
 } // namespace
@@ -50,9 +52,10 @@ EffectPointer gravity() {
          .parameters = {acceleration("axial_m_s2",
                                      "g_axial: along the stem, positive away from the clamp; -9.81 "
                                      "for a stem that stands upright",
-                                     -9.81),
+                                     -9.81, StatedBy::AxialGravity),
                         acceleration("transverse_m_s2",
-                                     "g_transverse: positive toward the side of the pull", 0.0)}},
+                                     "g_transverse: positive toward the side of the pull", 0.0,
+                                     StatedBy::TransverseGravity)}},
         apply);
 }
 

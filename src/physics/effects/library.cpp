@@ -8,7 +8,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -64,6 +67,27 @@ EffectPointer effect_named(std::string_view name) {
     throw core::InputError(
         fmt::format("there is no effect \"{}\"{}; `culm effects` lists those there are", name,
                     nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest)));
+}
+
+BelongsTo belongs_to(std::string_view parameter) {
+    static const auto owners = [] {
+        std::map<std::string, BelongsTo, std::less<>> map;
+        for (const EffectPointer& effect : all_effects())
+            map.emplace(effect->name(), effect->belongs_to());
+        return map;
+    }();
+    const auto found = owners.find(parameter.substr(0, parameter.find('.')));
+    return found == owners.end() ? BelongsTo::Stem : found->second;
+}
+
+std::optional<EffectParameter> parameter_named(std::span<const ActiveEffect> effects,
+                                               std::string_view name) {
+    for (const ActiveEffect& active : effects)
+        if (const std::string prefix = active.effect->name() + '.'; name.starts_with(prefix))
+            for (EffectParameter& parameter : active.effect->parameters())
+                if (parameter.name == name.substr(prefix.size()))
+                    return std::move(parameter);
+    return std::nullopt;
 }
 
 void check_combination(std::span<const EffectPointer> effects) {

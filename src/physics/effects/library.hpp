@@ -4,6 +4,7 @@
 
 #include "physics/effects/effect.hpp"
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,6 +21,14 @@ namespace culm::physics {
 
 /// The effect of that name. Throws core::InputError with the nearest name.
 [[nodiscard]] EffectPointer effect_named(std::string_view name);
+
+/// What "effect.parameter" is a property of, by the name of the effect before the point: the stem
+/// for users' effects and everything else.
+[[nodiscard]] BelongsTo belongs_to(std::string_view parameter);
+
+/// The parameter called "effect.parameter" of one of these effects; empty if none has it.
+[[nodiscard]] std::optional<EffectParameter> parameter_named(std::span<const ActiveEffect> effects,
+                                                             std::string_view name);
 
 /// Throws core::InputError if an effect stands twice or one excludes another, and says why.
 void check_combination(std::span<const EffectPointer> effects);

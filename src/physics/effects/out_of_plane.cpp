@@ -47,7 +47,13 @@ EffectPointer out_of_plane() {
                          .default_value = 0.02,
                          .lower = 0.0,
                          .upper = 1.0,
-                         .scale = 0.02},
+                         .scale = 0.02,
+                         // A beat is no small change of a swing without one.
+                         .start_values =
+                             [](const StartScales& /*of*/) {
+                                 return std::vector{0.02, 0.12};
+                             },
+                         .start_from_beat = [](const ObservedBeat& beat) { return beat.split; }},
                         {.name = "angle_deg",
                          .unit = "degrees",
                          .meaning = "α: from the plane of the pull to the stiffer principal plane",
@@ -55,7 +61,15 @@ EffectPointer out_of_plane() {
                          .lower = 0.0,
                          .upper = 90.0,
                          .scale = 20.0,
-                         .is_place = true}},
+                         .is_place = true,
+                         .start_values =
+                             [](const StartScales& /*of*/) {
+                                 return std::vector{25.0, 60.0};
+                             },
+                         .start_from_beat =
+                             [](const ObservedBeat& beat) {
+                                 return beat.angle * 180.0 / std::numbers::pi;
+                             }}},
          .dimensions = 3},
         apply, suit);
 }

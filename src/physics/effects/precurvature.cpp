@@ -60,7 +60,10 @@ EffectPointer precurvature() {
          .energy =
              "stores ½ E I (κ - κ0)²: the straight stem holds ½ E I κ0² per length. Conservative",
          .parameters = {curvature("base_curvature_1_m", "clamp"),
-                        curvature("tip_curvature_1_m", "tip")}},
+                        curvature("tip_curvature_1_m", "tip")},
+         .revealed_by = {{"turn the stem by 180 degrees about its own axis and release again",
+                          {-1.0, -1.0}}},
+         .spans_the_stem = true},
         apply, suit);
 }
 

@@ -42,7 +42,9 @@ EffectPointer quadratic_drag() {
                          .default_value = 1.2,
                          .lower = 0.0,
                          .upper = 100.0,
-                         .scale = 1.0}}},
+                         .scale = 1.0}},
+         .belongs_to = BelongsTo::Rig,
+         .revealed_by = {{"release in a vacuum", {0.0}}}},
         apply);
 }
 

@@ -3,7 +3,9 @@
 #include "physics/effects/effect_card.hpp"
 #include "physics/effects/factories.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace culm::physics {
 
@@ -16,6 +18,13 @@ void apply(std::span<const double> values, EffectTarget& target) {
     target.model.branches.push_back({.relative_stiffness = fraction,
                                      .relaxation_time = time,
                                      .held_share = std::exp(-hold_time / time)});
+}
+
+std::vector<double> start_times(const StartScales& of) {
+    const double shortest = 1.0 / (2.0 * std::numbers::pi * of.first_frequency);
+    const double longest = std::max(of.duration / 3.0, shortest);
+    // Beyond the record the mean only leans; only there it is taken for a curvature.
+    return {shortest, std::sqrt(shortest * longest), longest, 6.0 * longest};
 }
 
 } // namespace
@@ -52,7 +61,8 @@ EffectPointer relaxation() {
                          .upper = 1e4,
                          .scale = 0.1,
                          .fitted_as = FittedAs::Logarithm,
-                         .is_place = true},
+                         .is_place = true,
+                         .start_values = start_times},
                         {.name = "hold_time_s",
                          .unit = "s",
                          .meaning = "t_h: for how long the stem was held before the release",
@@ -60,7 +70,9 @@ EffectPointer relaxation() {
                          .lower = 0.0,
                          .upper = 1e7,
                          .scale = 10.0,
-                         .calibrated = false}}},
+                         .calibrated = false,
+                         .stated_by = StatedBy::HoldTime}},
+         .revealed_by = {{"hold the stem ten times as long before the release", {1.0, 1.0, 10.0}}}},
         apply);
 }
 

@@ -31,7 +31,8 @@ EffectPointer rolling_shutter() {
                          .default_value = 1e-4,
                          .lower = -0.1,
                          .upper = 0.1,
-                         .scale = 1e-4}}},
+                         .scale = 1e-4}},
+         .belongs_to = BelongsTo::Rig},
         apply);
 }
 

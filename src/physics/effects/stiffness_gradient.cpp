@@ -39,7 +39,8 @@ EffectPointer stiffness_gradient() {
                          .default_value = -0.2,
                          .lower = -1.9,
                          .upper = 1.9,
-                         .scale = 0.1}}},
+                         .scale = 0.1}},
+         .spans_the_stem = true},
         apply);
 }
 

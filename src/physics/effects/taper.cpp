@@ -48,7 +48,8 @@ EffectPointer taper() {
                          .default_value = -0.1,
                          .lower = -1.0,
                          .upper = 1.0,
-                         .scale = 0.1}}},
+                         .scale = 0.1}},
+         .spans_the_stem = true},
         apply);
 }
 

@@ -42,7 +42,13 @@ EffectPointer tip_mass() {
                          .default_value = 1e-5,
                          .lower = 0.0,
                          .upper = 10.0,
-                         .scale = 1e-5}}},
+                         .scale = 1e-5,
+                         // Between a mass and a stiffer stem lies a long valley.
+                         .start_values =
+                             [](const StartScales& of) {
+                                 return std::vector{0.03 * of.mass, 0.3 * of.mass, 1.5 * of.mass};
+                             }}},
+         .belongs_to = BelongsTo::Recording},
         apply, suit);
 }
 

@@ -47,7 +47,9 @@ EffectPointer viscous_drag() {
                          .default_value = 1e-3,
                          .lower = 0.0,
                          .upper = 1e3,
-                         .scale = 1e-3}}},
+                         .scale = 1e-3}},
+         .belongs_to = BelongsTo::Rig,
+         .revealed_by = {{"release in a vacuum", {0.0}}}},
         apply, suit);
 }
 
