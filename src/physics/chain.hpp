@@ -6,6 +6,7 @@
 #include "physics/chain_layout.hpp"
 #include "physics/node_load.hpp"
 
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -54,6 +55,10 @@ class Chain {
     [[nodiscard]] const Vec<Dim, T>& gravity() const { return gravity_; }
     /// The first sphere that moves: 1 when clamped, 0 when free.
     [[nodiscard]] int first_moving_sphere() const { return support_ == Support::Clamped ? 1 : 0; }
+    /// Length of the stem that sphere `i` stands for: l, and half of it at the two ends, m.
+    [[nodiscard]] T length_at(int i) const {
+        return i == 0 || i == layout_.bond_count() ? T(0.5) * bond_.length : bond_.length;
+    }
     /// Does clamped sphere 0 turn in the plane of bending?
     [[nodiscard]] bool base_turns() const { return layout_.base_turns(); }
 
@@ -111,7 +116,8 @@ class Chain {
         for (auto& column : load.by_velocity)
             column = Vec<Dim, T>::zero();
         if (!model_.air.empty())
-            add_air_drag(model_.air[static_cast<std::size_t>(i)], sphere.velocity, load);
+            add_air_drag(std::span<const AirDrag<T>>(model_.air), length_at(i), sphere.velocity,
+                         load);
         if (model_.base_motion)
             load.force[1] = load.force[1] +
                             sphere_inertia(i).mass * base_acceleration(*model_.base_motion, time);
@@ -298,8 +304,7 @@ class Chain {
         const Inputs inputs{T(double(i)) * bond_.length, sphere.position[1],
                             sphere.velocity[1],          below.curvature,
                             below.curvature_rate,        time};
-        const bool at_an_end = i == 0 || i == layout_.bond_count();
-        const T length = at_an_end ? T(0.5) * bond_.length : bond_.length;
+        const T length = length_at(i);
         load.force[1] = load.force[1] + length * user_law_value(law, inputs);
         if (!with_slopes)
             return;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "core/vec.hpp"
+#include "physics/air_drag.hpp"
 #include "physics/bending_law.hpp"
 #include "physics/bond_coefficients.hpp"
 #include "physics/user_law.hpp"
@@ -13,13 +14,6 @@
 #include <vector>
 
 namespace culm::physics {
-
-/// Resistance of the air to one sphere: −(linear + quadratic |v|) v.
-template <class T>
-struct AirDrag {
-    T linear;    ///< N s/m
-    T quadratic; ///< N s²/m²
-};
 
 /// A clamp that turns: −k θ − M tanh(ω/ω_r) in the plane of bending, with θ and ω of sphere 0.
 /// The hyperbolic tangent regularises dry friction, whose sign is undefined at rest.
@@ -64,7 +58,7 @@ struct ChainModel {
 
     std::optional<BaseHinge<T>> hinge;
     std::vector<MaxwellBranch<T>> branches;
-    std::vector<AirDrag<T>> air; ///< (0) or (spheres)
+    std::vector<AirDrag<T>> air; ///< one for each law
     std::optional<BendingLaw<T>> bending;
     /// Elastic moment of each bond when the chain is straight, about the axis of bending, N m;
     /// (0) or (bonds). A stem that is curved at rest resists being straightened.

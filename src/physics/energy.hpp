@@ -83,16 +83,16 @@ void add_bond_effects(const Chain<Dim, T>& chain, const T* state, int j,
     }
 }
 
-/// Air resistance, and the clamp's spring and friction. Users' laws and forces that depend on time
-/// do work that is not accounted for.
+/// Resistance, which takes out −force·velocity whatever its law, and the clamp's spring and
+/// friction. Users' laws and forces that depend on time do work that is not accounted for.
 template <int Dim, class T>
 void add_outer_effects(const Chain<Dim, T>& chain, const T* state, ChainEnergy<T>& energy) {
     const auto& layout = chain.layout();
     const ChainModel<T>& model = chain.model();
-    for (std::size_t i = 0; i < model.air.size(); ++i) {
-        const Vec<Dim, T> velocity = layout.sphere(state, static_cast<int>(i)).velocity;
+    for (int i = 0; !model.air.empty() && i < layout.sphere_count(); ++i) {
+        const Vec<Dim, T> velocity = layout.sphere(state, i).velocity;
         NodeLoad<Dim, T> load;
-        add_air_drag(model.air[i], velocity, load);
+        add_air_drag(std::span<const AirDrag<T>>(model.air), chain.length_at(i), velocity, load);
         energy.dissipated_power = energy.dissipated_power - dot(load.force, velocity);
     }
     if (model.hinge) {

@@ -1,38 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Forces on single spheres from outside the chain, and the clamp's moment, with their derivatives.
+// Forces on single spheres from support and finger, and the clamp's moment with its derivatives.
 #pragma once
 
 #include "physics/chain_model.hpp"
 
-#include <array>
 #include <cmath>
 
 namespace culm::physics {
-
-/// Force on a sphere and its derivatives.
-template <int Dim, class T>
-struct NodeLoad {
-    Vec<Dim, T> force = Vec<Dim, T>::zero(); ///< N
-    /// ∂force/∂velocity, one vector a component of the velocity, N s/m
-    std::array<Vec<Dim, T>, static_cast<std::size_t>(Dim)> by_velocity{};
-    T by_deflection = T(0.0); ///< ∂force/∂position, both sideways, N/m
-};
-
-/// −(c + q|v|) v and its derivatives −(c + q|v|) 1 − q v vᵀ/|v|.
-template <int Dim, class T>
-void add_air_drag(const AirDrag<T>& drag, const Vec<Dim, T>& velocity, NodeLoad<Dim, T>& load) {
-    using std::sqrt;
-    // Far below any speed that a camera sees; keeps the root's derivative finite at rest.
-    const T floor = T(1e-18);
-    const T speed = sqrt(dot(velocity, velocity) + floor);
-    const T resistance = drag.linear + drag.quadratic * speed;
-    load.force -= resistance * velocity;
-    for (int k = 0; k < Dim; ++k) {
-        auto& column = load.by_velocity[static_cast<std::size_t>(k)];
-        column -= (drag.quadratic * velocity[k] / speed) * velocity;
-        column[k] = column[k] - resistance;
-    }
-}
 
 /// Moment of the clamp on sphere 0 and its derivatives.
 template <class T>

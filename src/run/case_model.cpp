@@ -25,6 +25,15 @@ class Packer {
             [&](std::size_t lane) { return get(models_[lane < models_.size() ? lane : 0].chain); });
     }
 
+    /// The list of numbers that `get` finds, as long in every lane.
+    template <class Get>
+    [[nodiscard]] std::vector<T> numbers(const Get& get) const {
+        std::vector<T> list;
+        for (std::size_t k = 0; k < get(first()).size(); ++k)
+            list.push_back(number([&](const ChainModel<double>& model) { return get(model)[k]; }));
+        return list;
+    }
+
     /// A struct of the numbers `members`, found by `get`.
     template <class Packed, class Part, class Get, class... Member>
     [[nodiscard]] Packed part(const Get& get, Member Part::*... members) const {
@@ -52,14 +61,13 @@ void pack_links(const Packer<T>& packer, ChainModel<T>& packed) {
         packed.spheres.push_back(packer.template part<physics::SphereInertia<T>>(
             [i](const auto& model) -> const Sphere& { return model.spheres[i]; }, &Sphere::mass,
             &Sphere::moment));
-    using Air = physics::AirDrag<double>;
-    for (std::size_t i = 0; i < packer.first().air.size(); ++i)
-        packed.air.push_back(packer.template part<physics::AirDrag<T>>(
-            [i](const auto& model) -> const Air& { return model.air[i]; }, &Air::linear,
-            &Air::quadratic));
-    for (std::size_t j = 0; j < packer.first().straight_moments.size(); ++j)
-        packed.straight_moments.push_back(
-            packer.number([j](const auto& model) { return model.straight_moments[j]; }));
+    for (std::size_t k = 0; k < packer.first().air.size(); ++k)
+        packed.air.push_back(
+            {packer.first().air[k].law,
+             packer.number([k](const auto& model) { return model.air[k].coefficient; }),
+             packer.numbers([k](const auto& model) -> const auto& { return model.air[k].shape; })});
+    packed.straight_moments =
+        packer.numbers([](const auto& model) -> const auto& { return model.straight_moments; });
     for (int d = 0; d < 3; ++d)
         packed.gravity[d] = packer.number([d](const auto& model) { return model.gravity[d]; });
 }
@@ -97,11 +105,10 @@ void pack_time_dependence(const Packer<T>& packer, ChainModel<T>& packed) {
             &Gradual::holding_force);
     for (std::size_t k = 0; k < packer.first().user_laws.size(); ++k) {
         const physics::UserLaw<double>& law = packer.first().user_laws[k];
-        physics::UserLaw<T> of_lanes{law.kind, law.expression, {}};
-        for (std::size_t p = 0; p < law.parameters.size(); ++p)
-            of_lanes.parameters.push_back(packer.number(
-                [k, p](const auto& model) { return model.user_laws[k].parameters[p]; }));
-        packed.user_laws.push_back(std::move(of_lanes));
+        packed.user_laws.push_back(
+            {law.kind, law.expression, packer.numbers([k](const auto& model) -> const auto& {
+                 return model.user_laws[k].parameters;
+             })});
     }
 }
 

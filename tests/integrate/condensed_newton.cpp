@@ -97,6 +97,16 @@ TYPED_TEST(CondensedNewtonTest, SolvesTheFullSystem) {
                 gamma);
 }
 
+/// r = c (1 + a v³), with v the speed.
+struct SteepResistance {
+    template <class T>
+    static physics::Resistance<T> at(const T& coefficient, const T& speed,
+                                     std::span<const T> shape) {
+        const T cubic = coefficient * shape[0];
+        return {coefficient + cubic * speed * speed * speed, T(3.0) * cubic * speed * speed};
+    }
+};
+
 /// Every part that an effect may add, each of a size that matters.
 physics::ChainModel<double> model_with_everything() {
     const auto stem = short_stem();
@@ -108,7 +118,7 @@ physics::ChainModel<double> model_with_everything() {
     model.spheres.back().mass *= 3.0;
     model.hinge = physics::BaseHinge<double>{0.5, 1e-3, 100.0};
     model.branches = {{0.3, 1e-4, 1.0}, {0.2, 1e-2, 0.0}};
-    model.air.assign(7, {1e-4, 1e-4});
+    model.air = {{&physics::resistance_law<SteepResistance>, 1e-2, {0.7}}};
     model.bending = physics::BendingLaw<double>{-1e-3, 0.2, 0.5};
     // Each uses what its Jacobian knows: a force and the clamp see deflection and velocity, a bond
     // its curvature.

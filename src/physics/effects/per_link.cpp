@@ -61,16 +61,6 @@ void change_along_stem(EffectTarget& target, const LocalStem& local) {
             plain_bond);
 }
 
-double tributary_length(const StemParameters<double>& stem, int sphere) {
-    const bool is_end = sphere == 0 || sphere == stem.sphere_count - 1;
-    return (is_end ? 0.5 : 1.0) * stem.bond_length;
-}
-
-std::vector<AirDrag<double>>& air_of_every_sphere(EffectTarget& target) {
-    target.model.air.resize(index(target.stem.sphere_count), AirDrag<double>{0.0, 0.0});
-    return target.model.air;
-}
-
 void join_attached_masses(EffectTarget& target) {
     const StemParameters<double>& stem = target.stem;
     for (const AttachedMass& attached : target.attached) {

@@ -23,12 +23,6 @@ using LocalStem =
 /// lengths and lever arms of the bonds stay.
 void change_along_stem(EffectTarget& target, const LocalStem& local);
 
-/// Length of the stem that belongs to sphere `sphere`: l, and half of it at the two ends, m.
-[[nodiscard]] double tributary_length(const StemParameters<double>& stem, int sphere);
-
-/// The air's resistance to every sphere, zero where there is none yet.
-[[nodiscard]] std::vector<AirDrag<double>>& air_of_every_sphere(EffectTarget& target);
-
 /// Adds the target's attached masses to the spheres, each shared by the two nearest so that its
 /// centre is right. The bonds' damping stays that of the stem. Throws core::InputError for a
 /// position below the clamp.

@@ -2,7 +2,6 @@
 // Drag of the air that grows with the square of the speed.
 #include "physics/effects/effect_card.hpp"
 #include "physics/effects/factories.hpp"
-#include "physics/effects/per_link.hpp"
 
 namespace culm::physics {
 
@@ -10,11 +9,18 @@ namespace {
 
 constexpr double air_density = 1.2; // kg/m³, 20 °C at sea level
 
+/// r = c |v|.
+struct QuadraticLaw {
+    template <class T>
+    static Resistance<T> at(const T& coefficient, const T& speed, std::span<const T> /*shape*/) {
+        return {coefficient * speed, coefficient};
+    }
+};
+
 void apply(std::span<const double> values, EffectTarget& target) {
-    const double per_length = 0.5 * air_density * values[0] * target.stem.width_in_air();
-    std::vector<AirDrag<double>>& air = air_of_every_sphere(target);
-    for (int i = 0; i < target.stem.sphere_count; ++i)
-        air[static_cast<std::size_t>(i)].quadratic += per_length * tributary_length(target.stem, i);
+    target.model.air.push_back(
+        {.law = &resistance_law<QuadraticLaw>,
+         .coefficient = 0.5 * air_density * values[0] * target.stem.width_in_air()});
 }
 
 } // namespace

@@ -2,7 +2,6 @@
 // Drag of the air in proportion to the speed.
 #include "physics/effects/effect_card.hpp"
 #include "physics/effects/factories.hpp"
-#include "physics/effects/per_link.hpp"
 #include "physics/effects/stem_scales.hpp"
 
 #include <algorithm>
@@ -12,10 +11,17 @@ namespace culm::physics {
 
 namespace {
 
+/// r = c.
+struct ViscousLaw {
+    template <class T>
+    static Resistance<T> at(const T& coefficient, const T& /*speed*/,
+                            std::span<const T> /*shape*/) {
+        return {coefficient, T(0.0)};
+    }
+};
+
 void apply(std::span<const double> values, EffectTarget& target) {
-    std::vector<AirDrag<double>>& air = air_of_every_sphere(target);
-    for (int i = 0; i < target.stem.sphere_count; ++i)
-        air[static_cast<std::size_t>(i)].linear += values[0] * tributary_length(target.stem, i);
+    target.model.air.push_back({.law = &resistance_law<ViscousLaw>, .coefficient = values[0]});
 }
 
 /// Damping ratio ζ of mode 1 is c/(2 m' ω1): 0.2 % is that of a straw in air.

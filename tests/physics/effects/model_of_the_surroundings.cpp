@@ -20,27 +20,29 @@ void expect_relative(double value, double expected) {
     EXPECT_NEAR(value, expected, rounding * std::abs(expected));
 }
 
-TEST(QuadraticDrag, IsHalfDensityTimesCoefficientDiameterAndLength) {
-    const EffectBench bench({active("quadratic_drag", {1.3})});
-    ASSERT_EQ(bench.model.air.size(), 56U);
+/// Sum of the forces on all spheres when they move sideways at `speed`, N.
+double force_at(const EffectBench& bench, double speed) {
+    const Chain<2, double> chain(bench.stem.sphere_count, bench.model, bench.law);
+    SphereState<2, double> sphere{{{0.0, 0.0}}, {{0.0, speed}}, {{0.0}}};
     double sum = 0.0;
-    for (const AirDrag<double>& drag : bench.model.air) {
-        sum += drag.quadratic;
-        EXPECT_EQ(drag.linear, 0.0);
-    }
-    expect_relative(sum, 0.5 * 1.2 * 1.3 * 2.83e-3 * (55.0 * 2.83e-3));
-    expect_relative(bench.model.air.front().quadratic, 0.5 * bench.model.air[1].quadratic);
-    expect_relative(bench.model.air.back().quadratic, 0.5 * bench.model.air[1].quadratic);
+    for (int i = 0; i < bench.stem.sphere_count; ++i)
+        sum += chain.node_load(i, sphere, {}, 0.0, true).force[1];
+    return sum;
 }
 
-TEST(ViscousDrag, IsTheCoefficientTimesTheLengthBesideQuadraticDrag) {
-    const EffectBench bench({active("viscous_drag", {2e-3}), active("quadratic_drag", {1.3})}, 21);
-    double sum = 0.0;
-    for (const AirDrag<double>& drag : bench.model.air) {
-        sum += drag.linear;
-        EXPECT_GT(drag.quadratic, 0.0);
-    }
-    expect_relative(sum, 2e-3 * bench.stem.free_length());
+TEST(QuadraticDrag, IsHalfDensityTimesCoefficientWidthLengthAndSquaredSpeed) {
+    const EffectBench bench({active("quadratic_drag", {1.3})});
+    const double per_square = 0.5 * 1.2 * 1.3 * 2.83e-3 * (55.0 * 2.83e-3);
+    expect_relative(force_at(bench, 2.0), -4.0 * per_square);
+    expect_relative(force_at(bench, -3.0), 9.0 * per_square);
+}
+
+TEST(ViscousDrag, IsTheCoefficientTimesLengthAndSpeedBesideQuadraticDrag) {
+    const EffectBench viscous({active("viscous_drag", {2e-3})}, 21);
+    expect_relative(force_at(viscous, 2.0), -2.0 * 2e-3 * viscous.stem.free_length());
+    const EffectBench quadratic({active("quadratic_drag", {1.3})}, 21);
+    const EffectBench both({active("viscous_drag", {2e-3}), active("quadratic_drag", {1.3})}, 21);
+    expect_relative(force_at(both, 2.0), force_at(viscous, 2.0) + force_at(quadratic, 2.0));
 }
 
 TEST(Gravity, ActsAlongAndAcross) {

@@ -45,7 +45,10 @@ std::vector<double> numbers_of(const CaseSpec& spec) {
     append(model.chain.gravity, numbers);
     append_optional(model.chain.hinge, numbers);
     append_all(model.chain.branches, numbers);
-    append_all(model.chain.air, numbers);
+    for (const physics::AirDrag<double>& drag : model.chain.air) {
+        numbers.push_back(drag.coefficient);
+        numbers.insert(numbers.end(), drag.shape.begin(), drag.shape.end());
+    }
     append_optional(model.chain.bending, numbers);
     append_all(model.chain.straight_moments, numbers);
     append_optional(model.chain.base_motion, numbers);

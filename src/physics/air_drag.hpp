@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Forces of the surroundings against the motion of the stem. The files of the effects give the
+// laws; this is what the chain makes of them.
+#pragma once
+
+#include "core/lanes.hpp"
+#include "core/vec.hpp"
+
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+namespace culm::physics {
+
+using core::Vec;
+
+/// Force on a sphere and its derivatives.
+template <int Dim, class T>
+struct NodeLoad {
+    Vec<Dim, T> force = Vec<Dim, T>::zero(); ///< N
+    /// ∂force/∂velocity, one vector a component of the velocity, N s/m
+    std::array<Vec<Dim, T>, static_cast<std::size_t>(Dim)> by_velocity{};
+    T by_deflection = T(0.0); ///< ∂force/∂position, both sideways, N/m
+};
+
+/// The factor r of the force −r(|v|) v.
+template <class T>
+struct Resistance {
+    T value;    ///< r, N s/m
+    T by_speed; ///< dr/d|v|, N s²/m²
+};
+
+/// A law of resistance. It is proportional to a coefficient, which the chain multiplies by the
+/// length of stem that a sphere stands for; the other numbers of the law are its `shape`. One
+/// function for each scalar of a chain: the loop over the spheres calls it without a look-up.
+struct ResistanceLaw {
+    template <class T>
+    using Function = Resistance<T> (*)(const T& coefficient, const T& speed,
+                                       std::span<const T> shape);
+    Function<double> of_one;
+    Function<core::Lanes> of_lanes;
+
+    template <class T>
+    [[nodiscard]] Resistance<T> operator()(const T& coefficient, const T& speed,
+                                           std::span<const T> shape) const {
+        if constexpr (std::same_as<T, double>)
+            return of_one(coefficient, speed, shape);
+        else if constexpr (std::same_as<T, core::Lanes>)
+            return of_lanes(coefficient, speed, shape);
+        else
+            throw std::logic_error("laws of resistance are for doubles and lanes");
+    }
+};
+
+/// The law that a type gives as a static member template `at`, with the arguments above.
+template <class Law>
+inline constexpr ResistanceLaw resistance_law{&Law::template at<double>,
+                                              &Law::template at<core::Lanes>};
+
+/// One law with its numbers, the same all along the stem.
+template <class T>
+struct AirDrag {
+    const ResistanceLaw* law;
+    T coefficient; ///< per length
+    std::vector<T> shape = {};
+};
+
+/// Adds −r v and its derivative −r 1 − r' v vᵀ/|v| for `length` of stem; r is the sum of the laws'.
+template <int Dim, class T>
+void add_air_drag(std::span<const AirDrag<T>> drags, const T& length, const Vec<Dim, T>& velocity,
+                  NodeLoad<Dim, T>& load) {
+    using std::sqrt;
+    // Far below any speed that a camera sees; keeps the root's derivative finite at rest.
+    const T floor = T(1e-18);
+    const T speed = sqrt(dot(velocity, velocity) + floor);
+    Resistance<T> sum{T(0.0), T(0.0)};
+    for (const AirDrag<T>& drag : drags) {
+        const Resistance<T> of =
+            (*drag.law)(drag.coefficient * length, speed, std::span<const T>(drag.shape));
+        sum = {sum.value + of.value, sum.by_speed + of.by_speed};
+    }
+    load.force -= sum.value * velocity;
+    for (int k = 0; k < Dim; ++k) {
+        auto& column = load.by_velocity[static_cast<std::size_t>(k)];
+        column -= (sum.by_speed * velocity[k] / speed) * velocity;
+        column[k] = column[k] - sum.value;
+    }
+}
+
+} // namespace culm::physics
