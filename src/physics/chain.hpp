@@ -204,32 +204,22 @@ class Chain {
 
   private:
     [[gnu::flatten]] void evaluate_plain(const T* state, T* rate) const {
-        SphereState<Dim, T> sphere_1 = layout_.sphere(state, 0);
-        Vec<Dim, T> force = Vec<Dim, T>::zero();
-        Rotational<Dim, T> torque = Rotational<Dim, T>::zero();
-        for (int j = 0; j < layout_.bond_count(); ++j) {
-            const SphereState<Dim, T> sphere_2 = layout_.sphere(state, j + 1);
-            const BondMotion<Dim, T> motion = motion_between(sphere_1, sphere_2);
-            const BondFrame<Dim, T> frame = frame_of(state, j);
-            const BondState<Dim, T> elastic = layout_.bond(state, j);
-            const BondResponse<Dim, T> response =
-                bond_response(bond_, law_, frame, motion, elastic);
-            set_sphere_rate(rate, j, sphere_1, inverse_inertia_, force + response.force,
-                            torque + response.torque_1);
-            force = -response.force;
-            torque = response.torque_2;
-            set_bond_rate(rate, j, frame, motion, elastic, response.rate);
-            sphere_1 = sphere_2;
-        }
-        set_sphere_rate(rate, layout_.bond_count(), sphere_1, inverse_inertia_, force, torque);
+        evaluate<false>(state, rate, T(0.0));
     }
-
     [[gnu::flatten, gnu::noinline]] void evaluate_with_effects(const T* state, T* rate,
                                                                const T& time) const {
+        evaluate<true>(state, rate, time);
+    }
+
+    /// From the clamp to the tip: each bond's force on its first sphere completes that sphere's,
+    /// and the force on its second one is carried on. A plain chain keeps one bond's coefficients
+    /// at hand and has nothing but bonds.
+    template <bool has_effects>
+    void evaluate(const T* state, T* rate, const T& time) const {
         SphereState<Dim, T> sphere_1 = layout_.sphere(state, 0);
         Vec<Dim, T> force = Vec<Dim, T>::zero();
         Rotational<Dim, T> torque = Rotational<Dim, T>::zero();
-        if (base_turns()) {
+        if (has_effects && base_turns()) {
             const std::size_t place = layout_.base_rotation_offset();
             const T spin = sphere_1.spin[bending_axis<Dim>];
             torque[bending_axis<Dim>] = clamp_moment(state[place], spin, time, false).moment;
@@ -240,26 +230,40 @@ class Chain {
             const SphereState<Dim, T> sphere_2 = layout_.sphere(state, j + 1);
             const BondMotion<Dim, T> motion = motion_between(sphere_1, sphere_2);
             const BondFrame<Dim, T> frame = frame_of(state, j);
-            const BondCoefficients<T>& bond = bond_coefficients(j);
+            const BondCoefficients<T>& bond = has_effects ? bond_coefficients(j) : bond_;
             const BondState<Dim, T> elastic = layout_.bond(state, j);
-            const BondExtras<Dim, T> extras = bond_extras(state, j, time, false);
             BondState<Dim, T> loaded = elastic;
-            loaded.moment =
-                loaded_moment(model_.bending, bond, frame, motion, elastic.moment, extras);
+            BondExtras<Dim, T> extras;
+            if constexpr (has_effects) {
+                extras = bond_extras(state, j, time, false);
+                loaded.moment =
+                    loaded_moment(model_.bending, bond, frame, motion, elastic.moment, extras);
+            }
             const BondResponse<Dim, T> response = bond_response(bond, law_, frame, motion, loaded);
-            const NodeLoad<Dim, T> load = node_load(j, sphere_1, below, time, false);
-            set_sphere_rate(rate, j, sphere_1, inverse_of(j), force + response.force + load.force,
-                            torque + response.torque_1);
+            finish_sphere<has_effects>(rate, j, sphere_1, below, time, force + response.force,
+                                       torque + response.torque_1);
             force = -response.force;
             torque = response.torque_2;
             set_bond_rate(rate, j, frame, motion, elastic, response.rate);
-            set_branch_rates(state, rate, j, frame, motion);
+            if constexpr (has_effects)
+                set_branch_rates(state, rate, j, frame, motion);
             sphere_1 = sphere_2;
             below = extras;
         }
-        const int tip = layout_.bond_count();
-        const NodeLoad<Dim, T> load = node_load(tip, sphere_1, below, time, false);
-        set_sphere_rate(rate, tip, sphere_1, inverse_of(tip), force + load.force, torque);
+        finish_sphere<has_effects>(rate, layout_.bond_count(), sphere_1, below, time, force,
+                                   torque);
+    }
+
+    /// The rate of a sphere from the bonds' force and torque and what acts from outside.
+    template <bool has_effects>
+    void finish_sphere(T* rate, int i, const SphereState<Dim, T>& sphere,
+                       const BondExtras<Dim, T>& below, const T& time, const Vec<Dim, T>& force,
+                       const Rotational<Dim, T>& torque) const {
+        if constexpr (has_effects)
+            set_sphere_rate(rate, i, sphere, inverse_of(i),
+                            force + node_load(i, sphere, below, time, false).force, torque);
+        else
+            set_sphere_rate(rate, i, sphere, inverse_inertia_, force, torque);
     }
 
     [[nodiscard]] BondFrame<Dim, T> frame_of(const T* state, int j) const {
