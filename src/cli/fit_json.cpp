@@ -12,7 +12,7 @@ namespace {
 using nlohmann::json;
 
 json number(const std::optional<double>& value) {
-    return value ? number(*value) : json(nullptr);
+    return value ? cli::number(*value) : json(nullptr);
 }
 
 json bounds(const reduce::Bounds& interval, double scale = 1.0) {
