@@ -17,7 +17,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from calibration_results import CalibrationError, CalibrationResults
+from command_results import CalibrationError, CalibrationResults
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figure
 from figure_style import FigureSkipped, mark, new_figure, styled, whole_numbers
 from palette import BLUE, GREY, VERMILLION, number

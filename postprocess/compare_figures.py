@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from comparison_results import Comparison, ComparisonError, name_of, numbers
+from command_results import Comparison, ComparisonError, name_of, numbers
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
 from figure_style import FigureSkipped, leave_room_above, literal, mark, new_figure, styled
 from palette import BLACK, BLUE, GREY, ORANGE, VERMILLION, number

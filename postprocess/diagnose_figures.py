@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from diagnosis_results import Diagnosis, DiagnosisError
+from command_results import Diagnosis, DiagnosisError
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
 from figure_style import FigureSkipped, literal, mark, new_figure, styled
 from palette import BLUE, GREY, ORANGE, VERMILLION, number

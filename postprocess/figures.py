@@ -28,19 +28,16 @@ import calibration_figure
 import compare_figures
 import diagnose_figures
 import fit_figures
-import track_figure
-from calibration_results import CalibrationError, CalibrationResults
-from comparison_results import Comparison, ComparisonError
+from command_results import (CalibrationError, CalibrationResults, Comparison, ComparisonError,
+                             Diagnosis, DiagnosisError, FitError, FitResults, TrackError,
+                             TrackResults)
 from culm_archive import Study, StudyError
 from design_figure import design_figure
-from diagnosis_results import Diagnosis, DiagnosisError
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
-from fit_results import FitError, FitResults
 from regression_figures import regression_figure, residual_figure
 from timestep_figure import timestep_figure
 from timestep_results import is_timestep_study
 from tip_history_figure import tip_history_figure
-from track_results import TrackError, TrackResults
 
 FIGURES = {
     "regression": regression_figure,
@@ -53,7 +50,7 @@ TIMESTEP_FIGURES = {"timestep": timestep_figure}
 
 # What else than a study a folder may hold: the file that tells, its reader, and its figures.
 DOCUMENTS = (
-    ("track.json", TrackResults, lambda track: track_figure.FIGURES),
+    ("track.json", TrackResults, lambda track: fit_figures.TRACK_FIGURES),
     ("fit.json", FitResults, lambda results: fit_figures.FIGURES),
     ("calibration.json", CalibrationResults, calibration_figure.figures_of),
     ("comparison.json", Comparison, lambda comparison: compare_figures.FIGURES),

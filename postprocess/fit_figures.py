@@ -14,17 +14,43 @@ if __name__ == "__main__":
 import sys
 from pathlib import Path
 
+import numpy as np
+
+from command_results import (PUBLISHED_B1_PER_CYCLE, PUBLISHED_B2_HZ, FitError, FitResults,
+                             TrackResults, heights_of)
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
 from figure_style import (FigureSkipped, colour_bar, leave_room_above, mark, new_figure, styled,
                           whole_numbers)
 from palette import BLACK, BLUE, COLOUR_MAP, GREY, VERMILLION, number
-from fit_results import (PUBLISHED_B1_PER_CYCLE, PUBLISHED_B2_HZ, FitError, FitResults,
-                         heights_of)
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 MOST_CYCLES = 12.0  # that the histories show
+
+
+@styled
+def displacements_figure(track: TrackResults):
+    """Fig. 3a: deflection against time at every height, all frames that culm track kept, those in
+    which the stem was held included; a line marks the release."""
+    release = track.content["release"]
+    figure = new_figure(2.8, f"{track.stem}: {number(track.content['fps'])} frames/s, pulled by "
+                             f"{number(release['pull_mm'], 3)} mm at "
+                             f"{number(release['pull_at_height_mm'])} mm")
+    axes = figure.subplots()
+    colours = colormaps[COLOUR_MAP]
+    heights = track.heights_mm
+    scale = Normalize(0.0, max(heights))
+    for row, height in enumerate(heights):
+        axes.plot(1e3 * track.time_s, track.deflection_mm[:, row], color=colours(scale(height)),
+                  linewidth=0.8)
+    axes.axhline(0.0, color=GREY, linewidth=0.5, zorder=0)
+    axes.axvline(0.0, color=VERMILLION, linewidth=0.8, linestyle="--", label="release")
+    axes.set(xlabel="time, ms", ylabel="deflection, mm",
+             xlim=(1e3 * np.min(track.time_s), 1e3 * np.max(track.time_s)))
+    axes.legend(loc="upper right")
+    colour_bar(figure, ScalarMappable(scale, colours), axes, "height above the clamp, mm", heights)
+    return figure
 
 
 @styled
@@ -127,6 +153,7 @@ def banding_figure(results: FitResults):
     return figure
 
 
+TRACK_FIGURES = {"displacements": displacements_figure}
 FIGURES = {
     "histories": histories_figure,
     "population": population_figure,

@@ -105,7 +105,8 @@ def draw_laws(axes, panel: Panel, found: StudyLaw | str):
 def no_regression(axes, reason: str):
     """The reason in an empty panel."""
     text = textwrap.fill(f"No regression: {reason}", 48)
-    axes.text(0.5, 0.5, text, parse_math=False, transform=axes.transAxes, ha="center", va="center", fontsize=7)
+    axes.text(0.5, 0.5, text, parse_math=False, transform=axes.transAxes, ha="center", va="center",
+              fontsize=7)
     axes.set_yticks([])
 
 

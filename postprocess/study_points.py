@@ -62,3 +62,19 @@ def other_factors(study: Study) -> list[str]:
         for name, values in study.factors.items()
         if name not in known and np.ptp(values) > 0.0
     ]
+
+
+def fit_window(study: Study) -> float:
+    """Time from the release to which Eq. 1 was fitted, s."""
+    try:
+        return float(study.settings["reduce.window_s"])
+    except KeyError:
+        return float(study.time[-1])
+
+
+def fitted_motion(study: Study, point: int, time: np.ndarray, tip: np.ndarray) -> np.ndarray:
+    """Eq. 1 at the times, m; (S). b0 is stored relative to the largest deflection in the window."""
+    in_window = (time >= 0.0) & (time <= fit_window(study))
+    scale = np.max(np.abs(tip[in_window]))
+    envelope = study["amplitude"][point] * scale * np.exp(study["decay_rate"][point] * time)
+    return envelope * np.cos(2.0 * np.pi * study["frequency"][point] * time)

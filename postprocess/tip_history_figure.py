@@ -6,9 +6,8 @@ import numpy as np
 
 from culm_archive import Study
 from figure_style import FigureSkipped, leave_room_above, mark, new_figure, styled
-from fitted_motion import fit_window, fitted_motion
 from palette import BLACK, GREY, SERIES, number
-from study_points import StudyPoints, conditions, fitted_points
+from study_points import StudyPoints, conditions, fit_window, fitted_motion, fitted_points
 
 DAMPING_OF_FIG_7A = 150.0
 DAMPINGS_OF_FIG_7B = (25.0, 100.0, 200.0)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from calibration_results import CalibrationError, CalibrationResults
+from command_results import CalibrationError, CalibrationResults
 from palette import VERMILLION
 from report_page.drawing import axis, bars, histogram_of, layout, level
-from report_page.markup import Plot, Section, facts, folded, shown, table, with_error
+from report_page.markup import (Plot, Section, facts, folded, provenance_rows, shown, table,
+                                with_error)
 from report_page.measured import (PARAMETER_COLUMNS, add_animation, colour_limit, legend_of,
                                   map_plot, motion_plots, parameter_rows)
-from report_page.provenance import provenance_rows
 
 MOST_DETAILED = 3  # stems that are drawn one by one
 QUANTITIES = (("bond_youngs_modulus_pa", "Y, GPa", 1e-9), ("bond_damping", "beta", 1.0),

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from checked_hdf5 import StudyError
-from comparison_results import Comparison, name_of, numbers
+from command_results import Comparison, name_of, numbers
 from palette import BLUE, ORANGE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, log_axis
-from report_page.markup import Plot, Section, facts, folded, plain, shown, table
+from report_page.markup import Plot, Section, facts, folded, plain, provenance_rows, shown, table
 from report_page.measured import (FIRST, LAST, PARAMETER_COLUMNS, add_motion, amplitude_plots,
                                   amplitude_table, colour_limit, legend_of, map_array, map_plot,
                                   parameter_rows, read_motion, where_plots, where_table)
-from report_page.provenance import provenance_rows
 
 MOST_MAPS = 3
 FINDINGS = {"adequate": "fits", "inadequate": "something is missing", "undecided": "undecided"}

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from calibration_results import CalibrationError, CalibrationResults
-from comparison_results import Comparison, ComparisonError
+from command_results import (CalibrationError, CalibrationResults, Comparison, ComparisonError,
+                             Diagnosis, DiagnosisError, FitError, FitResults, TrackError,
+                             TrackResults)
 from culm_archive import Study, StudyError
-from diagnosis_results import Diagnosis, DiagnosisError
-from fit_results import FitError, FitResults
 from report_page.calibration import calibration_section
 from report_page.comparison import comparison_section
 from report_page.diagnosis import diagnosis_section
 from report_page.markup import Section
 from report_page.measurements import fit_section, recording_section
 from report_page.study import study_section
-from track_results import TrackError, TrackResults
 
 class UnexpectedContent(Exception):
     """A file does not hold what its schema promises; one sentence."""

@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 
 from checked_hdf5 import StudyError
-from diagnosis_results import Diagnosis
+from command_results import Diagnosis
 from palette import BLUE, GREY, ORANGE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, line, log_axis
 from report_page.markup import (Plot, Section, escaped, facts, folded, half_width, plain,
-                                shown, table)
+                                provenance_rows, shown, table)
 from report_page.measured import (PARAMETER_COLUMNS, add_motion, amplitude_plots, amplitude_table,
                                   colour_limit, legend_of, map_array, map_plot, parameter_rows,
                                   read_motion, where_plots, where_table)
-from report_page.provenance import provenance_rows
 
 NAMING_GAIN = 10.0  # by which BIC must fall (docs/diagnosis.md)
 MOST_RECORDINGS = 3

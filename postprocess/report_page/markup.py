@@ -13,6 +13,7 @@ import numpy as np
 from palette import number
 
 MOST_ROWS = 200  # of a table; the rest is counted
+MOST_FILES = 8  # of a provenance
 
 
 def escaped(value) -> str:
@@ -93,6 +94,29 @@ def facts(rows: list) -> str:
     lines = [f"<tr><th scope=\"row\">{escaped(name)}</th><td>{escaped(_in_table(value))}</td></tr>"
              for name, value in rows]
     return f"<table class=\"facts-table\"><tbody>{''.join(lines)}</tbody></table>"
+
+
+def provenance_rows(content: dict) -> list[list]:
+    """Names and texts; none of a document of a culm that did not write them yet."""
+    known = content.get("provenance")
+    if not known:
+        return []
+    ranks = f"{known['ranks']} rank{'' if known['ranks'] == 1 else 's'}"
+    rows = [["command", known["command"]],
+            ["written by", f"{known['version']}, {known['date'].replace('T', ' ').rstrip('Z')} UTC"],
+            ["time", f"{shown(known['wall_s'], 3)} s on {ranks}, {shown(known['processor_s'], 3)} s "
+                     "of processor time"],
+            ["build", f"{known['compiler']}, {known['build']}; {known['libraries']}"]]
+    rows += [["input", f"{entry['file']}: {_size(entry)}"] for entry in known["inputs"][:MOST_FILES]]
+    if len(known["inputs"]) > MOST_FILES:
+        rows.append(["inputs", f"{len(known['inputs']) - MOST_FILES} more"])
+    return rows
+
+
+def _size(entry: dict) -> str:
+    if entry["bytes"] is None:
+        return "could not be read again"
+    return f"{entry['bytes']} bytes, CRC-32 {entry['crc32']}"
 
 
 def folded(summary: str, content: str) -> str:

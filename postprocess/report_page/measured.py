@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 
 from checked_hdf5 import StudyError, own_object, sentence
-from comparison_results import numbers
+from command_results import numbers
 from palette import BLACK, BLUE, GREY, VERMILLION, number
 from report_page.drawing import axis, dots, heat_map, layout, level, line, log_axis, thinned
 from report_page.markup import (Plot, Section, data_script, escaped, half_width, plain, shown,

@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fit_results import PUBLISHED_B1_PER_CYCLE, PUBLISHED_B2_HZ, FitResults, heights_of
+from command_results import (PUBLISHED_B1_PER_CYCLE, PUBLISHED_B2_HZ, FitResults, TrackResults,
+                             heights_of)
 from palette import BLACK, BLUE, GREEN, ORANGE, VERMILLION
 from report_page.drawing import axis, bars, dots, layout, level, line
-from report_page.markup import Plot, Section, facts, plain, shown, table
+from report_page.markup import Plot, Section, facts, plain, provenance_rows, shown, table
 from report_page.measured import map_plot
-from report_page.provenance import provenance_rows
-from track_results import TrackResults
 
 LARGEST_PICTURE = 3_000_000  # bytes of a contact sheet that the page carries
 STEM_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, BLACK, "#CC79A7")

@@ -8,12 +8,11 @@ import numpy as np
 
 from culm_archive import Study
 from design_map import SMALLEST_SHARE_OF_GRID
-from fitted_motion import fit_window
 from palette import BLACK, BLUE, GREY, ORANGE, number
 from report_page.drawing import (MOST_MARKERS, SEQUENTIAL, axis, chosen_rows, colour_bar, dots,
                                  heat_map, layout, line)
 from report_page.markup import Plot, Section, data_script, escaped, plain, table
-from study_points import DAMPING_KEY, YOUNGS_MODULUS_KEY, StudyPoints
+from study_points import DAMPING_KEY, YOUNGS_MODULUS_KEY, StudyPoints, fit_window
 
 MOST_HISTORIES = 160
 MOST_SAMPLES = 600

@@ -2,23 +2,28 @@
 """A study of vibrations: its laws, where they hold, its points with their histories, its cost."""
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
 from culm_archive import Study, StudyError
 from design_map import decay_per_damping, frequency_deviation_percent, grid_of, map_obstacle
-from palette import BLACK, BLUE, VERMILLION, number
+from palette import BLACK, BLUE, ORANGE, VERMILLION, number
 from report_page.drawing import (SEQUENTIAL, axis, bars, chosen_rows, colour_bar, dots, heat_map,
-                                 layout, line, outline)
-from report_page.markup import Plot, Section, shown, table
-from report_page.picker import add_picker
-from report_page.population import add_population, add_sensitivity
-from report_page.study_facts import (add_cost, add_failures, add_provenance, completion_sentence,
-                                     title_of)
+                                 histogram_of, layout, level, line, outline)
+from report_page.markup import Plot, Section, escaped, facts, folded, plain, shown, table
+from report_page.picker import add_picker, factor_name
 from report_page.timestep import add_timestep
 from study_laws import (PUBLISHED_DAMPING, PUBLISHED_YOUNGS_MODULUS, Law, StudyLaw,
                         published_residual_counts, study_law)
 from study_points import StudyPoints, conditions, fitted_points
 from timestep_results import is_timestep_study
+
+# Result columns that say what a point cost, the same whichever machine computed it.
+COST_COLUMNS = (("rhs_evaluations", "evaluations of the right-hand side"),
+                ("steps", "steps of the integrator"))
+FEWEST_LEVELS = 15  # of a factor that was drawn, not chosen
+ANSWERS = {"frequency": "b2", "decay_per_cycle": "b1 per cycle"}
 
 
 def study_section(study: Study, key: str, place: str) -> Section:
@@ -205,3 +210,158 @@ def _add_maps(section: Section, study: Study, points: StudyPoints):
                                  legend=False)))
     section.add_plots(plots, "Where the stem is one lightly damped mode both maps are flat; where "
                              "they are not, Eqs. 12 and 13 bend.")
+
+
+def add_population(section: Section, study: Study):
+    """Histograms of what was drawn and of what came out, for studies with many levels."""
+    done = study.is_completed
+    drawn = {name: values[done] for name, values in study.factors.items()
+             if np.unique(values).size >= FEWEST_LEVELS}
+    came_out = ANSWERS if drawn else {}
+    plots, rows = [], []
+    columns = [(name, factor_name(name), values)
+               for name, values in drawn.items()]
+    columns += [(name, label, study[name][done]) for name, label in came_out.items()]
+    for name, label, values in columns:
+        unit = study.unit(name)
+        title = plain(label if unit == "1" or "per cycle" in label else f"{label}, {unit}")
+        counts, edges = histogram_of(values)
+        known = values[np.isfinite(values)]
+        low, median, high = np.quantile(known, [0.05, 0.5, 0.95])
+        rows.append([label, unit, float(known.mean()), float(known.std(ddof=1)), float(low),
+                     float(median), float(high)])
+        plots.append(Plot(f"population-{len(plots)}", "", f"Histogram of {label}.",
+                          [bars(counts, edges)],
+                          layout(axis(title), axis("stems"), legend=False, bargap=0,
+                                 shapes=[level(float(median), VERMILLION, "dash", "x")]), 240))
+    if not plots:
+        return
+    section.heading("The population")
+    section.add_plots(plots, f"Of the {int(done.sum())} completed stems; dashed: the median.",
+                      table(["quantity", "unit", "mean", "sd", "5 %", "median", "95 %"], rows))
+
+
+def add_sensitivity(section: Section, study: Study):
+    """Sobol indices of b1 and b2 (docs/replicates.md), where the summary has them."""
+    found = study.summary.get("sensitivity")
+    if not isinstance(found, dict) or not any(name in found for name in ANSWERS):
+        return
+    plots, rows = [], []
+    for name, label in ANSWERS.items():
+        entry = found.get(name)
+        if not isinstance(entry, dict) or "indices" not in entry:
+            continue
+        groups = [factor_name(index["group"]) for index in entry["indices"]]
+        traces = []
+        for member, title, colour in (("first_order", "alone", BLUE),
+                                      ("total", "with interactions", ORANGE)):
+            values = [100.0 * index[member]["value"] for index in entry["indices"]]
+            ends = [index[member]["interval"] for index in entry["indices"]]
+            trace = {"type": "bar", "orientation": "h", "name": title, "x": values,
+                     "y": [plain(group) for group in groups], "marker": {"color": colour},
+                     "hoverinfo": "x+y",
+                     "error_x": {"type": "data", "symmetric": False, "thickness": 1,
+                                 "array": [100.0 * high - v for (_, high), v in zip(ends, values)],
+                                 "arrayminus": [v - 100.0 * low
+                                                for (low, _), v in zip(ends, values)]}}
+            traces.append(trace)
+            rows += [[label, group, title, f"{shown(value, 3)} %",
+                      f"{shown(100.0 * low, 3)} … {shown(100.0 * high, 3)} %"]
+                     for group, value, (low, high) in zip(groups, values, ends)]
+        plots.append(Plot(f"sensitivity-{name.replace('_', '-')}", f"Where the scatter of {label} "
+                          "comes from", f"Share of the variance of {label} by factor.", traces,
+                          layout(axis("share of the variance, %", rangemode="tozero"),
+                                 axis(type="category", autorange="reversed"),
+                                 24 + 7 * max(map(len, groups)), barmode="group"),
+                          130 + 44 * len(groups)))
+    if plots:
+        section.heading("Which factor makes the scatter")
+        section.add_plots(plots, f"Sobol indices by {found.get('method', 'the study')}; bars: 95 %.",
+                          table(["of", "factor", "", "share", "95 %"], rows))
+
+
+def title_of(study: Study, place: str) -> str:
+    name = study.provenance.get("study_name", "")
+    return f"Study {name}" + (f" ({place})" if place and place != name else "")
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" + ("" if count == 1 else "s")
+
+
+def completion_sentence(study: Study) -> str:
+    failed = int((study.statuses == "failed").sum())
+    missing = int((study.statuses == "missing").sum())
+    if not failed and not missing:
+        return f"All {_counted(study.points, 'point')} were computed."
+    parts = [f"{int(study.is_completed.sum())} of {_counted(study.points, 'point')} were computed"]
+    if failed:
+        parts.append(f"{failed} failed (listed below)")
+    if missing:
+        parts.append(f"{missing} are missing: `culm run --resume` computes them")
+    return "; ".join(parts) + "."
+
+
+def add_failures(section: Section, study: Study):
+    """The failed points with their reasons, nothing if there is none."""
+    failures = study.failures
+    if not failures:
+        return
+    factors = study.factors
+    section.heading("Failed points")
+    kinds = Counter(failure.kind for failure in failures)
+    section.paragraph(", ".join(f"{count} × {kind}" for kind, count in kinds.items()))
+    rows = [[failure.point, *(float(values[failure.point]) for values in factors.values()),
+             failure.kind, failure.reason] for failure in failures]
+    section.add(table(["point", *(_with_unit(study, name) for name in factors), "kind", "reason"],
+                      rows))
+
+
+def _with_unit(study: Study, name: str) -> str:
+    unit = study.unit(name)
+    return name if unit == "1" else f"{name} ({unit})"
+
+
+def _summary(study: Study) -> dict:
+    try:
+        return study.summary
+    except StudyError:
+        return {}
+
+
+def add_cost(section: Section, study: Study):
+    """Wall time of the run and what each point cost."""
+    summary = _summary(study)
+    section.heading("Cost")
+    rows = [["wall time of the run that completed it, s", summary.get("wall_s")],
+            ["ranks", summary.get("ranks")]]
+    plots = []
+    for name, label in COST_COLUMNS:
+        if name not in study:
+            continue
+        values = study[name][study.is_completed]
+        values = values[np.isfinite(values)]
+        if not values.size:
+            continue
+        rows.append([f"{label}: in all", f"{values.sum():.0f}"])
+        rows.append([f"{label}: median, largest of a point",
+                     f"{np.median(values):.0f}, {values.max():.0f}"])
+        if np.ptp(values) > 0.0:
+            plots.append(Plot(f"cost-{name}", "", f"Histogram of the {label} of a point.",
+                              [bars(*histogram_of(values), colour=ORANGE)],
+                              layout(axis(label), axis("points"), legend=False, bargap=0), 230))
+    if plots:
+        section.add_plots(plots, "What a point cost, whichever machine computed it.")
+    section.add(facts(rows))
+
+
+def add_provenance(section: Section, study: Study):
+    """How the study came about, with its configuration as it was written."""
+    entries = study.provenance
+    config = entries.pop("config", "")
+    section.heading("Provenance")
+    section.add(facts([[name.replace("_", " "), text] for name, text in entries.items()]))
+    if config:
+        section.add(folded("The study file", f"<pre>{escaped(config)}</pre>"))
+    section.add(folded("Every setting after defaults",
+                       facts(list(study.settings.items()))))

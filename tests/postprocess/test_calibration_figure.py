@@ -10,7 +10,7 @@ from pathlib import Path
 
 import calibration_figure
 import synthetic_results
-from calibration_results import CalibrationError, CalibrationResults
+from command_results import CalibrationError, CalibrationResults
 from figure_style import FigureSkipped
 from matplotlib.patches import StepPatch
 

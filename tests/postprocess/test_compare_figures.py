@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 
 import compare_figures
-from comparison_results import Comparison, ComparisonError
+from command_results import Comparison, ComparisonError
 from figure_style import FigureSkipped
 
 

@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 
 import diagnose_figures
-from diagnosis_results import Diagnosis, DiagnosisError
+from command_results import Diagnosis, DiagnosisError
 from figure_style import FigureSkipped
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import fit_figures
 from figure_style import FigureSkipped
-from fit_results import FitError, FitResults
+from command_results import FitError, FitResults
 from matplotlib.patches import StepPatch
 
 

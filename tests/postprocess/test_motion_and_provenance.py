@@ -8,13 +8,12 @@ from pathlib import Path
 import h5py
 import numpy as np
 import synthetic_results
-from diagnosis_results import Diagnosis
+from command_results import Diagnosis, TrackError, TrackResults
 from report_folder import unpacked
 from report_page.diagnosis import diagnosis_section
 from report_page.measured import read_motion
-from report_page.provenance import provenance_rows
-from track_figure import displacements_figure
-from track_results import TrackError, TrackResults
+from report_page.markup import provenance_rows
+from fit_figures import displacements_figure
 
 
 class Folder(unittest.TestCase):

@@ -13,9 +13,8 @@ import diagnose_figures
 import h5py
 import numpy as np
 import synthetic_results
-from comparison_results import Comparison
+from command_results import Comparison, Diagnosis
 from culm_archive import Study, StudyError
-from diagnosis_results import Diagnosis
 from report_folder import NASTY
 from synthetic_study import Synthetic
 from test_report import ReportTest
