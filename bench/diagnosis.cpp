@@ -7,11 +7,9 @@
 #include "bench/diagnosis_outcome.hpp"
 #include "bench/diagnosis_score.hpp"
 #include "bench/run_program.hpp"
-#include "cli/gathered_json.hpp"
-#include "cli/item_farm.hpp"
 #include "core/error.hpp"
-#include "farm/batch.hpp"
 #include "farm/environment.hpp"
+#include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "run/simulate.hpp"
 
@@ -59,7 +57,7 @@ std::vector<beam::RandomCase> draw_cases(const Settings& settings) {
 }
 
 Outcome diagnosed_case(const beam::RandomCase& drawn, const Settings& settings,
-                       farm::Heartbeat& heartbeat) {
+                       const core::Heartbeat& heartbeat) {
     const measure::Measurement measurement = beam::record(drawn.spec);
     if (!settings.write_folder.empty())
         measure::write_measurement(std::filesystem::path(settings.write_folder) / drawn.spec.id,
@@ -69,13 +67,12 @@ Outcome diagnosed_case(const beam::RandomCase& drawn, const Settings& settings,
     options.null_draws = settings.null_draws;
     const double start = cpu_seconds();
     options.candidate.heartbeat = [&heartbeat, &settings, start] {
-        heartbeat.beat();
-        return !heartbeat.stop_requested() && cpu_seconds() - start < settings.limit_s;
+        return heartbeat() && cpu_seconds() - start < settings.limit_s;
     };
     try {
         return diagnosed(measurement, options);
     } catch (const run::Abandoned&) {
-        if (heartbeat.stop_requested())
+        if (!heartbeat())
             throw;
         return no_answer(fmt::format("no answer within {} s", settings.limit_s), settings.limit_s);
     }
@@ -134,7 +131,7 @@ void keep_case(const Settings& settings, const beam::RandomCase& drawn, const js
 }
 
 json answered_case(const Settings& settings, const beam::RandomCase& drawn,
-                   farm::Heartbeat& heartbeat) {
+                   const core::Heartbeat& heartbeat) {
     if (std::optional<json> kept = kept_case(settings, drawn))
         return *kept;
     const Outcome outcome = diagnosed_case(drawn, settings, heartbeat);
@@ -175,27 +172,25 @@ void run(const Settings& settings, const farm::Communicator* communicator) {
     if (!settings.results_folder.empty())
         std::filesystem::create_directories(settings.results_folder);
     const std::vector<beam::RandomCase> cases = draw_cases(settings);
-    std::vector<json> own(cases.size());
-    const auto work = [&](std::size_t item, farm::Heartbeat& heartbeat) {
-        own[item] = answered_case(settings, cases[item], heartbeat);
-        return farm::BatchReport{1, 0, own[item].at("outcome").at("cpu_s").get<double>()};
+    const auto work = [&](std::size_t item, const core::Heartbeat& heartbeat) {
+        return answered_case(settings, cases[item], heartbeat).dump();
     };
     // Two effects are searched for longest.
     std::vector<double> costs;
     costs.reserve(cases.size());
     for (const beam::RandomCase& drawn : cases)
         costs.push_back(1.0 + 2.0 * static_cast<double>(drawn.spec.effects.size()));
-    const farm::Summary summary = cli::map_items(communicator, costs, work);
-    const json answers = cli::gathered(own, communicator);
+    const std::vector<core::ItemOutcome<std::string>> answers =
+        farm::map(communicator, costs, work);
     if (communicator != nullptr && communicator->rank() != 0)
         return;
     std::vector<GradedCase> all;
     all.reserve(cases.size());
     for (std::size_t k = 0; k < cases.size(); ++k)
-        if (!answers[k].is_null())
-            all.push_back(graded(cases[k], answers[k]));
-    for (const farm::LostBatch& lost : summary.lost)
-        fmt::print(stderr, "{}: lost: {}\n", cases[lost.batch].spec.id, lost.reason);
+        if (answers[k].value)
+            all.push_back(graded(cases[k], json::parse(*answers[k].value)));
+        else
+            fmt::print(stderr, "{}: lost: {}\n", cases[k].spec.id, answers[k].failure);
     print_report(fmt::format("seed {}, cases from {} on, flaw: {}", settings.seed, settings.first,
                              settings.flaw),
                  all);

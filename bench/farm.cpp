@@ -5,6 +5,7 @@
 #include "bench/farm_synthetic.hpp"
 #include "bench/run_program.hpp"
 #include "farm/environment.hpp"
+#include "farm/farm_error.hpp"
 #include "study/execute.hpp"
 #include "study/point_results.hpp"
 

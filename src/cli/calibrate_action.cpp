@@ -4,8 +4,6 @@
 #include "cli/calibration_json.hpp"
 #include "cli/calibration_table.hpp"
 #include "cli/fit_cost.hpp"
-#include "cli/gathered_json.hpp"
-#include "cli/item_farm.hpp"
 #include "cli/json_output.hpp"
 #include "cli/next_step.hpp"
 #include "cli/progress_display.hpp"
@@ -13,6 +11,7 @@
 #include "cli/study_for_calibration.hpp"
 #include "cli/text_output.hpp"
 #include "cli/text_style.hpp"
+#include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "study/effect_file.hpp"
 #include "study/study_folder.hpp"
@@ -148,14 +147,31 @@ std::string next_command(const CalibrateArguments& arguments, const CalibrationP
     return command + model_words(arguments.law, arguments.spheres, arguments.window_s);
 }
 
+/// The JSON of a stem on its way between ranks.
+struct StemAnswer {
+    std::string document;
+    bool has_failed = false;
+};
+
+template <class Wire>
+void fields(Wire& wire, StemAnswer& answer) {
+    wire(answer.document, answer.has_failed);
+}
+
+json stems_json(const CalibrationPlan& plan,
+                const std::vector<core::ItemOutcome<StemAnswer>>& outcomes) {
+    json stems = json::array();
+    for (std::size_t i = 0; i < outcomes.size(); ++i)
+        stems.push_back(outcomes[i].value ? json::parse(outcomes[i].value->document)
+                                          : json{{"measurement", plan.read.measurements[i].stem.id},
+                                                 {"folder", plan.read.folders[i].string()},
+                                                 {"failure", outcomes[i].failure}});
+    return stems;
+}
+
 /// Rank 0 writes and prints; the exit code.
 core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan& plan, json stems,
                       const json& provenance) {
-    for (std::size_t i = 0; i < stems.size(); ++i)
-        if (stems[i].is_null()) // its rank was lost
-            stems[i] = {{"measurement", plan.read.measurements[i].stem.id},
-                        {"folder", plan.read.folders[i].string()},
-                        {"failure", "the rank that computed it was lost"}};
     const bool any_failed =
         std::ranges::any_of(stems, [](const json& stem) { return stem.contains("failure"); });
     const json document = make_document(arguments, plan, std::move(stems), provenance);
@@ -185,29 +201,24 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
                                        communicator == nullptr ? 1 : communicator->size()));
     if (!arguments.output.empty())
         make_folder(fs::path(arguments.output) / "predictions");
-    std::vector<json> stems(plan.read.measurements.size());
     std::vector<double> costs;
     for (const measure::Measurement& measurement : plan.read.measurements)
         costs.push_back(std::max(measurement.times.back(), 1e-3));
-    const auto work = [&](std::size_t index, farm::Heartbeat& heartbeat) {
-        stems[index] = calibrate_one(plan, index, arguments, [&heartbeat] {
-            heartbeat.beat();
-            return !heartbeat.stop_requested();
-        });
-        farm::BatchReport done;
-        ++(stems[index].contains("failure") ? done.failed : done.completed);
-        return done;
+    const auto work = [&](std::size_t index, const run::Heartbeat& heartbeat) {
+        const json stem = calibrate_one(plan, index, arguments, heartbeat);
+        return StemAnswer{stem.dump(), stem.contains("failure")};
     };
     ProgressDisplay display(is_quiet || costs.size() < 2, "stems");
-    const farm::Summary summary =
-        map_items(communicator, costs, work,
-                  [&display](const farm::Progress& progress) { display.show(progress); });
+    const farm::ItemOptions options{
+        .progress = [&display](const farm::Progress& progress) { display.show(progress); }};
+    const std::vector<core::ItemOutcome<StemAnswer>> outcomes =
+        farm::over_ranks(communicator, options).outcomes(costs, work, [](const StemAnswer& answer) {
+            return answer.has_failed;
+        });
     display.finish();
-    if (!summary.failure.empty())
-        throw core::StorageError(summary.failure);
-    const json all = gathered(stems, communicator);
     const json facts = provenance.document();
-    return report_on_root(communicator, [&] { return report(arguments, plan, all, facts); });
+    return farm::on_root(
+        communicator, [&] { return report(arguments, plan, stems_json(plan, outcomes), facts); });
 }
 
 } // namespace culm::cli

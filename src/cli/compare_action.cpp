@@ -6,7 +6,6 @@
 #include "cli/compare_text.hpp"
 #include "cli/effect_table_action.hpp"
 #include "cli/fit_cost.hpp"
-#include "cli/item_farm.hpp"
 #include "cli/json_output.hpp"
 #include "cli/next_step.hpp"
 #include "cli/run_provenance.hpp"
@@ -153,8 +152,8 @@ core::ExitCode compare_measurements(const CompareArguments& arguments,
     if (folders.size() != 1)
         throw core::InputError(
             fmt::format("{} measurements; compare takes one, --table takes many", folders.size()));
-    return report_on_root(communicator,
-                          [&] { return compare_one(arguments, folders.front(), models); });
+    return farm::on_root(communicator,
+                         [&] { return compare_one(arguments, folders.front(), models); });
 }
 
 } // namespace culm::cli

@@ -6,18 +6,23 @@
 #include "cli/diagnose_json.hpp"
 #include "cli/diagnose_text.hpp"
 #include "cli/fit_cost.hpp"
-#include "cli/item_farm.hpp"
 #include "cli/json_output.hpp"
 #include "cli/next_step.hpp"
 #include "cli/run_provenance.hpp"
 #include "cli/step_display.hpp"
 #include "cli/text_output.hpp"
 #include "cli/text_style.hpp"
-#include "cli/work_over_ranks.hpp"
+#include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 
+#include <chrono>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -163,6 +168,20 @@ core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& p
     return document["failed"].empty() ? core::ExitCode::Done : core::ExitCode::PointsFailed;
 }
 
+/// A WorkMap over the communicator's ranks; null: this process alone, through the same farm.
+diagnose::WorkMap work_over_ranks(const farm::Communicator* communicator,
+                                  std::function<void(const farm::Progress&)> progress) {
+    constexpr std::chrono::milliseconds progress_interval{200};
+    const core::ItemMap items = farm::over_ranks(
+        communicator, {.progress = std::move(progress), .progress_interval = progress_interval});
+    return [items](const std::vector<double>& costs, const diagnose::ItemWork& work) {
+        std::vector<std::string> answers;
+        for (std::optional<std::string>& answer : items.values(costs, work))
+            answers.push_back(std::move(answer).value_or(std::string()));
+        return answers;
+    };
+}
+
 } // namespace
 
 core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
@@ -170,7 +189,7 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
     const DiagnosisPlan plan = make_plan(arguments);
     const bool is_root = communicator == nullptr || communicator->rank() == 0;
     const RunProvenance provenance(input_files(plan), communicator);
-    static_cast<void>(report_on_root(communicator, [&arguments] {
+    static_cast<void>(farm::on_root(communicator, [&arguments] {
         if (!arguments.output.empty())
             make_folder(arguments.output);
         return core::ExitCode::Done;
@@ -193,7 +212,7 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
         return core::ExitCode::PointsFailed;
     }
     const json facts = provenance.document();
-    return report_on_root(communicator, [&] { return report(arguments, plan, found, facts); });
+    return farm::on_root(communicator, [&] { return report(arguments, plan, found, facts); });
 }
 
 } // namespace culm::cli

@@ -4,13 +4,12 @@
 #include "cli/compare_json.hpp"
 #include "cli/compare_text.hpp"
 #include "cli/fit_cost.hpp"
-#include "cli/gathered_json.hpp"
-#include "cli/item_farm.hpp"
 #include "cli/json_output.hpp"
 #include "cli/next_step.hpp"
 #include "cli/progress_display.hpp"
 #include "cli/run_provenance.hpp"
 #include "cli/text_output.hpp"
+#include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
 #include "study/effect_file.hpp"
@@ -65,7 +64,8 @@ std::vector<diagnose::SelectedEffects> selections_of(const std::vector<TableMode
 }
 
 json table_document(const std::vector<TableModel>& models,
-                    const std::vector<measure::Measurement>& measurements, const json& cells,
+                    const std::vector<measure::Measurement>& measurements,
+                    const std::vector<core::ItemOutcome<std::string>>& cells,
                     const json& provenance) {
     json names = json::array();
     for (const measure::Measurement& measurement : measurements)
@@ -74,9 +74,9 @@ json table_document(const std::vector<TableModel>& models,
     for (std::size_t k = 0; k < models.size(); ++k) {
         json row{{"name", models[k].name}, {"cells", json::array()}};
         for (std::size_t i = 0; i < measurements.size(); ++i) {
-            const json& cell = cells[i * models.size() + k];
-            row["cells"].push_back(
-                cell.is_null() ? json{{"applies", true}, {"failure", "its rank was lost"}} : cell);
+            const core::ItemOutcome<std::string>& cell = cells[i * models.size() + k];
+            row["cells"].push_back(cell.value ? json::parse(*cell.value)
+                                              : json{{"applies", true}, {"failure", cell.failure}});
         }
         rows.push_back(std::move(row));
     }
@@ -102,9 +102,8 @@ core::ExitCode effect_table(const CompareArguments& arguments,
     options.chain = {arguments.spheres, *physics::law_by_name(arguments.law)};
     options.window = arguments.window_s;
     diagnose::EffectTable table(measurements, options);
-    std::vector<json> cells(measurements.size() * models.size());
     std::vector<double> costs;
-    for (std::size_t k = 0; k < cells.size(); ++k) {
+    for (std::size_t k = 0; k < measurements.size() * models.size(); ++k) {
         // Spatial chains cost some three times as much as planar ones.
         const bool is_spatial =
             std::ranges::any_of(models[k % models.size()].effects, [](const auto& selected) {
@@ -112,15 +111,10 @@ core::ExitCode effect_table(const CompareArguments& arguments,
             });
         costs.push_back(is_spatial ? 3.0 : 1.0);
     }
-    const auto work = [&](std::size_t place, farm::Heartbeat& heartbeat) {
-        cells[place] = cell_json(
-            table.cell(place / models.size(), models[place % models.size()].effects, [&heartbeat] {
-                heartbeat.beat();
-                return !heartbeat.stop_requested();
-            }));
-        farm::BatchReport done;
-        ++done.completed;
-        return done;
+    const auto work = [&](std::size_t place, const run::Heartbeat& heartbeat) {
+        return cell_json(table.cell(place / models.size(), models[place % models.size()].effects,
+                                    heartbeat))
+            .dump();
     };
     const bool is_quiet = arguments.is_quiet || arguments.json == "-" ||
                           (communicator != nullptr && communicator->rank() != 0);
@@ -129,16 +123,13 @@ core::ExitCode effect_table(const CompareArguments& arguments,
                    cost_of_table(measurements, selections_of(models), options,
                                  communicator == nullptr ? 1 : communicator->size()));
     ProgressDisplay display(is_quiet, "fits");
-    const farm::Summary summary =
-        map_items(communicator, costs, work,
-                  [&display](const farm::Progress& progress) { display.show(progress); });
+    const std::vector<core::ItemOutcome<std::string>> cells = farm::map(
+        communicator, costs, work,
+        {.progress = [&display](const farm::Progress& progress) { display.show(progress); }});
     display.finish();
-    if (!summary.failure.empty())
-        throw core::StorageError(summary.failure);
-    const json all = gathered(cells, communicator);
     const json facts = provenance.document();
-    return report_on_root(communicator, [&] {
-        const json document = table_document(models, measurements, all, facts);
+    return farm::on_root(communicator, [&] {
+        const json document = table_document(models, measurements, cells, facts);
         if (!arguments.json.empty())
             write_json(arguments.json, document);
         if (!arguments.output.empty()) {

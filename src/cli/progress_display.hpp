@@ -16,6 +16,10 @@ class ProgressDisplay {
     /// of the work or `log_interval` has passed. `items` is what the farm's points are.
     explicit ProgressDisplay(bool quiet, const char* items = "points");
 
+    ~ProgressDisplay() { finish(); }
+    ProgressDisplay(const ProgressDisplay&) = delete;
+    ProgressDisplay& operator=(const ProgressDisplay&) = delete;
+
     void show(const farm::Progress& progress);
     /// Ends the line on a terminal.
     void finish();

@@ -12,8 +12,8 @@
 #include "cli/timestep_table.hpp"
 #include "cli/version.hpp"
 #include "cluster/walltime.hpp"
+#include "farm/communicator.hpp"
 #include "farm/environment.hpp"
-#include "farm/on_root.hpp"
 #include "run/simulate.hpp"
 #include "study/execute.hpp"
 #include "study/summary.hpp"
@@ -166,7 +166,7 @@ study::Study study_of(const RunArguments& arguments, const farm::Communicator* c
     study::Study study = study::study_to_repeat(archived);
     static_cast<void>(farm::on_root(communicator, [&archived] {
         study::require_comparable(archived);
-        return std::string();
+        return true;
     }));
     return study;
 }
@@ -230,8 +230,8 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
         exit_code = storage_failure(error);
     }
     if (communicator != nullptr)
-        exit_code = static_cast<core::ExitCode>(
-            std::stoi(communicator->broadcast(std::to_string(static_cast<int>(exit_code)))));
+        exit_code =
+            core::decoded<core::ExitCode>(communicator->broadcast(core::encoded(exit_code)));
     return exit_code;
 }
 

@@ -3,11 +3,12 @@
 
 #include "cluster/batch_system.hpp"
 #include "cluster/walltime.hpp"
-#include "farm/on_root.hpp"
+#include "farm/communicator.hpp"
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
+#include <string>
+#include <utility>
 
 #include <fmt/core.h>
 
@@ -31,15 +32,15 @@ double reserve(double seconds) {
 
 std::optional<RunDeadline> run_deadline(const std::string& walltime, farm::Clock::time_point start,
                                         const farm::Communicator* communicator) {
-    // One voice for all ranks: "<seconds> <source>", or nothing.
-    const std::string answer = farm::on_root(communicator, [&]() -> std::string {
+    // All ranks must agree.
+    using SecondsAndSource = std::pair<double, std::string>;
+    const auto answer = farm::on_root(communicator, [&]() -> std::optional<SecondsAndSource> {
         const auto left = time_left(walltime, start);
-        return left ? fmt::format("{} {}", left->seconds, left->source) : "";
+        return left ? std::optional<SecondsAndSource>({left->seconds, left->source}) : std::nullopt;
     });
-    if (answer.empty())
+    if (!answer)
         return std::nullopt;
-    const double left = std::strtod(answer.c_str(), nullptr);
-    const std::string source = answer.substr(answer.find(' ') + 1);
+    const auto& [left, source] = *answer;
     const double usable = std::max(0.0, left - reserve(left));
     return RunDeadline{farm::Clock::now() + std::chrono::duration_cast<farm::Clock::duration>(
                                                 std::chrono::duration<double>(usable)),

@@ -2,8 +2,8 @@
 // By when a run must have ended: --walltime, or what the batch system says.
 #pragma once
 
+#include "farm/batch.hpp"
 #include "farm/communicator.hpp"
-#include "farm/heartbeat.hpp"
 
 #include <optional>
 #include <string>

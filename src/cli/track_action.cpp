@@ -2,11 +2,11 @@
 #include "cli/track_action.hpp"
 
 #include "cli/amount_text.hpp"
-#include "cli/item_farm.hpp"
 #include "cli/next_step.hpp"
 #include "cli/progress_display.hpp"
 #include "cli/text_style.hpp"
 #include "cli/under_launcher.hpp"
+#include "farm/item_map.hpp"
 #include "measure/track/frame_source.hpp"
 #include "measure/track/track_report.hpp"
 
@@ -25,6 +25,11 @@ struct VideoOutcome {
     std::string text;
     bool is_tracked = false;
 };
+
+template <class Wire>
+void fields(Wire& wire, VideoOutcome& outcome) {
+    wire(outcome.text, outcome.is_tracked);
+}
 
 /// Settings of all videos, each with a folder of its own; checked before any work begins.
 struct TrackPlan {
@@ -115,22 +120,6 @@ VideoOutcome track_one(const TrackPlan& plan, std::size_t index, int threads, bo
     }
 }
 
-/// Every rank's outcomes, in the order of the videos, on rank 0.
-std::vector<VideoOutcome> gather(std::vector<VideoOutcome> outcomes,
-                                 const farm::Communicator* communicator) {
-    if (communicator == nullptr)
-        return outcomes;
-    for (std::size_t i = 0; i < outcomes.size(); ++i) {
-        // A letter for what follows: nothing was done here, tracked, or refused.
-        const VideoOutcome& own = outcomes[i];
-        const char mark = own.text.empty() ? '-' : own.is_tracked ? 't' : 'r';
-        for (const std::string& sent : communicator->gather(mark + own.text))
-            if (sent.front() != '-')
-                outcomes[i] = {sent.substr(1), sent.front() == 't'};
-    }
-    return outcomes;
-}
-
 std::vector<std::string> tracked_folders(const TrackPlan& plan,
                                          const std::vector<VideoOutcome>& outcomes) {
     std::vector<std::string> folders;
@@ -141,18 +130,17 @@ std::vector<std::string> tracked_folders(const TrackPlan& plan,
 }
 
 core::ExitCode print(const TrackPlan& plan, const std::vector<VideoOutcome>& outcomes,
-                     const farm::Summary& summary) {
+                     const std::vector<std::string>& failures) {
     std::size_t tracked = 0;
     for (const VideoOutcome& outcome : outcomes) {
         tracked += outcome.is_tracked ? 1 : 0;
         if (outcome.is_tracked)
             fmt::print("{}", outcome.text);
-        else if (!outcome.text.empty()) // else its rank was lost, which is reported below
+        else if (!outcome.text.empty()) // else the reason is among the failures
             print_error(outcome.text);
     }
-    if (summary.failure.empty()) // which would be the same
-        for (const farm::LostBatch& lost : summary.lost)
-            print_error(lost.reason);
+    for (const std::string& failure : failures)
+        print_error(failure);
     if (tracked > 0)
         fmt::print("{}", next_step("culm fit" + as_words(tracked_folders(plan, outcomes))));
     if (tracked == outcomes.size())
@@ -170,25 +158,26 @@ core::ExitCode track(const TrackArguments& arguments, const farm::Communicator* 
     const bool is_root = communicator == nullptr || communicator->rank() == 0;
     if (is_root && !arguments.is_quiet)
         fmt::print(stderr, "{}", cost_of(plan, threads * busy));
-    std::vector<VideoOutcome> outcomes(plan.settings.size());
-    const auto work = [&](std::size_t index, farm::Heartbeat& heartbeat) {
-        heartbeat.beat();
-        outcomes[index] = track_one(plan, index, threads, arguments.with_video);
-        farm::BatchReport report;
-        ++(outcomes[index].is_tracked ? report.completed : report.failed);
-        return report;
+    const auto work = [&](std::size_t index, const core::Heartbeat& heartbeat) {
+        heartbeat();
+        return track_one(plan, index, threads, arguments.with_video);
     };
-    ProgressDisplay display(!is_root || arguments.is_quiet || outcomes.size() < 2, "videos");
-    const farm::Summary summary =
-        map_items(communicator, std::vector<double>(outcomes.size(), 1.0), work,
-                  [&display](const farm::Progress& progress) { display.show(progress); });
+    const std::vector<double> costs(plan.settings.size(), 1.0);
+    ProgressDisplay display(!is_root || arguments.is_quiet || costs.size() < 2, "videos");
+    const farm::ItemOptions options{
+        .progress = [&display](const farm::Progress& progress) { display.show(progress); }};
+    std::vector<VideoOutcome> outcomes;
+    std::vector<std::string> failures;
+    for (core::ItemOutcome<VideoOutcome>& video :
+         farm::over_ranks(communicator, options)
+             .outcomes(costs, work,
+                       [](const VideoOutcome& outcome) { return !outcome.is_tracked; })) {
+        outcomes.push_back(std::move(video.value).value_or(VideoOutcome{}));
+        if (!video.failure.empty())
+            failures.push_back(std::move(video.failure));
+    }
     display.finish();
-    outcomes = gather(std::move(outcomes), communicator);
-    const core::ExitCode code =
-        report_on_root(communicator, [&] { return print(plan, outcomes, summary); });
-    if (!summary.failure.empty())
-        throw core::StorageError(summary.failure);
-    return code;
+    return farm::on_root(communicator, [&] { return print(plan, outcomes, failures); });
 }
 
 } // namespace

@@ -1,17 +1,58 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The unit of scheduling: some points of a design that one rank computes together.
+// The unit of scheduling: some points of a design that one rank computes together, and the pulse of
+// the function that computes them.
 #pragma once
 
-#include "farm/heartbeat.hpp"
+#include "core/wire.hpp"
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace culm::farm {
+
+/// Monotonic clock of the whole layer.
+using Clock = std::chrono::steady_clock;
+
+/// Handed to every work function, which calls beat() about every millisecond of work.
+/// A plain Heartbeat communicates with nobody: for work that runs outside a farm.
+class Heartbeat {
+  public:
+    Heartbeat() = default;
+    virtual ~Heartbeat() = default;
+    Heartbeat(const Heartbeat&) = delete;
+    Heartbeat& operator=(const Heartbeat&) = delete;
+
+    /// Lets the farm communicate, at most once per poll interval; in between it costs one reading
+    /// of the clock (some 25 ns). On rank 0 this is where the requests of all other ranks are
+    /// answered: they wait no longer than the larger of the poll interval and the time between two
+    /// beats.
+    void beat() {
+        if (Clock::now() < due_)
+            return;
+        poll();
+        due_ = Clock::now() + interval_;
+    }
+
+    /// True as soon as a stop requested on any rank has become known here. The work function may
+    /// finish its batch or return early with what it has completed.
+    [[nodiscard]] bool stop_requested() const { return stop_requested_; }
+
+  protected:
+    explicit Heartbeat(Clock::duration interval) : interval_(interval) {}
+    virtual void poll() {}
+    void accept_stop() { stop_requested_ = true; }
+
+  private:
+    Clock::duration interval_ = std::chrono::milliseconds(1);
+    Clock::time_point due_ = Clock::time_point::min();
+    bool stop_requested_ = false;
+};
 
 struct Batch {
     std::vector<std::int64_t> points; ///< ids of the points in the study's design
@@ -26,6 +67,9 @@ struct BatchReport {
     /// Not empty: why results can no longer be stored. The farm stops as for a StorageError, but
     /// the points of the batch that are counted here have been kept.
     std::string storage_failure = {};
+    /// What the batch found, if that is to travel: with the report to rank 0 and with the summary
+    /// to every rank (Summary::answers). It must be small.
+    std::optional<core::Bytes> answer = {};
 };
 
 /// Computes one batch. An exception means that the batch is lost, see Farm::map.

@@ -1,24 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "farm/communicator.hpp"
 
-#include "farm/communicator_handle.hpp"
-#include "farm/mpi_check.hpp"
+#include "core/error.hpp"
+#include "farm/mpi_calls.hpp"
 
-#include <limits>
 #include <numeric>
 #include <utility>
-
-#include <fmt/format.h>
 
 namespace culm::farm {
 
 namespace {
-
-int int_length(std::size_t size) {
-    if (size > static_cast<std::size_t>(std::numeric_limits<int>::max()))
-        throw FarmError(fmt::format("a message of {} bytes is too long for MPI", size));
-    return static_cast<int>(size);
-}
 
 template <class Container>
 Container broadcast_container(const CommunicatorHandle& comm, Container content, int root) {
@@ -26,7 +17,7 @@ Container broadcast_container(const CommunicatorHandle& comm, Container content,
     // waiting.
     auto length = static_cast<std::uint64_t>(content.size());
     check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, root, comm.mpi), "MPI_Bcast");
-    const int count = int_length(length);
+    const int count = message_length(length);
     content.resize(length);
     check_mpi(MPI_Bcast(content.data(), count, MPI_BYTE, root, comm.mpi), "MPI_Bcast");
     return content;
@@ -91,7 +82,7 @@ std::vector<std::string> Communicator::gather(const std::string& text, int root)
         MPI_Allgather(&length, 1, MPI_UINT64_T, lengths.data(), 1, MPI_UINT64_T, handle_->mpi),
         "MPI_Allgather");
     // All ranks know all lengths, so all of them refuse together what MPI's int counts cannot hold.
-    (void)int_length(std::accumulate(lengths.begin(), lengths.end(), std::uint64_t{0}));
+    (void)message_length(std::accumulate(lengths.begin(), lengths.end(), std::uint64_t{0}));
     std::vector<int> counts(ranks);
     std::vector<int> offsets(ranks);
     int total = 0;
@@ -114,6 +105,46 @@ bool Communicator::is_true_anywhere(bool value) const {
     int any = 0;
     check_mpi(MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_LOR, handle_->mpi), "MPI_Allreduce");
     return any != 0;
+}
+
+namespace {
+
+/// What bytes_on_root broadcasts.
+struct RootOutcome {
+    enum class Kind { Answer, InputError, StorageError };
+    Kind kind = Kind::Answer;
+    Bytes answer;
+    std::string error;
+};
+
+template <class Wire>
+void fields(Wire& wire, RootOutcome& outcome) {
+    wire(outcome.kind, outcome.answer, outcome.error);
+}
+
+RootOutcome outcome_of(const std::function<Bytes()>& action) {
+    try {
+        return {RootOutcome::Kind::Answer, action(), {}};
+    } catch (const core::InputError& error) {
+        return {RootOutcome::Kind::InputError, {}, error.what()};
+    } catch (const core::StorageError& error) {
+        return {RootOutcome::Kind::StorageError, {}, error.what()};
+    }
+}
+
+} // namespace
+
+Bytes bytes_on_root(const Communicator* communicator, const std::function<Bytes()>& action) {
+    RootOutcome outcome;
+    if (communicator == nullptr || communicator->rank() == 0)
+        outcome = outcome_of(action);
+    if (communicator != nullptr)
+        outcome = core::decoded<RootOutcome>(communicator->broadcast(core::encoded(outcome)));
+    if (outcome.kind == RootOutcome::Kind::InputError)
+        throw core::InputError(outcome.error);
+    if (outcome.kind == RootOutcome::Kind::StorageError)
+        throw core::StorageError(outcome.error);
+    return std::move(outcome.answer);
 }
 
 } // namespace culm::farm

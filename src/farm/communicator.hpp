@@ -2,15 +2,19 @@
 // An owned MPI communicator with checked, typed calls; the header is free of mpi.h.
 #pragma once
 
-#include "farm/wire.hpp"
+#include "core/wire.hpp"
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace culm::farm {
 
-/// The MPI object behind a Communicator (communicator_handle.hpp).
+using core::Bytes;
+
+/// The MPI object behind a Communicator (mpi_calls.hpp).
 struct CommunicatorHandle;
 
 /// A duplicate of its own: messages sent through it never meet those of other communicators.
@@ -54,5 +58,20 @@ class Communicator {
 
     std::unique_ptr<CommunicatorHandle> handle_;
 };
+
+/// on_root for an answer that is bytes already.
+[[nodiscard]] Bytes bytes_on_root(const Communicator* communicator,
+                                  const std::function<Bytes()>& action);
+
+/// What only rank 0 does, such as writing files, and every rank must know the outcome of: runs
+/// `action` on rank 0 and hands its answer, of any type that travels (core/wire.hpp), or the
+/// core::InputError or core::StorageError that it throws, to every rank, so that none waits for a
+/// rank that has given up. `communicator` is null without MPI. Collective. Other exceptions are not
+/// passed on.
+template <class Action, class Answer = std::invoke_result_t<Action>>
+[[nodiscard]] Answer on_root(const Communicator* communicator, const Action& action) {
+    return core::decoded<Answer>(
+        bytes_on_root(communicator, [&action] { return core::encoded<Answer>(action()); }));
+}
 
 } // namespace culm::farm

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "farm/coordinator.hpp"
-
-#include "farm/backoff.hpp"
-#include "farm/farm_error.hpp"
+// Rank 0 during a map.
+#include "farm/mailbox.hpp"
+#include "farm/map_call.hpp"
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -21,7 +23,54 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-} // namespace
+class Coordinator final : public Heartbeat {
+  public:
+    Coordinator(const MapCall& call, Mailbox* mailbox, std::vector<bool>& alive);
+
+    [[nodiscard]] Summary run();
+
+  private:
+    void poll() override;
+
+    void serve_messages();
+    void handle(Message message);
+    void settle(int rank, RangeOutcome outcome);
+    void learn_pace(const RangeOutcome& outcome);
+    [[nodiscard]] std::optional<Range> hand_out(int rank);
+    void lose(LostBatch lost);
+
+    void top_up(int worker);
+    void top_up_all();
+    void post(int worker, MessageKind kind, core::Bytes content);
+
+    void stop_all(bool is_too_late = false);
+    void fail(const std::string& reason);
+    void call_back();
+    void report_progress(Clock::time_point now);
+
+    [[nodiscard]] bool watches_silence() const {
+        return call_.options.silence_until_dead.count() > 0;
+    }
+    void watch_silence();
+    void note_sign_of_life(int worker);
+    void declare_dead(int worker, const std::string& reason);
+
+    [[nodiscard]] Summary take_summary();
+    void dismiss_workers(const Summary& summary);
+    void await_farewell(int worker);
+
+    const MapCall& call_;
+    Mailbox* mailbox_;
+    std::vector<bool>& alive_;
+    Scheduler scheduler_;
+    StopCondition stop_condition_;
+    StartPermit permit_;
+    Clock::time_point start_ = Clock::now();
+    Clock::time_point progress_due_;
+    Clock::time_point silence_check_due_;
+    std::vector<Clock::time_point> last_seen_; ///< (ranks)
+    Summary summary_;                          ///< the books: kept while the map runs
+};
 
 Coordinator::Coordinator(const MapCall& call, Mailbox* mailbox, std::vector<bool>& alive)
     : Heartbeat(call.options.poll_interval), call_(call), mailbox_(mailbox), alive_(alive),
@@ -84,7 +133,7 @@ void Coordinator::serve_messages() {
 void Coordinator::handle(Message message) {
     const int worker = message.source;
     note_sign_of_life(worker);
-    WireReader in(std::move(message.bytes));
+    core::WireReader in(std::move(message.bytes));
     const auto head = in.get<MessageHead>();
     // A rank that was given up in an earlier map may still be sending for it.
     if (head.map != call_.number)
@@ -96,15 +145,12 @@ void Coordinator::handle(Message message) {
     }
     switch (message.kind) {
     case MessageKind::Report:
-        settle(worker, get_range_outcome(in, worker));
+        settle(worker, in.get<RangeOutcome>());
         top_up(worker);
         break;
-    case MessageKind::Failure: {
-        std::string reason;
-        in.get_text(reason);
-        fail(reason);
+    case MessageKind::Failure:
+        fail(in.get<std::string>());
         break;
-    }
     case MessageKind::Stop:
         stop_all(in.get<bool>());
         break;
@@ -113,14 +159,14 @@ void Coordinator::handle(Message message) {
     }
 }
 
-void Coordinator::settle(int rank, const RangeOutcome& outcome) {
+void Coordinator::settle(int rank, RangeOutcome outcome) {
     if (scheduler_.report(rank, outcome.range, outcome.executed, outcome.seconds)) {
-        summary_.points_completed += outcome.tally.completed;
-        summary_.points_failed += outcome.tally.failed;
-        summary_.work_s += outcome.tally.seconds;
+        summary_.points_completed += outcome.completed;
+        summary_.points_failed += outcome.failed;
+        summary_.work_s += outcome.work_seconds;
         learn_pace(outcome);
-        for (const LostBatch& lost : outcome.lost)
-            lose(lost.batch, lost.rank, lost.reason);
+        std::ranges::for_each(outcome.lost, [this](LostBatch& lost) { lose(std::move(lost)); });
+        std::ranges::move(outcome.answers, std::back_inserter(summary_.answers));
     }
     if (!outcome.failure.empty())
         fail(fmt::format("rank {}: {}", rank, outcome.failure));
@@ -132,7 +178,7 @@ void Coordinator::learn_pace(const RangeOutcome& outcome) {
     const std::int64_t end = outcome.range.first + outcome.executed;
     for (std::int64_t place = outcome.range.first; place < end; ++place)
         points += static_cast<std::int64_t>(call_.batch_at(place).points.size());
-    if (outcome.tally.completed + outcome.tally.failed < points)
+    if (outcome.completed + outcome.failed < points)
         return;
     summary_.pace.learn(scheduler_.cost_of({outcome.range.first, outcome.executed}),
                         outcome.seconds);
@@ -144,9 +190,9 @@ std::optional<Range> Coordinator::hand_out(int rank) {
     return scheduler_.hand_out(rank, permit_.cost_limit());
 }
 
-void Coordinator::lose(std::size_t batch, int rank, const std::string& reason) {
-    summary_.points_lost += static_cast<std::int64_t>(call_.batches[batch].points.size());
-    summary_.lost.push_back({batch, rank, reason});
+void Coordinator::lose(LostBatch lost) {
+    summary_.points_lost += static_cast<std::int64_t>(call_.batches[lost.batch].points.size());
+    summary_.lost.push_back(std::move(lost));
 }
 
 void Coordinator::top_up(int worker) {
@@ -154,7 +200,7 @@ void Coordinator::top_up(int worker) {
         const std::optional<Range> range = hand_out(worker);
         if (!range)
             return;
-        post(worker, MessageKind::Assign, call_.new_message().put(*range).put(permit_.pace()));
+        post(worker, MessageKind::Assign, call_.message(*range, permit_.pace()));
     }
 }
 
@@ -163,9 +209,9 @@ void Coordinator::top_up_all() {
         top_up(worker);
 }
 
-void Coordinator::post(int worker, MessageKind kind, WireWriter content) {
+void Coordinator::post(int worker, MessageKind kind, core::Bytes content) {
     try {
-        mailbox_->post(worker, kind, content.take());
+        mailbox_->post(worker, kind, std::move(content));
     } catch (const FarmError& error) {
         if (!watches_silence())
             throw;
@@ -183,7 +229,7 @@ void Coordinator::stop_all(bool is_too_late) {
     scheduler_.stop();
     for (int worker = 1; worker < call_.size; ++worker)
         if (alive_[static_cast<std::size_t>(worker)])
-            post(worker, MessageKind::Stop, call_.new_message());
+            post(worker, MessageKind::Stop, call_.message());
 }
 
 void Coordinator::fail(const std::string& reason) {
@@ -245,14 +291,14 @@ void Coordinator::note_sign_of_life(int worker) {
     alive_[w] = true;
     top_up(worker);
     if (stop_requested())
-        post(worker, MessageKind::Stop, call_.new_message());
+        post(worker, MessageKind::Stop, call_.message());
 }
 
 void Coordinator::declare_dead(int worker, const std::string& reason) {
     alive_[static_cast<std::size_t>(worker)] = false;
     if (const std::optional<Range> range = scheduler_.write_off(worker))
         for (std::int64_t place = range->first; place < range->first + range->count; ++place)
-            lose(call_.batch_index(place), worker, reason);
+            lose({call_.batch_index(place), worker, reason, true});
     top_up_all();
 }
 
@@ -270,8 +316,8 @@ Summary Coordinator::take_summary() {
         (stop_requested() || summary_.out_of_time) && settled < summary_.points_total;
     summary_.out_of_time = summary_.out_of_time && summary_.stopped_early;
     summary_.elapsed_s = seconds_since(start_);
-    std::sort(summary_.lost.begin(), summary_.lost.end(),
-              [](const LostBatch& a, const LostBatch& b) { return a.batch < b.batch; });
+    std::ranges::sort(summary_.lost, {}, &LostBatch::batch);
+    std::ranges::sort(summary_.answers, {}, &BatchAnswer::batch);
     for (int rank = 0; rank < call_.size; ++rank)
         if (!alive_[static_cast<std::size_t>(rank)])
             summary_.dead_ranks.push_back(rank);
@@ -280,11 +326,8 @@ Summary Coordinator::take_summary() {
 
 void Coordinator::dismiss_workers(const Summary& summary) {
     // The dead get it too: one that was only slow must not wait for ever.
-    for (int worker = 1; worker < call_.size; ++worker) {
-        WireWriter content = call_.new_message();
-        put(content, summary);
-        post(worker, MessageKind::Summary, std::move(content));
-    }
+    for (int worker = 1; worker < call_.size; ++worker)
+        post(worker, MessageKind::Summary, call_.message(summary));
     for (int worker = 1; worker < call_.size; ++worker)
         await_farewell(worker);
 }
@@ -304,6 +347,12 @@ void Coordinator::await_farewell(int worker) {
             backoff.pause();
         }
     }
+}
+
+} // namespace
+
+Summary coordinate(const MapCall& call, Mailbox* mailbox, std::vector<bool>& alive) {
+    return Coordinator(call, mailbox, alive).run();
 }
 
 } // namespace culm::farm

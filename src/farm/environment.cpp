@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "farm/environment.hpp"
 
-#include "farm/mpi_check.hpp"
+#include "farm/mpi_calls.hpp"
 
 #include <cstdlib>
 #include <exception>
@@ -27,8 +27,7 @@ Environment::~Environment() {
     MPI_Comm_size(MPI_COMM_WORLD, &size);
     if (size > 1 && std::uncaught_exceptions() > exceptions_at_start_)
         abort(EXIT_FAILURE);
-    if (is_finalizing_)
-        MPI_Finalize();
+    MPI_Finalize();
 }
 
 bool Environment::is_under_launcher() {

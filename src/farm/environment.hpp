@@ -28,16 +28,11 @@ class Environment {
     /// a short command need not pay for MPI when it runs alone.
     [[nodiscard]] static bool is_under_launcher();
 
-    /// The destructor will not call MPI_Finalize, which waits for all ranks: for use after a rank
-    /// has died (Summary::dead_ranks) in a job that outlives it (mpirun --enable-recovery).
-    void leave_without_finalize() { is_finalizing_ = false; }
-
     /// Ends all ranks at once with this exit code.
     [[noreturn]] static void abort(int exit_code);
 
   private:
     int exceptions_at_start_;
-    bool is_finalizing_ = true;
 };
 
 } // namespace culm::farm

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "farm/farm.hpp"
 
-#include "farm/coordinator.hpp"
 #include "farm/mailbox.hpp"
 #include "farm/map_call.hpp"
-#include "farm/worker.hpp"
 
 namespace culm::farm {
 
@@ -28,8 +26,8 @@ Summary Farm::map(std::span<const Batch> batches, const Work& work, const FarmOp
     const MapCall call{
         batches, plan_order(batches), work, options, digest(batches), ++maps_, rank(), size()};
     if (rank() == 0)
-        return Coordinator(call, mailbox_.get(), alive_).run();
-    return Worker(call, *mailbox_).run();
+        return coordinate(call, mailbox_.get(), alive_);
+    return work_for_rank_0(call, *mailbox_);
 }
 
 } // namespace culm::farm

@@ -4,7 +4,6 @@
 
 #include "farm/batch.hpp"
 #include "farm/communicator.hpp"
-#include "farm/heartbeat.hpp"
 #include "farm/pace.hpp"
 #include "farm/summary.hpp"
 
@@ -83,7 +82,7 @@ class Farm {
     /// * A rank that falls silent (`silence_until_dead`) loses the batch that it was computing, or
     ///   its range of short ones. If it speaks again it gets new work, and what it had been given
     ///   before may be computed twice. The death of rank 0 is not survived. After a death no
-    ///   collective call returns, MPI_Finalize included (Environment::leave_without_finalize).
+    ///   collective call returns, MPI_Finalize included.
     ///
     /// Throws FarmError if MPI fails or a cost is invalid.
     [[nodiscard]] Summary map(std::span<const Batch> batches, const Work& work,

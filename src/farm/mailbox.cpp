@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "farm/mailbox.hpp"
 
-#include "farm/communicator_handle.hpp"
-#include "farm/mpi_check.hpp"
+#include "farm/mpi_calls.hpp"
 
 #include <utility>
 
@@ -27,11 +26,12 @@ Mailbox::~Mailbox() {
 }
 
 void Mailbox::post(int destination, MessageKind kind, Bytes bytes) {
+    const int size = message_length(bytes.size());
     pending_.push_back(std::make_unique<Pending>(Pending{std::move(bytes), MPI_REQUEST_NULL}));
     Pending& pending = *pending_.back();
-    const int code = MPI_Isend(pending.bytes.data(), static_cast<int>(pending.bytes.size()),
-                               MPI_BYTE, destination, static_cast<int>(kind),
-                               communicator_.handle().mpi, &pending.request);
+    const int code =
+        MPI_Isend(pending.bytes.data(), size, MPI_BYTE, destination, static_cast<int>(kind),
+                  communicator_.handle().mpi, &pending.request);
     if (code != MPI_SUCCESS) {
         pending_.pop_back();
         check_mpi(code, "MPI_Isend");

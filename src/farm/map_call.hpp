@@ -1,25 +1,37 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The arguments of one Farm::map, as rank 0 and the workers share them.
+// One Farm::map as rank 0 and the workers share it: its arguments, a range of batches computed, the
+// two roles.
 #pragma once
 
+#include "core/wire.hpp"
 #include "farm/batch.hpp"
 #include "farm/farm.hpp"
+#include "farm/farm_error.hpp"
 #include "farm/scheduler.hpp"
-#include "farm/wire.hpp"
+#include "farm/stop_condition.hpp"
+#include "farm/summary.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace culm::farm {
+
+class Mailbox;
 
 /// Begins every message of a map.
 struct MessageHead {
     std::int64_t map;     ///< number of the map among those of the farm
     std::uint64_t digest; ///< of the sender's list of batches
 };
+
+template <class Wire>
+void fields(Wire& wire, MessageHead& head) {
+    wire(head.map, head.digest);
+}
 
 struct MapCall {
     std::span<const Batch> batches;
@@ -45,9 +57,12 @@ struct MapCall {
         return is_costless ? 1.0 : batch_at(place).cost;
     }
 
-    /// A message of this map, to be continued.
-    [[nodiscard]] WireWriter new_message() const {
-        return WireWriter().put(MessageHead{number, digest});
+    /// A message of this map.
+    template <class... Values>
+    [[nodiscard]] core::Bytes message(const Values&... values) const {
+        core::WireWriter out;
+        out(MessageHead{number, digest}, values...);
+        return out.take();
     }
 
     /// A scheduler that has dealt the opening hand, the same on every rank.
@@ -63,5 +78,37 @@ struct MapCall {
         return scheduler;
     }
 };
+
+struct RangeOutcome {
+    Range range;
+    std::int64_t executed = 0;  ///< batches begun; fewer than the range has after a stop, or when
+                                ///< the next would not have been done by the deadline
+    double seconds = 0.0;       ///< wall time of the range
+    std::int64_t completed = 0; ///< points; sums over the batches that returned, as the next two
+    std::int64_t failed = 0;
+    double work_seconds = 0.0;
+    std::vector<LostBatch> lost;
+    std::vector<BatchAnswer> answers;
+    std::string failure; ///< text of a core::StorageError
+};
+
+template <class Wire>
+void fields(Wire& wire, RangeOutcome& outcome) {
+    wire(outcome.range, outcome.executed, outcome.seconds, outcome.completed, outcome.failed,
+         outcome.work_seconds, outcome.lost, outcome.answers, outcome.failure);
+}
+
+/// Calls the work function for each batch until the end, a stop, a core::StorageError or a batch
+/// that has no permit to begin. All other exceptions but FarmError (communication itself is broken)
+/// are data.
+[[nodiscard]] RangeOutcome run_range(const MapCall& call, Range range, Heartbeat& heartbeat,
+                                     const StartPermit& permit);
+
+/// Rank 0 during the map: keeps the books, answers the workers, computes batches itself. `mailbox`
+/// is null if there is only this rank; `alive` (ranks) is kept up to date.
+[[nodiscard]] Summary coordinate(const MapCall& call, Mailbox* mailbox, std::vector<bool>& alive);
+
+/// Another rank during the map: computes what it is given and reports.
+[[nodiscard]] Summary work_for_rank_0(const MapCall& call, Mailbox& mailbox);
 
 } // namespace culm::farm

@@ -2,6 +2,9 @@
 // What a unit of the batches' cost takes, learned from the ones that were computed.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 namespace culm::farm {
 
 /// Sums over everything that was timed; a plain value that travels between ranks and runs.
@@ -10,7 +13,13 @@ struct Pace {
     double seconds = 0.0; ///< Σ t
     double squares = 0.0; ///< Σ t²/c: for the scatter
 
-    void learn(double batch_cost, double batch_seconds);
+    void learn(double batch_cost, double batch_seconds) {
+        if (!(batch_cost > 0.0) || !(batch_seconds >= 0.0))
+            return;
+        cost += batch_cost;
+        seconds += batch_seconds;
+        squares += batch_seconds * batch_seconds / batch_cost;
+    }
 
     [[nodiscard]] bool is_known() const { return cost > 0.0; }
 
@@ -19,13 +28,26 @@ struct Pace {
 
     /// Seconds for a unit of cost that a batch will hardly exceed: a tenth above the mean (which
     /// a single batch may tell) and three standard deviations of what was timed. Only if known.
-    [[nodiscard]] double cautious() const;
+    [[nodiscard]] double cautious() const {
+        const double variance = std::max(0.0, squares / cost - mean() * mean());
+        return 1.1 * mean() + 3.0 * std::sqrt(variance);
+    }
 
     /// The same mean and scatter with the weight of at most so much cost: what an earlier run knew
     /// must not outweigh what this one finds, perhaps on another machine.
-    [[nodiscard]] Pace with_weight_up_to(double most_cost) const;
+    [[nodiscard]] Pace with_weight_up_to(double most_cost) const {
+        if (cost <= most_cost)
+            return *this;
+        const double share = most_cost / cost;
+        return {most_cost, seconds * share, squares * share};
+    }
 
     friend bool operator==(const Pace&, const Pace&) = default;
 };
+
+template <class Wire>
+void fields(Wire& wire, Pace& pace) {
+    wire(pace.cost, pace.seconds, pace.squares);
+}
 
 } // namespace culm::farm

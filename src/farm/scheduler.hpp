@@ -17,6 +17,11 @@ struct Range {
     friend bool operator==(const Range&, const Range&) = default;
 };
 
+template <class Wire>
+void fields(Wire& wire, Range& range) {
+    wire(range.first, range.count);
+}
+
 /// Dynamic scheduling of batches that are already sorted longest first.
 ///
 /// * A rank holds at most two ranges: the one it computes and one queued behind it (prefetch).

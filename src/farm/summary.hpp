@@ -2,8 +2,8 @@
 // What a map over batches tells while it runs, and when it is over.
 #pragma once
 
+#include "core/wire.hpp"
 #include "farm/pace.hpp"
-#include "farm/wire.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -28,7 +28,15 @@ struct LostBatch {
     std::size_t batch = 0; ///< index in the list given to map
     int rank = 0;          ///< that was computing it
     std::string reason;
+    bool with_rank = false; ///< it threw nothing, its rank died
     friend bool operator==(const LostBatch&, const LostBatch&) = default;
+};
+
+/// What a batch found (BatchReport::answer).
+struct BatchAnswer {
+    std::size_t batch = 0; ///< index in the list given to map
+    core::Bytes bytes;
+    friend bool operator==(const BatchAnswer&, const BatchAnswer&) = default;
 };
 
 /// Result of a map, the same on every rank.
@@ -44,12 +52,28 @@ struct Summary {
     bool out_of_time = false;   ///< it was the deadline
     Pace pace;                  ///< FarmOptions::pace and what the reports of this map added
     std::string failure; ///< why the farm had to give up (full disk …); empty if it had not
-    std::vector<LostBatch> lost; ///< ordered by batch
-    std::vector<int> dead_ranks; ///< silent at the end
+    std::vector<LostBatch> lost;      ///< ordered by batch
+    std::vector<int> dead_ranks;      ///< silent at the end
+    std::vector<BatchAnswer> answers; ///< of batches that have one, ordered by batch
     friend bool operator==(const Summary&, const Summary&) = default;
 };
 
-void put(WireWriter& out, const Summary& summary);
-[[nodiscard]] Summary get_summary(WireReader& in);
+template <class Wire>
+void fields(Wire& wire, LostBatch& lost) {
+    wire(lost.batch, lost.rank, lost.reason, lost.with_rank);
+}
+
+template <class Wire>
+void fields(Wire& wire, BatchAnswer& answer) {
+    wire(answer.batch, answer.bytes);
+}
+
+template <class Wire>
+void fields(Wire& wire, Summary& summary) {
+    wire(summary.points_total, summary.points_completed, summary.points_failed, summary.points_lost,
+         summary.elapsed_s, summary.work_s, summary.ranks, summary.stopped_early,
+         summary.out_of_time, summary.pace, summary.failure, summary.lost, summary.dead_ranks,
+         summary.answers);
+}
 
 } // namespace culm::farm

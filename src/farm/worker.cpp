@@ -1,17 +1,42 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "farm/worker.hpp"
-
-#include "farm/backoff.hpp"
-#include "farm/farm_error.hpp"
-#include "farm/range_outcome.hpp"
+// A rank other than 0 during a map.
+#include "farm/mailbox.hpp"
+#include "farm/map_call.hpp"
 
 #include <algorithm>
 #include <chrono>
+#include <deque>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
 namespace culm::farm {
+
+namespace {
+
+class Worker final : public Heartbeat {
+  public:
+    Worker(const MapCall& call, Mailbox& mailbox);
+
+    [[nodiscard]] Summary run();
+
+  private:
+    void poll() override;
+    void receive_messages();
+    void watch_stop();
+    void send_alive();
+    void post(MessageKind kind, core::Bytes content);
+
+    const MapCall& call_;
+    Mailbox& mailbox_;
+    StopCondition stop_condition_;
+    StartPermit permit_;
+    std::deque<Range> queue_;
+    std::optional<Summary> summary_; ///< rank 0 has declared the map over
+    Clock::time_point alive_due_ = Clock::now();
+};
 
 Worker::Worker(const MapCall& call, Mailbox& mailbox)
     : Heartbeat(call.options.poll_interval), call_(call), mailbox_(mailbox),
@@ -24,7 +49,7 @@ Worker::Worker(const MapCall& call, Mailbox& mailbox)
 
 Summary Worker::run() {
     // Tells rank 0 which list of batches this rank holds, even if it is an empty one.
-    post(MessageKind::Alive, call_.new_message());
+    post(MessageKind::Alive, call_.message());
     Backoff backoff;
     while (!summary_) {
         if (queue_.empty()) {
@@ -39,11 +64,9 @@ Summary Worker::run() {
         const RangeOutcome outcome = run_range(call_, range, *this, permit_);
         if (!outcome.failure.empty())
             accept_stop();
-        WireWriter report = call_.new_message();
-        put(report, outcome);
-        post(MessageKind::Report, std::move(report));
+        post(MessageKind::Report, call_.message(outcome));
     }
-    post(MessageKind::Farewell, call_.new_message());
+    post(MessageKind::Farewell, call_.message());
     backoff.reset();
     while (!mailbox_.is_flushed())
         backoff.pause();
@@ -63,7 +86,7 @@ void Worker::receive_messages() {
         std::optional<Message> message = mailbox_.receive();
         if (!message)
             return;
-        WireReader in(std::move(message->bytes));
+        core::WireReader in(std::move(message->bytes));
         const auto head = in.get<MessageHead>();
         // A worker that was given up may find leftovers of a map that it has left behind.
         if (head.map != call_.number)
@@ -75,7 +98,7 @@ void Worker::receive_messages() {
         } else if (message->kind == MessageKind::Stop)
             accept_stop();
         else if (message->kind == MessageKind::Summary)
-            summary_ = get_summary(in);
+            summary_ = in.get<Summary>();
     }
 }
 
@@ -85,12 +108,12 @@ void Worker::watch_stop() {
     try {
         if (!stop_condition_.is_met(Clock::now()))
             return;
-        post(MessageKind::Stop, call_.new_message().put(stop_condition_.is_too_late()));
+        post(MessageKind::Stop, call_.message(stop_condition_.is_too_late()));
     } catch (const FarmError&) {
         throw;
     } catch (const std::exception& error) {
         const std::string reason = fmt::format("rank {}: {}", call_.rank, error.what());
-        post(MessageKind::Failure, call_.new_message().put_text(reason));
+        post(MessageKind::Failure, call_.message(reason));
     }
     accept_stop();
 }
@@ -100,11 +123,17 @@ void Worker::send_alive() {
     if (silence.count() == 0 || Clock::now() < alive_due_)
         return;
     alive_due_ = Clock::now() + std::min(std::chrono::milliseconds(1000), silence / 4);
-    post(MessageKind::Alive, call_.new_message());
+    post(MessageKind::Alive, call_.message());
 }
 
-void Worker::post(MessageKind kind, WireWriter content) {
-    mailbox_.post(0, kind, content.take());
+void Worker::post(MessageKind kind, core::Bytes content) {
+    mailbox_.post(0, kind, std::move(content));
+}
+
+} // namespace
+
+Summary work_for_rank_0(const MapCall& call, Mailbox& mailbox) {
+    return Worker(call, mailbox).run();
 }
 
 } // namespace culm::farm

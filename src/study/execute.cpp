@@ -4,7 +4,7 @@
 #include "archive/journal_writer.hpp"
 #include "core/error.hpp"
 #include "core/utc_time.hpp"
-#include "farm/on_root.hpp"
+#include "farm/communicator.hpp"
 #include "run/simulate.hpp"
 #include "study/assemble.hpp"
 #include "study/folder_lock.hpp"
@@ -32,35 +32,6 @@ using Clock = std::chrono::steady_clock;
 
 int rank_of(const farm::Communicator* communicator) {
     return communicator == nullptr ? 0 : communicator->rank();
-}
-
-/// The folder's content as text for the broadcast: raw bytes of the ids, each list behind its
-/// length.
-std::string pack(const FolderContent& content) {
-    std::vector<std::int64_t> numbers{content.archive_is_complete ? 1 : 0};
-    for (const auto* list :
-         {&content.pending_points, &content.suspect_points, &content.given_up_points}) {
-        numbers.push_back(static_cast<std::int64_t>(list->size()));
-        numbers.insert(numbers.end(), list->begin(), list->end());
-    }
-    std::string bytes(numbers.size() * sizeof(std::int64_t), '\0');
-    std::memcpy(bytes.data(), numbers.data(), bytes.size());
-    return bytes;
-}
-
-FolderContent unpack(const std::string& bytes) {
-    std::vector<std::int64_t> numbers(bytes.size() / sizeof(std::int64_t));
-    std::memcpy(numbers.data(), bytes.data(), bytes.size());
-    FolderContent content;
-    auto next = numbers.begin();
-    content.archive_is_complete = *next++ != 0;
-    for (auto* list :
-         {&content.pending_points, &content.suspect_points, &content.given_up_points}) {
-        const auto end = next + 1 + *next;
-        list->assign(next + 1, end);
-        next = end;
-    }
-    return content;
 }
 
 std::string host_name() {
@@ -230,12 +201,12 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
                        const farm::Communicator* communicator, const ExecuteOptions& options) {
     const std::string start = core::utc_now_text();
     std::optional<FolderLock> lock; // on rank 0, until the archive is written
-    const FolderContent content = unpack(farm::on_root(communicator, [&] {
+    const FolderContent content = farm::on_root(communicator, [&] {
         make_writable(folder);
         lock.emplace(folder);
-        return pack(prepare_folder(folder, study.config.identity(), study.design.point_count(),
-                                   options.folder));
-    }));
+        return prepare_folder(folder, study.config.identity(), study.design.point_count(),
+                              options.folder);
+    });
     ExecuteOutcome outcome;
     outcome.resumed_points =
         study.design.point_count() - static_cast<std::int64_t>(content.pending_points.size());
@@ -262,11 +233,9 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
     if (outcome.farm.pace.is_known())
         provenance.emplace_back("pace", fmt::format("{:.6g}", outcome.farm.pace.mean()));
     const auto assembly_start = Clock::now();
-    const std::string is_complete = farm::on_root(communicator, [&]() -> std::string {
-        return assemble_archive(study, folder, provenance) ? "yes" : "no";
-    });
+    outcome.archive_is_complete =
+        farm::on_root(communicator, [&] { return assemble_archive(study, folder, provenance); });
     outcome.assembly_s = std::chrono::duration<double>(Clock::now() - assembly_start).count();
-    outcome.archive_is_complete = is_complete == "yes";
     return outcome;
 }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/pace_file.hpp"
 
-#include "farm/on_root.hpp"
+#include "farm/communicator.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -62,14 +61,7 @@ void write_pace(const StudyFolder& folder, const farm::Pace& pace) {
 
 farm::Pace earlier_pace(const StudyFolder& folder, const std::vector<farm::Batch>& batches,
                         const farm::Communicator* communicator) {
-    const std::string bytes = farm::on_root(communicator, [&] {
-        const farm::Pace pace = read_pace(folder);
-        std::string copy(sizeof pace, '\0');
-        std::memcpy(copy.data(), &pace, sizeof pace);
-        return copy;
-    });
-    farm::Pace pace;
-    std::memcpy(&pace, bytes.data(), sizeof pace);
+    const farm::Pace pace = farm::on_root(communicator, [&] { return read_pace(folder); });
     double longest = 0.0;
     for (const farm::Batch& batch : batches)
         longest = std::max(longest, batch.cost);

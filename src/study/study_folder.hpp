@@ -56,6 +56,12 @@ struct FolderContent {
     std::vector<std::int64_t> given_up_points;
 };
 
+template <class Wire>
+void fields(Wire& wire, FolderContent& content) {
+    wire(content.pending_points, content.suspect_points, content.given_up_points,
+         content.archive_is_complete);
+}
+
 /// Makes the folder ready for a study with this identity and number of points. What it holds is
 /// verified, checksum by checksum.
 /// Throws core::InputError when it holds another study (with the differing settings), this one

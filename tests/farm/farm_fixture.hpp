@@ -63,10 +63,8 @@ class FarmTest : public ::testing::Test {
 
     /// The same summary must have come out on all ranks. Collective.
     void expect_same_everywhere(const Summary& summary) const {
-        WireWriter out;
-        put(out, summary);
-        WireReader in(world_.broadcast(out.take()));
-        EXPECT_EQ(get_summary(in), summary) << "on rank " << world_.rank();
+        EXPECT_EQ(core::decoded<Summary>(world_.broadcast(core::encoded(summary))), summary)
+            << "on rank " << world_.rank();
     }
 
     Communicator world_ = Communicator::world();

@@ -2,6 +2,7 @@
 // Collective helpers give every rank what they promise, for any root and any length.
 #include "farm/communicator.hpp"
 #include "farm/environment.hpp"
+#include "farm/farm_error.hpp"
 
 #include <gtest/gtest.h>
 

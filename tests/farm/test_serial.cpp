@@ -2,6 +2,7 @@
 // The farm of one rank works in a program that never initialises MPI.
 #include "core/error.hpp"
 #include "farm/farm.hpp"
+#include "farm/farm_error.hpp"
 
 #include <limits>
 #include <stdexcept>

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A function applied to independent items, wherever they are computed: who has items to compute
+// takes an ItemMap and does not know of ranks.
+//
+//     std::vector<std::optional<Fit>> fits =
+//         map.values(costs, [&](std::size_t item, const core::Heartbeat& heartbeat) {
+//             return fit_of(candidates[item], heartbeat);
+//         });
+//
+// A default ItemMap computes here, one item after the other; farm::over_ranks (farm/item_map.hpp)
+// spreads the items over ranks. The result of an item is any type that travels (core/wire.hpp).
+// Both go through the same bytes, so their results are the same, bit for bit.
+#pragma once
+
+#include "core/error.hpp"
+#include "core/wire.hpp"
+
+#include <cstddef>
+#include <exception>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace culm::core {
+
+/// Called about every millisecond of work; false: a stop was requested. May be empty.
+using Heartbeat = std::function<bool()>;
+
+/// What became of an item.
+template <class T>
+struct ItemOutcome {
+    std::optional<T> value;
+    /// Why there is none: what the function threw, or which rank was lost. Empty if the map was
+    /// stopped before the item.
+    std::string failure = {};
+    bool is_lost = false; ///< with its rank: the item itself is not at fault
+};
+
+class ItemMap {
+  public:
+    struct EncodedValue {
+        Bytes bytes;
+        bool counts_as_failed = false; ///< in what the map reports of its progress
+    };
+    using EncodedWork = std::function<EncodedValue(std::size_t item, const Heartbeat& heartbeat)>;
+    /// Calls the work once for every item, with its relative efforts, and gives all outcomes in the
+    /// order of the items to every rank. Every rank calls it with the same items.
+    using Spread = std::function<std::vector<ItemOutcome<Bytes>>(const std::vector<double>& costs,
+                                                                 const EncodedWork& work)>;
+
+    /// In this process, one item after the other.
+    ItemMap() = default;
+    explicit ItemMap(Spread spread) : spread_(std::move(spread)) {}
+
+    /// Outcomes of function(item, heartbeat) for the items 0 … costs.size() − 1, in their order, on
+    /// every rank. `costs`: relative efforts; the longest items are computed first. `has_failed`
+    /// says of a value that progress counts it as a failure. An item that throws is an outcome like
+    /// any other, but a StorageError ends the map.
+    template <class Function,
+              class T = std::invoke_result_t<Function, std::size_t, const Heartbeat&>>
+    [[nodiscard]] std::vector<ItemOutcome<T>>
+    outcomes(const std::vector<double>& costs, const Function& function,
+             const std::type_identity_t<std::function<bool(const T&)>>& has_failed = {}) const {
+        const EncodedWork work = [&](std::size_t item, const Heartbeat& heartbeat) -> EncodedValue {
+            const T value = function(item, heartbeat);
+            return {encoded(value), has_failed && has_failed(value)};
+        };
+        std::vector<ItemOutcome<T>> found;
+        for (ItemOutcome<Bytes>& item : spread_ ? spread_(costs, work) : in_turn(costs, work))
+            found.push_back(
+                {item.value ? std::optional<T>(decoded<T>(*std::move(item.value))) : std::nullopt,
+                 std::move(item.failure), item.is_lost});
+        return found;
+    }
+
+    /// The values alone; none of an item that was lost with its rank or not computed after a stop.
+    /// Throws std::runtime_error, on every rank, with the reason of the first item that failed.
+    template <class Function,
+              class T = std::invoke_result_t<Function, std::size_t, const Heartbeat&>>
+    [[nodiscard]] std::vector<std::optional<T>> values(const std::vector<double>& costs,
+                                                       const Function& function) const {
+        std::vector<std::optional<T>> found;
+        for (ItemOutcome<T>& item : outcomes(costs, function)) {
+            if (!item.failure.empty() && !item.is_lost)
+                throw std::runtime_error("item " + std::to_string(found.size()) + ": " +
+                                         item.failure);
+            found.push_back(std::move(item.value));
+        }
+        return found;
+    }
+
+  private:
+    static std::vector<ItemOutcome<Bytes>> in_turn(const std::vector<double>& costs,
+                                                   const EncodedWork& work) {
+        std::vector<ItemOutcome<Bytes>> found(costs.size());
+        for (std::size_t item = 0; item < costs.size(); ++item)
+            try {
+                found[item].value = work(item, {}).bytes;
+            } catch (const StorageError&) {
+                throw; // as from the ranks: nothing that follows could be stored
+            } catch (const std::exception& error) {
+                found[item].failure = error.what();
+            }
+        return found;
+    }
+
+    Spread spread_;
+};
+
+} // namespace culm::core

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Typed values as bytes and back: the one format in which ranks exchange messages and results.
+//
+// A struct travels if its namespace has a function that names its members:
+//
+//     struct Fit { std::string name; std::vector<double> values; std::optional<Rung> rung; };
+//
+//     template <class Wire>
+//     void fields(Wire& wire, Fit& fit) { wire(fit.name, fit.values, fit.rung); }
+//
+//     const core::Bytes bytes = core::encoded(fit);
+//     const Fit same = core::decoded<Fit>(bytes);
+//
+// Numbers and enumerations, std::string, vector, array, optional, pair, map and structs of them
+// travel. Doubles keep every bit. Anything else, a pointer above all, does not compile.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace culm::core {
+
+/// Values travel in their memory layout: all ranks run the same executable on the same
+/// architecture.
+using Bytes = std::vector<std::byte>;
+
+/// A message is shorter or longer than the values that are read from it.
+class WireError : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+template <class T, class Wire>
+concept TravelsByFields = requires(Wire& wire, T& value) {
+    fields(wire, value);
+};
+
+template <class T>
+concept TravelsByMemory = std::is_arithmetic_v<T> || std::is_enum_v<T>;
+
+/// Appends values to a message.
+class WireWriter {
+  public:
+    template <class... Values>
+    void operator()(const Values&... values) {
+        (put(values), ...);
+    }
+
+    template <class T>
+    requires TravelsByMemory<T> WireWriter& put(T value) {
+        append(&value, sizeof value);
+        return *this;
+    }
+    template <class T>
+    requires TravelsByFields<T, WireWriter> WireWriter& put(const T& value) {
+        fields(*this, const_cast<T&>(value)); // one function for both ways; writing only reads
+        return *this;
+    }
+    WireWriter& put(const std::string& text) {
+        put(text.size());
+        append(text.data(), text.size());
+        return *this;
+    }
+    template <class T>
+    WireWriter& put(const std::vector<T>& values) {
+        put(values.size());
+        if constexpr (TravelsByMemory<T> && !std::is_same_v<T, bool>)
+            append(values.data(), values.size() * sizeof(T));
+        else
+            for (const auto& value : values)
+                put(static_cast<const T&>(value));
+        return *this;
+    }
+    template <class T, std::size_t N>
+    WireWriter& put(const std::array<T, N>& values) {
+        for (const T& value : values)
+            put(value);
+        return *this;
+    }
+    template <class T>
+    WireWriter& put(const std::optional<T>& value) {
+        put(value.has_value());
+        if (value)
+            put(*value);
+        return *this;
+    }
+    template <class First, class Second>
+    WireWriter& put(const std::pair<First, Second>& both) {
+        return put(both.first).put(both.second);
+    }
+    template <class Key, class Value>
+    WireWriter& put(const std::map<Key, Value>& entries) {
+        put(entries.size());
+        for (const auto& [key, value] : entries)
+            put(key).put(value);
+        return *this;
+    }
+
+    [[nodiscard]] Bytes take() { return std::move(bytes_); }
+
+  private:
+    void append(const void* data, std::size_t size) {
+        if (size == 0)
+            return;
+        const std::size_t old_size = bytes_.size();
+        bytes_.resize(old_size + size);
+        std::memcpy(bytes_.data() + old_size, data, size);
+    }
+
+    Bytes bytes_;
+};
+
+/// Reads what a WireWriter wrote, in the same order. Throws WireError if the message is too short.
+class WireReader {
+  public:
+    explicit WireReader(Bytes bytes) : bytes_(std::move(bytes)) {}
+
+    template <class... Values>
+    void operator()(Values&... values) {
+        (get(values), ...);
+    }
+    template <class T>
+    [[nodiscard]] T get() {
+        T value{};
+        get(value);
+        return value;
+    }
+
+    template <class T>
+    requires TravelsByMemory<T>
+    void get(T& value) { extract(&value, sizeof value); }
+    template <class T>
+    requires TravelsByFields<T, WireReader>
+    void get(T& value) { fields(*this, value); }
+    void get(std::string& text) {
+        text.resize(get_size(1));
+        extract(text.data(), text.size());
+    }
+    template <class T>
+    void get(std::vector<T>& values) {
+        if constexpr (TravelsByMemory<T> && !std::is_same_v<T, bool>) {
+            values.resize(get_size(sizeof(T)));
+            extract(values.data(), values.size() * sizeof(T));
+        } else {
+            const std::size_t size = get_size(1);
+            values.clear();
+            for (std::size_t k = 0; k < size; ++k)
+                values.push_back(get<T>());
+        }
+    }
+    template <class T, std::size_t N>
+    void get(std::array<T, N>& values) {
+        for (T& value : values)
+            get(value);
+    }
+    template <class T>
+    void get(std::optional<T>& value) {
+        value.reset();
+        if (get<bool>())
+            value = get<T>();
+    }
+    template <class First, class Second>
+    void get(std::pair<First, Second>& both) {
+        get(both.first);
+        get(both.second);
+    }
+    template <class Key, class Value>
+    void get(std::map<Key, Value>& entries) {
+        const std::size_t size = get_size(1);
+        entries.clear();
+        for (std::size_t k = 0; k < size; ++k) {
+            auto key = get<Key>();
+            entries.emplace(std::move(key), get<Value>());
+        }
+    }
+
+    [[nodiscard]] bool is_at_end() const { return position_ == bytes_.size(); }
+
+  private:
+    /// A number of elements of at least so many bytes each: never more than the message holds, so
+    /// that a damaged length takes no memory.
+    [[nodiscard]] std::size_t get_size(std::size_t least_bytes) {
+        const auto size = get<std::size_t>();
+        if (size > (bytes_.size() - position_) / least_bytes)
+            throw_too_short();
+        return size;
+    }
+    void extract(void* data, std::size_t size) {
+        if (size > bytes_.size() - position_)
+            throw_too_short();
+        if (size == 0)
+            return;
+        std::memcpy(data, bytes_.data() + position_, size);
+        position_ += size;
+    }
+    [[noreturn]] static void throw_too_short() {
+        throw WireError("a message between ranks ends too early");
+    }
+
+    Bytes bytes_;
+    std::size_t position_ = 0;
+};
+
+template <class T>
+[[nodiscard]] Bytes encoded(const T& value) {
+    return WireWriter().put(value).take();
+}
+
+/// Throws WireError unless the bytes are one T, whole.
+template <class T>
+[[nodiscard]] T decoded(Bytes bytes) {
+    WireReader in(std::move(bytes));
+    T value = in.get<T>();
+    if (!in.is_at_end())
+        throw WireError("a message between ranks is longer than its content");
+    return value;
+}
+
+} // namespace culm::core

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Values survive the way through bytes, bit for bit, and damaged messages are noticed.
+#include "core/wire.hpp"
+
+#include "core/item_map.hpp"
+
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace culm::core {
+namespace {
+
+enum class Status { Converged, AtBound, Stopped };
+
+struct Parameter {
+    std::string name;
+    double value = 0.0;
+    std::optional<double> standard_error;
+    friend bool operator==(const Parameter&, const Parameter&) = default;
+};
+
+struct Fit {
+    Status status = Status::Converged;
+    std::vector<Parameter> parameters;
+    std::vector<double> residuals;
+    std::vector<std::vector<int>> groups;
+    std::vector<bool> kept;
+    std::array<double, 3> tip{};
+    std::map<std::string, double> by_effect;
+    std::pair<std::string, bool> reason;
+    std::optional<Parameter> best;
+    bool has_ended_early = false;
+    friend bool operator==(const Fit&, const Fit&) = default;
+};
+
+template <class Wire>
+void fields(Wire& wire, Parameter& parameter) {
+    wire(parameter.name, parameter.value, parameter.standard_error);
+}
+
+template <class Wire>
+void fields(Wire& wire, Fit& fit) {
+    wire(fit.status, fit.parameters, fit.residuals, fit.groups, fit.kept, fit.tip, fit.by_effect,
+         fit.reason, fit.best, fit.has_ended_early);
+}
+
+Fit full_fit() {
+    Fit fit;
+    fit.status = Status::Stopped;
+    fit.parameters = {{"bond_damping", 0.1, 1e-300}, {"", -0.0, std::nullopt}};
+    fit.residuals = {1.0 / 3.0, std::numeric_limits<double>::infinity(),
+                     std::numeric_limits<double>::denorm_min()};
+    fit.groups = {{1, 2}, {}, {-3}};
+    fit.kept = {true, false, true};
+    fit.tip = {1e-3, -2.0, 7.0};
+    fit.by_effect = {{"gravity", -4.5}, {"taper", 1e9}};
+    fit.reason = {std::string("zero \0 inside", 13), true};
+    fit.best = Parameter{"Y", 2e9, 1e6};
+    fit.has_ended_early = true;
+    return fit;
+}
+
+TEST(Wire, a_struct_comes_back_as_it_was) {
+    EXPECT_EQ(decoded<Fit>(encoded(full_fit())), full_fit());
+    EXPECT_EQ(decoded<Fit>(encoded(Fit())), Fit());
+}
+
+TEST(Wire, every_bit_of_a_double_is_kept) {
+    for (const std::uint64_t bits : {0x8000000000000000ULL, 0x7FF8000000000001ULL,
+                                     0xFFF4000000000000ULL, 0x3FB999999999999AULL}) {
+        const auto value = std::bit_cast<double>(bits);
+        EXPECT_EQ(std::bit_cast<std::uint64_t>(decoded<double>(encoded(value))), bits);
+        EXPECT_EQ(std::bit_cast<std::uint64_t>(
+                      decoded<std::vector<double>>(encoded(std::vector<double>{value}))[0]),
+                  bits);
+    }
+}
+
+TEST(Wire, every_truncated_message_is_refused) {
+    const Bytes whole = encoded(full_fit());
+    for (std::size_t length = 0; length < whole.size(); ++length)
+        EXPECT_THROW((void)decoded<Fit>(
+                         Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length))),
+                     WireError)
+            << length << " bytes";
+}
+
+TEST(Wire, a_message_with_something_left_over_is_refused) {
+    Bytes bytes = encoded(full_fit());
+    bytes.push_back(std::byte{0});
+    EXPECT_THROW((void)decoded<Fit>(bytes), WireError);
+}
+
+TEST(Wire, a_length_beyond_the_message_is_refused_before_memory_is_taken) {
+    const Bytes huge = encoded(~std::size_t{0} / 16);
+    EXPECT_THROW((void)decoded<std::string>(huge), WireError);
+    EXPECT_THROW((void)decoded<std::vector<double>>(huge), WireError);
+    EXPECT_THROW((void)decoded<std::vector<std::string>>(huge), WireError);
+}
+
+TEST(ItemMap, in_one_process_gives_every_outcome_in_the_order_of_the_items) {
+    const std::vector<ItemOutcome<Fit>> found =
+        ItemMap().outcomes({1.0, 3.0, 2.0}, [](std::size_t item, const Heartbeat&) {
+            if (item == 1)
+                throw std::runtime_error("no fit");
+            Fit fit = full_fit();
+            fit.tip[0] = static_cast<double>(item);
+            return fit;
+        });
+    ASSERT_EQ(found.size(), 3U);
+    EXPECT_EQ(found[0].value->tip[0], 0.0);
+    EXPECT_EQ(found[2].value->tip[0], 2.0);
+    EXPECT_FALSE(found[1].value.has_value());
+    EXPECT_EQ(found[1].failure, "no fit");
+}
+
+TEST(ItemMap, values_of_items_that_throw_are_an_error_with_the_reason) {
+    const auto work = [](std::size_t item, const Heartbeat&) {
+        if (item == 2)
+            throw std::logic_error("odd");
+        return item;
+    };
+    EXPECT_EQ(ItemMap().values({1.0, 1.0}, work),
+              (std::vector<std::optional<std::size_t>>{0U, 1U}));
+    try {
+        (void)ItemMap().values({1.0, 1.0, 1.0}, work);
+        FAIL() << "nothing was thrown";
+    } catch (const std::runtime_error& error) {
+        EXPECT_STREQ(error.what(), "item 2: odd");
+    }
+}
+
+TEST(ItemMap, a_full_disk_ends_the_map) {
+    EXPECT_THROW((void)ItemMap().outcomes({1.0},
+                                          [](std::size_t, const Heartbeat&) -> int {
+                                              throw StorageError("no space left");
+                                          }),
+                 StorageError);
+}
+
+} // namespace
+} // namespace culm::core

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Items over ranks: the same outcomes in the same order on every rank, for any number of ranks.
+#include "core/error.hpp"
+#include "farm/item_map.hpp"
+#include "farm_fixture.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <thread>
+
+namespace culm::farm {
+namespace {
+
+struct Found {
+    std::size_t item = 0;
+    std::vector<double> values;
+    std::optional<std::string> remark;
+    friend bool operator==(const Found&, const Found&) = default;
+};
+
+template <class Wire>
+void fields(Wire& wire, Found& found) {
+    wire(found.item, found.values, found.remark);
+}
+
+Found found_of(std::size_t item) {
+    Found found{item, {}, {}};
+    for (std::size_t k = 0; k <= item; ++k)
+        found.values.push_back(std::sqrt(static_cast<double>(item + k)) / 3.0);
+    if (item % 3 == 1)
+        found.remark = "item " + std::to_string(item);
+    return found;
+}
+
+std::vector<double> uneven_costs(std::size_t count) {
+    std::vector<double> costs;
+    for (std::size_t item = 0; item < count; ++item)
+        costs.push_back(static_cast<double>((7 * item) % 5));
+    return costs;
+}
+
+class FarmItems : public FarmTest {};
+
+TEST_F(FarmItems, come_back_in_their_order_on_every_rank_bit_for_bit) {
+    for (const std::size_t count : {0U, 1U, 2U, 17U}) {
+        const auto outcomes = map(&world_, uneven_costs(count),
+                                  [](std::size_t item, const core::Heartbeat& heartbeat) {
+                                      EXPECT_TRUE(heartbeat());
+                                      return found_of(item);
+                                  });
+        ASSERT_EQ(outcomes.size(), count);
+        for (std::size_t item = 0; item < count; ++item)
+            EXPECT_EQ(outcomes[item].value, found_of(item)) << "rank " << world_.rank();
+    }
+}
+
+TEST_F(FarmItems, without_a_communicator_are_the_same) {
+    const auto outcomes =
+        map(nullptr, uneven_costs(5),
+            [](std::size_t item, const core::Heartbeat&) { return found_of(item); });
+    ASSERT_EQ(outcomes.size(), 5U);
+    for (std::size_t item = 0; item < 5; ++item)
+        EXPECT_EQ(outcomes[item].value, found_of(item));
+}
+
+TEST_F(FarmItems, that_throw_are_outcomes_and_harm_no_other) {
+    const auto outcomes =
+        map(&world_, uneven_costs(9), [](std::size_t item, const core::Heartbeat&) {
+            if (item == 4)
+                throw core::InputError("the chain leaves the stem");
+            return found_of(item);
+        });
+    for (std::size_t item = 0; item < 9; ++item) {
+        EXPECT_EQ(outcomes[item].value.has_value(), item != 4);
+        EXPECT_EQ(outcomes[item].failure, item == 4 ? "the chain leaves the stem" : "");
+        EXPECT_FALSE(outcomes[item].is_lost);
+    }
+}
+
+TEST_F(FarmItems, that_throw_make_values_throw_the_same_on_every_rank) {
+    const core::ItemMap items = over_ranks(&world_);
+    std::string reason;
+    try {
+        (void)items.values(uneven_costs(6), [](std::size_t item, const core::Heartbeat&) {
+            if (item >= 3)
+                throw std::logic_error("no answer to " + std::to_string(item));
+            return 1.0;
+        });
+    } catch (const std::runtime_error& error) {
+        reason = error.what();
+    }
+    EXPECT_EQ(reason, "item 3: no answer to 3") << "rank " << world_.rank();
+}
+
+TEST_F(FarmItems, end_on_every_rank_where_one_cannot_store) {
+    EXPECT_THROW((void)map(&world_, uneven_costs(4),
+                           [](std::size_t item, const core::Heartbeat&) -> double {
+                               if (item == 2)
+                                   throw core::StorageError("no space left");
+                               return 1.0;
+                           }),
+                 core::StorageError);
+}
+
+TEST_F(FarmItems, that_count_as_failed_are_shown_as_such_and_still_have_their_value) {
+    Progress last;
+    ItemOptions options;
+    options.progress = [&last](const Progress& progress) { last = progress; };
+    const auto outcomes =
+        over_ranks(&world_, options)
+            .outcomes(
+                uneven_costs(6), [](std::size_t item, const core::Heartbeat&) { return item; },
+                [](const std::size_t& item) { return item % 2 == 1; });
+    EXPECT_EQ(outcomes[5].value, 5U);
+    if (world_.rank() == 0) {
+        EXPECT_EQ(last.points_done, 6);
+        EXPECT_EQ(last.failed, 3);
+    }
+}
+
+TEST_F(FarmItems, of_a_lost_rank_are_lost_and_all_others_are_there) {
+    if (world_.size() == 1)
+        GTEST_SKIP() << "rank 0 cannot be lost";
+    ItemOptions options;
+    options.silence_until_dead = std::chrono::milliseconds(500);
+    const int silent = world_.size() - 1;
+    bool has_slept = false;
+    const auto outcomes =
+        over_ranks(&world_, options)
+            .outcomes(std::vector<double>(30, 1.0),
+                      [&](std::size_t item, const core::Heartbeat& heartbeat) {
+                          if (world_.rank() == silent && !has_slept) {
+                              has_slept = true;
+                              std::this_thread::sleep_for(6 * options.silence_until_dead);
+                          }
+                          heartbeat();
+                          return found_of(item);
+                      });
+    std::size_t lost = 0;
+    for (std::size_t item = 0; item < outcomes.size(); ++item) {
+        if (outcomes[item].value) {
+            EXPECT_EQ(*outcomes[item].value, found_of(item));
+            continue;
+        }
+        ++lost; // a busy machine may silence a healthy rank too
+        EXPECT_TRUE(outcomes[item].is_lost);
+        EXPECT_NE(outcomes[item].failure.find("fell silent"), std::string::npos);
+    }
+    EXPECT_GE(lost, 1U);
+    const std::vector<std::optional<std::size_t>> later =
+        over_ranks(&world_, options)
+            .values({1.0, 1.0, 1.0}, [](std::size_t item, const core::Heartbeat&) { return item; });
+    EXPECT_EQ(later.size(), 3U);
+}
+
+TEST_F(FarmItems, what_rank_0_did_alone_reaches_every_rank_or_its_error_does) {
+    EXPECT_EQ(on_root(&world_, [] { return found_of(7); }), found_of(7));
+    EXPECT_THROW((void)on_root(&world_, []() -> int { throw core::InputError("a wrong key"); }),
+                 core::InputError);
+    EXPECT_THROW((void)on_root(&world_, []() -> int { throw core::StorageError("full"); }),
+                 core::StorageError);
+}
+
+} // namespace
+} // namespace culm::farm
