@@ -4,14 +4,24 @@
 
 #include "physics/effects/library.hpp"
 
+#include <cmath>
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 namespace culm::physics {
 
 /// One effect of the library with values for its parameters.
 inline ActiveEffect active(const std::string& name, std::vector<double> values) {
     return {effect_named(name), std::move(values)};
+}
+
+// Both sides evaluate the same few products and sums; they may differ by some roundings.
+inline constexpr double rounding = 1e-13;
+
+inline void expect_relative(double value, double expected, double tolerance = rounding) {
+    EXPECT_NEAR(value, expected, tolerance * std::abs(expected));
 }
 
 /// What a stem becomes under effects.

@@ -14,13 +14,6 @@
 namespace culm::physics {
 namespace {
 
-// Both sides evaluate the same few products; they may differ by some roundings.
-constexpr double rounding = 1e-13;
-
-void expect_relative(double value, double expected, double tolerance = rounding) {
-    EXPECT_NEAR(value, expected, tolerance * std::abs(expected));
-}
-
 TEST(Taper, ScalesSectionAndMassWithTheDiameter) {
     const EffectBench bench({active("taper", {-0.4})});
     const BondCoefficients<double> plain = bench.plain_bond();

@@ -13,13 +13,6 @@
 namespace culm::physics {
 namespace {
 
-// Both sides evaluate the same few products and sums; they may differ by some roundings.
-constexpr double rounding = 1e-13;
-
-void expect_relative(double value, double expected) {
-    EXPECT_NEAR(value, expected, rounding * std::abs(expected));
-}
-
 /// Sum of the forces on all spheres when they move sideways at `speed`, N.
 double force_at(const EffectBench& bench, double speed) {
     const Chain<2, double> chain(bench.stem.sphere_count, bench.model, bench.law);

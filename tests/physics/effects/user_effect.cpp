@@ -27,7 +27,8 @@ double value(const std::string& formula, const UserLawInputs& inputs = {},
         inputs, parameters);
 }
 
-std::string refusal(const std::string& formula, UserLawKind kind = UserLawKind::ForcePerLength) {
+std::string refusal_of_formula(const std::string& formula,
+                               UserLawKind kind = UserLawKind::ForcePerLength) {
     try {
         static_cast<void>(compile_expression({"mine", kind, formula, {"c", "p"}}));
     } catch (const core::InputError& error) {
@@ -112,38 +113,44 @@ TEST(Formula, WithoutAValueNamesItsInputs) {
 }
 
 TEST(Mistake, InANameGetsTheNearestOneAndACaret) {
-    EXPECT_THAT(refusal("-c*abs(v)*kapa"),
+    EXPECT_THAT(refusal_of_formula("-c*abs(v)*kapa"),
                 StartsWith("unknown name \"kapa\" (did you mean \"kappa\"?); there are s, x, v, "
                            "kappa, kappa_rate, t, c, p, pi, and the functions abs, sign, "));
-    EXPECT_THAT(refusal("-c*abs(v)*kapa"), EndsWith("\n    -c*abs(v)*kapa\n              ^"));
-    EXPECT_THAT(refusal("-c*abz(v)"), HasSubstr("\"abz\" (did you mean \"abs\"?)"));
-    EXPECT_THAT(refusal("log(2 + v^2)"), HasSubstr("unknown name \"log\" (did you mean \"ln\"?)"));
-    EXPECT_THAT(refusal("v", UserLawKind::BaseMoment), HasSubstr("there are theta, omega, t, c"));
+    EXPECT_THAT(refusal_of_formula("-c*abs(v)*kapa"),
+                EndsWith("\n    -c*abs(v)*kapa\n              ^"));
+    EXPECT_THAT(refusal_of_formula("-c*abz(v)"), HasSubstr("\"abz\" (did you mean \"abs\"?)"));
+    EXPECT_THAT(refusal_of_formula("log(2 + v^2)"),
+                HasSubstr("unknown name \"log\" (did you mean \"ln\"?)"));
+    EXPECT_THAT(refusal_of_formula("v", UserLawKind::BaseMoment),
+                HasSubstr("there are theta, omega, t, c"));
 }
 
 TEST(Mistake, InTheSyntaxIsPointedAt) {
-    EXPECT_THAT(refusal("c*(v + 1"), EndsWith("\n    c*(v + 1\n            ^"));
-    EXPECT_THAT(refusal("c*(v + 1"), StartsWith("a closing parenthesis is missing"));
-    EXPECT_THAT(refusal("c*"), StartsWith("the formula ends too early"));
-    EXPECT_THAT(refusal("c v"), EndsWith("\n    c v\n      ^"));
-    EXPECT_THAT(refusal("c*)v"), EndsWith("\n    c*)v\n      ^"));
-    EXPECT_THAT(refusal("c*/v"), EndsWith("\n    c*/v\n      ^"));
-    EXPECT_THAT(refusal("3 $ v"), EndsWith("\n    3 $ v\n      ^"));
+    EXPECT_THAT(refusal_of_formula("c*(v + 1"), EndsWith("\n    c*(v + 1\n            ^"));
+    EXPECT_THAT(refusal_of_formula("c*(v + 1"), StartsWith("a closing parenthesis is missing"));
+    EXPECT_THAT(refusal_of_formula("c*"), StartsWith("the formula ends too early"));
+    EXPECT_THAT(refusal_of_formula("c v"), EndsWith("\n    c v\n      ^"));
+    EXPECT_THAT(refusal_of_formula("c*)v"), EndsWith("\n    c*)v\n      ^"));
+    EXPECT_THAT(refusal_of_formula("c*/v"), EndsWith("\n    c*/v\n      ^"));
+    EXPECT_THAT(refusal_of_formula("3 $ v"), EndsWith("\n    3 $ v\n      ^"));
 }
 
 TEST(Mistake, ThatAParserWouldSwallowIsFound) {
-    EXPECT_THAT(refusal("v = 3"), StartsWith("nothing can be assigned here; == compares"));
-    EXPECT_THAT(refusal("v = 3"), EndsWith("\n    v = 3\n      ^"));
-    EXPECT_EQ(refusal("(v >= 3) + (v <= 2) + (v != 1) + (v == 0)"), "");
-    EXPECT_THAT(refusal("-0,5*v"), StartsWith("must be one formula; a decimal number needs a "
-                                              "point"));
-    EXPECT_THAT(refusal("c*\"a\""), StartsWith("a text has no place"));
-    EXPECT_THAT(refusal("c*κ"), StartsWith("only plain characters are allowed"));
-    EXPECT_EQ(refusal("  "), "the formula is empty");
-    EXPECT_EQ(refusal(std::string(1001, '1')), "the formula has 1001 characters; 1000 are allowed");
-    EXPECT_THAT(refusal(std::string(51, '(') + "v" + std::string(51, ')')),
+    EXPECT_THAT(refusal_of_formula("v = 3"),
+                StartsWith("nothing can be assigned here; == compares"));
+    EXPECT_THAT(refusal_of_formula("v = 3"), EndsWith("\n    v = 3\n      ^"));
+    EXPECT_EQ(refusal_of_formula("(v >= 3) + (v <= 2) + (v != 1) + (v == 0)"), "");
+    EXPECT_THAT(refusal_of_formula("-0,5*v"),
+                StartsWith("must be one formula; a decimal number needs a "
+                           "point"));
+    EXPECT_THAT(refusal_of_formula("c*\"a\""), StartsWith("a text has no place"));
+    EXPECT_THAT(refusal_of_formula("c*κ"), StartsWith("only plain characters are allowed"));
+    EXPECT_EQ(refusal_of_formula("  "), "the formula is empty");
+    EXPECT_EQ(refusal_of_formula(std::string(1001, '1')),
+              "the formula has 1001 characters; 1000 are allowed");
+    EXPECT_THAT(refusal_of_formula(std::string(51, '(') + "v" + std::string(51, ')')),
                 StartsWith("parentheses are nested deeper than 50"));
-    EXPECT_EQ(refusal(std::string(50, '(') + "v" + std::string(50, ')')), "");
+    EXPECT_EQ(refusal_of_formula(std::string(50, '(') + "v" + std::string(50, ')')), "");
 }
 
 TEST(UserEffect, BecomesALawOfTheChain) {
