@@ -164,7 +164,7 @@ class Diagnose(OfMeasurements, unittest.TestCase):
 
     def given(self, folder: Path):
         super().given(folder)
-        shutil.copy(ROOT / "config" / "effects" / "power_drag.toml", folder / "my_effect.toml")
+        shutil.copy(ROOT / "config" / "effects" / "any_power_drag.toml", folder / "my_effect.toml")
 
 
 class Track(Reference, unittest.TestCase):

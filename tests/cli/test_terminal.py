@@ -165,7 +165,7 @@ class Provenance(CulmTest):
                     self.assertEqual(entry["crc32"], f"{zlib.crc32(content):08x}")
 
     def test_names_files_of_effects_and_studies(self):
-        effect = DATA.parents[1] / "config" / "effects" / "power_drag.toml"
+        effect = DATA.parents[1] / "config" / "effects" / "any_power_drag.toml"
         self.write("mine.toml", effect.read_text("utf-8"))
         self.write("s.toml", QUICK)
         self.assert_exit(self.culm("run", "s.toml", "-o", "study", "-q"), DONE)

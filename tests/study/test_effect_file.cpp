@@ -10,13 +10,13 @@
 namespace culm::study {
 namespace {
 
-const std::string example = std::string(CULM_SOURCE_DIR) + "/config/effects/power_drag.toml";
+const std::string example = std::string(CULM_SOURCE_DIR) + "/config/effects/any_power_drag.toml";
 
 TEST(EffectFile, StandsBesideEffectsOfTheLibrary) {
     const auto effects = effects_from("taper," + example + "(p=1.5)");
     ASSERT_EQ(effects.size(), 2U);
-    EXPECT_EQ(effects[1].effect->name(), "power_drag");
-    EXPECT_EQ(physics::to_string(effects[1]), "power_drag(p=1.5)");
+    EXPECT_EQ(effects[1].effect->name(), "any_power_drag");
+    EXPECT_EQ(physics::to_string(effects[1]), "any_power_drag(p=1.5)");
 }
 
 TEST(EffectFile, KeepsTheOrderOfItsParameters) {
@@ -35,7 +35,7 @@ TEST(EffectFile, IsRefusedWithValuesBeyondItsBounds) {
         static_cast<void>(effects_from(example + "(p=9)"));
         FAIL();
     } catch (const core::InputError& error) {
-        EXPECT_STREQ(error.what(), "power_drag.p = 9: must be a number from 0.5 to 4");
+        EXPECT_STREQ(error.what(), "any_power_drag.p = 9: must be a number from 0.5 to 4");
     }
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The support vibrates.
-#include "physics/effects/effect_card.hpp"
-#include "physics/effects/factories.hpp"
+#include "physics/effects/effect.hpp"
 
 #include <numbers>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A bending moment that grows less or more than in proportion to the curvature.
-#include "physics/effects/effect_card.hpp"
-#include "physics/effects/factories.hpp"
+#include "physics/effects/effect.hpp"
 
 #include <algorithm>
 

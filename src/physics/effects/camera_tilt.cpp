@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The camera looks at the stem at an angle: its scale changes with height.
-#include "physics/effects/effect_card.hpp"
-#include "physics/effects/factories.hpp"
+#include "physics/effects/effect.hpp"
 
 namespace culm::physics {
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The stem's weight.
 #include "core/error.hpp"
-#include "physics/effects/effect_card.hpp"
-#include "physics/effects/factories.hpp"
+#include "physics/effects/effect.hpp"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,6 @@
 
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
-#include "physics/effects/factories.hpp"
 #include "physics/effects/per_link.hpp"
 
 #include <algorithm>
@@ -17,6 +16,32 @@
 
 namespace culm::physics {
 
+/// The library. An effect's file defines the function of its name; this is the one line that
+/// registers it.
+#define CULM_EFFECTS(EFFECT)                                                                       \
+    EFFECT(taper)                                                                                  \
+    EFFECT(stiffness_gradient)                                                                     \
+    EFFECT(local_defect)                                                                           \
+    EFFECT(precurvature)                                                                           \
+    EFFECT(out_of_plane)                                                                           \
+    EFFECT(bending_nonlinearity)                                                                   \
+    EFFECT(hysteretic_damping)                                                                     \
+    EFFECT(relaxation)                                                                             \
+    EFFECT(clamp_compliance)                                                                       \
+    EFFECT(clamp_friction)                                                                         \
+    EFFECT(base_motion)                                                                            \
+    EFFECT(gravity)                                                                                \
+    EFFECT(tip_mass)                                                                               \
+    EFFECT(quadratic_drag)                                                                         \
+    EFFECT(viscous_drag)                                                                           \
+    EFFECT(finite_release)                                                                         \
+    EFFECT(rolling_shutter)                                                                        \
+    EFFECT(camera_tilt)
+
+#define CULM_DECLARED(name) EffectPointer name();
+CULM_EFFECTS(CULM_DECLARED)
+#undef CULM_DECLARED
+
 namespace {
 
 /// Place in the library; behind its end for a user's effect.
@@ -24,31 +49,12 @@ std::size_t rank(std::span<const std::string> names, const Effect& effect) {
     return static_cast<std::size_t>(std::ranges::find(names, effect.name()) - names.begin());
 }
 
-std::vector<EffectPointer> make_library() {
-    return {taper(),
-            stiffness_gradient(),
-            local_defect(),
-            precurvature(),
-            out_of_plane(),
-            bending_nonlinearity(),
-            hysteretic_damping(),
-            relaxation(),
-            clamp_compliance(),
-            clamp_friction(),
-            base_motion(),
-            gravity(),
-            tip_mass(),
-            quadratic_drag(),
-            viscous_drag(),
-            finite_release(),
-            rolling_shutter(),
-            camera_tilt()};
-}
-
 } // namespace
 
 std::vector<EffectPointer> all_effects() {
-    static const std::vector<EffectPointer> library = make_library();
+#define CULM_LISTED(name) name(),
+    static const std::vector<EffectPointer> library{CULM_EFFECTS(CULM_LISTED)};
+#undef CULM_LISTED
     return library;
 }
 
@@ -106,13 +112,6 @@ void check_combination(std::span<const EffectPointer> effects) {
                     effect->name(), other));
 }
 
-int dimensions_needed(std::span<const EffectPointer> effects) {
-    int dimensions = 2;
-    for (const EffectPointer& effect : effects)
-        dimensions = std::max(dimensions, effect->dimensions());
-    return dimensions;
-}
-
 void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target) {
     std::vector<EffectPointer> pointers;
     for (const ActiveEffect& active : effects)
@@ -138,15 +137,6 @@ std::string value_fault(const Effect& effect, const EffectParameter& parameter, 
     return fmt::format("{}.{} = {}: must be a number from {} to {}{}{}", effect.name(),
                        parameter.name, value, parameter.lower, parameter.upper,
                        parameter.unit.empty() ? "" : " ", parameter.unit);
-}
-
-void check_values(const ActiveEffect& active) {
-    const std::vector<EffectParameter> parameters = active.effect->parameters();
-    for (std::size_t k = 0; k < parameters.size(); ++k)
-        if (const std::string fault =
-                value_fault(*active.effect, parameters[k], active.values.at(k));
-            !fault.empty())
-            throw core::InputError(fault);
 }
 
 } // namespace culm::physics

@@ -33,18 +33,12 @@ namespace culm::physics {
 /// Throws core::InputError if an effect stands twice or one excludes another, and says why.
 void check_combination(std::span<const EffectPointer> effects);
 
-/// The number of dimensions that these effects need together: 2, or 3 if one leaves the plane.
-[[nodiscard]] int dimensions_needed(std::span<const EffectPointer> effects);
-
 /// Adds the effects to the target, in the order of the library whatever theirs is (users' effects
 /// last), so that the model does not depend on the order in which they are named; then joins the
 /// target's attached masses to the spheres. Values may lie
-/// outside their bounds, as the steps of a numerical derivative do; check_values() is for users'
+/// outside their bounds, as the steps of a numerical derivative do; value_fault() is for users'
 /// input. Throws core::InputError as check_combination() and the effects do.
 void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target);
-
-/// Throws core::InputError if a value is not a number within the bounds of its parameter.
-void check_values(const ActiveEffect& active);
 
 /// Text for "effect.parameter = value: must be …", or an empty one if the value is allowed.
 [[nodiscard]] std::string value_fault(const Effect& effect, const EffectParameter& parameter,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Drag of the air that grows with the square of the speed.
-#include "physics/effects/effect_card.hpp"
-#include "physics/effects/factories.hpp"
+#include "physics/effects/effect.hpp"
 
 namespace culm::physics {
 

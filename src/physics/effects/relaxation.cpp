@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The stem's material relaxes: it creeps while it is held, and drifts back after the release.
-#include "physics/effects/effect_card.hpp"
-#include "physics/effects/factories.hpp"
+#include "physics/effects/effect.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The camera reads its rows one after the other.
-#include "physics/effects/effect_card.hpp"
-#include "physics/effects/factories.hpp"
+#include "physics/effects/effect.hpp"
 
 namespace culm::physics {
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Drag of the air in proportion to the speed.
-#include "physics/effects/effect_card.hpp"
-#include "physics/effects/factories.hpp"
+#include "physics/effects/effect.hpp"
 #include "physics/effects/stem_scales.hpp"
 
 #include <algorithm>

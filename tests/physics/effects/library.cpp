@@ -142,13 +142,6 @@ TEST(Combination, OfAnEffectWithItselfIsRefused) {
     EXPECT_EQ(refusal_of("gravity,taper,gravity"), "effect gravity is named twice; once is enough");
 }
 
-TEST(Combination, NeedsSpaceIfOneEffectLeavesThePlane) {
-    const std::vector<EffectPointer> planar{effect_named("gravity"), effect_named("taper")};
-    const std::vector<EffectPointer> spatial{effect_named("gravity"), effect_named("out_of_plane")};
-    EXPECT_EQ(dimensions_needed(planar), 2);
-    EXPECT_EQ(dimensions_needed(spatial), 3);
-}
-
 TEST(Combination, DoesNotDependOnTheOrderOfTheNames) {
     const std::vector<ActiveEffect> effects{active("precurvature", {0.2, 0.1}),
                                             active("tip_mass", {1e-5}), active("taper", {-0.3}),

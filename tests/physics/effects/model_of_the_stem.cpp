@@ -2,11 +2,10 @@
 // What effects of the stem itself make of the chain's numbers, against their laws by hand.
 #include "core/error.hpp"
 #include "effect_bench.hpp"
-#include "physics/effects/loss_spectrum.hpp"
-#include "physics/effects/per_link.hpp"
 #include "physics/effects/stem_scales.hpp"
 
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -151,6 +150,17 @@ TEST(Relaxation, KeepsWhatTheHoldHasLeft) {
     EXPECT_EQ(bench.model.branches[0].relative_stiffness, 0.03);
     EXPECT_EQ(bench.model.branches[0].relaxation_time, 0.15);
     expect_relative(bench.model.branches[0].held_share, std::exp(-3.0));
+}
+
+/// E''/E' of a spring with these branches beside it, at a frequency in Hz.
+double loss_factor_of(const std::vector<MaxwellBranch<double>>& branches, double frequency) {
+    std::complex<double> modulus = 1.0;
+    for (const MaxwellBranch<double>& branch : branches) {
+        const std::complex<double> x(0.0,
+                                     2.0 * std::numbers::pi * frequency * branch.relaxation_time);
+        modulus += branch.relative_stiffness * x / (1.0 + x);
+    }
+    return modulus.imag() / modulus.real();
 }
 
 TEST(HystereticDamping, LosesTheSameShareAtEveryFrequencyOfTheBand) {

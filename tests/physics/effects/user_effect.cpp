@@ -47,9 +47,9 @@ EffectParameter parameter(const std::string& name, double standard, double lower
             .scale = 1.0};
 }
 
-UserEffectText power_drag() {
+UserEffectText any_power_drag() {
     UserEffectText text;
-    text.name = "power_drag";
+    text.name = "any_power_drag";
     text.formula = "-c*abs(v)^p*sign(v)";
     text.parameters = {parameter("c", 2e-3, 0.0, 1.0), parameter("p", 2.0, 0.5, 4.0)};
     return text;
@@ -154,7 +154,7 @@ TEST(Mistake, ThatAParserWouldSwallowIsFound) {
 }
 
 TEST(UserEffect, BecomesALawOfTheChain) {
-    const EffectPointer effect = make_user_effect(power_drag());
+    const EffectPointer effect = make_user_effect(any_power_drag());
     EXPECT_EQ(effect->law(), "sideways force per length, N/m: -c*abs(v)^p*sign(v)");
     EffectBench bench({{effect, {1e-3, 2.0}}, active("taper", {0.1})});
     ASSERT_EQ(bench.model.user_laws.size(), 1U);
@@ -166,7 +166,7 @@ TEST(UserEffect, BecomesALawOfTheChain) {
 }
 
 TEST(UserEffect, IsTheSameInEveryLane) {
-    const EffectPointer effect = make_user_effect(power_drag());
+    const EffectPointer effect = make_user_effect(any_power_drag());
     EffectBench bench({{effect, {1e-3, 2.0}}});
     UserLaw<core::Lanes> law{UserLawKind::ForcePerLength,
                              bench.model.user_laws[0].expression,
@@ -190,10 +190,11 @@ TEST(UserEffect, WithoutAValueAtRestOrAtABoundIsRefused) {
         }
         return "";
     };
-    UserEffectText text = power_drag();
+    UserEffectText text = any_power_drag();
     text.formula = "-c*v/abs(v)*p";
-    EXPECT_THAT(message(text), StartsWith("effect power_drag: -c*v/abs(v)*p is not a number at s = "
-                                          "0, x = 0, v = 0, "));
+    EXPECT_THAT(message(text),
+                StartsWith("effect any_power_drag: -c*v/abs(v)*p is not a number at s = "
+                           "0, x = 0, v = 0, "));
     text.formula = "-c*(v + 3)/(p - 0.5)";
     EXPECT_THAT(message(text), HasSubstr("is infinite at"));
     EXPECT_THAT(message(text), HasSubstr("p = 0.5"));
