@@ -92,6 +92,8 @@ std::string effect_card(const physics::Effect& effect) {
     if (!effect.excludes().empty())
         out += labelled("contains", fmt::format("{}, which cannot be added beside it",
                                                 fmt::join(effect.excludes(), ", ")));
+    if (!effect.is_default_candidate())
+        out += labelled("tried", "only when named");
     for (const EffectParameter& parameter : effect.parameters())
         out += '\n' + parameter_text(parameter);
     return out;
@@ -110,6 +112,8 @@ std::string effects_markdown(std::span<const physics::EffectPointer> effects) {
         if (!effect->excludes().empty())
             out += fmt::format("* Contains {}, which cannot be added beside it.\n",
                                fmt::join(effect->excludes(), ", "));
+        if (!effect->is_default_candidate())
+            out += "* Tried only when named.\n";
         out += markdown_parameters(*effect);
     }
     return out;
