@@ -91,14 +91,22 @@ TEST(CandidateModel, KnowsWhatMovesAStemThatIsHeldStraight) {
     EXPECT_FALSE(moves("quadratic_drag,clamp_compliance"));
 }
 
+TEST(CandidateEffects, LeaveOutWhatIsTriedOnlyWhenNamed) {
+    std::vector<measure::Measurement> recordings(1);
+    recordings.front().gravity_direction = measure::GravityDirection::Axial;
+    const auto names = diagnose::model_names(diagnose::candidate_effects(recordings));
+    EXPECT_EQ(std::ranges::count(names, "power_drag"), 0);
+    EXPECT_EQ(names.size(), physics::all_effects().size()); // the baseline instead
+}
+
 TEST(PlaceParameters, BelongToTheLibrary) {
     std::size_t places = 0;
     for (const physics::EffectPointer& effect : physics::all_effects())
         for (const physics::EffectParameter& parameter : effect->parameters())
             places += parameter.is_place ? 1 : 0;
     // local_defect.position_m, relaxation.time_s, two of base_motion, out_of_plane.angle_deg,
-    // clamp_friction.stiffness_nm_rad.
-    EXPECT_EQ(places, 6u);
+    // clamp_friction.stiffness_nm_rad, power_drag.exponent.
+    EXPECT_EQ(places, 7u);
 }
 
 } // namespace

@@ -34,6 +34,7 @@ namespace culm::physics {
     EFFECT(tip_mass)                                                                               \
     EFFECT(quadratic_drag)                                                                         \
     EFFECT(viscous_drag)                                                                           \
+    EFFECT(power_drag)                                                                             \
     EFFECT(finite_release)                                                                         \
     EFFECT(rolling_shutter)                                                                        \
     EFFECT(camera_tilt)

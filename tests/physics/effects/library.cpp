@@ -36,23 +36,15 @@ std::string refusal_of(const char* effects) {
 }
 
 TEST(Library, HasTheEffectsOfTheDesign) {
-    const std::set<std::string> wanted{"quadratic_drag",
-                                       "viscous_drag",
-                                       "gravity",
-                                       "tip_mass",
-                                       "clamp_compliance",
-                                       "clamp_friction",
-                                       "bending_nonlinearity",
-                                       "hysteretic_damping",
-                                       "taper",
-                                       "stiffness_gradient",
-                                       "local_defect",
-                                       "precurvature",
-                                       "relaxation",
-                                       "out_of_plane",
-                                       "base_motion",
-                                       "finite_release",
-                                       "rolling_shutter",
+    const std::set<std::string> wanted{"quadratic_drag",     "viscous_drag",
+                                       "power_drag",         "gravity",
+                                       "tip_mass",           "clamp_compliance",
+                                       "clamp_friction",     "bending_nonlinearity",
+                                       "hysteretic_damping", "taper",
+                                       "stiffness_gradient", "local_defect",
+                                       "precurvature",       "relaxation",
+                                       "out_of_plane",       "base_motion",
+                                       "finite_release",     "rolling_shutter",
                                        "camera_tilt"};
     const std::vector<std::string> names = effect_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), wanted);

@@ -38,6 +38,59 @@ TEST(ViscousDrag, IsTheCoefficientTimesLengthAndSpeedBesideQuadraticDrag) {
     expect_relative(force_at(both, 2.0), force_at(viscous, 2.0) + force_at(quadratic, 2.0));
 }
 
+TEST(PowerDrag, GrowsWithItsPowerOfTheSpeed) {
+    for (const double exponent : {1.0, 1.3, 5.0 / 3.0, 2.0}) {
+        const EffectBench bench({active("power_drag", {1.3, exponent})});
+        const double at_one = 0.5 * 1.2 * 1.3 * 2.83e-3 * bench.stem.free_length();
+        for (const double speed : {0.2, 1.0, 5.0}) {
+            const double expected = at_one * std::pow(speed, exponent);
+            // The smoothing at rest: (p - 1)/2 (1e-4 m/s over the speed)².
+            EXPECT_NEAR(force_at(bench, speed), -expected, 2e-7 * expected) << exponent;
+            EXPECT_NEAR(force_at(bench, -speed), expected, 2e-7 * expected) << exponent;
+        }
+    }
+}
+
+TEST(PowerDrag, ContainsViscousAndQuadraticDrag) {
+    const EffectBench linear({active("power_drag", {1.3, 1.0})});
+    const EffectBench viscous({active("viscous_drag", {0.5 * 1.2 * 1.3 * 2.83e-3})});
+    const EffectBench square({active("power_drag", {1.3, 2.0})});
+    const EffectBench quadratic({active("quadratic_drag", {1.3})});
+    for (const double speed : {-2.0, 0.3, 4.0}) {
+        expect_relative(force_at(linear, speed), force_at(viscous, speed));
+        EXPECT_NEAR(force_at(square, speed) / force_at(quadratic, speed), 1.0, 1e-7);
+    }
+}
+
+/// The derivative of the force, which the implicit integrator uses, stays finite and exact through
+/// rest, where that of the bare power is infinite.
+TEST(PowerDrag, HasAFiniteDerivativeAtRest) {
+    const EffectBench bench({active("power_drag", {1.3, 1.2})});
+    const Chain<2, double> chain(bench.stem.sphere_count, bench.model, bench.law);
+    const auto load_at = [&](double along, double across) {
+        const SphereState<2, double> sphere{{{0.0, 0.0}}, {{along, across}}, {{0.0}}};
+        return chain.node_load(7, sphere, {}, 0.0, true);
+    };
+    for (const double speed : {0.0, 1e-5, 1e-4, 1e-2, 1.0}) {
+        const double change = 1e-3 * std::max(speed, 1e-5);
+        const auto load = load_at(0.5 * speed, speed);
+        for (int k = 0; k < 2; ++k) {
+            const double along = k == 0 ? change : 0.0;
+            const double across = k == 1 ? change : 0.0;
+            const auto above = load_at(0.5 * speed + along, speed + across);
+            const auto below = load_at(0.5 * speed - along, speed - across);
+            const auto& slope = load.by_velocity[static_cast<std::size_t>(k)];
+            const double size = std::abs(load.by_velocity[1][1]);
+            ASSERT_GT(size, 0.0);
+            // The central difference's own error is (1e-3)².
+            for (int d = 0; d < 2; ++d)
+                EXPECT_NEAR(slope[d], (above.force[d] - below.force[d]) / (2.0 * change),
+                            1e-5 * size)
+                    << speed;
+        }
+    }
+}
+
 TEST(Gravity, ActsAlongAndAcross) {
     const EffectBench bench({active("gravity", {-9.0, 3.0})});
     EXPECT_EQ(bench.model.gravity[0], -9.0);
@@ -115,7 +168,9 @@ TEST(AirDrag, TakesOutThePowerThatItsCardStates) {
     const EffectBench bare({});
     const EffectBench quadratic({active("quadratic_drag", {1e5})});
     const EffectBench viscous({active("viscous_drag", {1e3})});
+    const EffectBench powered({active("power_drag", {1e5, 1.5})});
     const MovingChain moving(bare);
+    double by_power = 0.0;
     double by_cube = 0.0;
     double by_square = 0.0;
     for (int i = 0; i < bare.stem.sphere_count; ++i) {
@@ -124,12 +179,17 @@ TEST(AirDrag, TakesOutThePowerThatItsCardStates) {
         const double length = (is_end ? 0.5 : 1.0) * bare.stem.bond_length;
         by_cube += 0.5 * 1.2 * 1e5 * bare.stem.bond_outer_diameter * length *
                    std::pow(dot(velocity, velocity), 1.5);
+        by_power += 0.5 * 1.2 * 1e5 * bare.stem.bond_outer_diameter * length *
+                    std::pow(dot(velocity, velocity), 1.25);
         by_square += 1e3 * length * dot(velocity, velocity);
     }
     // The difference of two powers, of which the bonds' is larger: its rounding.
     const double bonds = moving.power();
     EXPECT_NEAR(MovingChain(quadratic).power() - bonds, by_cube, 1e-12 * bonds);
     EXPECT_NEAR(MovingChain(viscous).power() - bonds, by_square, 1e-12 * bonds);
+    // The smoothing at rest: a quarter of (1e-4 m/s over the speeds, which are near 1 m/s)².
+    EXPECT_NEAR(MovingChain(powered).power() - bonds, by_power, 1e-7 * by_power + 1e-12 * bonds);
+    EXPECT_GT(by_power, 1e-6 * bonds);
     EXPECT_GT(by_cube, 1e-6 * bonds);
     EXPECT_GT(by_square, 1e-6 * bonds);
 }

@@ -72,6 +72,44 @@ TEST(QuadraticDrag, DecaysAsTheAveragedEquationSays) {
     EXPECT_GT(lost_to_drag, 1.2); // or the test says nothing
 }
 
+TEST(PowerDrag, DecaysAsTheAveragedEquationSays) {
+    // dA/dt = −δA − cA^p has the solution A^(1−p) = (A0^(1−p) + c/δ) exp((p−1)δt) − c/δ. The power
+    // D |v|^(p+1) per length, averaged over a cycle of E = ½ω²A² M, gives c = ω^(p−1) (D/M) m with
+    // the mean m of |cos|^(p+1), D ~ ∫|φ|^(p+1), M = m'∫φ².
+    for (const double p : {1.25, 5.0 / 3.0}) {
+        CaseSpec spec = slender_case();
+        set_damping_ratio(spec, 0.002);
+        const double drag_coefficient = p < 1.5 ? 0.35 : 1.9; // takes 2 % of a cycle at first
+        spec.effects = {active("power_drag", {drag_coefficient, p})};
+        spec.tip_deflection = 2e-3;
+        const auto points = swing(spec, 40.0).turning_points();
+        const BeamMode mode;
+        const double share =
+            integral([&](double s) { return std::pow(std::abs(mode.value(s)), p + 1.0); }) /
+            integral([&](double s) { return std::pow(mode.value(s), 2); });
+        const double mean =
+            std::tgamma(0.5 * p + 1.0) / (std::sqrt(pi) * std::tgamma(0.5 * p + 1.5));
+        const double drag = 0.5 * 1.2 * drag_coefficient * spec.stem.bond_outer_diameter;
+        const double omega = angular_frequency(spec);
+        const double c = std::pow(omega, p - 1.0) * drag / mass_per_length(spec) * mean * share;
+        const double decay = 0.002 * omega;
+        const auto& start = points.at(12); // mode 2 is gone after six cycles
+        double lost_to_drag = 0.0;
+        for (std::size_t k = 14; k < points.size(); ++k) {
+            const double t = points[k].time - start.time;
+            const double expected =
+                std::pow((std::pow(std::abs(start.value), 1.0 - p) + c / decay) *
+                                 std::exp((p - 1.0) * decay * t) -
+                             c / decay,
+                         1.0 / (1.0 - p));
+            // As for quadratic drag.
+            EXPECT_NEAR(std::abs(points[k].value) / expected, 1.0, 4e-3) << p << " at " << k;
+            lost_to_drag = std::abs(start.value) * std::exp(-decay * t) / expected;
+        }
+        EXPECT_GT(lost_to_drag, 1.2) << p; // or the test says nothing
+    }
+}
+
 TEST(HystereticDamping, LosesTheSamePerCycleAtEveryFrequency) {
     CaseSpec spec = slender_case();
     spec.stem.bond_damping = 1e-6;
