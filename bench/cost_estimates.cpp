@@ -3,7 +3,7 @@
 #include "bench/cpu_time.hpp"
 #include "bench/run_program.hpp"
 #include "core/error.hpp"
-#include "integrate/linearised.hpp"
+#include "integrate/modes.hpp"
 #include "run/simulate.hpp"
 #include "study/plan.hpp"
 

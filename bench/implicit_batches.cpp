@@ -4,7 +4,7 @@
 #include "bench/run_program.hpp"
 #include "core/error.hpp"
 #include "core/lanes.hpp"
-#include "integrate/linearised.hpp"
+#include "integrate/modes.hpp"
 #include "integrate/statics.hpp"
 #include "run/sensitivities.hpp"
 #include "run/simulate.hpp"

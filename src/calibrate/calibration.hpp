@@ -4,11 +4,11 @@
 
 #include "calibrate/calibration_check.hpp"
 #include "calibrate/chain_fit.hpp"
-#include "calibrate/first_mode.hpp"
 #include "calibrate/lack_of_fit.hpp"
 #include "calibrate/profile_likelihood.hpp"
 #include "calibrate/study_calibration.hpp"
 #include "physics/effects/selection.hpp"
+#include "run/modes.hpp"
 
 #include <optional>
 #include <string>
@@ -28,7 +28,7 @@ struct CalibrationOptions {
 struct Calibration {
     std::string id;
     ChainFit fit;
-    ModeOfChain mode;
+    integrate::VibrationMode mode{};
     double damping_time = 0.0; ///< τ of M = E I (κ + τ κ̇), s
     LackOfFit lack_of_fit;
     std::vector<ProfileInterval> profiles;

@@ -5,6 +5,7 @@
 #include "calibrate/stem_chain.hpp"
 #include "core/error.hpp"
 #include "measure/folder/observation.hpp"
+#include "physics/effects/stem_scales.hpp"
 #include "run/case_model.hpp"
 
 #include <algorithm>
@@ -34,7 +35,7 @@ run::CaseSpec case_until(const StemModel& model, double last_time) {
     const double needed = std::max(last_time - earliest, 4.0 * spec.sample_interval);
     spec.duration = std::ceil(needed / spec.sample_interval) * spec.sample_interval;
     spec.integrator.step_limit = static_cast<std::int64_t>(
-        most_steps_per_period * (1.0 + spec.duration * beam_frequency(spec)) +
+        most_steps_per_period * (1.0 + spec.duration * physics::first_frequency(spec.stem)) +
         most_steps_per_sample * static_cast<double>(spec.sample_count()));
     if (run::dimensions_of(spec) > 2)
         spec.integrator.relative_tolerance =

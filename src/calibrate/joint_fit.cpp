@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/joint_fit.hpp"
 
-#include "calibrate/first_mode.hpp"
 #include "calibrate/fit_statistics.hpp"
 #include "calibrate/joint_solution.hpp"
 #include "core/error.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/lack_of_fit.hpp"
 
+#include "physics/effects/stem_scales.hpp"
 #include "reduce/population_statistics.hpp"
 #include "reduce/residual_tests.hpp"
 
@@ -53,7 +54,7 @@ std::size_t lags_over_a_period(const ChainFit& fit) {
         return 1;
     const double interval =
         (fit.times.back() - fit.times.front()) / static_cast<double>(frames - 1);
-    const double period = 1.0 / beam_frequency(fit.model.spec);
+    const double period = 1.0 / physics::first_frequency(fit.model.spec.stem);
     const auto lags = static_cast<std::size_t>(std::lround(period / interval));
     return std::clamp<std::size_t>(lags, 2, frames / 5);
 }

@@ -99,13 +99,4 @@ double damping_time(const run::CaseSpec& spec) {
                                          : bending + bond.shear_damping / bond.shear_stiffness;
 }
 
-double beam_frequency(const run::CaseSpec& spec) {
-    const physics::StemParameters<double>& stem = spec.stem;
-    constexpr double wave_number_squared = 3.51601527; // 1.8751…², of cos x cosh x = −1
-    const double length = stem.free_length();
-    return wave_number_squared / (2.0 * std::numbers::pi * length * length) *
-           std::sqrt(stem.bond_youngs_modulus * stem.second_moment_of_area() /
-                     (stem.sphere_mass() / stem.bond_length));
-}
-
 } // namespace culm::calibrate

@@ -41,7 +41,4 @@ struct StemChain {
 /// The same stem as a chain of so many spheres, with the same damping time.
 [[nodiscard]] run::CaseSpec with_spheres(run::CaseSpec spec, int spheres);
 
-/// Frequency of the first mode of the slender, undamped beam, Hz: 1.8751²/(2π) √(E I/(m' L⁴)).
-[[nodiscard]] double beam_frequency(const run::CaseSpec& spec);
-
 } // namespace culm::calibrate

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/stem_model.hpp"
 
-#include "calibrate/first_mode.hpp"
 #include "calibrate/frame_period.hpp"
 #include "core/error.hpp"
 #include "reduce/population_statistics.hpp"
 #include "reduce/ring_down_analysis.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/valley_steps.hpp"
 
-#include "calibrate/first_mode.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>

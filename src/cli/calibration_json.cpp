@@ -107,15 +107,15 @@ json fit_quality_json(const calibrate::Calibration& calibration) {
 json mode_json(const calibrate::Calibration& calibration) {
     const calibrate::FittedParameter* modulus = calibration.fit.find("bond_youngs_modulus");
     const calibrate::FittedParameter* damping = calibration.fit.find("bond_damping");
-    const calibrate::ModeOfChain& mode = calibration.mode;
+    const integrate::VibrationMode& mode = calibration.mode;
     // b2 goes with √Y and b1 per cycle with β, up to the square of the damping ratio.
     return {{"b2_hz", value_json(mode.frequency,
                                  0.5 * mode.frequency * modulus->standard_error / modulus->value)},
             {"b1_per_cycle",
              value_json(mode.decay_per_cycle,
                         std::abs(mode.decay_per_cycle) * damping->standard_error / damping->value)},
-            {"natural_frequency_hz", mode.natural_frequency},
-            {"damping_ratio", mode.damping_ratio},
+            {"natural_frequency_hz", mode.natural_frequency()},
+            {"damping_ratio", mode.damping_ratio()},
             {"damping_time_s", calibration.damping_time}};
 }
 

@@ -3,10 +3,10 @@
 
 #include "core/error.hpp"
 #include "diagnose/beat.hpp"
-#include "diagnose/chain_modes.hpp"
 #include "diagnose/residual_spectrum.hpp"
 #include "physics/effects/library.hpp"
 #include "physics/effects/stem_scales.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +32,7 @@ physics::StartScales scales_of(const calibrate::ChainFit& fit) {
     physics::StartScales scales;
     scales.length = fit.model.spec.stem.free_length();
     scales.duration = fit.times.back();
-    scales.first_frequency = calibrate::beam_frequency(fit.model.spec);
+    scales.first_frequency = physics::first_frequency(fit.model.spec.stem);
     scales.mass = physics::mass_per_length(fit.model.spec.stem) * scales.length;
     scales.stiffness = physics::stiffness_scale(fit.model.spec.stem);
     scales.residual_peaks = [&fit] { return residual_peaks(fit, 2); };

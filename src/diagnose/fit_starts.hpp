@@ -3,7 +3,7 @@
 #pragma once
 
 #include "calibrate/chain_fit.hpp"
-#include "integrate/linearised.hpp"
+#include "integrate/modes.hpp"
 
 #include <string>
 #include <vector>

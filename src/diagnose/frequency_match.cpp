@@ -2,8 +2,8 @@
 #include "diagnose/frequency_match.hpp"
 
 #include "core/error.hpp"
-#include "diagnose/chain_modes.hpp"
 #include "diagnose/fit_starts.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>

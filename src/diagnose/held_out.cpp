@@ -2,6 +2,7 @@
 #include "diagnose/held_out.hpp"
 
 #include "core/error.hpp"
+#include "physics/effects/stem_scales.hpp"
 #include "reduce/distributions.hpp"
 
 #include <algorithm>
@@ -195,7 +196,7 @@ std::size_t row_to_leave_out(const calibrate::ChainFit& baseline) {
 }
 
 HoldOut hold_out_of(std::size_t row, const calibrate::ChainFit& fit) {
-    return {row, fit.noise, block_periods / calibrate::beam_frequency(fit.model.spec)};
+    return {row, fit.noise, block_periods / physics::first_frequency(fit.model.spec.stem)};
 }
 
 HeldOutPart predict_held_out(HeldOutReadings which, std::span<const calibrate::ChainFit> parts,

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/joint_starts.hpp"
 
-#include "calibrate/first_mode.hpp"
 #include "core/error.hpp"
 #include "diagnose/fit_starts.hpp"
 #include "diagnose/frequency_match.hpp"
 #include "diagnose/model_fit.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -153,7 +153,7 @@ std::set<std::string> new_sizes(const JointStart& models,
 RecordedSwing recorded_swing(const measure::Measurement& measurement,
                              const CandidateOptions& options) {
     const calibrate::StemModel model = calibrate::baseline_model(measurement, options.chain);
-    const double natural = calibrate::natural_frequency(model.spec);
+    const double natural = run::natural_frequency(model.spec);
     const double ratio =
         std::min(std::numbers::pi * natural * calibrate::damping_time(model.spec), 0.99);
     const double share = std::sqrt(1.0 - ratio * ratio);

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "diagnose/best_fit.hpp"
-#include "integrate/linearised.hpp"
+#include "integrate/modes.hpp"
 
 #include <span>
 #include <vector>

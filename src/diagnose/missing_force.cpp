@@ -29,7 +29,7 @@ std::vector<int> blocks_of(const ModelFit& base) {
     std::vector<int> blocks;
     int first = 0;
     for (const calibrate::ChainFit& part : base.parts) {
-        const double length = force_block_periods / calibrate::beam_frequency(part.model.spec);
+        const double length = force_block_periods / physics::first_frequency(part.model.spec.stem);
         int last = first;
         for (const double time : part.times) {
             last = first + static_cast<int>((time - part.times.front()) / length);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/mode_shapes.hpp"
 
-#include "diagnose/chain_modes.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>

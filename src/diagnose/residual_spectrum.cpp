@@ -2,7 +2,7 @@
 #include "diagnose/residual_spectrum.hpp"
 
 #include "core/error.hpp"
-#include "diagnose/chain_modes.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>

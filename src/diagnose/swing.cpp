@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/swing.hpp"
 
-#include "diagnose/chain_modes.hpp"
+#include "physics/effects/stem_scales.hpp"
+#include "run/modes.hpp"
 
 #include <cmath>
 #include <limits>
@@ -99,7 +100,7 @@ Swing swing_of(const calibrate::ChainFit& fit, const measure::Measurement& measu
     swing.noise = precision > 0.0 ? 1.0 / std::sqrt(precision) : 0.0;
     const auto modes = chain_modes(fit.model.spec, 1);
     swing.frequency =
-        modes.empty() ? calibrate::beam_frequency(fit.model.spec) : modes.front().frequency;
+        modes.empty() ? physics::first_frequency(fit.model.spec.stem) : modes.front().frequency;
     return swing;
 }
 

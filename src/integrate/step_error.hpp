@@ -2,7 +2,7 @@
 // What an explicit step does to the first vibrating mode of a linearised chain.
 #pragma once
 
-#include "integrate/linearised.hpp"
+#include "integrate/modes.hpp"
 
 #include <complex>
 #include <optional>

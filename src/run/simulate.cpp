@@ -3,7 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/lanes.hpp"
-#include "integrate/linearised.hpp"
+#include "integrate/modes.hpp"
 #include "run/case_model.hpp"
 #include "run/explicit_lanes.hpp"
 #include "run/implicit_lanes.hpp"

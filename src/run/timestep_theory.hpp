@@ -28,12 +28,6 @@ struct TimestepLimits {
 /// a sphere's mass, s. It contains a safety factor.
 [[nodiscard]] double published_timestep_rule(const physics::StemParameters<double>& stem);
 
-/// Period of Euler and Bernoulli's first mode of an undamped cantilever like the stem, s. Cheap.
-[[nodiscard]] double cantilever_period(const physics::StemParameters<double>& stem);
-
-/// Period of the first bending mode of the stem without damping, s.
-[[nodiscard]] double undamped_period(const CaseSpec& spec);
-
 /// What a step does to the first mode; nothing if the linearised stem creeps back without swinging.
 [[nodiscard]] std::optional<integrate::FirstModeStepError> step_error(const CaseSpec& spec);
 

@@ -2,6 +2,7 @@
 #include "study/plan.hpp"
 
 #include "core/error.hpp"
+#include "physics/effects/stem_scales.hpp"
 #include "run/simulate.hpp"
 #include "run/timestep_theory.hpp"
 #include "study/design_check.hpp"
@@ -168,7 +169,7 @@ double estimated_seconds(const run::CaseSpec& spec) {
     // 10^(1/5) times the steps.
     const double accuracy =
         std::pow(run::Integrator{}.relative_tolerance / spec.integrator.relative_tolerance, 0.2);
-    const double periods = spec.duration / run::cantilever_period(spec.stem);
+    const double periods = spec.duration * physics::first_frequency(spec.stem);
     const double steps = accuracy * implicit_steps(periods, spec.stem.bond_damping);
     const double vibration = (is_planar ? 1.0 : implicit_spatial_factor) * bonds * steps *
                              implicit_bond_step_seconds / lanes;

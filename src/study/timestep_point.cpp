@@ -2,6 +2,8 @@
 #include "study/timestep_point.hpp"
 
 #include "core/error.hpp"
+#include "physics/effects/stem_scales.hpp"
+#include "run/modes.hpp"
 #include "run/stability_search.hpp"
 #include "run/step_comparison.hpp"
 #include "run/timestep_theory.hpp"
@@ -151,7 +153,7 @@ double explicit_steps_of_point(const StudyConfig& config, const run::CaseSpec& s
     const auto& stem = spec.stem;
     const double steps_of_longest = options.fractions.empty()
                                         ? 0.0
-                                        : options.record_cycles * run::cantilever_period(stem) /
+                                        : options.record_cycles / physics::first_frequency(stem) /
                                               run::published_timestep_rule(stem);
     // The rule is near the limit. Lanes run until the smallest of their steps is through.
     for (std::size_t k = 0; k < options.fractions.size(); k += run::lanes_per_batch())

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/stem_chain.hpp"
 
-#include "calibrate/first_mode.hpp"
 #include "calibrate/simulated_measurement.hpp"
 #include "core/error.hpp"
 #include "physics/effects/library.hpp"
+#include "physics/effects/stem_scales.hpp"
 #include "run/case_model.hpp"
+#include "run/modes.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -43,7 +44,7 @@ TEST(StemChain, FirstModeIsThatOfTheBeamUpToTheSquareOfTheBondLength) {
     const auto error = [&](int spheres) {
         run::CaseSpec spec = calibrate::chain_of(measurement, {spheres, {}}).spec;
         spec.stem.bond_damping = 1e-3;
-        return calibrate::first_mode(spec).natural_frequency / calibrate::beam_frequency(spec) - 1;
+        return run::first_mode(spec).natural_frequency() / physics::first_frequency(spec.stem) - 1;
     };
     // Shear and rotary inertia of the stem itself, (d/L)² and less, are some 1e-4 and do not
     // vanish with the bond length; what does, does so with its square.
@@ -59,11 +60,11 @@ TEST(StemChain, DampingTimeGivesTheDampingRatioUnderBothLaws) {
     for (const auto& law : {physics::consistent_law(), physics::schramm2019_law()}) {
         run::CaseSpec spec = calibrate::chain_of(measurement, {56, law}).spec;
         spec.stem.bond_damping = 20.0;
-        const calibrate::ModeOfChain mode = calibrate::first_mode(spec);
+        const integrate::VibrationMode mode = run::first_mode(spec);
         const double wanted =
-            std::numbers::pi * mode.natural_frequency * calibrate::damping_time(spec);
+            std::numbers::pi * mode.natural_frequency() * calibrate::damping_time(spec);
         // Dashpots that act on shear and rotary motion beside bending: some 1e-3.
-        EXPECT_NEAR(mode.damping_ratio / wanted, 1.0, 5e-3);
+        EXPECT_NEAR(mode.damping_ratio() / wanted, 1.0, 5e-3);
     }
 }
 

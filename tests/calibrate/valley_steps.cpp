@@ -3,9 +3,9 @@
 #include "calibrate/valley_steps.hpp"
 
 #include "calibrate/effect_parameters.hpp"
-#include "calibrate/first_mode.hpp"
 #include "calibrate/joint_fit.hpp"
 #include "calibrate/simulated_measurement.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -47,8 +47,8 @@ class WithTipMass {
         return {residuals_->internal(), residuals_->internal() + residuals_->parameter_count()};
     }
     [[nodiscard]] double log_square(const std::vector<double>& internal) const {
-        return 2.0 * std::log(calibrate::lowest_frequency_with_effects(
-                         residuals_->case_at(internal.data())));
+        return 2.0 *
+               std::log(run::lowest_frequency_with_effects(residuals_->case_at(internal.data())));
     }
 
   private:
@@ -120,8 +120,8 @@ TEST(ValleySteps, LeadToAMassThatWasNotThereInFewRuns) {
     calibrate::StemModel start = truth;
     start.spec.effects.front().values = {0.0};
     // Y as one would have it that takes the stem for bare: the frequency is right.
-    const double f_truth = calibrate::lowest_frequency_with_effects(truth.spec);
-    const double f_bare = calibrate::lowest_frequency_with_effects(start.spec);
+    const double f_truth = run::lowest_frequency_with_effects(truth.spec);
+    const double f_bare = run::lowest_frequency_with_effects(start.spec);
     start.spec.stem.bond_youngs_modulus *= std::pow(f_truth / f_bare, 2);
     const calibrate::JointFit fit = calibrate::fit_jointly({&start, 1}, {&measurement, 1}, {});
     ASSERT_TRUE(fit.has_converged) << fit.reason;

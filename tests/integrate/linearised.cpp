@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The linearised chain against beam theory and against the slopes that other people's runs gave.
-#include "integrate/linearised.hpp"
+#include "integrate/modes.hpp"
 
 #include <cmath>
 

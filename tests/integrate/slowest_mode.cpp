@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The slowest mode alone against all modes, from hardly damped stems to aperiodic ones.
-#include "integrate/slowest_mode.hpp"
+#include "integrate/modes.hpp"
 
 #include <cmath>
 

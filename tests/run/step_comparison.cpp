@@ -3,6 +3,7 @@
 #include "run/step_comparison.hpp"
 
 #include "reduce/ring_down_fit.hpp"
+#include "run/modes.hpp"
 #include "run/timestep_theory.hpp"
 
 #include <cmath>

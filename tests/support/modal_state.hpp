@@ -2,7 +2,7 @@
 // A chain set swinging in a single mode, whose later motion is known exactly at small amplitude.
 #pragma once
 
-#include "integrate/linearised.hpp"
+#include "integrate/modes.hpp"
 
 #include <complex>
 #include <vector>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/chain_modes.hpp"
+#include "run/modes.hpp"
 
-#include "calibrate/first_mode.hpp"
 #include "physics/effects/selection.hpp"
 
 #include <cmath>
@@ -26,28 +25,26 @@ run::CaseSpec case_with(const char* effect) {
 }
 
 TEST(ChainModes, OfThePlainChainAreThoseOfTheCalibration) {
-    const auto modes = diagnose::chain_modes(plain_case(), 3);
+    const auto modes = run::chain_modes(plain_case(), 3);
     ASSERT_EQ(modes.size(), 3u);
     // The same eigenvalues by the same routine.
-    EXPECT_NEAR(modes[0].frequency, calibrate::first_mode(plain_case()).frequency, 1e-6);
+    EXPECT_NEAR(modes[0].frequency, run::first_mode(plain_case()).frequency, 1e-6);
     // Euler and Bernoulli's 6.267 and 17.55, lowered by shear and by the finite spheres.
     EXPECT_NEAR(modes[1].frequency / modes[0].frequency, 6.267, 0.06);
     EXPECT_NEAR(modes[2].frequency / modes[0].frequency, 17.55, 0.5);
 }
 
 TEST(ChainModes, OfAYieldingClampAreLower) {
-    const double rigid = diagnose::chain_modes(plain_case(), 1).front().frequency;
-    const double yielding =
-        diagnose::chain_modes(case_with("clamp_compliance"), 1).front().frequency;
+    const double rigid = run::chain_modes(plain_case(), 1).front().frequency;
+    const double yielding = run::chain_modes(case_with("clamp_compliance"), 1).front().frequency;
     // The default spring has 50 E I/L: −2 EI/(k L) to first order, less the second order's 1e-3.
     EXPECT_NEAR(yielding / rigid - 1.0, -2.0 / 50.0, 3e-3);
 }
 
 TEST(ChainModes, AreStiffenedByBranchesThatRelaxSlowly) {
-    const double relaxed = diagnose::chain_modes(plain_case(), 1).front().frequency;
-    const double stiff = diagnose::chain_modes(case_with("relaxation(fraction=0.06,time_s=10)"), 1)
-                             .front()
-                             .frequency;
+    const double relaxed = run::chain_modes(plain_case(), 1).front().frequency;
+    const double stiff =
+        run::chain_modes(case_with("relaxation(fraction=0.06,time_s=10)"), 1).front().frequency;
     EXPECT_NEAR(stiff / relaxed, std::sqrt(1.06), 1e-4);
 }
 

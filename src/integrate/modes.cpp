@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "integrate/modes.hpp"
+
+#include "core/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+namespace culm::integrate {
+namespace {
+
+/// Mass-normalised matrices in units of a reference angular frequency: z̈ + C z' + K z = 0.
+struct NormalisedChain {
+    Eigen::MatrixXd damping;
+    Eigen::MatrixXd stiffness;
+    double angular_frequency; ///< 1/s, the unit of time's inverse
+};
+
+NormalisedChain normalised(const LinearisedChain& chain, double angular_frequency) {
+    const Eigen::VectorXd scale = chain.mass.cwiseSqrt().cwiseInverse();
+    const auto diagonal = scale.asDiagonal();
+    return {diagonal * chain.damping * diagonal / angular_frequency,
+            diagonal * chain.stiffness * diagonal / (angular_frequency * angular_frequency),
+            angular_frequency};
+}
+
+std::vector<std::complex<double>> eigenvalues_of(const Eigen::MatrixXd& matrix) {
+    const Eigen::EigenSolver<Eigen::MatrixXd> solver(matrix, false);
+    if (solver.info() != Eigen::Success)
+        throw core::NumericalError(core::FailureKind::SolverFailed,
+                                   "the eigenvalues of the linearised chain did not converge");
+    const auto& values = solver.eigenvalues();
+    return {values.data(), values.data() + values.size()};
+}
+
+/// [0 I; −K −C]: its eigenvalues are λ.
+Eigen::MatrixXd companion(const NormalisedChain& chain) {
+    const Eigen::Index n = chain.stiffness.rows();
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(2 * n, 2 * n);
+    matrix.topRightCorner(n, n).setIdentity();
+    matrix.bottomLeftCorner(n, n) = -chain.stiffness;
+    matrix.bottomRightCorner(n, n) = -chain.damping;
+    return matrix;
+}
+
+/// The inverse of the companion matrix, [−K⁻¹C −K⁻¹; I 0]: its eigenvalues are 1/λ.
+Eigen::MatrixXd inverse_companion(const NormalisedChain& chain) {
+    const Eigen::Index n = chain.stiffness.rows();
+    const Eigen::PartialPivLU<Eigen::MatrixXd> factorised(chain.stiffness);
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(2 * n, 2 * n);
+    matrix.topLeftCorner(n, n) = -factorised.solve(chain.damping);
+    matrix.topRightCorner(n, n) = -factorised.inverse();
+    matrix.bottomLeftCorner(n, n).setIdentity();
+    return matrix;
+}
+
+bool slower(const std::complex<double>& a, const std::complex<double>& b) {
+    return std::abs(a) < std::abs(b);
+}
+
+/// Angular frequency of the slowest undamped mode, about: 1/√‖K⁻¹M‖.
+double reference_angular_frequency(const LinearisedChain& chain) {
+    const NormalisedChain unit = normalised(chain, 1.0);
+    const Eigen::MatrixXd inverse = unit.stiffness.partialPivLu().inverse();
+    return 1.0 / std::sqrt(inverse.norm());
+}
+
+/// Spectral radius of one velocity-Verlet step of length `step` (in the chain's unit of time).
+double spectral_radius(const NormalisedChain& chain, double step) {
+    const Eigen::Index n = chain.stiffness.rows();
+    Eigen::MatrixXd map(2 * n, 2 * n);
+    map.topLeftCorner(n, n).setIdentity();
+    map.topRightCorner(n, n) = step * Eigen::MatrixXd::Identity(n, n);
+    map.bottomLeftCorner(n, n) = -step * chain.stiffness;
+    map.bottomRightCorner(n, n) =
+        Eigen::MatrixXd::Identity(n, n) - step * chain.damping - step * step * chain.stiffness;
+    const auto values = eigenvalues_of(map);
+    return std::abs(*std::max_element(values.begin(), values.end(), slower));
+}
+
+using Complex = std::complex<double>;
+
+constexpr int most_newton_steps = 12;
+constexpr double newton_tolerance =
+    1e-7; ///< of the last change of λ, relative; the error is its square
+/// λ may move this far from iω of the undamped mode, relative: it would else be another mode.
+constexpr double farthest = 0.5;
+
+/// Newton's method on the slowest mode, in units of the undamped mode's angular frequency ω, with
+/// displacements and rotations scaled alike: (z²M + zC/ω + K/ω²) u = 0.
+std::optional<Complex> newton(const LinearisedChain& chain, double angular_frequency) {
+    const Eigen::VectorXd scale = chain.mass.cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXcd stiffness =
+        (scale.asDiagonal() * chain.stiffness * scale.asDiagonal() / std::pow(angular_frequency, 2))
+            .cast<Complex>();
+    const Eigen::MatrixXcd damping =
+        (scale.asDiagonal() * chain.damping * scale.asDiagonal() / angular_frequency)
+            .cast<Complex>();
+    Complex z(0.0, 1.0);
+    Eigen::VectorXcd shape = Eigen::VectorXcd::Ones(stiffness.rows());
+    Eigen::VectorXcd normal = shape; // of the shape's length, kept at 1
+    for (int k = 0; k < most_newton_steps; ++k) {
+        Eigen::MatrixXcd pencil = stiffness + z * damping;
+        pencil.diagonal().array() += z * z;
+        const Eigen::VectorXcd slope = damping * shape + 2.0 * z * shape;
+        const Eigen::VectorXcd next = pencil.partialPivLu().solve(slope);
+        const Complex change = normal.dot(shape) / normal.dot(next);
+        if (!std::isfinite(std::abs(change)))
+            return std::nullopt;
+        shape = next / next.norm();
+        normal = shape;
+        // The first steps turn the shape into the mode's.
+        if (k == 0)
+            continue;
+        z -= change;
+        if (!(std::abs(z - Complex(0.0, 1.0)) < farthest))
+            return std::nullopt;
+        if (std::abs(change) < newton_tolerance)
+            return z;
+    }
+    return std::nullopt;
+}
+
+/// By how much the branches stiffen bending at an angular frequency: Σ g (ωτ)²/(1 + (ωτ)²).
+double branch_stiffening(const physics::ChainModel<double>& model, double angular_frequency) {
+    double sum = 0.0;
+    for (const physics::MaxwellBranch<double>& branch : model.branches) {
+        const double square = std::pow(angular_frequency * branch.relaxation_time, 2);
+        sum += branch.relative_stiffness * square / (1.0 + square);
+    }
+    return sum;
+}
+
+} // namespace
+
+double VibrationMode::damping_ratio() const {
+    const double decay = -decay_per_cycle / (2.0 * std::numbers::pi);
+    return decay / std::hypot(1.0, decay);
+}
+
+double VibrationMode::natural_frequency() const {
+    return frequency * std::hypot(1.0, -decay_per_cycle / (2.0 * std::numbers::pi));
+}
+
+std::vector<std::complex<double>> eigenvalues(const LinearisedChain& chain) {
+    const NormalisedChain scaled = normalised(chain, reference_angular_frequency(chain));
+    std::vector<std::complex<double>> fast = eigenvalues_of(companion(scaled));
+    std::vector<std::complex<double>> slow = eigenvalues_of(inverse_companion(scaled));
+    for (auto& value : slow)
+        value = 1.0 / value;
+    std::sort(fast.begin(), fast.end(), slower);
+    std::sort(slow.begin(), slow.end(), slower);
+    // Each set is accurate at its own end; they meet where both are, in the middle of the spectrum.
+    std::copy(slow.begin(), slow.begin() + static_cast<std::ptrdiff_t>(slow.size() / 2),
+              fast.begin());
+    for (auto& value : fast)
+        value *= scaled.angular_frequency;
+    return fast;
+}
+
+std::vector<VibrationMode> vibration_modes(const LinearisedChain& chain, std::size_t count) {
+    const NormalisedChain scaled = normalised(chain, reference_angular_frequency(chain));
+    std::vector<std::complex<double>> values = eigenvalues_of(inverse_companion(scaled));
+    for (auto& value : values)
+        value = scaled.angular_frequency / value;
+    std::sort(values.begin(), values.end(), slower);
+    std::vector<VibrationMode> modes;
+    for (const std::complex<double>& value : values) {
+        if (modes.size() == count)
+            break;
+        if (value.imag() <= 0.0 || !std::isfinite(value.imag()))
+            continue;
+        const double frequency = value.imag() / (2.0 * std::numbers::pi);
+        modes.push_back({frequency, value.real(), value.real() / frequency});
+    }
+    return modes;
+}
+
+double lowest_natural_frequency(const LinearisedChain& chain) {
+    constexpr int most_iterations = 100; // each divides the error by (f2/f1)², some 39 for a stem
+    constexpr double tolerance = 1e-13;
+    const auto stiffness = chain.stiffness.partialPivLu();
+    Eigen::VectorXd shape = stiffness.solve(chain.mass);
+    double square = 0.0;
+    for (int k = 0; k < most_iterations; ++k) {
+        const Eigen::VectorXd next = stiffness.solve(chain.mass.cwiseProduct(shape));
+        const double last = square;
+        square =
+            shape.dot(chain.mass.cwiseProduct(shape)) / next.dot(chain.mass.cwiseProduct(shape));
+        shape = next / next.norm();
+        if (std::abs(square - last) <= tolerance * std::abs(square))
+            break;
+    }
+    return std::sqrt(square) / (2.0 * std::numbers::pi); // NaN of a negative one
+}
+
+double largest_stable_step(const LinearisedChain& chain) {
+    const NormalisedChain scaled = normalised(
+        chain, std::sqrt(chain.stiffness.diagonal().cwiseQuotient(chain.mass).maxCoeff()));
+    // An eigenvalue of the one-step map reaches −1 where 4M − 2hC − h²K is singular: with s = 1/h
+    // that is s² = K/4 + s C/2, whose largest real root is the limit.
+    const Eigen::Index n = scaled.stiffness.rows();
+    Eigen::MatrixXd pencil = Eigen::MatrixXd::Zero(2 * n, 2 * n);
+    pencil.topRightCorner(n, n).setIdentity();
+    pencil.bottomLeftCorner(n, n) = 0.25 * scaled.stiffness;
+    pencil.bottomRightCorner(n, n) = 0.5 * scaled.damping;
+    double inverse_step = 0.0;
+    for (const std::complex<double>& root : eigenvalues_of(pencil))
+        if (std::abs(root.imag()) <= 1e-9 * std::abs(root))
+            inverse_step = std::max(inverse_step, root.real());
+    double step = 1.0 / inverse_step;
+    // A complex pair may leave the unit circle earlier where C is not symmetric.
+    constexpr double tolerance = 1e-9;
+    if (spectral_radius(scaled, step * (1.0 - 1e-6)) > 1.0 + tolerance) {
+        double stable = 0.0;
+        for (int i = 0; i < 40; ++i) {
+            const double middle = 0.5 * (stable + step);
+            (spectral_radius(scaled, middle) > 1.0 + tolerance ? step : stable) = middle;
+        }
+        step = stable;
+    }
+    return step / scaled.angular_frequency;
+}
+
+std::optional<VibrationMode> slowest_mode(const LinearisedChain& chain) {
+    const double angular_frequency = 2.0 * std::numbers::pi * lowest_natural_frequency(chain);
+    if (std::isfinite(angular_frequency) && angular_frequency > 0.0)
+        if (const std::optional<Complex> z = newton(chain, angular_frequency)) {
+            const Complex value = angular_frequency * *z;
+            const double frequency = value.imag() / (2.0 * std::numbers::pi);
+            return VibrationMode{frequency, value.real(), value.real() / frequency};
+        }
+    const std::vector<VibrationMode> modes = vibration_modes(chain, 1);
+    return modes.empty() ? std::nullopt : std::optional(modes.front());
+}
+
+std::vector<VibrationMode> transverse_modes(const physics::Chain<2, double>& chain,
+                                            std::size_t count) {
+    const LinearisedChain linear = linearise_transverse(chain);
+    std::vector<VibrationMode> modes;
+    if (count != 1)
+        modes = vibration_modes(linear, count);
+    else if (const auto slowest = slowest_mode(linear))
+        modes = {*slowest};
+    if (modes.empty())
+        return modes;
+    const double factor = std::sqrt(
+        1.0 + branch_stiffening(chain.model(), 2.0 * std::numbers::pi * modes.front().frequency));
+    for (VibrationMode& mode : modes) {
+        mode.frequency *= factor;
+        mode.decay_per_cycle /= factor;
+    }
+    return modes;
+}
+
+} // namespace culm::integrate

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How a linearised chain vibrates: frequencies, decay, and the largest stable explicit step.
+// The frequency of the slender beam is physics::first_frequency(); what a case makes of both
+// stands in run/modes.hpp. There is no other code for frequencies of the model.
+#pragma once
+
+#include "integrate/linearised.hpp"
+
+#include <complex>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+namespace culm::integrate {
+
+/// Eigenvalues λ (1/s) of the linearised chain, u ~ exp(λt), sorted by magnitude, slowest first.
+/// Slow ones are computed from the inverse of the companion matrix, in which they dominate: their
+/// relative error stays near rounding although the fastest are larger by eight orders.
+[[nodiscard]] std::vector<std::complex<double>> eigenvalues(const LinearisedChain& chain);
+
+/// One vibration mode.
+struct VibrationMode {
+    double frequency;       ///< Im λ/2π, Hz: b2 of Eq. 1
+    double decay_rate;      ///< Re λ, 1/s: b1 of Eq. 1, negative
+    double decay_per_cycle; ///< decay_rate/frequency: b1 in normalised time
+
+    /// ζ of decay_per_cycle = −2πζ/√(1 − ζ²).
+    [[nodiscard]] double damping_ratio() const;
+    /// The frequency without damping, Hz: frequency/√(1 − ζ²).
+    [[nodiscard]] double natural_frequency() const;
+};
+
+/// The vibrating modes (complex pairs), slowest first, `count` of them at most.
+[[nodiscard]] std::vector<VibrationMode> vibration_modes(const LinearisedChain& chain,
+                                                         std::size_t count);
+
+/// The lowest natural frequency of the chain without its damping, Hz, by inverse iteration: a small
+/// part of what all modes cost. NaN if the stiffness is singular or the chain leans further.
+[[nodiscard]] double lowest_natural_frequency(const LinearisedChain& chain);
+
+/// The largest step (s) for which velocity Verlet, with damping evaluated from the half-step
+/// velocity, is stable for the linearised chain: the one-step map's spectral radius is 1 there.
+[[nodiscard]] double largest_stable_step(const LinearisedChain& chain);
+
+/// The first of vibration_modes(), at a small part of its cost: Newton's method on
+/// (λ²M + λC + K) u = 0 (inverse iteration: Ruhe 1973, SIAM J. Numer. Anal. 10:674) from the mode
+/// without damping. Where that leads to no vibration near it, as with damping that is nearly
+/// aperiodic, all modes are computed after all. Empty if none vibrates.
+[[nodiscard]] std::optional<VibrationMode> slowest_mode(const LinearisedChain& chain);
+
+/// The slowest transverse modes of a planar chain with effects, at most `count`; none if it does
+/// not vibrate. Effects count as far as they are linear about the straight line, quadratic drag not
+/// at all. Maxwell branches stiffen the first mode as they do at its frequency, and all modes
+/// alike.
+[[nodiscard]] std::vector<VibrationMode> transverse_modes(const physics::Chain<2, double>& chain,
+                                                          std::size_t count);
+
+} // namespace culm::integrate

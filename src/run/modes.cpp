@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "run/modes.hpp"
+
+#include "core/error.hpp"
+#include "physics/effects/stem_scales.hpp"
+#include "run/case_model.hpp"
+
+#include <fmt/core.h>
+
+namespace culm::run {
+namespace {
+
+constexpr double little_damping = 1e-3; // β of a chain that vibrates
+
+/// The case's chain in the plane of the pull: effects that leave it are left out.
+physics::Chain<2, double> planar_chain(CaseSpec spec) {
+    std::erase_if(spec.effects, [](const auto& active) { return active.effect->dimensions() > 2; });
+    return {spec.stem.sphere_count, case_model(spec).chain, spec.law};
+}
+
+} // namespace
+
+std::vector<integrate::VibrationMode> chain_modes(const CaseSpec& spec, std::size_t count) {
+    return integrate::transverse_modes(planar_chain(spec), count);
+}
+
+integrate::VibrationMode first_mode(const CaseSpec& spec) {
+    CaseSpec bare = spec;
+    bare.effects.clear();
+    const auto modes =
+        integrate::vibration_modes(integrate::linearise_transverse(planar_chain(bare)), 1);
+    if (modes.empty())
+        throw core::NumericalError(
+            core::FailureKind::FitFailed,
+            fmt::format("the chain with Y = {:.6g} Pa and beta = {:.6g} does not vibrate",
+                        bare.stem.bond_youngs_modulus, bare.stem.bond_damping));
+    return modes.front();
+}
+
+double lowest_frequency_with_effects(const CaseSpec& spec) {
+    return integrate::lowest_natural_frequency(integrate::linearise_transverse(planar_chain(spec)));
+}
+
+double natural_frequency(const CaseSpec& spec) {
+    const double of_beam = physics::first_frequency(spec.stem);
+    if (spec.added_masses.empty())
+        return of_beam;
+    CaseSpec loaded = spec;
+    loaded.stem.bond_damping = little_damping;
+    CaseSpec bare = loaded;
+    bare.added_masses.clear();
+    return of_beam * first_mode(loaded).natural_frequency() / first_mode(bare).natural_frequency();
+}
+
+double undamped_period(const CaseSpec& spec) {
+    physics::StemParameters<double> stem = spec.stem;
+    stem.bond_damping = 0.0;
+    const auto modes =
+        integrate::vibration_modes(integrate::linearise_transverse(stem, spec.law), 1);
+    return 1.0 / modes.front().frequency;
+}
+
+} // namespace culm::run

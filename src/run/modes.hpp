@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Frequencies and decay of a case's chain at small amplitudes (integrate/modes.hpp finds them).
+#pragma once
+
+#include "integrate/modes.hpp"
+#include "run/case_spec.hpp"
+
+#include <cstddef>
+#include <vector>
+
+namespace culm::run {
+
+/// The slowest transverse modes of the case in the plane of the pull, its effects included but for
+/// those that leave the plane: integrate::transverse_modes().
+[[nodiscard]] std::vector<integrate::VibrationMode> chain_modes(const CaseSpec& spec,
+                                                                std::size_t count);
+
+/// The first mode of the case's chain: known masses count, effects do not. Throws
+/// core::NumericalError if it does not vibrate.
+[[nodiscard]] integrate::VibrationMode first_mode(const CaseSpec& spec);
+
+/// The lowest natural frequency of the case's chain in its plane, undamped, Hz: effects count as
+/// far as they are linear about the straight line, Maxwell branches as relaxed. NaN if the chain
+/// does not stand.
+[[nodiscard]] double lowest_frequency_with_effects(const CaseSpec& spec);
+
+/// Frequency of the first mode of the slender beam, Hz, with what known masses on the stem make of
+/// it: by the share by which they change the chain's. Throws as first_mode() if there are any.
+[[nodiscard]] double natural_frequency(const CaseSpec& spec);
+
+/// Period of the first bending mode of the bare stem without damping, s.
+[[nodiscard]] double undamped_period(const CaseSpec& spec);
+
+} // namespace culm::run
