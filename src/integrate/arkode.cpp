@@ -1,17 +1,103 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "integrate/arkode.hpp"
 
-#include "integrate/sundials_newton.hpp"
+#include "core/error.hpp"
+#include "integrate/condensed_newton.hpp"
 
 #include <cmath>
 #include <cstdlib>
 #include <memory>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 #include <arkode/arkode_arkstep.h>
+#include <fmt/core.h>
+#include <nvector/nvector_serial.h>
+#include <sundials/sundials_context.h>
+#include <sundials/sundials_linearsolver.h>
+#include <sundials/sundials_matrix.h>
 
 namespace culm::integrate {
 namespace {
+
+/// A SUNContext for the lifetime of one integration.
+class Context {
+  public:
+    Context() {
+        if (SUNContext_Create(nullptr, &context_) != 0)
+            throw core::NumericalError(core::FailureKind::SolverFailed, "SUNDIALS gave no context");
+    }
+    ~Context() { SUNContext_Free(&context_); }
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+    [[nodiscard]] SUNContext get() const { return context_; }
+
+  private:
+    SUNContext context_ = nullptr;
+};
+
+template <auto Free>
+struct Deleter {
+    template <class T>
+    void operator()(T* object) const {
+        Free(object);
+    }
+};
+using Vector = std::unique_ptr<std::remove_pointer_t<N_Vector>, Deleter<N_VDestroy>>;
+using Matrix = std::unique_ptr<std::remove_pointer_t<SUNMatrix>, Deleter<SUNMatDestroy>>;
+using LinearSolver =
+    std::unique_ptr<std::remove_pointer_t<SUNLinearSolver>, Deleter<SUNLinSolFree>>;
+
+/// An N_Vector over memory that the caller keeps.
+Vector view_of(double* data, std::size_t size, const Context& context) {
+    return Vector(N_VMake_Serial(static_cast<sunindextype>(size), data, context.get()));
+}
+
+/// Throws when a set-up call of SUNDIALS reports an error.
+void check(int flag, const char* call) {
+    if (flag < 0)
+        throw core::NumericalError(core::FailureKind::SolverFailed,
+                                   fmt::format("{} failed with flag {}", call, flag));
+}
+
+/// A SUNMatrix that stands for I − γJ of a chain. It holds no numbers itself: the chain's
+/// CondensedNewton does, which the linear-system function of the integrator fills.
+template <int Dim>
+[[nodiscard]] Matrix newton_matrix(CondensedNewton<Dim>& system, const Context& context) {
+    SUNMatrix matrix = SUNMatNewEmpty(context.get());
+    matrix->content = &system;
+    matrix->ops->getid = [](SUNMatrix) { return SUNMATRIX_CUSTOM; };
+    matrix->ops->destroy = [](SUNMatrix m) {
+        m->content = nullptr;
+        SUNMatFreeEmpty(m);
+    };
+    matrix->ops->zero = [](SUNMatrix) { return 0; };
+    return Matrix(matrix);
+}
+
+/// The direct solver for newton_matrix(): the factorisation is made with the matrix, so that only
+/// the solve remains.
+template <int Dim>
+[[nodiscard]] LinearSolver newton_solver(CondensedNewton<Dim>& system, const Context& context) {
+    SUNLinearSolver solver = SUNLinSolNewEmpty(context.get());
+    solver->content = &system;
+    solver->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; };
+    solver->ops->getid = [](SUNLinearSolver) { return SUNLINEARSOLVER_CUSTOM; };
+    solver->ops->initialize = [](SUNLinearSolver) { return 0; };
+    solver->ops->setup = [](SUNLinearSolver, SUNMatrix) { return 0; };
+    solver->ops->solve = [](SUNLinearSolver s, SUNMatrix, N_Vector x, N_Vector b, realtype) {
+        static_cast<CondensedNewton<Dim>*>(s->content)
+            ->solve(N_VGetArrayPointer(b), N_VGetArrayPointer(x));
+        return 0;
+    };
+    solver->ops->free = [](SUNLinearSolver s) {
+        s->content = nullptr;
+        SUNLinSolFreeEmpty(s);
+        return 0;
+    };
+    return LinearSolver(solver);
+}
 
 /// L-stable, stiffly accurate, order 4 with an embedded order 3, six stages: Kennedy & Carpenter
 /// (2003), ARK4(3)6L[2]SA, the implicit half. docs/performance.md compares 19 tables.
@@ -112,20 +198,19 @@ template <int Dim>
 SolveSummary integrate_arkode(const physics::Chain<Dim, double>& chain, std::vector<double>& state,
                               const ErrorScales& scales, double duration,
                               const StepObserver& observe, const ArkodeOptions& options) {
-    const sundials::Context context;
+    const Context context;
     chain.layout().set_geometry(state.data());
     CondensedNewton<Dim> newton(chain);
     Callbacks<Dim> callbacks{chain, newton};
     std::vector<double> tolerances = absolute_tolerances(chain.layout(), scales, options);
-    const auto y = sundials::view_of(state.data(), state.size(), context);
-    const auto absolute = sundials::view_of(tolerances.data(), tolerances.size(), context);
-    const auto matrix = sundials::newton_matrix(newton, context);
-    const auto solver = sundials::newton_solver(newton, context);
+    const auto y = view_of(state.data(), state.size(), context);
+    const auto absolute = view_of(tolerances.data(), tolerances.size(), context);
+    const auto matrix = newton_matrix(newton, context);
+    const auto solver = newton_solver(newton, context);
 
     const Arkode arkode(
         ARKStepCreate(nullptr, Callbacks<Dim>::evaluate_rate, 0.0, y.get(), context.get()));
     void* const ark = arkode.get();
-    using sundials::check;
     // Failures reach the caller as exceptions; ARKODE's own text on stderr would come from any
     // rank.
     check(ARKStepSetErrHandlerFn(

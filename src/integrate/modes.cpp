@@ -85,7 +85,7 @@ double spectral_radius(const NormalisedChain& chain, double step) {
 using Complex = std::complex<double>;
 
 constexpr int most_newton_steps = 12;
-constexpr double newton_tolerance =
+constexpr double slowest_mode_tolerance =
     1e-7; ///< of the last change of λ, relative; the error is its square
 /// λ may move this far from iω of the undamped mode, relative: it would else be another mode.
 constexpr double farthest = 0.5;
@@ -119,7 +119,7 @@ std::optional<Complex> newton(const LinearisedChain& chain, double angular_frequ
         z -= change;
         if (!(std::abs(z - Complex(0.0, 1.0)) < farthest))
             return std::nullopt;
-        if (std::abs(change) < newton_tolerance)
+        if (std::abs(change) < slowest_mode_tolerance)
             return z;
     }
     return std::nullopt;

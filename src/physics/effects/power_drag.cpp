@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Drag of the air that grows with a power of the speed between one and two.
+#include "physics/air_drag.hpp"
 #include "physics/effects/effect.hpp"
 
 #include <cmath>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Drag of the air that grows with the square of the speed.
+#include "physics/air_drag.hpp"
 #include "physics/effects/effect.hpp"
 
 namespace culm::physics {

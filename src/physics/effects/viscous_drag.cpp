@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Drag of the air in proportion to the speed.
+#include "physics/air_drag.hpp"
 #include "physics/effects/effect.hpp"
 #include "physics/effects/stem_scales.hpp"
 
