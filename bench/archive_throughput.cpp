@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What committing a point and writing the study file cost, without any computation.
-#include "archive/journal_index.hpp"
-#include "archive/journal_writer.hpp"
-#include "archive/study_writer.hpp"
+#include "archive/journal/read.hpp"
+#include "archive/journal/writer.hpp"
+#include "archive/study/writer.hpp"
 #include "bench/cpu_time.hpp"
 #include "bench/run_program.hpp"
 

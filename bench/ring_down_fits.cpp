@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a fit of Eq. 1 costs: all tip histories of an archived study, fitted again.
-#include "archive/study_file.hpp"
+#include "archive/study/file.hpp"
 #include "bench/cpu_time.hpp"
 #include "bench/run_program.hpp"
 #include "reduce/ring_down_fit.hpp"

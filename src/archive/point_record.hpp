@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,16 +33,5 @@ struct PointRecord {
     }
     bool operator==(const PointRecord&) const = default;
 };
-
-class ByteWriter;
-
-/// Appends the payload of a journal record (docs/archive-format.md): all but point and status,
-/// which stand in the record's header.
-void put_payload(const PointRecord& record, ByteWriter& writer);
-
-/// Fills all but point and status from a payload. StorageError, beginning with `where`, if the
-/// bytes do not have the documented form.
-[[nodiscard]] PointRecord decode_payload(std::span<const std::byte> payload,
-                                         std::string_view where);
 
 } // namespace culm::archive

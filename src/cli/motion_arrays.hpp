@@ -2,7 +2,7 @@
 // Measured and modelled deflections as arrays for HDF5 files.
 #pragma once
 
-#include "archive/array_file.hpp"
+#include "archive/hdf5/array_file.hpp"
 #include "calibrate/chain_fit.hpp"
 #include "measure/folder/measurement.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/run_provenance.hpp"
 
-#include "archive/crc32.hpp"
+#include "archive/bytes.hpp"
 #include "cli/version.hpp"
 #include "cluster/shell_word.hpp"
 #include "core/utc_time.hpp"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/archive_export.hpp"
 
-#include "archive/study_file.hpp"
-#include "archive/study_histories.hpp"
+#include "archive/study/file.hpp"
+#include "archive/study/histories.hpp"
 #include "core/error.hpp"
 #include "study/trajectory_xdmf.hpp"
 

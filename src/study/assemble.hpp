@@ -2,7 +2,7 @@
 // The study file from the ranks' journals.
 #pragma once
 
-#include "archive/study_description.hpp"
+#include "archive/study/description.hpp"
 #include "study/plan.hpp"
 #include "study/study_folder.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/execute.hpp"
 
-#include "archive/journal_writer.hpp"
+#include "archive/journal/writer.hpp"
 #include "core/error.hpp"
 #include "core/utc_time.hpp"
 #include "farm/communicator.hpp"

@@ -2,8 +2,8 @@
 #include "study/folder_state.hpp"
 
 #include "archive/file_descriptor.hpp"
-#include "archive/study_file.hpp"
-#include "archive/study_probe.hpp"
+#include "archive/study/file.hpp"
+#include "archive/study/verify.hpp"
 #include "core/error.hpp"
 #include "study/config.hpp"
 

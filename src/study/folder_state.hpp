@@ -2,10 +2,10 @@
 // What a study's folder holds, whole or in part, running or not: for info, status and verify.
 #pragma once
 
-#include "archive/journal_scan.hpp"
+#include "archive/journal/read.hpp"
 #include "archive/point_record.hpp"
-#include "archive/study_description.hpp"
-#include "archive/study_verify.hpp"
+#include "archive/study/description.hpp"
+#include "archive/study/verify.hpp"
 #include "study/study_folder.hpp"
 #include "study/study_note.hpp"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/merge.hpp"
 
-#include "archive/journal_index.hpp"
-#include "archive/study_file.hpp"
-#include "archive/study_writer.hpp"
+#include "archive/journal/read.hpp"
+#include "archive/study/file.hpp"
+#include "archive/study/writer.hpp"
 #include "core/error.hpp"
 #include "study/assemble.hpp"
 #include "study/folder_state.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/repetition.hpp"
 
-#include "archive/study_verify.hpp"
+#include "archive/study/verify.hpp"
 #include "core/error.hpp"
 #include "study/summary.hpp"
 

@@ -2,7 +2,7 @@
 // A study computed again from its archive, and what came out differently.
 #pragma once
 
-#include "archive/study_file.hpp"
+#include "archive/study/file.hpp"
 #include "study/plan.hpp"
 #include "study/study_folder.hpp"
 

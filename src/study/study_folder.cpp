@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/study_folder.hpp"
 
-#include "archive/journal_scan.hpp"
-#include "archive/study_file.hpp"
-#include "archive/study_verify.hpp"
+#include "archive/journal/read.hpp"
+#include "archive/study/file.hpp"
+#include "archive/study/verify.hpp"
 #include "core/error.hpp"
 #include "study/config.hpp"
 

@@ -2,7 +2,7 @@
 // What a study found: the regressions, and which points failed; as plain data, JSON and tables.
 #pragma once
 
-#include "archive/study_file.hpp"
+#include "archive/study/file.hpp"
 #include "reduce/study_regression.hpp"
 #include "study/plan.hpp"
 #include "study/replicate_summary.hpp"

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "archive/point_record.hpp"
-#include "archive/study_description.hpp"
+#include "archive/study/description.hpp"
 #include "run/simulate.hpp"
 #include "study/config.hpp"
 

@@ -2,7 +2,7 @@
 // The XDMF text by which ParaView finds a trajectory in a study file.
 #pragma once
 
-#include "archive/study_description.hpp"
+#include "archive/study/description.hpp"
 
 #include <string>
 

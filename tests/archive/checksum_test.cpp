@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "archive/crc32.hpp"
+#include "archive/bytes.hpp"
 
 #include <random>
 #include <vector>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "archive/archive_example.hpp"
-#include "archive/journal_scan.hpp"
-#include "archive/journal_writer.hpp"
+#include "archive/journal/read.hpp"
+#include "archive/journal/writer.hpp"
 #include "core/error.hpp"
 
 #include <csignal>

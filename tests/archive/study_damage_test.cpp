@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "archive/archive_example.hpp"
 #include "archive/file_descriptor.hpp"
-#include "archive/hdf5_handle.hpp"
-#include "archive/hdf5_read.hpp"
-#include "archive/hdf5_write.hpp"
-#include "archive/study_file.hpp"
-#include "archive/study_verify.hpp"
-#include "archive/study_writer.hpp"
+#include "archive/hdf5/handle.hpp"
+#include "archive/hdf5/read.hpp"
+#include "archive/hdf5/write.hpp"
+#include "archive/study/file.hpp"
+#include "archive/study/verify.hpp"
+#include "archive/study/writer.hpp"
 #include "core/error.hpp"
 
 #include <algorithm>

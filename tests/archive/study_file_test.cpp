@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "archive/archive_example.hpp"
-#include "archive/journal_index.hpp"
-#include "archive/journal_writer.hpp"
-#include "archive/study_file.hpp"
-#include "archive/study_verify.hpp"
-#include "archive/study_writer.hpp"
+#include "archive/journal/read.hpp"
+#include "archive/journal/writer.hpp"
+#include "archive/study/file.hpp"
+#include "archive/study/verify.hpp"
+#include "archive/study/writer.hpp"
 #include "core/error.hpp"
 
 #include <algorithm>

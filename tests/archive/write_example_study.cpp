@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Writes the example study to the path given, for readers in other languages.
 #include "archive/archive_example.hpp"
-#include "archive/study_writer.hpp"
+#include "archive/study/writer.hpp"
 
 #include <exception>
 #include <iostream>

@@ -2,10 +2,9 @@
 // Fuzz target: a study's journal. The first byte chooses: the bytes of a journal file, the bytes
 // behind a whole file header, the payload of a record whose checksums are right, or the note beside
 // the journals.
-#include "archive/crc32.hpp"
-#include "archive/journal_format.hpp"
-#include "archive/journal_index.hpp"
-#include "archive/little_endian.hpp"
+#include "archive/bytes.hpp"
+#include "archive/journal/format.hpp"
+#include "archive/journal/read.hpp"
 #include "fuzz/fuzz_input.hpp"
 #include "study/folder_state.hpp"
 

@@ -2,13 +2,11 @@
 // Fuzz target: study.h5. The first byte chooses: the bytes of the file, or changes to a whole one
 // that HDF5 itself makes, so that no checksum is in their way: objects that are absent, of another
 // type or another shape, and attributes with other values.
-#include "archive/study_file.hpp"
-
 #include "archive/archive_example.hpp"
-#include "archive/hdf5_call.hpp"
-#include "archive/hdf5_handle.hpp"
-#include "archive/study_verify.hpp"
-#include "archive/study_writer.hpp"
+#include "archive/hdf5/handle.hpp"
+#include "archive/study/file.hpp"
+#include "archive/study/verify.hpp"
+#include "archive/study/writer.hpp"
 #include "fuzz/fuzz_input.hpp"
 
 #include <array>

@@ -2,7 +2,7 @@
 // Studies of some milliseconds of work, and what their archives hold, bit for bit.
 #pragma once
 
-#include "archive/study_file.hpp"
+#include "archive/study/file.hpp"
 #include "study/plan.hpp"
 
 #include <bit>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Points that kill their process are given up after some deaths; failed ones can be tried again.
-#include "archive/journal_scan.hpp"
-#include "archive/study_file.hpp"
+#include "archive/journal/read.hpp"
+#include "archive/study/file.hpp"
 #include "core/error.hpp"
 #include "small_studies.hpp"
 #include "study/execute.hpp"

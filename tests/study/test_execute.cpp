@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a study computes does not depend on the ranks, nor on interruptions.
-#include "archive/journal_scan.hpp"
-#include "archive/journal_writer.hpp"
+#include "archive/journal/read.hpp"
+#include "archive/journal/writer.hpp"
 #include "core/error.hpp"
 #include "small_studies.hpp"
 #include "study/execute.hpp"

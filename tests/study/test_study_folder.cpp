@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which folders a study may use, and what it finds in them.
-#include "archive/journal_writer.hpp"
+#include "archive/journal/writer.hpp"
 #include "core/error.hpp"
 #include "small_studies.hpp"
 #include "study/execute.hpp"

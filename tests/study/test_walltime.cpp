@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A study with a deadline: what fits is computed, the pace is handed on from run to run, and
 // nothing is lost. The clock is the test's: every point takes one second.
-#include "archive/study_file.hpp"
+#include "archive/study/file.hpp"
 #include "run/simulate.hpp"
 #include "small_studies.hpp"
 #include "study/execute.hpp"

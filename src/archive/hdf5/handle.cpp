@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "archive/hdf5/handle.hpp"
+
+#include "core/error.hpp"
+
+#include <fmt/format.h>
+
+namespace culm::archive {
+
+namespace {
+
+struct Reason {
+    std::string innermost;
+    bool is_lock = false;
+};
+
+herr_t visit_error(unsigned depth, const H5E_error2_t* error, void* data) noexcept {
+    auto& reason = *static_cast<Reason*>(data);
+    const std::string_view text = error->desc == nullptr ? "" : error->desc;
+    if (depth == 0)
+        reason.innermost = text;
+    if (text.find("lock the file") != std::string_view::npos ||
+        text.find("lock file") != std::string_view::npos)
+        reason.is_lock = true;
+    return 0;
+}
+
+} // namespace
+
+std::string hdf5_reason() {
+    Reason reason;
+    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, &visit_error, &reason);
+    if (reason.innermost.empty())
+        reason.innermost = "HDF5 gives no reason";
+    if (reason.is_lock)
+        reason.innermost += " (another process may have the file open; on a file system without "
+                            "locks set the environment variable HDF5_USE_FILE_LOCKING=FALSE)";
+    return reason.innermost;
+}
+
+void throw_hdf5_error(std::string_view action, const std::filesystem::path& path) {
+    throw core::StorageError(
+        fmt::format("{}: cannot {}: {}", path.string(), action, hdf5_reason()));
+}
+
+} // namespace culm::archive

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Reading groups, attributes and datasets of a study file.
+#pragma once
+
+#include "archive/hdf5/handle.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::archive {
+
+/// An HDF5 file opened for reading. Objects are named by their absolute paths. Every failure is a
+/// StorageError with the file's path and the object's name; so is an object of another type or
+/// shape than culm writes, and one that announces more than the file can hold. External links are
+/// not followed.
+class Hdf5Input {
+  public:
+    explicit Hdf5Input(std::filesystem::path path);
+
+    [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+    [[nodiscard]] hid_t root() const { return file_.get(); }
+    /// Whether there is an object of that name (a name in a missing group is not there either).
+    [[nodiscard]] bool has(const std::string& object) const;
+    [[nodiscard]] bool has_attribute(const std::string& object, const std::string& name) const;
+
+    [[nodiscard]] std::string text_attribute(const std::string& object,
+                                             const std::string& name) const;
+    /// All texts of a list attribute.
+    [[nodiscard]] std::vector<std::string> text_list_attribute(const std::string& object,
+                                                               const std::string& name) const;
+    [[nodiscard]] std::int64_t integer_attribute(const std::string& object,
+                                                 const std::string& name) const;
+
+    /// Refuses datasets whose numbers stand in other files.
+    [[nodiscard]] DatasetHandle open_dataset(const std::string& name) const;
+    [[nodiscard]] std::vector<hsize_t> shape(const std::string& dataset) const;
+    /// A scalar text whose attribute crc32 is verified.
+    [[nodiscard]] std::string text(const std::string& dataset) const;
+    /// One element of a list of fixed-length texts.
+    [[nodiscard]] std::string text_at(const std::string& dataset, hsize_t row) const;
+    /// All of a dataset of doubles.
+    [[nodiscard]] std::vector<double> doubles(const std::string& dataset) const;
+    /// The slice [row] along the first axis of a dataset of doubles.
+    [[nodiscard]] std::vector<double> doubles_at(const std::string& dataset, hsize_t row) const;
+    /// The slices [row], … [row + rows − 1].
+    [[nodiscard]] std::vector<double> doubles_at(const std::string& dataset, hsize_t row,
+                                                 hsize_t rows) const;
+    /// All of a dataset of PointStatus.
+    [[nodiscard]] std::vector<std::uint8_t> statuses(const std::string& dataset) const;
+
+  private:
+    [[noreturn]] void refuse(const std::string& object, const std::string& why) const;
+    /// Product of the shape, checked against what is stored.
+    [[nodiscard]] hsize_t element_count(const std::string& dataset, std::size_t element_size) const;
+    [[nodiscard]] AttributeHandle open_attribute(const std::string& object,
+                                                 const std::string& name) const;
+
+    std::filesystem::path path_;
+    FileHandle file_;
+};
+
+} // namespace culm::archive

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The bytes of a journal: file header and record headers (docs/archive-format.md, journal 2).
+#pragma once
+
+#include "archive/bytes.hpp"
+#include "archive/point_record.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace culm::archive {
+
+/// Version 2 added the marks of points in work; version 1 is read as well.
+inline constexpr std::uint32_t journal_version = 2;
+inline constexpr std::uint32_t oldest_journal_version = 1;
+inline constexpr std::array<char, 8> journal_magic = {'C', 'U', 'L', 'M', 'J', 'R', 'N', 'L'};
+/// Bytes of the file header before the identity text: magic, version, length.
+inline constexpr std::size_t journal_prefix_size = 16;
+
+/// Starts every record. Not a text and not the start of any likely double, so that a search for it
+/// seldom stops in vain.
+inline constexpr std::array<std::byte, 8> record_magic = {
+    std::byte{0xC5}, std::byte{'R'},  std::byte{'E'},  std::byte{'C'},
+    std::byte{0x0D}, std::byte{0x0A}, std::byte{0x1A}, std::byte{0xF1}};
+inline constexpr std::size_t record_header_size = 40;
+
+/// What a record says of its point, with the numbers used in the file. 2 is PointStatus::Missing
+/// and stands in no journal.
+enum class RecordKind : std::uint8_t {
+    Completed = 0,
+    Failed = 1,
+    Started = 3,   ///< mark without payload: a rank begins to compute the point
+    GivenBack = 4, ///< mark without payload: it stopped in order before there was an outcome
+};
+
+[[nodiscard]] constexpr bool is_outcome(RecordKind kind) {
+    return kind == RecordKind::Completed || kind == RecordKind::Failed;
+}
+
+struct RecordHeader {
+    std::int64_t point = 0;
+    RecordKind kind = RecordKind::Completed;
+    std::uint64_t payload_size = 0; ///< bytes
+    std::uint32_t payload_crc = 0;
+};
+
+/// Magic, version, length and text of the study's identity, CRC-32 of all that.
+[[nodiscard]] std::vector<std::byte> encode_journal_header(std::string_view identity,
+                                                           std::uint32_t version = journal_version);
+
+/// Header and payload of a record in one block, ready for one write. Replaces what `bytes` held;
+/// its memory is used again.
+void encode_record(const PointRecord& record, std::vector<std::byte>& bytes);
+
+/// One mark of this kind for each point, in one block. Replaces what `bytes` held.
+void encode_marks(std::span<const std::int64_t> points, RecordKind kind,
+                  std::vector<std::byte>& bytes);
+
+/// The header in these record_header_size bytes, or nothing if magic or checksum are wrong.
+[[nodiscard]] std::optional<RecordHeader> decode_record_header(std::span<const std::byte> bytes);
+
+/// Appends the payload of a journal record (docs/archive-format.md): all but point and status,
+/// which stand in the record's header.
+void put_payload(const PointRecord& record, ByteWriter& writer);
+
+/// Fills all but point and status from a payload. StorageError, beginning with `where`, if the
+/// bytes do not have the documented form.
+[[nodiscard]] PointRecord decode_payload(std::span<const std::byte> payload,
+                                         std::string_view where);
+
+} // namespace culm::archive

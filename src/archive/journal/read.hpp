@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Reading journals: an index of what is whole, a count of what is not, and single records.
+#pragma once
+
+#include "archive/file_descriptor.hpp"
+#include "archive/point_record.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace culm::archive {
+
+/// Where a whole record stands in its journal.
+struct JournalEntry {
+    std::int64_t point = 0;
+    PointStatus status = PointStatus::Completed;
+    std::uint64_t offset = 0; ///< of the record's header in the file, bytes
+    std::uint64_t length = 0; ///< of header and payload, bytes
+};
+
+/// What one journal holds.
+struct JournalScan {
+    std::string file;
+    std::uint64_t size = 0;            ///< of the file, bytes
+    bool header_finished = true;       ///< false: died before the header was written; no entries
+    std::vector<JournalEntry> entries; ///< whole records in the order of the file
+    /// How often each point was begun without an outcome and without being given back: once for
+    /// every process that died while it computed the point, and once more if one computes it now.
+    std::map<std::int64_t, int> unfinished_starts;
+    std::uint64_t valid_end = 0;       ///< behind the last whole record (or the header), bytes
+    std::uint64_t torn_tail_bytes = 0; ///< behind valid_end
+    std::uint64_t skipped_bytes = 0;   ///< damaged, with whole records behind them
+    std::int64_t damaged_regions = 0;  ///< stretches that make up skipped_bytes
+    std::int64_t corrupt_records = 0;  ///< whole header, but the payload fails its checksum
+
+    [[nodiscard]] bool is_damaged() const {
+        return torn_tail_bytes > 0 || skipped_bytes > 0 || corrupt_records > 0;
+    }
+};
+
+/// How much of a journal a scan reads.
+enum class ScanDepth {
+    Everything, ///< and checks every checksum
+    Headers,    ///< payloads are passed over unread: for a look at a study that runs
+};
+
+/// Reads the journal once, in blocks, and checks every checksum; payloads are not kept.
+/// Damage behind the header is skipped up to the next whole record and counted, never thrown.
+/// InputError: the journal belongs to another study. StorageError: it cannot be read, is no
+/// journal, has another version, or its header is damaged.
+[[nodiscard]] JournalScan scan_journal(const std::filesystem::path& path, std::string_view identity,
+                                       ScanDepth depth = ScanDepth::Everything);
+[[nodiscard]] JournalScan scan_journal(const FileDescriptor& file, std::string_view identity,
+                                       ScanDepth depth = ScanDepth::Everything);
+
+/// The files *.culmj of the folder, in order of their names; empty if there is no such folder.
+[[nodiscard]] std::vector<std::filesystem::path> journal_files(const std::filesystem::path& folder);
+
+/// scan_journal for each of journal_files.
+[[nodiscard]] std::vector<JournalScan> scan_journal_folder(const std::filesystem::path& folder,
+                                                           std::string_view identity);
+
+/// The identity text of a journal, for which the study need not be known; nothing if the header was
+/// never finished. StorageError as above.
+[[nodiscard]] std::optional<std::string> read_journal_identity(const std::filesystem::path& path);
+
+/// One record, its checksums verified again. StorageError if it is no longer what was scanned.
+[[nodiscard]] PointRecord read_record(const FileDescriptor& file, const JournalEntry& entry);
+
+/// The entry to be used for each point that the journals know: a completed one before a failed one,
+/// else the later one in the order given. 40 bytes a point: a study may have millions.
+class JournalIndex {
+  public:
+    explicit JournalIndex(std::span<const JournalScan> scans);
+
+    [[nodiscard]] bool contains(std::int64_t point) const { return find(point) != nullptr; }
+    /// std::out_of_range if the index does not know the point.
+    [[nodiscard]] const JournalEntry& at(std::int64_t point) const;
+    [[nodiscard]] std::size_t size() const { return places_.size(); }
+
+    /// The record of a point, or nothing if the index does not know it; StorageError as for
+    /// read_record. Journals stay open for the next record, some dozens of them at a time.
+    [[nodiscard]] std::optional<PointRecord> find_record(std::int64_t point);
+
+  private:
+    struct Place {
+        JournalEntry entry;
+        std::uint32_t file; ///< in files_
+    };
+
+    [[nodiscard]] const Place* find(std::int64_t point) const;
+
+    std::vector<std::string> files_;
+    std::vector<Place> places_; ///< ordered by point, each point once
+    std::map<std::uint32_t, FileDescriptor> open_;
+};
+
+} // namespace culm::archive

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Everything about a study that its file states besides the points themselves.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace culm::archive {
+
+/// Name and version of the study file's format (docs/archive-format.md).
+inline constexpr std::string_view study_format_name = "culm-study";
+/// A reader refuses another major version; a minor version only adds.
+inline constexpr int study_format_major = 1;
+inline constexpr int study_format_minor = 0;
+
+/// One column of a table.
+struct Column {
+    std::string name; ///< of the dataset: not empty, no '/', unique in its table
+    std::string unit; ///< "1" if dimensionless
+    std::string description;
+
+    bool operator==(const Column&) const = default;
+};
+
+/// Which histories are stored for every completed point.
+struct StoredHistories {
+    bool tip = false;
+    bool heights = false;
+    bool positions = false;
+
+    bool operator==(const StoredHistories&) const = default;
+};
+
+struct StudyDescription {
+    std::int64_t points = 0;     ///< in the design; their ids are 0 … points − 1
+    std::vector<Column> factors; ///< columns of the design
+    std::vector<Column> results; ///< columns of PointRecord::values
+    StoredHistories stored;
+    std::vector<double> times;   ///< of the samples, s; needed if any history is stored
+    std::vector<double> heights; ///< above the clamp, m; needed for height histories
+    int spheres = 0;             ///< in the chain; needed for positions
+    std::string identity;        ///< canonical configuration; decides what may be resumed
+    std::string author;          ///< H5MD's author name
+    std::string version;         ///< of culm
+    /// Name and text, in the order given: compiler, libraries, hosts, ranks, seed, start, end …
+    /// "identity" and "entries" are reserved; "config" and texts above 8 KiB become datasets.
+    std::vector<std::pair<std::string, std::string>> provenance;
+    int trajectory_compression = 0; ///< deflate level 0 … 9 for positions
+
+    bool operator==(const StudyDescription&) const = default;
+};
+
+/// InputError if a column, a name or a number in the description cannot be stored; the text names
+/// it and what is allowed.
+void validate(const StudyDescription& description);
+
+} // namespace culm::archive

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Reading DIR/study.h5, the archive of a study.
+#pragma once
+
+#include "archive/point_record.hpp"
+#include "archive/study/description.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace culm::archive {
+
+class Hdf5Input;
+
+/// An open study file; one dataset or one point is read at a time. Reading damaged data is a
+/// StorageError that names the dataset, never wrong numbers.
+class StudyFile {
+  public:
+    /// StorageError: no HDF5 file, truncated, damaged, or locked. InputError: not a culm study, or
+    /// of a major format version that this culm does not know.
+    explicit StudyFile(const std::filesystem::path& path);
+    ~StudyFile();
+    StudyFile(StudyFile&&) noexcept;
+    StudyFile& operator=(StudyFile&&) noexcept;
+    StudyFile(const StudyFile&) = delete;
+    StudyFile& operator=(const StudyFile&) = delete;
+
+    [[nodiscard]] const std::filesystem::path& path() const;
+    /// All that was given to write_study_file besides design and records.
+    [[nodiscard]] const StudyDescription& description() const { return description_; }
+    [[nodiscard]] std::int64_t point_count() const { return description_.points; }
+    /// (points)
+    [[nodiscard]] const std::vector<PointStatus>& statuses() const { return statuses_; }
+    [[nodiscard]] PointStatus status(std::int64_t point) const;
+
+    /// One column (points), in its unit. InputError if there is no such column; the text names the
+    /// nearest one.
+    [[nodiscard]] std::vector<double> factor(const std::string& name) const;
+    /// As factor; NaN where the point failed or is missing.
+    [[nodiscard]] std::vector<double> result(const std::string& name) const;
+    /// All factor columns: (points, factors), row-major.
+    [[nodiscard]] std::vector<double> design() const;
+
+    /// Histories of a completed point. InputError if the study does not store them, or if the point
+    /// is outside of the design, failed, or missing.
+    [[nodiscard]] std::vector<double> tip_deflection(std::int64_t point) const; ///< (samples), m
+    /// (samples, heights) row-major, m
+    [[nodiscard]] std::vector<double> height_deflection(std::int64_t point) const;
+    /// (samples, spheres, 3) row-major, m
+    [[nodiscard]] std::vector<double> positions(std::int64_t point) const;
+
+    /// Why a failed point has no answer; both empty for others.
+    [[nodiscard]] std::string failure_kind(std::int64_t point) const;
+    [[nodiscard]] std::string failure_reason(std::int64_t point) const;
+
+    /// Everything that is stored of a point; nothing if it is missing. Quick for neighbouring
+    /// points one after the other: results are read a chunk at a time.
+    [[nodiscard]] std::optional<PointRecord> record(std::int64_t point) const;
+
+  private:
+    void require_point(std::int64_t point) const;
+    void require_history(bool stored, const char* what, std::int64_t point) const;
+    /// The values, or StorageError if there are more or fewer.
+    [[nodiscard]] std::vector<double>
+    require_size(const std::string& dataset, std::vector<double> values, std::size_t size) const;
+    /// The same of a completed point's history, which is never without a number: if it is, HDF5 has
+    /// put fill values in the place of an absent chunk.
+    [[nodiscard]] std::vector<double> require_history_of_size(const std::string& dataset,
+                                                              std::vector<double> values,
+                                                              std::size_t size) const;
+    /// All results of a point.
+    [[nodiscard]] std::vector<double> result_values(std::int64_t point) const;
+    [[nodiscard]] std::vector<double> column(const std::string& table,
+                                             const std::vector<Column>& columns,
+                                             const std::string& name) const;
+
+    std::unique_ptr<Hdf5Input> input_; // behind a pointer: callers do not see hdf5.h
+    StudyDescription description_;
+    std::vector<PointStatus> statuses_;
+    mutable std::vector<std::vector<double>> result_rows_; ///< (columns, rows of one chunk)
+    mutable std::int64_t first_result_row_ = -1;           ///< of these; -1: none are held
+};
+
+} // namespace culm::archive

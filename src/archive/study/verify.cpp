@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "archive/study/verify.hpp"
+
+#include "archive/hdf5/handle.hpp"
+#include "archive/hdf5/read.hpp"
+#include "archive/study/file.hpp"
+#include "core/error.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstddef>
+#include <exception>
+#include <functional>
+#include <numeric>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace culm::archive {
+
+namespace {
+
+using Extent = std::vector<hsize_t>;
+
+hsize_t product(const Extent& extent) {
+    return std::accumulate(extent.begin(), extent.end(), hsize_t{1}, std::multiplies<>());
+}
+
+/// Moves `start` on to the next chunk in row-major order; false behind the last one.
+bool advance(Extent& start, const Extent& shape, const Extent& chunk) {
+    for (std::size_t axis = shape.size(); axis-- > 0;) {
+        start[axis] += chunk[axis];
+        if (start[axis] < shape[axis])
+            return true;
+        start[axis] = 0;
+    }
+    return false;
+}
+
+/// Checks the chunks of one dataset.
+class ChunkReader {
+  public:
+    ChunkReader(const Hdf5Input& input, const std::string& name)
+        : path_(input.path()), dataset_(input.open_dataset(name)), shape_(input.shape(name)),
+          chunk_(shape_.size()), type_(H5Dget_type(dataset_.get())) {
+        const PropertyListHandle list(
+            checked(H5Dget_create_plist(dataset_.get()), "read the properties", path_));
+        checked(H5Pget_chunk(list.get(), static_cast<int>(chunk_.size()), chunk_.data()),
+                "read the chunk shape", path_);
+        const H5T_class_t kind = H5Tget_class(type_.get());
+        constexpr hsize_t largest_chunk = hsize_t{1} << 28U; // bytes; culm writes 512 KiB or so
+        const hsize_t size = product(chunk_) * H5Tget_size(type_.get());
+        if ((kind != H5T_INTEGER && kind != H5T_FLOAT && kind != H5T_ENUM && kind != H5T_STRING) ||
+            H5Tis_variable_str(type_.get()) > 0 || size > largest_chunk)
+            throw core::StorageError("it is no dataset that culm writes");
+        buffer_.resize(static_cast<std::size_t>(size));
+    }
+
+    void read_all(DamagedDataset& result) {
+        if (std::ranges::find(shape_, hsize_t{0}) != shape_.end())
+            return; // no axis may be walked along where another one is empty
+        if (const hsize_t absent = absent_chunks(); absent > most_absent) {
+            result.chunks = result.damaged_chunks = static_cast<std::int64_t>(absent);
+            result.reason = "a chunk is absent";
+            return;
+        }
+        Extent start(shape_.size(), 0);
+        do {
+            ++result.chunks;
+            const std::string reason = read(start);
+            if (!reason.empty() && result.damaged_chunks++ == 0)
+                result.reason = reason;
+        } while (advance(start, shape_, chunk_));
+    }
+
+  private:
+    /// Beyond so many there is nothing to learn from looking at each.
+    static constexpr hsize_t most_absent = 10'000;
+
+    /// Chunks that the shape needs and the file has not.
+    [[nodiscard]] hsize_t absent_chunks() const {
+        long double needed = 1.0L;
+        for (std::size_t axis = 0; axis < shape_.size(); ++axis)
+            needed *= std::ceil(static_cast<long double>(shape_[axis]) /
+                                static_cast<long double>(chunk_[axis]));
+        hsize_t stored = 0;
+        const DataspaceHandle space(H5Dget_space(dataset_.get()));
+        checked(H5Dget_num_chunks(dataset_.get(), space.get(), &stored), "count the chunks", path_);
+        const long double absent = needed - static_cast<long double>(stored);
+        return static_cast<hsize_t>(std::clamp(absent, 0.0L, 1e18L));
+    }
+
+    /// Reads the chunk at `start`; empty, or what is wrong with it.
+    std::string read(const Extent& start) {
+        unsigned mask = 0;
+        haddr_t address = HADDR_UNDEF;
+        hsize_t size = 0;
+        if (H5Dget_chunk_info_by_coord(dataset_.get(), start.data(), &mask, &address, &size) < 0)
+            return hdf5_reason();
+        if (address == HADDR_UNDEF)
+            return "a chunk is absent";
+        if (mask != 0)
+            return "a chunk is stored without its checksum";
+        Extent count(shape_.size());
+        for (std::size_t axis = 0; axis < count.size(); ++axis)
+            count[axis] = std::min(chunk_[axis], shape_[axis] - start[axis]);
+        const DataspaceHandle space(H5Dget_space(dataset_.get()));
+        H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(),
+                            nullptr);
+        const DataspaceHandle memory(
+            H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr));
+        if (H5Dread(dataset_.get(), type_.get(), memory.get(), space.get(), H5P_DEFAULT,
+                    buffer_.data()) < 0)
+            return hdf5_reason();
+        return {};
+    }
+
+    std::filesystem::path path_;
+    DatasetHandle dataset_;
+    Extent shape_;
+    Extent chunk_;
+    DatatypeHandle type_;
+    std::vector<std::byte> buffer_;
+};
+
+DamagedDataset examine(const Hdf5Input& input, const std::string& name) {
+    DamagedDataset result;
+    result.name = name;
+    try {
+        if (input.shape(name).empty()) {
+            result.chunks = 1;
+            (void)input.text(name);
+        } else {
+            ChunkReader(input, name).read_all(result);
+        }
+    } catch (const core::StorageError& error) {
+        result.chunks = std::max<std::int64_t>(result.chunks, 1);
+        result.damaged_chunks = std::max<std::int64_t>(result.damaged_chunks, 1);
+        result.reason = error.what();
+    }
+    return result;
+}
+
+herr_t collect_dataset(hid_t, const char* name, const H5O_info_t* info, void* data) {
+    if (info->type == H5O_TYPE_DATASET)
+        static_cast<std::vector<std::string>*>(data)->push_back(std::string("/") + name);
+    return 0;
+}
+
+} // namespace
+
+Verification verify(const std::filesystem::path& path) {
+    const Hdf5Silence silence;
+    const Hdf5Input input(path);
+    std::vector<std::string> names;
+    // In sorted order HDF5 1.10.8 first makes a table of a group's links, and frees what it never
+    // filled if the group is damaged.
+    checked(H5Ovisit2(input.root(), H5_INDEX_NAME, H5_ITER_NATIVE, &collect_dataset, &names,
+                      H5O_INFO_BASIC),
+            "list the datasets", path);
+    std::ranges::sort(names);
+    Verification verification;
+    for (const std::string& name : names) {
+        const DamagedDataset result = examine(input, name);
+        ++verification.datasets;
+        verification.chunks += result.chunks;
+        if (result.damaged_chunks > 0)
+            verification.damaged.push_back(result);
+    }
+    return verification;
+}
+
+namespace {
+
+/// In the child: opens the file, without a word and without a core file, and ends.
+[[noreturn]] void open_and_exit(const std::filesystem::path& path) {
+    const rlimit nothing{0, 0};
+    (void)::setrlimit(RLIMIT_CORE, &nothing);
+    const rlimit patience{20, 20}; // s of processor time, where a sound file takes milliseconds
+    (void)::setrlimit(RLIMIT_CPU, &patience);
+    if (const int silence = ::open("/dev/null", O_WRONLY); silence >= 0)
+        (void)::dup2(silence, STDERR_FILENO); // the C library complains of a broken heap there
+    try {
+        const StudyFile file(path);
+    } catch (const std::exception&) {
+        ::_exit(0); // refused in order: the parent will meet the same
+    }
+    ::_exit(0);
+}
+
+} // namespace
+
+std::string death_while_opening(const std::filesystem::path& path) {
+    const pid_t child = ::fork();
+    if (child < 0)
+        return {}; // no process to spare: the parent takes the risk
+    if (child == 0)
+        open_and_exit(path);
+    int state = 0;
+    pid_t ended = 0;
+    do {
+        ended = ::waitpid(child, &state, 0);
+    } while (ended < 0 && errno == EINTR);
+    if (ended != child || !WIFSIGNALED(state))
+        return {};
+    return fmt::format(
+        "{}: damaged in a part that has no checksum: HDF5 itself dies of it, or comes "
+        "to no end (signal {})",
+        path.string(), WTERMSIG(state));
+}
+
+} // namespace culm::archive

@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "archive/study/writer.hpp"
+
+#include "archive/file_descriptor.hpp"
+#include "archive/hdf5/handle.hpp"
+#include "archive/hdf5/write.hpp"
+#include "archive/study/histories.hpp"
+#include "core/error.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace culm::archive {
+
+namespace {
+
+/// Writes the columns of one group; holds one chunk of rows in memory.
+class TableWriter {
+  public:
+    /// Creates the datasets, and the attribute `columns` that lists their names in order.
+    TableWriter(const Hdf5Output& output, const GroupHandle& group, std::span<const Column> columns,
+                hsize_t rows);
+
+    /// One value per column.
+    void append(std::span<const double> row);
+
+  private:
+    void flush();
+
+    const Hdf5Output& output_;
+    hsize_t rows_;
+    hsize_t chunk_rows_;
+    hsize_t written_ = 0;
+    hsize_t buffered_ = 0;
+    std::vector<DatasetHandle> datasets_;
+    std::vector<std::vector<double>> buffers_; ///< (columns, rows of a chunk)
+};
+
+TableWriter::TableWriter(const Hdf5Output& output, const GroupHandle& group,
+                         std::span<const Column> columns, hsize_t rows)
+    : output_(output), rows_(rows), chunk_rows_(table_chunk_rows(rows)), buffers_(columns.size()) {
+    std::vector<std::string> names;
+    for (const Column& column : columns) {
+        names.push_back(column.name);
+        datasets_.push_back(output.create_dataset(
+            group.get(), column.name,
+            {H5T_IEEE_F64LE, {rows}, {chunk_rows_}, 1, column.unit, column.description}));
+    }
+    if (!names.empty()) // an attribute cannot be empty in a way that every reader understands
+        output.write_attribute(group.get(), "columns", names);
+}
+
+void TableWriter::append(std::span<const double> row) {
+    for (std::size_t column = 0; column < buffers_.size(); ++column)
+        buffers_[column].push_back(row[column]);
+    ++buffered_;
+    if (buffered_ == chunk_rows_ || written_ + buffered_ == rows_)
+        flush();
+}
+
+void TableWriter::flush() {
+    const std::vector<hsize_t> start{written_};
+    const std::vector<hsize_t> count{buffered_};
+    for (std::size_t column = 0; column < buffers_.size(); ++column) {
+        output_.write_block(datasets_[column], start, count, H5T_NATIVE_DOUBLE,
+                            buffers_[column].data());
+        buffers_[column].clear();
+    }
+    written_ += buffered_;
+    buffered_ = 0;
+}
+
+/// Longest failure text that is stored, in bytes; a longer one ends with "…".
+constexpr std::size_t longest_failure_text = 1024;
+
+/// Takes the points in order of their ids. Keeps states and reasons of failure in memory.
+class ResultsWriter {
+  public:
+    ResultsWriter(const Hdf5Output& output, const StudyDescription& description);
+
+    /// The next point; nullptr if it is missing.
+    void append(const PointRecord* record);
+    /// After the last point.
+    void finish();
+
+  private:
+    using Texts = std::map<std::size_t, std::string>; ///< by row; the other rows are empty
+
+    void write_texts(const std::string& name, const Texts& texts, const std::string& description);
+
+    const Hdf5Output& output_;
+    GroupHandle group_;
+    TableWriter table_;
+    std::vector<double> no_values_; ///< a row of NaN
+    std::vector<std::uint8_t> statuses_;
+    Texts failure_kinds_;
+    Texts failure_reasons_;
+};
+
+/// The text in at most longest_failure_text bytes, never cut inside a UTF-8 character.
+std::string shortened(const std::string& text) {
+    if (text.size() <= longest_failure_text)
+        return text;
+    const std::string ellipsis = "…";
+    std::size_t end = longest_failure_text - ellipsis.size();
+    const auto continues_character = [](char c) {
+        return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U;
+    };
+    while (end > 0 && continues_character(text[end]))
+        --end;
+    return text.substr(0, end) + ellipsis;
+}
+
+ResultsWriter::ResultsWriter(const Hdf5Output& output, const StudyDescription& description)
+    : output_(output), group_(output.create_group(output.root(), "results")),
+      table_(output, group_, description.results, static_cast<hsize_t>(description.points)),
+      no_values_(description.results.size(), std::numeric_limits<double>::quiet_NaN()) {}
+
+void ResultsWriter::append(const PointRecord* record) {
+    const PointStatus status = record == nullptr ? PointStatus::Missing : record->status();
+    statuses_.push_back(static_cast<std::uint8_t>(status));
+    if (status == PointStatus::Failed) {
+        failure_kinds_.emplace(statuses_.size() - 1, shortened(record->failure_kind));
+        failure_reasons_.emplace(statuses_.size() - 1, shortened(record->failure_reason));
+    }
+    table_.append(status == PointStatus::Completed ? record->values : no_values_);
+}
+
+void ResultsWriter::finish() {
+    const std::vector<hsize_t> shape{statuses_.size()};
+    const std::vector<hsize_t> start{0};
+    const DatatypeHandle type = status_type();
+    const DatasetHandle status =
+        output_.create_dataset(group_.get(), "status",
+                               {type.get(),
+                                shape,
+                                {table_chunk_rows(shape[0])},
+                                1,
+                                "1",
+                                "0: completed, 1: failed, 2: missing (not computed)"});
+    output_.write_block(status, start, shape, type.get(), statuses_.data());
+    write_texts("failure_kind", failure_kinds_, "short name of the kind of failure, else empty");
+    write_texts("failure_reason", failure_reasons_, "why the point has no answer, else empty");
+}
+
+void ResultsWriter::write_texts(const std::string& name, const Texts& texts,
+                                const std::string& description) {
+    std::size_t width = 1;
+    for (const auto& [row, text] : texts)
+        width = std::max(width, text.size());
+    constexpr std::size_t chunk_bytes = 65536;
+    const hsize_t rows = statuses_.size();
+    const hsize_t chunk = std::min<hsize_t>(rows, std::max<hsize_t>(1, chunk_bytes / width));
+    const DatatypeHandle type = fixed_text_type(width);
+    const DatasetHandle dataset = output_.create_dataset(
+        group_.get(), name, {type.get(), {rows}, {chunk}, 1, "1", description});
+    for (hsize_t begin = 0; begin < rows; begin += chunk) {
+        const std::vector<hsize_t> start{begin};
+        const std::vector<hsize_t> count{std::min(chunk, rows - begin)};
+        std::string block(count[0] * width, '\0');
+        const auto end = texts.lower_bound(begin + count[0]);
+        for (auto text = texts.lower_bound(begin); text != end; ++text)
+            std::ranges::copy(text->second, block.begin() + static_cast<std::ptrdiff_t>(
+                                                                (text->first - begin) * width));
+        output_.write_block(dataset, start, count, type.get(), block.data());
+    }
+}
+
+std::filesystem::path temporary_path(const std::filesystem::path& target) {
+    return target.string() + ".tmp";
+}
+
+/// Removes the temporary file unless it has been given its final name.
+class TemporaryFile {
+  public:
+    explicit TemporaryFile(const std::filesystem::path& target)
+        : target_(target), path_(temporary_path(target)) {}
+    ~TemporaryFile() {
+        std::error_code ignored; // nothing can be done about it in a destructor
+        if (!is_kept_)
+            std::filesystem::remove(path_, ignored);
+    }
+    TemporaryFile(const TemporaryFile&) = delete;
+    TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+    void move_to_target() {
+        std::error_code error;
+        std::filesystem::rename(path_, target_, error);
+        if (error)
+            throw_storage_error("rename to " + target_.string() + " the file", path_,
+                                error.value());
+        is_kept_ = true;
+        const std::filesystem::path folder = target_.parent_path();
+        sync_path(folder.empty() ? "." : folder);
+    }
+
+  private:
+    std::filesystem::path target_;
+    std::filesystem::path path_;
+    bool is_kept_ = false;
+};
+
+void write_root(const Hdf5Output& output, const StudyDescription& description) {
+    const hid_t root = output.root();
+    output.write_attribute(root, "format", std::string(study_format_name));
+    output.write_attribute(root, "format_version",
+                           fmt::format("{}.{}", study_format_major, study_format_minor));
+    output.write_attribute(root, "points", description.points);
+    output.write_attribute(root, "spheres", std::int64_t{description.spheres});
+    output.write_attribute(root, "trajectory_compression",
+                           std::int64_t{description.trajectory_compression});
+}
+
+void write_h5md(const Hdf5Output& output, const StudyDescription& description) {
+    const GroupHandle h5md = output.create_group(output.root(), "h5md");
+    output.write_attribute(h5md.get(), "version", std::array<std::int32_t, 2>{1, 1});
+    const GroupHandle author = output.create_group(h5md.get(), "author");
+    output.write_attribute(author.get(), "name", description.author);
+    const GroupHandle creator = output.create_group(h5md.get(), "creator");
+    output.write_attribute(creator.get(), "name", std::string("culm"));
+    output.write_attribute(creator.get(), "version", description.version);
+}
+
+void write_provenance(const Hdf5Output& output, const StudyDescription& description) {
+    // An attribute in an object header must stay below 64 KiB; long texts also deserve a checksum.
+    constexpr std::size_t longest_attribute = 8192;
+    const GroupHandle group = output.create_group(output.root(), "provenance");
+    std::vector<std::string> names;
+    for (const auto& [name, text] : description.provenance) {
+        names.push_back(name);
+        if (name == "config" || text.size() > longest_attribute)
+            output.write_text(group.get(), name, text);
+        else
+            output.write_attribute(group.get(), name, text);
+    }
+    if (!names.empty())
+        output.write_attribute(group.get(), "entries", names);
+    output.write_text(group.get(), "identity", description.identity);
+}
+
+void write_design(const Hdf5Output& output, const StudyDescription& description,
+                  std::span<const double> design) {
+    const GroupHandle group = output.create_group(output.root(), "design");
+    const std::vector<hsize_t> shape{static_cast<hsize_t>(description.points)};
+    const std::vector<hsize_t> start{0};
+    std::vector<std::int64_t> points(static_cast<std::size_t>(description.points));
+    std::iota(points.begin(), points.end(), 0);
+    const DatasetHandle dataset = output.create_dataset(
+        group.get(), "point",
+        {H5T_STD_I64LE, shape, {table_chunk_rows(shape[0])}, 1, "1", "place in the design"});
+    output.write_block(dataset, start, shape, H5T_NATIVE_INT64, points.data());
+    TableWriter table(output, group, description.factors, shape[0]);
+    for (std::size_t row = 0; row < points.size(); ++row)
+        table.append(design.subspan(row * description.factors.size(), description.factors.size()));
+}
+
+/// StorageError unless a record's arrays have the sizes that the description promises.
+void require_fitting(const PointRecord& record, std::int64_t point,
+                     const StudyDescription& description) {
+    const auto require = [point](std::string_view what, std::size_t found, std::size_t expected) {
+        if (found != expected)
+            throw core::StorageError(fmt::format("record of point {}: {} {}, but the study has {}",
+                                                 point, found, what, expected));
+    };
+    if (record.point != point)
+        throw core::StorageError(
+            fmt::format("record of point {} was found in the place of {}", record.point, point));
+    if (!record.completed)
+        return;
+    const std::size_t samples = description.times.size();
+    const auto spheres = static_cast<std::size_t>(description.spheres);
+    require("results", record.values.size(), description.results.size());
+    if (description.stored.tip)
+        require("samples of the tip", record.tip_deflection.size(), samples);
+    if (description.stored.heights)
+        require("deflections at heights", record.height_deflection.size(),
+                samples * description.heights.size());
+    if (description.stored.positions)
+        require("coordinates", record.positions.size(), samples * spheres * 3);
+}
+
+void write_points(const Hdf5Output& output, const StudyDescription& description,
+                  const RecordSource& record_of_point) {
+    ResultsWriter results(output, description);
+    HistoriesWriter histories(output, description);
+    for (std::int64_t point = 0; point < description.points; ++point) {
+        const std::optional<PointRecord> record = record_of_point(point);
+        if (record)
+            require_fitting(*record, point, description);
+        results.append(record ? &*record : nullptr);
+        histories.append(record && record->completed ? &*record : nullptr);
+    }
+    results.finish();
+}
+
+} // namespace
+
+void write_study_file(const std::filesystem::path& path, const StudyDescription& description,
+                      std::span<const double> design, const RecordSource& record_of_point) {
+    validate(description);
+    if (design.size() != static_cast<std::size_t>(description.points) * description.factors.size())
+        throw core::InputError(
+            fmt::format("study description: the design has {} values; {} points and {} factors "
+                        "need one for each pair",
+                        design.size(), description.points, description.factors.size()));
+    const Hdf5Silence silence;
+    Hdf5Output output(temporary_path(path));
+    TemporaryFile temporary(path); // after the output has the file: never another process's one
+    write_root(output, description);
+    write_h5md(output, description);
+    write_provenance(output, description);
+    write_design(output, description, design);
+    write_points(output, description, record_of_point);
+    output.close();
+    temporary.move_to_target();
+}
+
+} // namespace culm::archive
