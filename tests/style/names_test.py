@@ -4,6 +4,7 @@
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import names
 
@@ -62,12 +63,28 @@ class NameCheck(unittest.TestCase):
         text = "DIR/tmp ~/work ${DIR}/home /workspaces and/or /root-mean-square x/work\n"
         self.assertEqual(self.faults_of("docs/a.md", text), [])
 
-    def test_a_file_of_more_than_400_lines_is_an_error_and_of_more_than_300_a_warning(self):
-        self.assertEqual(len(self.faults_of("src/core/a.hpp", HEADER + "\n" * 398)), 1)
-        self.assertEqual(self.faults_of("src/core/a.hpp", HEADER + "\n" * 397), [])
+    def test_a_file_of_more_than_500_lines_is_an_error_and_of_more_than_400_a_warning(self):
+        self.assertEqual(len(self.faults_of("src/core/a.hpp", HEADER + "\n" * 498)), 1)
+        self.assertEqual(self.faults_of("src/core/a.hpp", HEADER + "\n" * 497), [])
         self.assertEqual(len(names.long_files(self.root)), 1)
-        self.assertEqual(self.faults_of("src/core/a.hpp", HEADER + "\n" * 297), [])
+        self.assertEqual(self.faults_of("src/core/a.hpp", HEADER + "\n" * 397), [])
         self.assertEqual(names.long_files(self.root), [])
+
+    def test_a_crowded_folder_is_found(self):
+        for number in range(names.MOST_IN_FOLDER):
+            self.assertEqual(self.faults_of(f"src/core/a{number}.hpp", HEADER), [])
+        self.assertEqual(len(self.faults_of("src/core/last.hpp", HEADER)), 1)
+
+    def test_folders_that_were_crowded_may_only_lose_files(self):
+        for folder, number in names.CROWDED.items():
+            self.assertGreater(number, names.MOST_IN_FOLDER, f"{folder} needs no exception")
+
+    def test_too_many_files_and_lines_are_found(self):
+        with mock.patch.multiple(names, AIM_FILES=1, MOST_FILES=2, AIM_LINES=5, MOST_LINES=10):
+            self.faults_of("src/core/a.hpp", HEADER)
+            self.assertEqual(self.faults_of("src/core/b.hpp", HEADER), [])
+            self.assertEqual(len(self.faults_of("src/core/b.hpp", HEADER + "\n" * 10)), 1)
+            self.assertEqual(len(self.faults_of("src/core/c.hpp", HEADER)), 2)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Headers of src/ that need each other in a circle, and headers that only one file needs.
+
+    includes.py ROOT            exit code 1 and one line per fault
+    includes.py ROOT --shrink   removes the mended faults from accepted_includes.txt
+
+A header and the source of the same name are one unit. Units that include each other in a circle can
+only be understood together: they are merged, or divided by idea. A header with a single client in
+its own layer is no interface but half of that client: it is merged into it. A header that nobody in
+src/ needs is dead or serves tests only. Clients are files of src/ other than the header's own
+source; a client in another layer makes the header part of the layer's interface.
+
+accepted_includes.txt lists the faults that stood when the check began. It may only shrink.
+"""
+
+import re
+import sys
+from collections import defaultdict
+from pathlib import Path
+
+from source_tree import files
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
+ACCEPTED = Path(__file__).with_name("accepted_includes.txt")
+MOST_ACCEPTED = 113
+
+
+def includes(root: Path) -> dict[str, set[str]]:
+    """File of src/ -> the files of src/ that it includes, both as paths below src/."""
+    texts = {path.relative_to(root / "src").as_posix(): path.read_text(encoding="utf-8")
+             for path in files(root, ["src"], {".hpp", ".cpp"})}
+    return {name: {header for header in INCLUDE.findall(text) if header in texts}
+            for name, text in texts.items()}
+
+
+def circles(graph: dict[str, set[str]]) -> list[list[str]]:
+    """Sets of two nodes or more that all reach each other (strongly connected components)."""
+    number: dict[str, int] = {}
+    lowest: dict[str, int] = {}
+    stack: list[str] = []
+    found = []
+
+    def visit(node: str) -> None:
+        number[node] = lowest[node] = len(number)
+        stack.append(node)
+        for target in sorted(graph.get(node, ())):
+            if target not in number:
+                visit(target)
+            if target in stack:
+                lowest[node] = min(lowest[node], lowest[target])
+        if lowest[node] == number[node]:
+            component = stack[stack.index(node):]
+            del stack[-len(component):]
+            if len(component) > 1:
+                found.append(sorted(component))
+
+    for node in sorted(graph):
+        if node not in number:
+            visit(node)
+    return sorted(found)
+
+
+def unit(name: str) -> str:
+    return name.rpartition(".")[0]
+
+
+def faults(root: Path) -> dict[str, str]:
+    """Short name of a fault, without folders so that it survives a move -> its sentence."""
+    graph = includes(root)
+    headers = {name: targets for name, targets in graph.items() if name.endswith(".hpp")}
+    units = defaultdict(set)
+    clients = defaultdict(set)
+    for name, targets in graph.items():
+        for target in targets:
+            units[unit(name)].add(unit(target))
+            if unit(target) != unit(name):
+                clients[target].add(name)
+    found = {}
+
+    def circle(kind: str, circle: list[str]) -> None:
+        short = " ".join(sorted(Path(name).name for name in circle))
+        found[f"{kind} {short}"] = f"src: {', '.join(circle)} include each other in a circle"
+
+    for each in circles(headers):
+        circle("headers", each)
+    for each in circles(units):
+        circle("units", each)
+    for header in headers:
+        short = Path(header).name
+        if not clients[header]:
+            found[f"unused {short}"] = f"src/{header}: no other file of src/ includes it"
+        elif len(clients[header]) == 1:
+            client = next(iter(clients[header]))
+            if client.split("/")[0] == header.split("/")[0]:
+                found[f"single {short}"] = f"src/{header}: only {client} includes it; merge them"
+    return found
+
+
+def accepted(file: Path) -> list[str]:
+    lines = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
+    return [line for line in lines if line and not line.startswith("#")]
+
+
+def is_accepted(short: str, known: list[str]) -> bool:
+    """As it stands in the list; or what is left of an accepted circle that has become smaller."""
+    kind, *members = short.split()
+    return short in known or (kind in ("headers", "units") and any(
+        entry.split()[0] == kind and set(members) < set(entry.split()[1:]) for entry in known))
+
+
+def new_faults(root: Path, file: Path = ACCEPTED, most: int = MOST_ACCEPTED) -> list[str]:
+    """The faults that are not accepted; a list that has grown is one itself."""
+    known = accepted(file)
+    broken = [text for short, text in faults(root).items() if not is_accepted(short, known)]
+    if len(known) > most:
+        broken.append(f"{file.name}: {len(known)} exceptions, at most {most}: mend the fault instead")
+    return broken
+
+
+def shrink(root: Path, file: Path = ACCEPTED) -> int:
+    """Rewrites the list without what is mended; the number that stays."""
+    comments = [line for line in file.read_text(encoding="utf-8").splitlines()
+                if line.startswith("#")]
+    known = accepted(file)
+    left = [short for short in faults(root) if is_accepted(short, known)]
+    file.write_text("\n".join([*comments, *sorted(left)]) + "\n", encoding="utf-8")
+    return len(left)
+
+
+if __name__ == "__main__":
+    tree = Path(sys.argv[1])
+    if "--shrink" in sys.argv:
+        print(f"{shrink(tree)} exceptions are left; set MOST_ACCEPTED to that number")
+        sys.exit(0)
+    wrong = new_faults(tree)
+    mended = set(accepted(ACCEPTED)) - set(faults(tree))
+    if mended:
+        print(f"{len(mended)} accepted faults have gone; includes.py ROOT --shrink updates the list")
+    print("\n".join(wrong) or "no circles of headers and no header with a single client are new")
+    sys.exit(1 if wrong else 0)
