@@ -2,13 +2,16 @@
 #include "calibrate/bulk_export.hpp"
 
 #include "core/error.hpp"
+#include "core/nearest_name.hpp"
 #include "physics/bond_coefficients.hpp"
+#include "run/case_model.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace culm::calibrate {
 namespace {
@@ -19,6 +22,20 @@ void require_law(const BulkStem& bulk, const char* law, const char* code) {
             fmt::format("{}: calibrated under law \"{}\", but {} has law \"{}\", which damps "
                         "differently at the same beta; calibrate with --law {}",
                         bulk.id, bulk.law, code, law, law));
+}
+
+/// An effect without an input line would be lost without notice: the stem would vibrate otherwise
+/// than it was calibrated.
+void require_lines_for_all_effects(const BulkStem& bulk, const char* code) {
+    std::vector<std::string> unknown;
+    for (const StoredEffect& effect : bulk.effects)
+        if (effect.name != "tip_mass" && effect.name != "gravity")
+            unknown.push_back(effect.name);
+    if (!unknown.empty())
+        throw core::InputError(fmt::format(
+            "{}: calibrated with {}, for which {} has no input line; the exported stem would not "
+            "vibrate as calibrated. To leave it out: --without {}",
+            bulk.id, fmt::join(unknown, ", "), code, fmt::join(unknown, ",")));
 }
 
 /// What the lines are about, and what the bulk code will lack; comments of either language.
@@ -32,30 +49,102 @@ std::string heading(const BulkStem& bulk, const char* code) {
         code, bulk.id, bulk.law, stem.bond_youngs_modulus, stem.bond_damping, stem.poissons_ratio,
         stem.sphere_count, stem.bond_length);
     if (!bulk.is_adequate)
-        text += fmt::format("# CAUTION: the chain leaves more than noise (reduced chi2 {:.4g}): "
-                            "something is missing in this model\n",
+        text += fmt::format("# CAUTION: model inadequate (reduced chi2 {:.4g}): its residuals are "
+                            "not noise\n",
                             bulk.reduced_chi_squared);
-    for (const std::string& effect : bulk.effects)
-        text += fmt::format("# CAUTION: calibrated together with {}, which these lines do not "
-                            "contain\n",
-                            effect);
+    for (const std::string& name : bulk.left_out)
+        text += fmt::format("# CAUTION: calibrated with {}, which --without left out\n", name);
     return text;
 }
 
-/// The tip stands for half a bond length of stem; its moment of inertia is halved along with its
-/// mass.
-std::string tip_note(const BulkStem& bulk, const char* command) {
-    if (bulk.stem.tip_mass_share == 1.0)
-        return {};
-    return fmt::format("# the last sphere of each stem carries {:.6g} of that mass (group \"tips\" "
-                       "is yours to define):\n{}",
-                       bulk.stem.tip_mass_share, command);
+/// Mass of every sphere, kg: the same sums as in the chain that was fitted.
+std::vector<double> sphere_masses(const BulkStem& bulk) {
+    run::CaseSpec spec;
+    spec.stem = bulk.stem;
+    spec.added_masses = bulk.added_masses;
+    for (const StoredEffect& effect : bulk.effects)
+        if (effect.name == "tip_mass")
+            spec.added_masses.push_back({bulk.stem.free_length(), effect.values.at("mass_kg")});
+    const auto spheres = run::case_model(spec).chain.spheres;
+    std::vector<double> masses(static_cast<std::size_t>(bulk.stem.sphere_count),
+                               spheres.front().mass);
+    if (spheres.size() > 1)
+        std::ranges::transform(spheres, masses.begin(), [](const auto& s) { return s.mass; });
+    return masses;
+}
+
+/// Diameter and density of the spheres, and the densities of those that carry another mass: the
+/// tip, which stands for half a bond length of stem, and whatever a mass is fixed to.
+std::string sphere_lines(const BulkStem& bulk) {
+    const physics::StemParameters<double>& stem = bulk.stem;
+    std::string text = fmt::format("set type 1 diameter {:.9g} density {:.9g}\n",
+                                   stem.sphere_diameter, stem.density);
+    const double plain = stem.sphere_mass();
+    std::string own;
+    const std::vector<double> masses = sphere_masses(bulk);
+    for (std::size_t i = 0; i < masses.size(); ++i)
+        if (std::abs(masses[i] / plain - 1.0) > 1e-9) // less than the digits that are written
+            own += fmt::format("set atom {} density {:.9g}\n", i + 1,
+                               masses[i] / plain * stem.density);
+    if (!own.empty())
+        text += fmt::format("# spheres of another mass: atom 1 is clamped, atom {} is the tip; "
+                            "repeat with the numbers of every further stem\n",
+                            stem.sphere_count) +
+                own;
+    return text;
+}
+
+/// The calibrated gravity, in the axes of the calibration.
+std::string gravity_line(const BulkStem& bulk) {
+    for (const StoredEffect& effect : bulk.effects) {
+        if (effect.name != "gravity")
+            continue;
+        const double axial = effect.values.at("axial_m_s2");
+        const double transverse = effect.values.at("transverse_m_s2");
+        const double magnitude = std::hypot(axial, transverse);
+        if (magnitude > 0.0)
+            return fmt::format("# x points from the clamp to the tip, y to the side of the pull\n"
+                               "fix gravity all gravity {:.9g} vector {:.9g} {:.9g} 0\n",
+                               magnitude, axial / magnitude, transverse / magnitude);
+    }
+    return {};
 }
 
 } // namespace
 
+void leave_out(std::span<BulkStem> stems, std::span<const std::string> names) {
+    for (const std::string& name : names) {
+        std::vector<std::string> present;
+        bool is_found = false;
+        for (BulkStem& bulk : stems) {
+            for (const StoredEffect& effect : bulk.effects)
+                present.push_back(effect.name);
+            std::size_t removed = std::erase_if(
+                bulk.effects, [&](const auto& effect) { return effect.name == name; });
+            if (!bulk.added_masses.empty())
+                present.emplace_back("added_mass");
+            if (name == "added_mass") {
+                removed += bulk.added_masses.size();
+                bulk.added_masses.clear();
+            }
+            if (removed > 0)
+                bulk.left_out.push_back(name);
+            is_found = is_found || removed > 0;
+        }
+        if (is_found)
+            continue;
+        const std::string nearest = core::nearest_name(name, present);
+        throw core::InputError(
+            fmt::format("--without {}: not part of this calibration, which has {}{}", name,
+                        present.empty() ? "no effects and no added mass"
+                                        : fmt::format("{}", fmt::join(present, ", ")),
+                        nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
+    }
+}
+
 std::string liggghts_lines(const BulkStem& bulk) {
     require_law(bulk, "schramm2019", "the authors' code");
+    require_lines_for_all_effects(bulk, "the authors' code");
     const physics::StemParameters<double>& stem = bulk.stem;
     const double stiffness = stem.bond_youngs_modulus * std::numbers::pi *
                              stem.bond_outer_diameter * stem.bond_outer_diameter /
@@ -63,23 +152,21 @@ std::string liggghts_lines(const BulkStem& bulk) {
     const double step =
         0.95 / ((1.1 + 2.9 * stem.bond_damping) * std::sqrt(stiffness / stem.sphere_mass()));
     std::string text = heading(bulk, "LIGGGHTS with flexible fibres");
-    text += fmt::format("set type 1 diameter {:.9g} density {:.9g}\n", stem.sphere_diameter,
-                        stem.density);
-    text += tip_note(
-        bulk,
-        fmt::format("set group tips density {:.9g}\n", stem.tip_mass_share * stem.density).c_str());
+    text += sphere_lines(bulk);
     text += "# bond type, outer and inner diameter over the sphere's, Y, G, damping type, beta, "
             "breakage type, critical normal and shear stress\n";
     text += fmt::format("bond_coeff 1 {:.9g} {:.9g} {:.9g} {:.9g} 1 {:.9g} 1 1.0e32 1.0e32\n",
                         stem.bond_outer_diameter / stem.sphere_diameter,
                         stem.bond_inner_diameter / stem.sphere_diameter, stem.bond_youngs_modulus,
                         stem.shear_modulus(), stem.bond_damping);
+    text += gravity_line(bulk);
     text += fmt::format("# largest step by that code's own rule: {:.4g} s\n", step);
     return text;
 }
 
 std::string lammps_lines(const BulkStem& bulk) {
     require_law(bulk, "consistent", "LAMMPS's bpm/rotational");
+    require_lines_for_all_effects(bulk, "LAMMPS's bpm/rotational");
     const physics::StemParameters<double>& stem = bulk.stem;
     const auto bond = physics::make_bond_coefficients(stem, physics::consistent_law());
     std::string text = heading(bulk, "LAMMPS, package BPM");
@@ -89,11 +176,7 @@ std::string lammps_lines(const BulkStem& bulk) {
     text += "units si\natom_style bpm/sphere\nnewton on off\ncomm_modify vel yes\n"
             "special_bonds lj 0 1 1 coul 1 1 1\n"
             "bond_style bpm/rotational break no smooth no\n";
-    text += fmt::format("set type 1 diameter {:.9g} density {:.9g}\n", stem.sphere_diameter,
-                        stem.density);
-    text += tip_note(
-        bulk,
-        fmt::format("set group tips density {:.9g}\n", stem.tip_mass_share * stem.density).c_str());
+    text += sphere_lines(bulk);
     text += "# bond type, K_r N/m, K_s N/m, K_t N m, K_b N m, four critical loads that are never "
             "reached (the first also sets how far\n# bonds may stretch: by their length), gamma_n "
             "N s/m, gamma_s N s/m, gamma_r N s, gamma_t N m s\n";
@@ -103,6 +186,7 @@ std::string lammps_lines(const BulkStem& bulk) {
         bond.normal_stiffness, bond.shear_stiffness, bond.torsion_stiffness, bond.bending_stiffness,
         bond.normal_stiffness * bond.length, bond.normal_damping, bond.shear_damping,
         2.0 * bond.bending_damping / bond.length, 2.0 * bond.torsion_damping);
+    text += gravity_line(bulk);
     text += "fix motion all nve/bpm/sphere\n";
     return text;
 }

@@ -3,21 +3,41 @@
 #pragma once
 
 #include "physics/stem.hpp"
+#include "run/case_spec.hpp"
 
+#include <map>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace culm::calibrate {
+
+/// An effect as a calibration file stores it: effects of users need not be at hand any more.
+struct StoredEffect {
+    std::string name;
+    std::map<std::string, double> values; ///< by the parameter's name
+};
 
 /// What of a calibration a bulk code needs.
 struct BulkStem {
     std::string id;
     physics::StemParameters<double> stem; ///< with the calibrated Y and β
     std::string law;                      ///< "schramm2019" or "consistent"
-    std::vector<std::string> effects;     ///< beyond the published chain; no bulk code has them
+    std::vector<run::PointMass> added_masses;
+    std::vector<StoredEffect> effects; ///< beyond the published chain
+    std::vector<std::string> left_out; ///< names of what the user left out
     double reduced_chi_squared = 0.0;
     bool is_adequate = true;
 };
+
+/// Takes the effects of these names out of every stem that has them; "added_mass" stands for the
+/// known masses. Throws core::InputError for a name that no stem has.
+void leave_out(std::span<BulkStem> stems, std::span<const std::string> names);
+
+// Both codes get a sphere's own mass as its density, because its diameter must stay: a mass at
+// height h is shared by the two nearest spheres as in the calibrated chain (physics::add_mass). The
+// effect tip_mass is such a mass, and gravity is a fix. Any other effect has no line in these codes
+// and is refused (core::InputError).
 
 /// Lines for LIGGGHTS with the authors' flexible fibres (SI units): `bond_coeff N` with outer and
 /// inner diameter as fractions of the particle's, Y, G, damping type 1, β, breakage type 1 and two

@@ -70,6 +70,9 @@ json chain_json(const calibrate::ChainFit& fit, const std::string& law) {
             values[parameters[k].name] = number(active.values[k]);
         effects.push_back({{"name", active.effect->name()}, {"values", values}});
     }
+    json masses = json::array();
+    for (const run::PointMass& mass : fit.model.spec.added_masses)
+        masses.push_back({{"height_m", mass.height}, {"mass_kg", mass.mass}});
     return {{"law", law},
             {"spheres", stem.sphere_count},
             {"bond_length_m", stem.bond_length},
@@ -79,6 +82,7 @@ json chain_json(const calibrate::ChainFit& fit, const std::string& law) {
             {"bond_outer_diameter_m", stem.bond_outer_diameter},
             {"bond_inner_diameter_m", stem.bond_inner_diameter},
             {"poissons_ratio", stem.poissons_ratio},
+            {"added_masses", masses},
             {"effects", effects}};
 }
 
@@ -172,8 +176,12 @@ calibrate::BulkStem bulk_stem(const json& stem) {
     bulk.stem.bond_youngs_modulus =
         parameters.at("bond_youngs_modulus_pa").at("value").get<double>();
     bulk.stem.bond_damping = parameters.at("bond_damping").at("value").get<double>();
+    for (const json& mass : chain.at("added_masses"))
+        bulk.added_masses.push_back(
+            {mass.at("height_m").get<double>(), mass.at("mass_kg").get<double>()});
     for (const json& effect : chain.at("effects"))
-        bulk.effects.push_back(effect.at("name").get<std::string>());
+        bulk.effects.push_back({effect.at("name").get<std::string>(),
+                                effect.at("values").get<std::map<std::string, double>>()});
     bulk.reduced_chi_squared = stem.at("fit").at("reduced_chi2").get<double>();
     bulk.is_adequate = stem.at("fit").at("adequate").get<bool>();
     return bulk;
@@ -249,8 +257,14 @@ std::vector<calibrate::BulkStem> bulk_stems(const std::string& text, const std::
                             file, document.at("format").dump()));
         for (const json& stem : document.at("stems")) {
             names.push_back(stem.at("measurement").get<std::string>());
-            if (!stem.contains("failure") && (id.empty() || names.back() == id))
-                stems.push_back(bulk_stem(stem));
+            if (stem.contains("failure") || !(id.empty() || names.back() == id))
+                continue;
+            if (!stem.at("chain").contains("added_masses"))
+                throw core::InputError(
+                    fmt::format("{}: {}: written before calibrations stored added masses; "
+                                "calibrate the stem again",
+                                file, names.back()));
+            stems.push_back(bulk_stem(stem));
         }
     } catch (const json::exception& error) {
         throw core::InputError(

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
@@ -19,12 +20,16 @@ struct ExportArguments {
     std::string calibration;
     std::string stem;
     std::string output;
+    std::vector<std::string> without;
 };
 
 void export_lines(const ExportArguments& arguments) {
     const std::string text = core::file_text(arguments.calibration);
+    std::vector<calibrate::BulkStem> stems =
+        bulk_stems(text, arguments.calibration, arguments.stem);
+    calibrate::leave_out(stems, arguments.without);
     std::string lines;
-    for (const calibrate::BulkStem& stem : bulk_stems(text, arguments.calibration, arguments.stem))
+    for (const calibrate::BulkStem& stem : stems)
         lines += (lines.empty() ? "" : "\n") + (arguments.code == "liggghts"
                                                     ? calibrate::liggghts_lines(stem)
                                                     : calibrate::lammps_lines(stem));
@@ -58,6 +63,12 @@ void add_export_command(CLI::App& app) {
         ->type_name("CALIBRATION.json");
     command->add_option("--stem", arguments->stem, "Only the stem of this id (default: all)")
         ->type_name("ID");
+    command
+        ->add_option("--without", arguments->without,
+                     "Leave these effects of the calibration out; \"added_mass\" stands for the "
+                     "known masses. Without it an effect that CODE cannot express is refused")
+        ->delimiter(',')
+        ->type_name("EFFECT,...");
     command->add_option("-o,--output", arguments->output, "File to write (default: the screen)")
         ->type_name("FILE");
     command->callback([arguments] { export_lines(*arguments); });

@@ -3,7 +3,10 @@
 
 #include "core/error.hpp"
 #include "physics/bond_coefficients.hpp"
+#include "physics/effects/library.hpp"
 
+#include <cstdio>
+#include <map>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -95,21 +98,106 @@ TEST(BulkLines, AreRefusedUnderTheOtherLaw) {
                  core::InputError);
 }
 
-TEST(BulkLines, SayThatSomethingIsMissing) {
+TEST(BulkLines, SayThatTheModelIsInadequate) {
     calibrate::BulkStem bulk = paper_stem("consistent");
     EXPECT_EQ(calibrate::lammps_lines(bulk).find("CAUTION"), std::string::npos);
     bulk.is_adequate = false;
-    bulk.effects = {"gravity"};
-    const std::string text = calibrate::lammps_lines(bulk);
-    EXPECT_NE(text.find("something is missing"), std::string::npos);
-    EXPECT_NE(text.find("together with gravity"), std::string::npos);
+    EXPECT_NE(calibrate::lammps_lines(bulk).find("model inadequate"), std::string::npos);
 }
 
 TEST(BulkLines, HalveTheTipWhereTheStemEndsAtItsCentre) {
     calibrate::BulkStem bulk = paper_stem("consistent");
-    EXPECT_EQ(calibrate::lammps_lines(bulk).find("tips"), std::string::npos);
+    EXPECT_EQ(calibrate::lammps_lines(bulk).find("set atom"), std::string::npos);
     bulk.stem.tip_mass_share = 0.5;
-    EXPECT_NE(calibrate::lammps_lines(bulk).find("set group tips density 62.5"), std::string::npos);
+    EXPECT_NE(calibrate::lammps_lines(bulk).find("set atom 56 density 62.5"), std::string::npos);
+}
+
+/// Density by sphere of the lines `set atom N density D`.
+std::map<int, double> densities(const std::string& text) {
+    std::map<int, double> found;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        int sphere = 0;
+        double density = 0.0;
+        if (std::sscanf(line.c_str(), "set atom %d density %lf", &sphere, &density) == 2)
+            found[sphere] = density;
+    }
+    return found;
+}
+
+// The stem of jobs/local.sh: half a sphere's mass is added at the tip, which itself has half.
+TEST(BulkLines, AddAKnownMassToTheTip) {
+    calibrate::BulkStem bulk = paper_stem("schramm2019");
+    bulk.stem.tip_mass_share = 0.5;
+    bulk.added_masses = {{bulk.stem.free_length(), 0.25 * bulk.stem.sphere_mass()}};
+    const auto found = densities(calibrate::liggghts_lines(bulk));
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_NEAR(found.at(56), 0.75 * bulk.stem.density, 1e-6);
+    bulk.added_masses[0].mass *= 2.0; // a whole sphere again: as every other
+    EXPECT_TRUE(densities(calibrate::liggghts_lines(bulk)).empty());
+}
+
+TEST(BulkLines, ShareAMassBetweenTheSpheresAroundIt) {
+    for (const bool is_lammps : {false, true}) {
+        calibrate::BulkStem bulk = paper_stem(is_lammps ? "consistent" : "schramm2019");
+        const double mass = 3.0 * bulk.stem.sphere_mass();
+        bulk.added_masses = {{10.25 * bulk.stem.bond_length, mass}};
+        const auto found =
+            densities(is_lammps ? calibrate::lammps_lines(bulk) : calibrate::liggghts_lines(bulk));
+        ASSERT_EQ(found.size(), 2u);
+        // Sphere 1 is at height 0, so 10.25 bond lengths is a quarter from sphere 11 to 12.
+        EXPECT_NEAR(found.at(11), (1.0 + 0.75 * 3.0) * bulk.stem.density, 1e-6);
+        EXPECT_NEAR(found.at(12), (1.0 + 0.25 * 3.0) * bulk.stem.density, 1e-6);
+    }
+}
+
+TEST(BulkLines, CarryTipMassAndGravity) {
+    calibrate::BulkStem bulk = paper_stem("consistent");
+    bulk.effects = {{"tip_mass", {{"mass_kg", bulk.stem.sphere_mass()}}},
+                    {"gravity", {{"axial_m_s2", -3.0}, {"transverse_m_s2", 4.0}}}};
+    const std::string text = calibrate::lammps_lines(bulk);
+    EXPECT_NEAR(densities(text).at(56), 2.0 * bulk.stem.density, 1e-6);
+    EXPECT_NE(text.find("fix gravity all gravity 5 vector -0.6 0.8 0"), std::string::npos) << text;
+}
+
+TEST(BulkLines, RefuseEffectsThatTheCodeCannotExpress) {
+    for (const std::string& name : physics::effect_names()) {
+        if (name == "tip_mass" || name == "gravity")
+            continue;
+        std::vector<calibrate::BulkStem> stems{paper_stem("schramm2019")};
+        stems[0].effects = {{name, {}}};
+        try {
+            static_cast<void>(calibrate::liggghts_lines(stems[0]));
+            FAIL() << name << " was not refused";
+        } catch (const core::InputError& error) {
+            EXPECT_NE(std::string(error.what()).find("--without " + name), std::string::npos);
+        }
+        calibrate::leave_out(stems, std::vector<std::string>{name});
+        EXPECT_NE(calibrate::liggghts_lines(stems[0]).find(name + ", which --without left out"),
+                  std::string::npos);
+    }
+}
+
+TEST(BulkLines, LeaveKnownMassesOutOnRequest) {
+    std::vector<calibrate::BulkStem> stems{paper_stem("consistent")};
+    EXPECT_THROW(calibrate::leave_out(stems, std::vector<std::string>{"added_mass"}),
+                 core::InputError); // it has none
+    stems[0].added_masses = {{0.1, 1e-5}};
+    calibrate::leave_out(stems, std::vector<std::string>{"added_mass"});
+    const std::string text = calibrate::lammps_lines(stems[0]);
+    EXPECT_TRUE(densities(text).empty());
+    EXPECT_NE(text.find("added_mass, which --without left out"), std::string::npos);
+}
+
+TEST(BulkLines, RefuseToLeaveOutWhatIsNotThere) {
+    std::vector<calibrate::BulkStem> stems{paper_stem("consistent")};
+    stems[0].effects = {{"taper", {}}};
+    try {
+        calibrate::leave_out(stems, std::vector<std::string>{"tapr"});
+        FAIL();
+    } catch (const core::InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("did you mean \"taper\"?"), std::string::npos);
+    }
 }
 
 } // namespace

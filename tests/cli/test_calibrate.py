@@ -3,6 +3,7 @@
 
 import csv
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -204,6 +205,39 @@ class Export(CulmTest):
         self.assert_exit(self.culm("export", "lammps", file, "-o", "stem.lmp"), DONE)
         self.assertIn("bond_style bpm/rotational",
                       (self.folder / "stem.lmp").read_text("utf-8"))
+
+    def test_known_masses_and_effects_go_with_the_stem(self):
+        shutil.copytree(EXAMPLES / "T1-null", self.folder / "stem")
+        with open(self.folder / "stem" / "stem.toml", "a", encoding="utf-8") as file:
+            file.write("\n[[added_mass]]\nheight_mm = 157.0\nmass_g = 0.002\n")
+        self.assert_exit(self.culm("calibrate", "stem", *QUICKLY, "--with", "viscous_drag",
+                                   "--json", "mass.json"), DONE)
+        document = json.loads((self.folder / "mass.json").read_text("utf-8"))
+        self.assertEqual(schema_faults(document, SCHEMA), [])
+        chain = document["stems"][0]["chain"]
+        self.assertEqual(chain["added_masses"], [{"height_m": 0.157, "mass_kg": 2e-6}])
+
+        refused = self.culm("export", "lammps", "mass.json")
+        self.assert_exit(refused, BAD_INPUT)
+        self.assertIn("--without viscous_drag", refused.stderr)
+        self.assertEqual(refused.stdout, "")
+        finished = self.culm("export", "lammps", "mass.json", "--without", "viscous_drag")
+        self.assert_exit(finished, DONE)
+        self.assertIn("calibrated with viscous_drag, which --without left out", finished.stdout)
+        density = next(float(line.split()[-1]) for line in finished.stdout.splitlines()
+                       if line.startswith("set atom 20 density"))
+        volume = math.pi / 6 * chain["sphere_diameter_m"] ** 3
+        own = chain["tip_mass_share"] * chain["sphere_density_kg_m3"]
+        self.assertAlmostEqual(density / (own + 2e-6 / volume), 1, places=7)
+
+    def test_a_calibration_without_added_masses_is_refused(self):
+        file = self.calibrated("consistent")
+        document = json.loads((self.folder / file).read_text("utf-8"))
+        del document["stems"][0]["chain"]["added_masses"]
+        self.write("old.json", json.dumps(document))
+        finished = self.culm("export", "lammps", "old.json")
+        self.assert_exit(finished, BAD_INPUT)
+        self.assertIn("calibrate the stem again", finished.stderr)
 
     def test_another_file_is_refused(self):
         self.write("fit.json", '{"format": "culm-fit"}')

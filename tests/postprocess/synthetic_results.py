@@ -219,7 +219,8 @@ def calibrated(name, adequate=True):
         "chain": {"law": "consistent", "spheres": 56, "bond_length_m": 0.003,
                   "sphere_diameter_m": 0.003, "sphere_density_kg_m3": 125.0,
                   "tip_mass_share": 0.5, "bond_outer_diameter_m": 0.003,
-                  "bond_inner_diameter_m": 0.0, "poissons_ratio": 0.3, "effects": []},
+                  "bond_inner_diameter_m": 0.0, "poissons_ratio": 0.3, "added_masses": [],
+                  "effects": []},
         "remarks": ["a remark"],
         "check": {f"{side}_{key}": value for side in ("measured", "simulated")
                   for key, value in (("b1_per_cycle", -0.2), ("b2_hz", 60.0))}
