@@ -5,7 +5,7 @@
 #include "core/error.hpp"
 #include "integrate/modes.hpp"
 #include "run/simulate.hpp"
-#include "study/plan.hpp"
+#include "study/execute/plan.hpp"
 
 #include <algorithm>
 #include <cstdint>

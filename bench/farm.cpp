@@ -6,8 +6,8 @@
 #include "bench/run_program.hpp"
 #include "farm/environment.hpp"
 #include "farm/farm_error.hpp"
-#include "study/execute.hpp"
-#include "study/point_results.hpp"
+#include "study/execute/execute.hpp"
+#include "study/execute/point_results.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,8 +7,8 @@
 #include "farm/batch.hpp"
 #include "farm/map_call.hpp"
 #include "run/simulate.hpp"
-#include "study/plan.hpp"
-#include "study/point_results.hpp"
+#include "study/execute/plan.hpp"
+#include "study/execute/point_results.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -3,8 +3,8 @@
 
 #include "bench/cpu_time.hpp"
 #include "run/simulate.hpp"
-#include "study/plan.hpp"
-#include "study/point_results.hpp"
+#include "study/execute/plan.hpp"
+#include "study/execute/point_results.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,12 +4,12 @@
 #include "bench/cpu_time.hpp"
 #include "bench/farm_synthetic.hpp"
 #include "bench/run_program.hpp"
-#include "study/execute.hpp"
-#include "study/folder_state.hpp"
-#include "study/merge.hpp"
-#include "study/point_results.hpp"
-#include "study/replicate_summary.hpp"
-#include "study/summary.hpp"
+#include "study/execute/assemble.hpp"
+#include "study/execute/execute.hpp"
+#include "study/execute/folder_state.hpp"
+#include "study/execute/point_results.hpp"
+#include "study/summary/replicate_summary.hpp"
+#include "study/summary/summary.hpp"
 
 #include <cstdio>
 #include <cstdlib>

@@ -5,8 +5,8 @@
 #include "bench/run_program.hpp"
 #include "core/error.hpp"
 #include "run/simulate.hpp"
-#include "study/plan.hpp"
-#include "study/point_results.hpp"
+#include "study/execute/plan.hpp"
+#include "study/execute/point_results.hpp"
 
 #include <cstdint>
 #include <cstdio>

@@ -4,7 +4,7 @@
 
 #include "measure/folder/measurement.hpp"
 #include "reduce/ring_down_analysis.hpp"
-#include "reduce/stem_prediction.hpp"
+#include "reduce/study_regression.hpp"
 #include "run/case_spec.hpp"
 
 #include <optional>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm archive info|status|verify|merge|export DIR
-#include "cli/archive_text.hpp"
 #include "cli/commands.hpp"
-#include "cli/json_output.hpp"
 #include "cli/text_style.hpp"
 #include "cli/version.hpp"
-#include "study/archive_export.hpp"
-#include "study/folder_state.hpp"
-#include "study/merge.hpp"
+#include "present/archive.hpp"
+#include "present/json.hpp"
+#include "study/execute/assemble.hpp"
+#include "study/execute/folder_state.hpp"
+#include "study/summary/archive_export.hpp"
 
 #include <functional>
 #include <memory>
@@ -32,7 +32,7 @@ study::FolderState look(const LookArguments& arguments, study::FolderDepth depth
     const study::StudyFolder folder(arguments.folder);
     study::FolderState state = study::read_folder_state(folder, depth);
     if (!arguments.json.empty())
-        write_json(arguments.json, cli::to_json(state));
+        present::write_json(arguments.json, present::to_json(state));
     if (arguments.json != "-")
         fmt::print("{}", text(folder, state));
     return state;
@@ -64,8 +64,9 @@ void add_verify(CLI::App& archive, CommandResult& result) {
         "verify", "Check every checksum and list what is damaged or missing (exit code 3)");
     auto arguments = add_look_options(*command);
     command->callback([arguments, &result] {
-        const auto state = look(*arguments, study::FolderDepth::Verify,
-                                [](const auto&, const auto& found) { return verify_text(found); });
+        const auto state =
+            look(*arguments, study::FolderDepth::Verify,
+                 [](const auto&, const auto& found) { return present::verify_text(found); });
         if (!state.is_whole())
             result.exit_code = core::ExitCode::PointsFailed;
     });
@@ -88,7 +89,7 @@ void merge(const MergeArguments& arguments, CommandResult& result) {
         fmt::print("{} of them stand in more than one folder\n", outcome.repeated);
     if (!outcome.differing.empty())
         print_warning(fmt::format("the folders differ in points {}; the first named counts",
-                                  ranges_text(outcome.differing)));
+                                  present::ranges_text(outcome.differing)));
     if (outcome.missing > 0 || outcome.failed > 0 || !outcome.differing.empty())
         result.exit_code = core::ExitCode::PointsFailed;
 }
@@ -149,10 +150,10 @@ void add_archive_command(CLI::App& app, CommandResult& result) {
     archive->require_subcommand(1);
     add_glance(*archive, result, "info",
                "What is in a study's folder: points, tables, histories, provenance, size",
-               info_text);
+               present::info_text);
     add_glance(*archive, result, "status",
                "How far a study is, also while it runs; reads headers only",
-               [](const auto&, const auto& found) { return status_text(found); });
+               [](const auto&, const auto& found) { return present::status_text(found); });
     add_verify(*archive, result);
     add_merge(*archive, result);
     add_export(*archive, result);

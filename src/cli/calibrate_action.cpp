@@ -4,7 +4,6 @@
 #include "cli/calibration_json.hpp"
 #include "cli/calibration_table.hpp"
 #include "cli/fit_cost.hpp"
-#include "cli/json_output.hpp"
 #include "cli/next_step.hpp"
 #include "cli/progress_display.hpp"
 #include "cli/run_provenance.hpp"
@@ -13,8 +12,9 @@
 #include "cli/text_style.hpp"
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
-#include "study/effect_file.hpp"
-#include "study/study_folder.hpp"
+#include "present/json.hpp"
+#include "study/config/study_effects.hpp"
+#include "study/execute/study_folder.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -178,9 +178,9 @@ core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan
     for (const json& remark : document["remarks"])
         print_note(remark.get<std::string>());
     if (!arguments.json.empty())
-        write_json(arguments.json, document);
+        present::write_json(arguments.json, document);
     if (!arguments.output.empty())
-        write_json((fs::path(arguments.output) / "calibration.json").string(), document);
+        present::write_json((fs::path(arguments.output) / "calibration.json").string(), document);
     if (arguments.json != "-")
         fmt::print("{}{}", calibration_table(document, TextStyle::of(stdout)),
                    next_step(next_command(arguments, plan)));

@@ -2,9 +2,9 @@
 #include "cli/calibration_json.hpp"
 
 #include "calibrate/population.hpp"
-#include "cli/json_output.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
+#include "present/json.hpp"
 #include "reduce/distributions.hpp"
 
 #include <cmath>
@@ -12,6 +12,8 @@
 #include <fmt/format.h>
 
 namespace culm::cli {
+
+using present::number;
 namespace {
 
 using nlohmann::json;

@@ -30,7 +30,8 @@ void add_export_command(CLI::App& app);
 void add_effects_command(CLI::App& app);
 void add_keys_command(CLI::App& app);
 void add_report_command(CLI::App& app);
-/// The commands `completion` and `manual`, which tell of all that `app` has.
-void add_shell_commands(CLI::App& app);
+/// These two describe all commands of `app`.
+void add_completion_command(CLI::App& app);
+void add_manual_command(CLI::App& app);
 
 } // namespace culm::cli

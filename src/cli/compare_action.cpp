@@ -6,13 +6,13 @@
 #include "cli/compare_text.hpp"
 #include "cli/effect_table_action.hpp"
 #include "cli/fit_cost.hpp"
-#include "cli/json_output.hpp"
 #include "cli/next_step.hpp"
 #include "cli/run_provenance.hpp"
 #include "cli/text_output.hpp"
 #include "cli/text_style.hpp"
 #include "measure/folder/measurement_folder.hpp"
-#include "study/effect_file.hpp"
+#include "present/json.hpp"
+#include "study/config/study_effects.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -124,9 +124,9 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
     for (const std::string& remark : measurement.remarks)
         print_note(remark);
     if (!arguments.json.empty())
-        write_json(arguments.json, document);
+        present::write_json(arguments.json, document);
     if (!arguments.output.empty()) {
-        write_json((fs::path(arguments.output) / "comparison.json").string(), document);
+        present::write_json((fs::path(arguments.output) / "comparison.json").string(), document);
         write_deflections(fs::path(arguments.output) / "deflections.csv", measurement, ladder);
         write_comparison_arrays(fs::path(arguments.output) / "comparison.h5", ladder, measurement);
     }

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/compare_json.hpp"
 
-#include "cli/json_output.hpp"
+#include "present/json.hpp"
 #include "reduce/distributions.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace culm::cli {
+
+using present::number;
 namespace {
 
 using nlohmann::json;

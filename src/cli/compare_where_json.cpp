@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/compare_json.hpp"
-#include "cli/json_output.hpp"
+#include "present/json.hpp"
 
 #include <cmath>
 
 namespace culm::cli {
+
+using present::number;
 namespace {
 
 using nlohmann::json;

@@ -6,7 +6,6 @@
 #include "cli/diagnose_json.hpp"
 #include "cli/diagnose_text.hpp"
 #include "cli/fit_cost.hpp"
-#include "cli/json_output.hpp"
 #include "cli/next_step.hpp"
 #include "cli/run_provenance.hpp"
 #include "cli/step_display.hpp"
@@ -14,6 +13,7 @@
 #include "cli/text_style.hpp"
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
+#include "present/json.hpp"
 
 #include <chrono>
 #include <filesystem>
@@ -154,10 +154,10 @@ core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& p
         for (const std::string& remark : recording.remarks)
             print_note(remark);
     if (!arguments.json.empty())
-        write_json(arguments.json, document);
+        present::write_json(arguments.json, document);
     if (!arguments.output.empty()) {
         const fs::path folder = arguments.output;
-        write_json((folder / "diagnosis.json").string(), document);
+        present::write_json((folder / "diagnosis.json").string(), document);
         write_diagnosis_arrays(folder / "diagnosis.h5", found, plan.read.measurements);
         if (found.missing_force && !found.missing_force->as_effect_file.empty())
             write_text(folder / force_file_name, found.missing_force->as_effect_file);

@@ -3,7 +3,7 @@
 
 #include "core/error.hpp"
 #include "diagnose/diagnosis.hpp"
-#include "study/effect_file.hpp"
+#include "study/config/study_effects.hpp"
 
 #include <algorithm>
 #include <functional>

@@ -2,10 +2,10 @@
 #include "cli/diagnose_json.hpp"
 
 #include "cli/compare_json.hpp"
-#include "cli/json_output.hpp"
-#include "cli/percent_text.hpp"
 #include "diagnose/comparison.hpp"
 #include "diagnose/residual_table.hpp"
+#include "present/json.hpp"
+#include "present/text.hpp"
 
 #include <cmath>
 #include <string>
@@ -14,6 +14,8 @@
 #include <fmt/format.h>
 
 namespace culm::cli {
+
+using present::number;
 namespace {
 
 using nlohmann::json;
@@ -135,7 +137,8 @@ json ladder_of(const std::vector<diagnose::DiagnosisRung>& ladder) {
 /// What a small effect, if it were there, would do to the calibration.
 std::string bias_in_words(const diagnose::EffectScore& score) {
     return fmt::format("at that size the calibrated Y would be off by {} and beta by {}",
-                       percent_text(score.youngs_modulus_bias), percent_text(score.damping_bias));
+                       present::percent_text(score.youngs_modulus_bias),
+                       present::percent_text(score.damping_bias));
 }
 
 json blind_spots_json(const std::vector<diagnose::EffectScore>& scores) {

@@ -2,8 +2,7 @@
 #include "cli/diagnose_tables.hpp"
 
 #include "cli/json_cell.hpp"
-#include "cli/percent_text.hpp"
-#include "cli/wrapped_text.hpp"
+#include "present/text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,8 +35,8 @@ std::string blind_spot_line(const json& spot) {
     return fmt::format("{:<24} {:<38} {:>9} {:>9}\n", spot["effect"].get<std::string>(),
                        fmt::format("{} {:.2g}{}{}", size["parameter"].get<std::string>(),
                                    number_in_json(size["value"]), unit.empty() ? "" : " ", unit),
-                       percent_text(number_in_json(spot["bias"]["bond_youngs_modulus"])),
-                       percent_text(number_in_json(spot["bias"]["bond_damping"])));
+                       present::percent_text(number_in_json(spot["bias"]["bond_youngs_modulus"])),
+                       present::percent_text(number_in_json(spot["bias"]["bond_damping"])));
 }
 
 /// Effects of one model that the other does not have; models are names with " + " between them.
@@ -138,8 +137,8 @@ std::string ranking_lines(const json& found) {
     if (fitted > listed)
         text += fmt::format("and {} more\n", fitted - listed);
     for (const json& failed : found["failed"])
-        text += wrapped(fmt::format("failed: {}: ", failed["effect"].get<std::string>()),
-                        failed["reason"].get<std::string>(), diagnosis_width - 20);
+        text += present::wrapped(fmt::format("failed: {}: ", failed["effect"].get<std::string>()),
+                                 failed["reason"].get<std::string>(), diagnosis_width - 20);
     return text + '\n';
 }
 
@@ -155,8 +154,8 @@ std::string blind_spot_lines(const json& found) {
         if (is_visible(spot))
             text += blind_spot_line(spot);
         else if (spot.contains("failure"))
-            failed += wrapped(fmt::format("not known: {}: ", effect),
-                              spot["failure"].get<std::string>(), diagnosis_width - 20);
+            failed += present::wrapped(fmt::format("not known: {}: ", effect),
+                                       spot["failure"].get<std::string>(), diagnosis_width - 20);
         else
             hidden.push_back(effect);
     }
@@ -181,12 +180,12 @@ std::string experiment_lines(const json& found) {
     const json& experiments = found["next_experiment"];
     std::string text = experiments.empty() ? "" : "next experiments, the most telling first:\n";
     for (std::size_t k = 0; k < std::min(listed_experiments, experiments.size()); ++k)
-        text +=
-            wrapped("  - ",
-                    fmt::format("{}: {} ({:.0f} sigma)", experiments[k]["what"].get<std::string>(),
-                                what_it_tells(experiments[k]["separates"]),
-                                std::sqrt(number_in_json(experiments[k]["expected_gap"]))),
-                    diagnosis_width);
+        text += present::wrapped(
+            "  - ",
+            fmt::format("{}: {} ({:.0f} sigma)", experiments[k]["what"].get<std::string>(),
+                        what_it_tells(experiments[k]["separates"]),
+                        std::sqrt(number_in_json(experiments[k]["expected_gap"]))),
+            diagnosis_width);
     return text;
 }
 

@@ -5,8 +5,7 @@
 #include "cli/json_cell.hpp"
 #include "cli/next_step.hpp"
 #include "cli/parameter_text.hpp"
-#include "cli/percent_text.hpp"
-#include "cli/wrapped_text.hpp"
+#include "present/text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +19,7 @@ namespace {
 using nlohmann::json;
 
 std::string sentence(const std::string& text) {
-    return wrapped("  ", text, diagnosis_width);
+    return present::wrapped("  ", text, diagnosis_width);
 }
 
 std::string header(const json& found) {
@@ -96,8 +95,8 @@ std::string consequence(const json& found) {
     const double damping = bias("bond_damping");
     if (std::isfinite(modulus) && std::isfinite(damping))
         text += fmt::format(" Without {} the calibrated Y was off by {} and beta by {}.",
-                            found["effects"].size() == 1U ? "it" : "them", percent_text(modulus),
-                            percent_text(damping));
+                            found["effects"].size() == 1U ? "it" : "them",
+                            present::percent_text(modulus), present::percent_text(damping));
     return sentence(text);
 }
 
@@ -107,7 +106,7 @@ std::string tie_lines(const json& found) {
         text += sentence(
             fmt::format("This recording cannot tell {} apart.", joined(found["ties"][k], " and ")));
         if (const std::string by = found["ties_separate_by"][k]; !by.empty())
-            text += wrapped("    to separate them: ", by, diagnosis_width - 20);
+            text += present::wrapped("    to separate them: ", by, diagnosis_width - 20);
     }
     return text;
 }
@@ -122,7 +121,8 @@ std::string named_lines(const json& found) {
                                    first_model(found));
     for (const std::string effect : found["effects"]) {
         if (const std::string summary = summary_of(found, effect); !summary.empty())
-            text += wrapped("  " + effect + ": ", summary, diagnosis_width - effect.size());
+            text +=
+                present::wrapped("  " + effect + ": ", summary, diagnosis_width - effect.size());
         text += strength_lines(found, effect);
     }
     return text + weighing_lines(found) + tie_lines(found) + consequence(found);
@@ -164,7 +164,7 @@ std::string verdict_lines(const json& found, const TextStyle& style) {
                                       : verdict == "unknown" ? unknown_lines(found)
                                                              : named_lines(found));
     if (const std::string reason = found["reason"]; !reason.empty())
-        text += wrapped("  why: ", reason, diagnosis_width - 5);
+        text += present::wrapped("  why: ", reason, diagnosis_width - 5);
     return text + '\n';
 }
 

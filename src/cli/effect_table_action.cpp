@@ -4,7 +4,6 @@
 #include "cli/compare_json.hpp"
 #include "cli/compare_text.hpp"
 #include "cli/fit_cost.hpp"
-#include "cli/json_output.hpp"
 #include "cli/next_step.hpp"
 #include "cli/progress_display.hpp"
 #include "cli/run_provenance.hpp"
@@ -12,7 +11,8 @@
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
-#include "study/effect_file.hpp"
+#include "present/json.hpp"
+#include "study/config/study_effects.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -131,10 +131,11 @@ core::ExitCode effect_table(const CompareArguments& arguments,
     return farm::on_root(communicator, [&] {
         const json document = table_document(models, measurements, cells, facts);
         if (!arguments.json.empty())
-            write_json(arguments.json, document);
+            present::write_json(arguments.json, document);
         if (!arguments.output.empty()) {
             make_folder(arguments.output);
-            write_json((fs::path(arguments.output) / "effect_table.json").string(), document);
+            present::write_json((fs::path(arguments.output) / "effect_table.json").string(),
+                                document);
         }
         if (arguments.json != "-")
             fmt::print(

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm effects [NAME...]
 #include "cli/commands.hpp"
-#include "cli/effects_text.hpp"
-#include "cli/json_output.hpp"
 #include "physics/effects/library.hpp"
-#include "study/effect_file.hpp"
+#include "present/effects.hpp"
+#include "present/json.hpp"
+#include "study/config/study_effects.hpp"
 
 #include <memory>
 #include <string>
@@ -35,19 +35,19 @@ std::vector<physics::EffectPointer> chosen(const EffectsArguments& arguments) {
 void show(const EffectsArguments& arguments) {
     const std::vector<physics::EffectPointer> effects = chosen(arguments);
     if (!arguments.json.empty())
-        write_json(arguments.json, effects_json(effects));
+        present::write_json(arguments.json, present::effects_json(effects));
     if (arguments.is_markdown)
-        fmt::print("{}", effects_markdown(effects));
+        fmt::print("{}", present::effects_markdown(effects));
     if (!arguments.json.empty() || arguments.is_markdown)
         return;
     if (arguments.names.empty()) {
         fmt::print("{}\n`culm effects NAME` shows the law, what one would see, what to do, and the "
                    "parameters.\n",
-                   effects_list(effects));
+                   present::effects_list(effects));
         return;
     }
     for (std::size_t i = 0; i < effects.size(); ++i)
-        fmt::print("{}{}", i == 0 ? "" : "\n", effect_card(*effects[i]));
+        fmt::print("{}{}", i == 0 ? "" : "\n", present::effect_card(*effects[i]));
 }
 
 } // namespace

@@ -15,7 +15,7 @@
 namespace culm::cli {
 namespace {
 
-struct ExportArguments {
+struct BulkExportArguments {
     std::string code;
     std::string calibration;
     std::string stem;
@@ -23,7 +23,7 @@ struct ExportArguments {
     std::vector<std::string> without;
 };
 
-void export_lines(const ExportArguments& arguments) {
+void export_lines(const BulkExportArguments& arguments) {
     const std::string text = core::file_text(arguments.calibration);
     std::vector<calibrate::BulkStem> stems =
         bulk_stems(text, arguments.calibration, arguments.stem);
@@ -49,7 +49,7 @@ void export_lines(const ExportArguments& arguments) {
 void add_export_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "export", "Write input lines for the bulk simulation from a calibration");
-    auto arguments = std::make_shared<ExportArguments>();
+    auto arguments = std::make_shared<BulkExportArguments>();
     command
         ->add_option("code", arguments->code,
                      "\"liggghts\" (the authors' flexible fibres; law schramm2019) or \"lammps\" "

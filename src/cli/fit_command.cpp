@@ -4,13 +4,13 @@
 #include "cli/commands.hpp"
 #include "cli/fit_json.hpp"
 #include "cli/fit_table.hpp"
-#include "cli/json_output.hpp"
 #include "cli/next_step.hpp"
 #include "cli/number_range.hpp"
 #include "cli/run_provenance.hpp"
 #include "cli/text_output.hpp"
 #include "cli/text_style.hpp"
 #include "measure/folder/measurement_folder.hpp"
+#include "present/json.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -61,7 +61,7 @@ void write_folder(const FitArguments& arguments, const FitReport& report, const 
                   const std::vector<measure::Measurement>& measurements) {
     const fs::path folder(arguments.output);
     make_folder(folder / "normalised");
-    write_json((folder / "fit.json").string(), document);
+    present::write_json((folder / "fit.json").string(), document);
     write_text(folder / "fits.csv", fit_csv(report));
     for (std::size_t i = 0; i < report.stems.size(); ++i)
         if (report.stems[i].frequency)
@@ -97,7 +97,7 @@ void fit(const FitArguments& arguments, CommandResult& result) {
     json document = fit_json(report);
     document["provenance"] = provenance.document();
     if (!arguments.json.empty())
-        write_json(arguments.json, document);
+        present::write_json(arguments.json, document);
     if (!arguments.output.empty())
         write_folder(arguments, report, document, measurements);
     if (arguments.json != "-")

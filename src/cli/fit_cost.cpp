@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/fit_cost.hpp"
 
-#include "cli/amount_text.hpp"
 #include "diagnose/coarse_image.hpp"
-#include "study/plan.hpp"
+#include "present/text.hpp"
+#include "study/execute/plan.hpp"
 
 #include <optional>
 #include <string_view>
@@ -73,7 +73,8 @@ std::string time_text(const std::optional<Span>& seconds, int ranks) {
     if (!seconds)
         return "; how long that takes is not known before\n";
     const auto range = [](const Span& span) {
-        return fmt::format("{} to {}", estimate_text(span.least), estimate_text(span.most));
+        return fmt::format("{} to {}", present::estimate_text(span.least),
+                           present::estimate_text(span.most));
     };
     std::string text =
         fmt::format(": about {} of processor time on the reference machine", range(*seconds));

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/fit_json.hpp"
 
-#include "cli/json_output.hpp"
+#include "present/json.hpp"
 
 #include <cmath>
 #include <numbers>
 
 namespace culm::cli {
+
+using present::number;
 namespace {
 
 using nlohmann::json;

@@ -6,8 +6,8 @@
 #include "cluster/job_script.hpp"
 #include "cluster/walltime.hpp"
 #include "core/error.hpp"
-#include "study/folder_state.hpp"
-#include "study/pace_file.hpp"
+#include "study/execute/folder_state.hpp"
+#include "study/execute/journal_notes.hpp"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm keys [NAME...]
 #include "cli/commands.hpp"
-#include "cli/config_reference.hpp"
-#include "study/config_keys.hpp"
+#include "present/config_reference.hpp"
+#include "study/config/keys.hpp"
 
 #include <memory>
 #include <string>
@@ -24,9 +24,9 @@ void show(const KeysArguments& arguments) {
         fmt::print("{}", study::config_key_tables());
     else if (arguments.names.empty())
         fmt::print("{}\n`culm keys NAME` says what the keys of a table, or one key, may be.\n",
-                   config_key_list());
+                   present::config_key_list());
     else
-        fmt::print("{}", config_key_cards(arguments.names));
+        fmt::print("{}", present::config_key_cards(arguments.names));
 }
 
 } // namespace

@@ -62,7 +62,8 @@ int run(int argc, char** argv) {
     culm::cli::add_report_command(app);
     culm::cli::add_effects_command(app);
     culm::cli::add_keys_command(app);
-    culm::cli::add_shell_commands(app);
+    culm::cli::add_completion_command(app);
+    culm::cli::add_manual_command(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

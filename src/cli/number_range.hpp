@@ -2,7 +2,7 @@
 // Checks that an option is a number in a range; CLI11's own checks let NaN pass.
 #pragma once
 
-#include "study/interval.hpp"
+#include "study/config/parameters.hpp"
 
 #include <cstdlib>
 #include <string>

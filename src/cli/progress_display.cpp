@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/progress_display.hpp"
 
-#include "cli/amount_text.hpp"
+#include "present/text.hpp"
 
 #include <cstdio>
 #include <string>
@@ -21,7 +21,7 @@ std::string line_of(const farm::Progress& progress, const char* items, const Tex
     if (progress.failed > 0)
         line += ", " + style.failure(fmt::format("{} failed", progress.failed));
     if (progress.points_done < progress.points_total && progress.estimated_remaining_s)
-        line += fmt::format(", {} left", duration_text(*progress.estimated_remaining_s));
+        line += fmt::format(", {} left", present::duration_text(*progress.estimated_remaining_s));
     return line;
 }
 

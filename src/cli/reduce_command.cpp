@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm reduce DIR
 #include "cli/commands.hpp"
-#include "cli/json_output.hpp"
 #include "cli/next_step.hpp"
 #include "cli/number_range.hpp"
-#include "cli/regression_table.hpp"
-#include "cli/timestep_table.hpp"
-#include "study/summary.hpp"
+#include "present/json.hpp"
+#include "present/study_json.hpp"
+#include "present/study_text.hpp"
+#include "study/summary/summary.hpp"
 
 #include <memory>
 #include <optional>
@@ -33,9 +33,9 @@ template <class Summary>
 void hand_out(const ReduceArguments& arguments, const Summary& summary, const std::string& table,
               const std::string& next_command, CommandResult& result) {
     if (!arguments.keep)
-        study::write_summary(study::StudyFolder(arguments.folder), summary);
+        present::write_summary(study::StudyFolder(arguments.folder), summary);
     if (!arguments.json.empty())
-        write_json(arguments.json, study::to_json(summary));
+        present::write_json(arguments.json, present::to_json(summary));
     if (arguments.json != "-")
         fmt::print("{}{}", table, next_step(next_command));
     if (!summary.failed.empty())
@@ -50,7 +50,7 @@ void reduce_timesteps(const ReduceArguments& arguments, const study::ArchivedStu
                                            "vibrations",
                                            arguments.folder));
     const study::TimestepSummary summary = study::reduce_timestep_study(archived);
-    hand_out(arguments, summary, timestep_table(summary),
+    hand_out(arguments, summary, present::timestep_table(summary),
              "culm report" + as_words({arguments.folder}), result);
 }
 
@@ -78,7 +78,7 @@ void reduce(const ReduceArguments& arguments, CommandResult& result) {
         refit = options;
     const study::StudySummary summary =
         study::reduce_study(archived, refit, arguments.significance);
-    hand_out(arguments, summary, regression_table(summary),
+    hand_out(arguments, summary, present::regression_table(summary),
              "culm calibrate MEASUREMENT --via" + as_words({arguments.folder}), result);
 }
 
@@ -94,7 +94,7 @@ void add_reduce_command(CLI::App& app, CommandResult& result) {
         ->type_name("DIR");
     command
         ->add_option("--window", arguments->window_s,
-                     "Fit only the first so many seconds (default: as in the study)")
+                     "Fit only the first SECONDS (default: as in the study)")
         ->type_name("SECONDS");
     command
         ->add_option(

@@ -1,34 +1,79 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm run STUDY.toml [-o DIR] [--resume] [--dry-run]
-#include "cli/amount_text.hpp"
 #include "cli/commands.hpp"
 #include "cli/next_step.hpp"
 #include "cli/progress_display.hpp"
-#include "cli/regression_table.hpp"
-#include "cli/repetition_report.hpp"
-#include "cli/run_deadline.hpp"
 #include "cli/stop_signal.hpp"
 #include "cli/text_style.hpp"
-#include "cli/timestep_table.hpp"
 #include "cli/version.hpp"
+#include "cluster/batch_system.hpp"
 #include "cluster/walltime.hpp"
+#include "farm/batch.hpp"
 #include "farm/communicator.hpp"
 #include "farm/environment.hpp"
+#include "present/json.hpp"
+#include "present/study_json.hpp"
+#include "present/study_text.hpp"
+#include "present/text.hpp"
 #include "run/simulate.hpp"
-#include "study/execute.hpp"
-#include "study/summary.hpp"
+#include "study/execute/execute.hpp"
+#include "study/summary/summary.hpp"
 
+#include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
 namespace culm::cli {
 namespace {
+
+/// By when a run must have ended: --walltime, or what the batch system says.
+struct RunDeadline {
+    farm::Clock::time_point time; ///< on this rank's clock
+    std::string text;             ///< what limits the run, for people
+};
+
+std::optional<cluster::TimeLeft> time_left(const std::string& walltime,
+                                           farm::Clock::time_point start) {
+    if (walltime.empty())
+        return cluster::time_left_of_job(cluster::real_batch_system());
+    const std::chrono::duration<double> used = farm::Clock::now() - start;
+    return cluster::TimeLeft{cluster::parse_walltime("--walltime", walltime) - used.count(),
+                             "--walltime"};
+}
+
+double reserve(double seconds) {
+    return std::clamp(seconds / 50.0, 1.0, 60.0);
+}
+
+/// `walltime` as it was given, counted from `start`; if it is empty, rank 0 asks the batch system.
+/// A fiftieth of the time, at least 1 s and at most 60 s, is left for ending in order. Nothing if
+/// there is no limit. Throws core::InputError on every rank. Collective.
+std::optional<RunDeadline> run_deadline(const std::string& walltime, farm::Clock::time_point start,
+                                        const farm::Communicator* communicator) {
+    // All ranks must agree.
+    using SecondsAndSource = std::pair<double, std::string>;
+    const auto answer = farm::on_root(communicator, [&]() -> std::optional<SecondsAndSource> {
+        const auto left = time_left(walltime, start);
+        return left ? std::optional<SecondsAndSource>({left->seconds, left->source}) : std::nullopt;
+    });
+    if (!answer)
+        return std::nullopt;
+    const auto& [left, source] = *answer;
+    const double usable = std::max(0.0, left - reserve(left));
+    return RunDeadline{farm::Clock::now() + std::chrono::duration_cast<farm::Clock::duration>(
+                                                std::chrono::duration<double>(usable)),
+                       fmt::format("this run ends within {} ({}); {} of that may be computed",
+                                   cluster::walltime_text(std::max(0.0, left)), source,
+                                   cluster::walltime_text(usable))};
+}
 
 struct RunArguments {
     std::string study;
@@ -67,8 +112,8 @@ std::string plan_text(const study::Study& study, const std::vector<std::int64_t>
         study.config.name, plan.points, plan.batches, plan.batches == 1 ? "" : "es",
         fills_lanes ? fmt::format(", up to {} SIMD lanes each", run::lanes_per_batch()) : "",
         integrator_text(study.config), plan.core_seconds, plan.core_seconds / ranks, ranks,
-        ranks == 1 ? "" : "s", bytes_text(plan.memory_bytes_per_rank),
-        bytes_text(plan.archive_bytes));
+        ranks == 1 ? "" : "s", present::bytes_text(plan.memory_bytes_per_rank),
+        present::bytes_text(plan.archive_bytes));
     if (const std::int64_t tests = study.design.tests; tests > 1)
         text += fmt::format("stems          {}, {} tests of each\n",
                             study.design.point_count() / tests, tests);
@@ -78,14 +123,14 @@ std::string plan_text(const study::Study& study, const std::vector<std::int64_t>
 /// What will be computed now, and what that costs.
 std::string announcement(const study::Estimate& plan, const farm::Pace& pace, int ranks) {
     const double seconds = plan.core_seconds * (pace.is_known() ? pace.mean() : 1.0);
-    std::string text = fmt::format("{} point{} to compute: about {} of processor time {}",
-                                   plan.points, plan.points == 1 ? "" : "s", estimate_text(seconds),
-                                   pace.is_known() ? "at the pace of this study's runs so far"
-                                                   : "on the reference machine");
+    std::string text = fmt::format(
+        "{} point{} to compute: about {} of processor time {}", plan.points,
+        plan.points == 1 ? "" : "s", present::estimate_text(seconds),
+        pace.is_known() ? "at the pace of this study's runs so far" : "on the reference machine");
     if (ranks > 1)
-        text += fmt::format(", {} on {} ranks", estimate_text(seconds / ranks), ranks);
-    return text +
-           fmt::format("; {} on the disk before compression\n", bytes_text(plan.archive_bytes));
+        text += fmt::format(", {} on {} ranks", present::estimate_text(seconds / ranks), ranks);
+    return text + fmt::format("; {} on the disk before compression\n",
+                              present::bytes_text(plan.archive_bytes));
 }
 
 /// For a disk that let a run down: it may be full, broken, or have turned read-only.
@@ -121,7 +166,7 @@ core::ExitCode report_early_stop(const study::Study& study, const study::StudyFo
         if (!failure.ends_with(lost.reason))
             print_error(fmt::format("rank {} lost a batch of points: {}", lost.rank, lost.reason));
     print_error(fmt::format(
-        "stopped early{}; {} of {} points are computed and kept in {}. Go on with "
+        "stopped early{}; {} of {} points are computed and kept in {}. Continue with "
         "--resume.",
         outcome.farm.out_of_time ? " before the walltime ends" : "",
         outcome.resumed_points + outcome.farm.points_completed + outcome.farm.points_failed,
@@ -149,12 +194,23 @@ core::ExitCode report(const study::StudyFolder& folder) {
     const study::ArchivedStudy archived = study::open_archive(folder);
     if (archived.study.config.kind == study::StudyKind::Timestep) {
         const study::TimestepSummary summary = study::reduce_timestep_study(archived);
-        study::write_summary(folder, summary);
-        return print_summary(folder, summary, timestep_table(summary));
+        present::write_summary(folder, summary);
+        return print_summary(folder, summary, present::timestep_table(summary));
     }
     const study::StudySummary summary = study::reduce_study(archived, std::nullopt);
-    study::write_summary(folder, summary);
-    return print_summary(folder, summary, regression_table(summary));
+    present::write_summary(folder, summary);
+    return print_summary(folder, summary, present::regression_table(summary));
+}
+
+/// Compares the two folders' archives, writes repetition.json into `now` and prints the text. Are
+/// they identical?
+bool report_repetition(const study::StudyFolder& archived, const study::StudyFolder& now) {
+    const study::Repetition repetition = study::compare_archives(
+        archive::StudyFile(archived.archive()), archive::StudyFile(now.archive()));
+    present::write_json((now.path() / "repetition.json").string(), present::to_json(repetition));
+    fmt::print("\ncompared with {}\n{}", archived.archive().string(),
+               present::repetition_text(repetition));
+    return repetition.is_identical();
 }
 
 study::Study study_of(const RunArguments& arguments, const farm::Communicator* communicator) {
@@ -292,7 +348,7 @@ void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& ar
         ->check(CLI::Range(0, 1'000'000));
     command
         ->add_option("--walltime", arguments->walltime,
-                     "End within this time (90s, 45min, HH:MM:SS, D-HH:MM:SS): no point is begun "
+                     "End within this time (90s, 45min, HH:MM:SS, D-HH:MM:SS): no point is started "
                      "that would not be done by then, exit code 75 if some are missing (default: "
                      "what the batch system says of this job)")
         ->type_name("TIME");

@@ -6,7 +6,7 @@
 #include "cluster/shell_word.hpp"
 #include "core/utc_time.hpp"
 #include "physics/effects/selection.hpp"
-#include "study/effect_file.hpp"
+#include "study/config/study_effects.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm simulate: one stem, with parameters given or calibrated from a study's regressions.
 #include "cli/commands.hpp"
-#include "cli/json_output.hpp"
 #include "cli/number_range.hpp"
 #include "cli/text_style.hpp"
-#include "reduce/stem_prediction.hpp"
+#include "present/json.hpp"
+#include "reduce/study_regression.hpp"
 #include "run/simulate.hpp"
-#include "study/parameter_table.hpp"
-#include "study/point_results.hpp"
-#include "study/summary.hpp"
+#include "study/config/parameters.hpp"
+#include "study/execute/point_results.hpp"
+#include "study/summary/summary.hpp"
 
 #include <cmath>
 #include <fstream>
@@ -174,7 +174,7 @@ void simulate(const SimulateArguments& arguments) {
             write_history(arguments.history, config.base, simulated.tip);
     }
     if (!arguments.json.empty())
-        write_json(arguments.json, json);
+        present::write_json(arguments.json, json);
 }
 
 } // namespace

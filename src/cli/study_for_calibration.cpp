@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/study_for_calibration.hpp"
 
-#include "study/summary.hpp"
+#include "study/summary/summary.hpp"
 
 #include <algorithm>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/track_action.hpp"
 
-#include "cli/amount_text.hpp"
 #include "cli/next_step.hpp"
 #include "cli/progress_display.hpp"
 #include "cli/text_style.hpp"
@@ -9,6 +8,7 @@
 #include "farm/item_map.hpp"
 #include "measure/track/frame_source.hpp"
 #include "measure/track/track_report.hpp"
+#include "present/text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -96,8 +96,8 @@ std::string cost_of(const TrackPlan& plan, int cores) {
     const std::size_t videos = plan.settings.size();
     return fmt::format("{} frames in {} video{}: about {} of processor time on the reference "
                        "machine, shared by {} core{}\n",
-                       frames, videos, videos == 1 ? "" : "s", estimate_text(seconds), cores,
-                       cores == 1 ? "" : "s");
+                       frames, videos, videos == 1 ? "" : "s", present::estimate_text(seconds),
+                       cores, cores == 1 ? "" : "s");
 }
 
 int threads_per_rank(int wanted, int ranks) {

@@ -2,6 +2,7 @@
 // What the batch system says of the time that a job has left.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
@@ -29,5 +30,11 @@ struct TimeLeft {
 /// versions set, else squeue is asked, once. PBS: PBS_WALLTIME, counted from the start of the job's
 /// shell. Nothing outside of a job, or if the job has no limit or the batch system no answer.
 [[nodiscard]] std::optional<TimeLeft> time_left_of_job(const BatchSystemAccess& access);
+
+/// Runs the program named by the first word (looked up in PATH) with the others as its arguments,
+/// without a shell, and returns its standard output of at most 64 kB. Empty if it cannot be
+/// started, fails, or takes longer than `patience`; it is ended then.
+[[nodiscard]] std::string program_output(const std::vector<std::string>& words,
+                                         std::chrono::milliseconds patience);
 
 } // namespace culm::cluster

@@ -8,6 +8,7 @@
 #include <fmt/core.h>
 
 namespace culm::cluster {
+
 namespace {
 
 bool is_plain(char c) {

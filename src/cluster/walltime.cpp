@@ -12,6 +12,7 @@
 #include <fmt/core.h>
 
 namespace culm::cluster {
+
 namespace {
 
 constexpr double day = 86400.0;

@@ -85,6 +85,7 @@ LinearRegression regress(const Eigen::MatrixXd& design, std::span<const double> 
                                                 static_cast<Eigen::Index>(response.size()));
     const Eigen::VectorXd observed = map;
     check_input(design, observed, names);
+    // Columns of length one: the rank then does not depend on the units of the regressors.
     const Eigen::VectorXd scale = design.colwise().norm();
     for (Eigen::Index j = 0; j < scale.size(); ++j)
         if (scale[j] == 0.0)
@@ -106,12 +107,15 @@ LinearRegression regress(const Eigen::MatrixXd& design, std::span<const double> 
     result.residuals.assign(residuals.begin(), residuals.end());
     result.residual_sum_of_squares = residuals.squaredNorm();
     result.degrees_of_freedom = static_cast<std::size_t>(design.rows() - design.cols());
+    // Sums of squares below this are rounding of the response: 64 ulp of its largest value in
+    // every residual. F-tests of exact laws would otherwise divide rounding by rounding.
     const double ulp =
         64.0 * std::numeric_limits<double>::epsilon() * observed.cwiseAbs().maxCoeff();
     result.rounding_sum_of_squares = static_cast<double>(design.rows()) * ulp * ulp;
     const double variance =
         result.residual_sum_of_squares / static_cast<double>(result.degrees_of_freedom);
     result.sigma = std::sqrt(variance);
+    // (XᵀX)⁻¹ = (R⁻¹)(R⁻¹)ᵀ of X = QR, without ever forming XᵀX, whose condition is squared.
     Eigen::MatrixXd root = Eigen::MatrixXd::Identity(design.cols(), design.cols());
     qr.matrixR()
         .topLeftCorner(design.cols(), design.cols())
@@ -133,6 +137,7 @@ Prediction predict(const LinearRegression& regression, std::span<const double> r
     Prediction prediction;
     for (std::size_t j = 0; j < regressors.size(); ++j)
         prediction.value += regression.coefficients[j].value * regressors[j];
+    // Of a new observation: the variance of the law, xᵀ Cov x, and that of one response about it.
     const double mean_variance = row.dot(regression.covariance * row);
     prediction.mean_standard_error = std::sqrt(std::max(mean_variance, 0.0));
     prediction.standard_error = std::hypot(prediction.mean_standard_error, regression.sigma);
@@ -149,6 +154,7 @@ NestedTest nested_f_test(const LinearRegression& reduced, const LinearRegression
     NestedTest test;
     test.numerator_degrees_of_freedom = reduced.degrees_of_freedom - full.degrees_of_freedom;
     test.denominator_degrees_of_freedom = full.degrees_of_freedom;
+    // F = ((RSS_reduced − RSS_full)/(p_full − p_reduced))/(RSS_full/(n − p_full)).
     const double gain = reduced.residual_sum_of_squares - full.residual_sum_of_squares;
     if (gain > full.rounding_sum_of_squares)
         test.f_statistic = (gain / static_cast<double>(test.numerator_degrees_of_freedom)) /

@@ -5,20 +5,80 @@
 #include "reduce/distributions.hpp"
 #include "reduce/residual_tests.hpp"
 #include "reduce/ring_down_start.hpp"
-#include "reduce/robust_covariance.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
+#include <span>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <Eigen/QR>
 #include <fmt/format.h>
 
 namespace culm::reduce {
-
 namespace {
 
-constexpr double significance = 0.01;
+/// Covariances of the same fit by three assumptions, each (parameters, parameters).
+struct FitCovariances {
+    Eigen::MatrixXd independent; ///< residuals independent, of one variance
+    Eigen::MatrixXd stationary;  ///< residuals correlated the same way everywhere
+    Eigen::MatrixXd newey_west;  ///< any weak correlation and any variance (Newey & West 1987)
+
+    /// Largest variance of the linear combination `direction` of the parameters.
+    [[nodiscard]] double variance(const Eigen::VectorXd& direction) const;
+};
+
+/// Σ w(lag) Σ_t (a_t b_{t+lag}ᵀ + transpose) over the rows of `rows`; lag 0 once.
+Eigen::MatrixXd lagged_sum(const Eigen::MatrixXd& rows, std::span<const double> weights) {
+    const Eigen::Index n = rows.rows();
+    Eigen::MatrixXd sum = weights[0] * (rows.transpose() * rows);
+    for (std::size_t lag = 1; lag < weights.size(); ++lag) {
+        const auto shift = static_cast<Eigen::Index>(lag);
+        if (shift >= n)
+            break;
+        const Eigen::MatrixXd product =
+            rows.topRows(n - shift).transpose() * rows.bottomRows(n - shift);
+        sum += weights[lag] * (product + product.transpose());
+    }
+    return sum;
+}
+
+double FitCovariances::variance(const Eigen::VectorXd& direction) const {
+    return std::max({direction.dot(independent * direction), direction.dot(stationary * direction),
+                     direction.dot(newey_west * direction)});
+}
+
+/// `jacobian` has the shape (samples, parameters), `residuals` (samples); correlation is looked for
+/// up to `lags` samples, with Bartlett's weights. All are scaled by n/(n − parameters). Throws
+/// core::NumericalError (FitFailed) if the Jacobian is rank deficient.
+FitCovariances fit_covariances(const Eigen::MatrixXd& jacobian, std::span<const double> residuals,
+                               std::size_t lags) {
+    const Eigen::Index n = jacobian.rows();
+    const Eigen::Index parameters = jacobian.cols();
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian);
+    if (n <= parameters || qr.rank() < parameters)
+        throw core::NumericalError(core::FailureKind::FitFailed,
+                                   "the samples do not tell all parameters of Eq. 1 apart");
+    // The sandwich (XᵀX)⁻¹ M (XᵀX)⁻¹ with M the covariance of Xᵀe.
+    const Eigen::MatrixXd bread = (jacobian.transpose() * jacobian).inverse();
+    const double scale = static_cast<double>(n) / static_cast<double>(n - parameters);
+    std::vector<double> covariance = autocovariance(residuals, lags);
+    std::vector<double> weights(covariance.size());
+    for (std::size_t lag = 0; lag < weights.size(); ++lag) {
+        weights[lag] = 1.0 - static_cast<double>(lag) / static_cast<double>(lags + 1);
+        covariance[lag] *= weights[lag];
+    }
+    const Eigen::Map<const Eigen::VectorXd> errors(residuals.data(), n);
+    const Eigen::MatrixXd scores = jacobian.array().colwise() * errors.array();
+    return {scale * covariance[0] * bread,
+            scale * (bread * lagged_sum(jacobian, covariance) * bread),
+            scale * (bread * lagged_sum(scores, weights) * bread)};
+}
+
+constexpr double adequacy_significance = 0.01;
 
 /// Order of the parameters: b0, b1, b2, then the offset, then the phase, those that are free.
 struct Model {
@@ -109,6 +169,7 @@ Eigen::VectorXd minimised(const Samples& samples, const Model& model, Eigen::Vec
     return parameters;
 }
 
+/// The last tenth of the record has swung out the most.
 double rest_level(const std::vector<double>& values) {
     const std::size_t tail = std::max<std::size_t>(1, values.size() / 10);
     double sum = 0.0;
@@ -147,6 +208,7 @@ void set_estimates(const Eigen::VectorXd& p, const Model& model, const FitCovari
     analysis.amplitude = of(0);
     analysis.decay_rate = of(1);
     analysis.frequency = of(2);
+    // Gradient of b1/b2.
     Eigen::VectorXd direction = Eigen::VectorXd::Zero(p.size());
     direction[1] = 1.0 / p[2];
     direction[2] = -p[1] / (p[2] * p[2]);
@@ -168,6 +230,8 @@ std::size_t lags_of(const Samples& samples, double frequency) {
         std::clamp(std::ceil(std::max(period, automatic)), 1.0, std::max(1.0, n / 5.0)));
 }
 
+/// Three questions: are the residuals larger than the noise (χ²), correlated (Ljung & Box 1978), or
+/// of one sign for too long (runs; Wald & Wolfowitz 1940)?
 RingDownAdequacy judge(const std::vector<double>& residuals, std::size_t lags,
                        std::size_t parameters, const std::optional<double>& noise) {
     RingDownAdequacy adequacy;
@@ -181,11 +245,11 @@ RingDownAdequacy judge(const std::vector<double>& residuals, std::size_t lags,
         const std::size_t freedom = residuals.size() - parameters;
         adequacy.reduced_chi_squared = sum / (*noise * *noise * static_cast<double>(freedom));
         adequacy.chi_squared_p_value = chi_squared_p_value(sum, *noise, freedom);
-        if (*adequacy.chi_squared_p_value < significance)
+        if (*adequacy.chi_squared_p_value < adequacy_significance)
             reasons.push_back(
                 fmt::format("residuals {:.2g} x noise", std::sqrt(*adequacy.reduced_chi_squared)));
     }
-    if (std::min(adequacy.ljung_box_p_value, adequacy.runs_p_value) < significance)
+    if (std::min(adequacy.ljung_box_p_value, adequacy.runs_p_value) < adequacy_significance)
         reasons.emplace_back("correlated");
     adequacy.is_adequate = reasons.empty();
     for (const std::string& reason : reasons)

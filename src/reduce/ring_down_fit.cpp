@@ -4,7 +4,6 @@
 #include "core/error.hpp"
 #include "reduce/distributions.hpp"
 #include "reduce/ring_down_model.hpp"
-#include "reduce/ring_down_refine.hpp"
 #include "reduce/ring_down_start.hpp"
 
 #include <algorithm>
@@ -26,7 +25,7 @@ constexpr double largest_growth_per_cycle = 1.0;
 // result.
 constexpr double widest_frequency_interval = 0.5;
 
-[[noreturn]] void fail(const std::string& sentence) {
+[[noreturn]] void refuse_history(const std::string& sentence) {
     throw core::NumericalError(core::FailureKind::FitFailed, sentence);
 }
 
@@ -44,23 +43,24 @@ double deflection_at_release(std::span<const double> times, std::span<const doub
     if (times[first] <= tolerance)
         return deflections[first];
     if (first == 0 || !std::isfinite(deflections[first - 1]))
-        fail(fmt::format("the amplitude is fixed to the deflection at the release, but the first "
-                         "sample is {:g} s after it",
-                         times[first]));
+        refuse_history(
+            fmt::format("the amplitude is fixed to the deflection at the release, but the first "
+                        "sample is {:g} s after it",
+                        times[first]));
     const double fraction = -times[first - 1] / (times[first] - times[first - 1]);
     return std::lerp(deflections[first - 1], deflections[first], fraction);
 }
 
 void check_input(std::span<const double> times, std::span<const double> deflections) {
     if (times.size() != deflections.size())
-        fail(fmt::format("the history has {} times but {} deflections", times.size(),
-                         deflections.size()));
+        refuse_history(fmt::format("the history has {} times but {} deflections", times.size(),
+                                   deflections.size()));
     for (std::size_t i = 0; i < times.size(); ++i) {
         if (!std::isfinite(times[i]))
-            fail(fmt::format("time {} of the history is not finite", i));
+            refuse_history(fmt::format("time {} of the history is not finite", i));
         if (i > 0 && times[i] <= times[i - 1])
-            fail(fmt::format("time {} of the history, {:g} s, does not follow {:g} s", i, times[i],
-                             times[i - 1]));
+            refuse_history(fmt::format("time {} of the history, {:g} s, does not follow {:g} s", i,
+                                       times[i], times[i - 1]));
     }
 }
 
@@ -74,7 +74,7 @@ PreparedHistory prepare(std::span<const double> times, std::span<const double> d
         if (times[i] < -tolerance || (options.window && times[i] > *options.window + tolerance))
             continue;
         if (!std::isfinite(deflections[i]))
-            fail(fmt::format("the deflection at {:g} s is not finite", times[i]));
+            refuse_history(fmt::format("the deflection at {:g} s is not finite", times[i]));
         if (history.samples.times.empty())
             first = i;
         history.samples.times.push_back(std::max(times[i], 0.0));
@@ -83,11 +83,13 @@ PreparedHistory prepare(std::span<const double> times, std::span<const double> d
     }
     const std::size_t needed = options.amplitude_is_free ? 5 : 4;
     if (history.samples.times.size() < needed)
-        fail(fmt::format("Eq. 1 needs at least {} samples after the release, the history has {}",
-                         needed, history.samples.times.size()));
+        refuse_history(
+            fmt::format("Eq. 1 needs at least {} samples after the release, the history has {}",
+                        needed, history.samples.times.size()));
     const auto [lowest, highest] = std::ranges::minmax(history.samples.values);
     if (highest - lowest <= 1e-12 * history.scale)
-        fail(fmt::format("the deflection is constant at {:g} m: nothing vibrates", highest));
+        refuse_history(
+            fmt::format("the deflection is constant at {:g} m: nothing vibrates", highest));
     if (!options.amplitude_is_free)
         history.value_at_release =
             deflection_at_release(times, deflections, first, tolerance) / history.scale;
@@ -112,7 +114,7 @@ RefinedRingDown best_minimum(const PreparedHistory& history, const RingDownFitOp
             best = refined;
     }
     if (!best)
-        fail("no frequency up to half the sampling rate explains the history");
+        refuse_history("no frequency up to half the sampling rate explains the history");
     return *best;
 }
 
@@ -120,19 +122,20 @@ void check_motion(const RingDownParameters& found, double duration,
                   const RingDownFitOptions& options) {
     const double periods = found.frequency * duration;
     if (!(periods >= fewest_periods))
-        fail(
+        refuse_history(
             fmt::format("the history does not vibrate: its best fit makes {:.2g} periods in {:g} s",
                         periods, duration));
     const double decay = -found.decay_rate / found.frequency;
     if (!(decay >= -largest_growth_per_cycle))
-        fail(
+        refuse_history(
             fmt::format("the motion is no ring-down: its best fit, {:.4g} Hz, grows by exp({:.3g}) "
                         "per cycle",
                         found.frequency, -decay));
     if (!(decay <= options.largest_decay_per_cycle))
-        fail(fmt::format("the motion is near-critically damped: its best fit, {:.4g} Hz, decays by "
-                         "exp(-{:.3g}) per cycle (largest allowed exponent {:.3g})",
-                         found.frequency, decay, options.largest_decay_per_cycle));
+        refuse_history(
+            fmt::format("the motion is near-critically damped: its best fit, {:.4g} Hz, decays by "
+                        "exp(-{:.3g}) per cycle (largest allowed exponent {:.3g})",
+                        found.frequency, decay, options.largest_decay_per_cycle));
 }
 
 Uncertainty uncertainty(double value, double variance, double factor) {
@@ -144,6 +147,7 @@ void set_uncertainties(const Eigen::Matrix3d& covariance, double factor, RingDow
     fit.amplitude_uncertainty = uncertainty(fit.amplitude, covariance(0, 0), factor);
     fit.decay_rate_uncertainty = uncertainty(fit.decay_rate, covariance(1, 1), factor);
     fit.frequency_uncertainty = uncertainty(fit.frequency, covariance(2, 2), factor);
+    // Propagated to first order through b1/b2, with the covariance of both.
     const Eigen::Vector3d gradient(0.0, 1.0 / fit.frequency, -fit.decay_per_cycle / fit.frequency);
     fit.decay_per_cycle_uncertainty =
         uncertainty(fit.decay_per_cycle, gradient.dot(covariance * gradient), factor);
@@ -166,12 +170,13 @@ RingDownFit fit_ring_down(std::span<const double> times, std::span<const double>
     RefinedRingDown best = best_minimum(history, options);
     check_motion(best.parameters, history.samples.times.back(), options);
     if (!polish_ring_down(history.samples, options.amplitude_is_free, best))
-        fail("the fit of Eq. 1 does not converge: the history does not determine its parameters");
+        refuse_history(
+            "the fit of Eq. 1 does not converge: the history does not determine its parameters");
     check_motion(best.parameters, history.samples.times.back(), options);
     const std::optional<Eigen::Matrix3d> covariance =
         ring_down_covariance(history.samples, options.amplitude_is_free, best);
     if (!covariance)
-        fail("the history does not determine all parameters of Eq. 1");
+        refuse_history("the history does not determine all parameters of Eq. 1");
 
     const std::size_t samples = history.samples.times.size();
     RingDownFit fit;
@@ -189,9 +194,10 @@ RingDownFit fit_ring_down(std::span<const double> times, std::span<const double>
     set_uncertainties(*covariance, student_t_factor(samples - free_parameters), fit);
     const double reach = fit.frequency - fit.frequency_uncertainty.lower;
     if (!(reach <= widest_frequency_interval * fit.frequency))
-        fail(fmt::format("the history is too short or too noisy to tell the frequency: {:.4g} Hz "
-                         "with a standard error of {:.2g} Hz from {} samples",
-                         fit.frequency, fit.frequency_uncertainty.standard_error, samples));
+        refuse_history(
+            fmt::format("the history is too short or too noisy to tell the frequency: {:.4g} Hz "
+                        "with a standard error of {:.2g} Hz from {} samples",
+                        fit.frequency, fit.frequency_uncertainty.standard_error, samples));
     return fit;
 }
 

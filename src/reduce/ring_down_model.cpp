@@ -1,39 +1,302 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "reduce/ring_down_model.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
 
 namespace culm::reduce {
 
-namespace {}
+namespace {
 
-RingDownPoint evaluate_ring_down(const RingDownParameters& parameters, double time) {
-    const double envelope = std::exp(parameters.decay_rate * time);
-    const double phase = two_pi * parameters.frequency * time;
-    const double in_phase = envelope * std::cos(phase);
-    const double quadrature = envelope * std::sin(phase);
-    RingDownPoint point;
-    point.value = parameters.amplitude * in_phase;
-    point.gradient = {in_phase, time * point.value,
-                      -two_pi * time * parameters.amplitude * quadrature};
-    return point;
+constexpr Eigen::Index phasor_block = 64; // samples that share one pair of exponential and sine
+
+/// The interval of equally spaced times, 0 if they are not: a deviation counts when it is more than
+/// the rounding of the times themselves.
+double equal_interval(const Eigen::ArrayXd& times) {
+    const Eigen::Index samples = times.size();
+    if (samples < 2 * phasor_block)
+        return 0.0;
+    const double interval = (times[samples - 1] - times[0]) / static_cast<double>(samples - 1);
+    const double largest = std::max(std::abs(times[0]), std::abs(times[samples - 1]));
+    const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * largest;
+    for (Eigen::Index i = 0; i < samples; ++i)
+        if (std::abs(times[0] + static_cast<double>(i) * interval - times[i]) > rounding)
+            return 0.0;
+    return interval;
 }
 
-Eigen::Matrix3d ring_down_hessian(const RingDownParameters& parameters, double time,
-                                  const Eigen::Vector3d& gradient) {
-    const double value = parameters.amplitude * gradient[0];
-    // e^(b1 t) sin(2π b2 t) times −2π t: the gradient by b2 without its amplitude, which may be 0.
-    const double turn = -two_pi * time * std::exp(parameters.decay_rate * time) *
-                        std::sin(two_pi * parameters.frequency * time);
-    Eigen::Matrix3d hessian;
-    hessian(0, 0) = 0.0;
-    hessian(0, 1) = hessian(1, 0) = time * gradient[0];
-    hessian(0, 2) = hessian(2, 0) = turn;
-    hessian(1, 1) = time * time * value;
-    hessian(1, 2) = hessian(2, 1) = time * gradient[2];
-    hessian(2, 2) = -two_pi * two_pi * time * time * value;
-    return hessian;
+} // namespace
+
+RingDownBasis::RingDownBasis(std::span<const double> times)
+    : times_(
+          Eigen::Map<const Eigen::ArrayXd>(times.data(), static_cast<Eigen::Index>(times.size()))),
+      interval_(equal_interval(times_)), in_phase_(times_.size()), quadrature_(times_.size()) {}
+
+void RingDownBasis::evaluate(double decay_rate, double frequency) {
+    const double angular_frequency = 2.0 * std::numbers::pi * frequency;
+    if (interval_ > 0.0) {
+        evaluate_blockwise(decay_rate, angular_frequency);
+        return;
+    }
+    for (Eigen::Index i = 0; i < times_.size(); ++i) {
+        const double envelope = std::exp(decay_rate * times_[i]);
+        const double phase = angular_frequency * times_[i];
+        in_phase_[i] = envelope * std::cos(phase);
+        quadrature_[i] = envelope * std::sin(phase);
+    }
+}
+
+void RingDownBasis::evaluate_blockwise(double decay_rate, double angular_frequency) {
+    const Eigen::Index samples = times_.size();
+    // Within the first block, relative to its first sample.
+    Eigen::Array<double, phasor_block, 1> cosine;
+    Eigen::Array<double, phasor_block, 1> sine;
+    for (Eigen::Index j = 0; j < phasor_block; ++j) {
+        const double time = static_cast<double>(j) * interval_;
+        const double envelope = std::exp(decay_rate * time);
+        cosine[j] = envelope * std::cos(angular_frequency * time);
+        sine[j] = envelope * std::sin(angular_frequency * time);
+    }
+    for (Eigen::Index first = 0; first < samples; first += phasor_block) {
+        const Eigen::Index count = std::min(phasor_block, samples - first);
+        const double envelope = std::exp(decay_rate * times_[first]);
+        const double c = envelope * std::cos(angular_frequency * times_[first]);
+        const double s = envelope * std::sin(angular_frequency * times_[first]);
+        in_phase_.segment(first, count) = c * cosine.head(count) - s * sine.head(count);
+        quadrature_.segment(first, count) = s * cosine.head(count) + c * sine.head(count);
+    }
+}
+
+namespace {
+
+/// A fixed amplitude: its equation becomes "step = 0".
+void fix_amplitude(Eigen::Vector3d& gradient, Eigen::Matrix3d& matrix) {
+    gradient[0] = 0.0;
+    matrix.row(0).setZero();
+    matrix.col(0).setZero();
+    matrix(0, 0) = 1.0;
+}
+
+} // namespace
+
+RingDownCurvature curvature(RingDownLinearisation& model, const RingDownParameters& at,
+                            bool amplitude_is_free) {
+    model.evaluate_residuals(at);
+    model.evaluate_jacobian(at);
+    const Eigen::ArrayXd& residuals = model.residuals();
+    const Eigen::ArrayXd& times = model.basis().times();
+    RingDownCurvature sum;
+    sum.residual_sum_of_squares = residuals.square().sum();
+    sum.gradient = model.jacobian().transpose() * residuals.matrix();
+    sum.gauss_newton = model.gram_matrix();
+    // The Hessian of ½ Σ r² is JᵀJ + Σ r ∂²y/∂p_i ∂p_j, and with c = e^(b1 t) cos(2π b2 t) and
+    // s = e^(b1 t) sin(2π b2 t) the second derivatives of y = b0 c by (b0, b1, b2) are
+    //   0      t c      −2π t s
+    //   t c    b0 t² c  −2π b0 t² s
+    //   −2π t s  −2π b0 t² s  −(2π)² b0 t² c.
+    const double in_phase = (residuals * times * model.basis().in_phase()).sum();
+    const double quadrature = (residuals * times * model.basis().quadrature()).sum();
+    const double square_in_phase = (residuals * times.square() * model.basis().in_phase()).sum();
+    const double square_quadrature =
+        (residuals * times.square() * model.basis().quadrature()).sum();
+    Eigen::Matrix3d second;
+    second(0, 0) = 0.0;
+    second(0, 1) = second(1, 0) = in_phase;
+    second(0, 2) = second(2, 0) = -two_pi * quadrature;
+    second(1, 1) = at.amplitude * square_in_phase;
+    second(1, 2) = second(2, 1) = -two_pi * at.amplitude * square_quadrature;
+    second(2, 2) = -two_pi * two_pi * at.amplitude * square_in_phase;
+    sum.newton = sum.gauss_newton + second;
+    if (!amplitude_is_free) {
+        fix_amplitude(sum.gradient, sum.gauss_newton);
+        fix_amplitude(sum.gradient, sum.newton);
+    }
+    return sum;
+}
+
+namespace {
+
+/// The Newton step, or the Gauss-Newton step where the Hessian is not positive definite.
+Eigen::Vector3d minimising_step(const RingDownCurvature& at) {
+    const Eigen::Vector3d scale = at.gauss_newton.diagonal().cwiseSqrt().cwiseInverse();
+    const auto scaled_step = [&](const Eigen::Matrix3d& matrix, bool& is_definite) {
+        const Eigen::LLT<Eigen::Matrix3d> factor(scale.asDiagonal() * matrix * scale.asDiagonal());
+        is_definite = factor.info() == Eigen::Success;
+        const Eigen::Vector3d step = -factor.solve(scale.cwiseProduct(at.gradient));
+        return Eigen::Vector3d(scale.cwiseProduct(step));
+    };
+    bool is_definite = false;
+    Eigen::Vector3d step = scaled_step(at.newton, is_definite);
+    if (!is_definite)
+        step = scaled_step(at.gauss_newton, is_definite);
+    return step;
+}
+
+/// Largest step relative to its parameter; the decay's scale does not fall below 1e-3 per cycle,
+/// because an undamped motion has a decay of zero.
+double relative_size(const Eigen::Vector3d& step, const RingDownParameters& at) {
+    const double decay_scale = std::max(std::abs(at.decay_rate), 1e-3 * at.frequency);
+    return std::max({std::abs(step[0] / at.amplitude), std::abs(step[1]) / decay_scale,
+                     std::abs(step[2] / at.frequency)});
+}
+
+/// Levenberg-Marquardt's trust region, in the form of Ceres Solver (Levenberg 1944, Marquardt 1963;
+/// the radius follows Nielsen 1999, "Damping parameter in Marquardt's method").
+class TrustRegion {
+  public:
+    [[nodiscard]] double damping(double diagonal) const {
+        return std::clamp(diagonal, 1e-6, 1e32) / radius_;
+    }
+    void widen(double quality) {
+        radius_ =
+            std::min(1e16, radius_ / std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * quality - 1.0, 3)));
+        shrink_factor_ = 2.0;
+    }
+    void shrink() {
+        radius_ /= shrink_factor_;
+        shrink_factor_ *= 2.0;
+    }
+    [[nodiscard]] bool has_collapsed() const { return radius_ < 1e-32; }
+
+  private:
+    double radius_ = 1e4;
+    double shrink_factor_ = 2.0;
+};
+
+/// b0 and, per period of the start, b1 and b2: all three are of order one.
+struct ScaledProblem {
+    double rate; ///< 1/period
+
+    [[nodiscard]] RingDownParameters parameters(const Eigen::Vector3d& x) const {
+        return {x[0], x[1] * rate, x[2] * rate};
+    }
+    [[nodiscard]] Eigen::Vector3d scale() const { return {1.0, rate, rate}; }
+};
+
+/// Normal equations at one place, in the scaled parameters.
+struct NormalEquations {
+    Eigen::Matrix3d matrix;
+    Eigen::Vector3d gradient;
+};
+
+NormalEquations normal_equations(const RingDownLinearisation& model, const Eigen::Vector3d& scale,
+                                 bool amplitude_is_free) {
+    NormalEquations equations;
+    equations.matrix = scale.asDiagonal() * model.gram_matrix() * scale.asDiagonal();
+    equations.gradient =
+        scale.cwiseProduct(model.jacobian().transpose() * model.residuals().matrix());
+    if (!amplitude_is_free)
+        fix_amplitude(equations.gradient, equations.matrix);
+    return equations;
+}
+
+} // namespace
+
+std::optional<RefinedRingDown> refine_ring_down(const RingDownSamples& samples,
+                                                const RingDownParameters& start,
+                                                bool amplitude_is_free) {
+    constexpr int most_iterations = 200;
+    constexpr double sufficient_quality = 1e-3;
+    // Rounding level; polish_ring_down does the last digits.
+    constexpr double smallest_decrease = 1e-14;
+    constexpr double smallest_step = 1e-12;
+    const ScaledProblem problem{start.frequency};
+    Eigen::Vector3d x(start.amplitude, start.decay_rate / start.frequency, 1.0);
+    RingDownLinearisation model(samples);
+    model.evaluate_residuals(problem.parameters(x));
+    double cost = 0.5 * model.residuals().square().sum();
+    if (!std::isfinite(cost))
+        return std::nullopt;
+    model.evaluate_jacobian(problem.parameters(x));
+    NormalEquations here = normal_equations(model, problem.scale(), amplitude_is_free);
+    TrustRegion region;
+    int iterations = 0;
+    while (iterations < most_iterations && !region.has_collapsed()) {
+        ++iterations;
+        Eigen::Matrix3d damped = here.matrix;
+        for (Eigen::Index k = 0; k < 3; ++k)
+            damped(k, k) += region.damping(here.matrix(k, k));
+        const Eigen::Vector3d step = -damped.llt().solve(here.gradient);
+        const double expected =
+            -step.dot(here.gradient + 0.5 * (here.matrix * step)); // decrease of the linear model
+        if (step.norm() <= smallest_step * (x.norm() + smallest_step))
+            break;
+        model.evaluate_residuals(problem.parameters(x + step));
+        const double decrease = cost - 0.5 * model.residuals().square().sum();
+        if (!(expected > 0.0 && decrease > sufficient_quality * expected)) {
+            if (std::abs(decrease) <= smallest_decrease * cost)
+                break;
+            region.shrink();
+            continue;
+        }
+        x += step;
+        const bool is_converged = decrease <= smallest_decrease * cost;
+        cost -= decrease;
+        if (is_converged)
+            break;
+        region.widen(decrease / expected);
+        model.evaluate_jacobian(problem.parameters(x));
+        here = normal_equations(model, problem.scale(), amplitude_is_free);
+    }
+    RefinedRingDown refined;
+    refined.parameters = problem.parameters(x);
+    refined.parameters.frequency = std::abs(refined.parameters.frequency);
+    refined.residual_sum_of_squares = 2.0 * cost;
+    refined.iterations = iterations;
+    return refined;
+}
+
+bool polish_ring_down(const RingDownSamples& samples, bool amplitude_is_free,
+                      RefinedRingDown& refined) {
+    constexpr int most_iterations = 12;
+    constexpr double rounding = 1e-14;
+    double previous = std::numeric_limits<double>::infinity();
+    RingDownLinearisation model(samples);
+    for (int iteration = 0; iteration < most_iterations; ++iteration) {
+        RingDownParameters& at = refined.parameters;
+        const RingDownCurvature here = curvature(model, at, amplitude_is_free);
+        refined.residual_sum_of_squares = here.residual_sum_of_squares;
+        const Eigen::Vector3d step = minimising_step(here);
+        const double size = relative_size(step, at);
+        // Steps that are small and shrink no more consist of rounding.
+        if (!(size > rounding) || (size < 1e-10 && size > 0.1 * previous))
+            return std::isfinite(size);
+        at = {at.amplitude + step[0], at.decay_rate + step[1], at.frequency + step[2]};
+        previous = size;
+        ++refined.iterations;
+    }
+    return previous < 1e-10;
+}
+
+std::optional<Eigen::Matrix3d> ring_down_covariance(const RingDownSamples& samples,
+                                                    bool amplitude_is_free,
+                                                    const RefinedRingDown& refined) {
+    const int first = amplitude_is_free ? 0 : 1;
+    const int free = 3 - first;
+    const auto rows = static_cast<Eigen::Index>(samples.times.size());
+    RingDownLinearisation model(samples);
+    model.evaluate_residuals(refined.parameters);
+    model.evaluate_jacobian(refined.parameters);
+    const Eigen::MatrixXd jacobian = model.jacobian().rightCols(free);
+    const Eigen::VectorXd scale = jacobian.colwise().norm();
+    if (!(scale.minCoeff() > 0.0))
+        return std::nullopt;
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian *
+                                                         scale.cwiseInverse().asDiagonal());
+    if (qr.rank() < free)
+        return std::nullopt;
+    Eigen::MatrixXd root = Eigen::MatrixXd::Identity(free, free);
+    qr.matrixR().topLeftCorner(free, free).triangularView<Eigen::Upper>().solveInPlace(root);
+    root = scale.cwiseInverse().asDiagonal() * (qr.colsPermutation() * root);
+    const double variance = refined.residual_sum_of_squares / static_cast<double>(rows - free);
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    covariance.bottomRightCorner(free, free) = variance * root * root.transpose();
+    return covariance;
 }
 
 } // namespace culm::reduce

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Eq. 1 of Schramm et al. (2019), y(t) = b0 exp(b1 t) cos(2π b2 t), and its derivatives.
+// Eq. 1 of Schramm et al. (2019), y(t) = b0 exp(b1 t) cos(2π b2 t), its derivatives, and the exact
+// minimum of its sum of squares.
 #pragma once
 
+#include <cstddef>
 #include <numbers>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -24,16 +28,108 @@ struct RingDownParameters {
     double frequency = 0.0;
 };
 
-/// Value of Eq. 1 at one time with its gradient by (b0, b1, b2).
-struct RingDownPoint {
-    double value = 0.0;
-    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+/// e^(b1 t) cos(2π b2 t) and e^(b1 t) sin(2π b2 t). At equally spaced times two exponentials and
+/// two sines do for 64 samples, by multiplication of complex numbers; the error stays at some 1e-15
+/// of the envelope. At other times every sample has its own.
+class RingDownBasis {
+  public:
+    explicit RingDownBasis(std::span<const double> times);
+
+    /// Sets in_phase and quadrature for a decay rate b1 and a frequency b2 (both 1/time).
+    void evaluate(double decay_rate, double frequency);
+
+    [[nodiscard]] const Eigen::ArrayXd& times() const { return times_; }           ///< (samples)
+    [[nodiscard]] const Eigen::ArrayXd& in_phase() const { return in_phase_; }     ///< (samples)
+    [[nodiscard]] const Eigen::ArrayXd& quadrature() const { return quadrature_; } ///< (samples)
+
+  private:
+    void evaluate_blockwise(double decay_rate, double angular_frequency);
+
+    Eigen::ArrayXd times_;
+    double interval_ = 0.0; ///< between neighbours; 0 unless all intervals are equal
+    Eigen::ArrayXd in_phase_;
+    Eigen::ArrayXd quadrature_;
 };
 
-[[nodiscard]] RingDownPoint evaluate_ring_down(const RingDownParameters& parameters, double time);
+/// Eq. 1 at all samples, and its gradient.
+class RingDownLinearisation {
+  public:
+    explicit RingDownLinearisation(const RingDownSamples& samples)
+        : basis_(samples.times),
+          values_(Eigen::Map<const Eigen::ArrayXd>(samples.values.data(), basis_.times().size())),
+          jacobian_(basis_.times().size(), 3) {}
 
-/// Second derivatives of Eq. 1 by (b0, b1, b2), shape (3, 3), from the gradient at the same point.
-[[nodiscard]] Eigen::Matrix3d ring_down_hessian(const RingDownParameters& parameters, double time,
-                                                const Eigen::Vector3d& gradient);
+    void evaluate_residuals(const RingDownParameters& at) {
+        basis_.evaluate(at.decay_rate, at.frequency);
+        residuals_ = at.amplitude * basis_.in_phase() - values_;
+    }
+    /// To be called after evaluate_residuals with the same parameters.
+    void evaluate_jacobian(const RingDownParameters& at) {
+        jacobian_.col(0) = basis_.in_phase();
+        jacobian_.col(1) = at.amplitude * basis_.times() * basis_.in_phase();
+        jacobian_.col(2) = -two_pi * at.amplitude * basis_.times() * basis_.quadrature();
+    }
+
+    [[nodiscard]] const RingDownBasis& basis() const { return basis_; }
+    [[nodiscard]] const Eigen::ArrayXd& residuals() const { return residuals_; }
+    /// (samples, 3): by b0, b1, b2.
+    [[nodiscard]] const Eigen::Matrix<double, Eigen::Dynamic, 3>& jacobian() const {
+        return jacobian_;
+    }
+
+    /// JᵀJ; by single products, which for three columns are cheaper than a blocked one.
+    [[nodiscard]] Eigen::Matrix3d gram_matrix() const {
+        Eigen::Matrix3d gram;
+        for (Eigen::Index i = 0; i < 3; ++i)
+            for (Eigen::Index j = 0; j <= i; ++j)
+                gram(i, j) = gram(j, i) = jacobian_.col(i).dot(jacobian_.col(j));
+        return gram;
+    }
+
+  private:
+    RingDownBasis basis_;
+    Eigen::ArrayXd values_;
+    Eigen::ArrayXd residuals_;
+    Eigen::Matrix<double, Eigen::Dynamic, 3> jacobian_;
+};
+
+/// First and second derivatives of half the sum of squares.
+struct RingDownCurvature {
+    double residual_sum_of_squares = 0.0;
+    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d gauss_newton = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d newton = Eigen::Matrix3d::Zero();
+};
+
+/// To minimise by: gradient and matrices have "step of b0 = 0" as their first equation unless
+/// amplitude_is_free.
+[[nodiscard]] RingDownCurvature curvature(RingDownLinearisation& model,
+                                          const RingDownParameters& at, bool amplitude_is_free);
+
+/// A minimum of Σ (model − value)².
+struct RefinedRingDown {
+    RingDownParameters parameters; ///< frequency >= 0
+    double residual_sum_of_squares = 0.0;
+    int iterations = 0;
+};
+
+/// Levenberg-Marquardt (normal equations, analytic Jacobian) from a start; empty if it fails. The
+/// frequency of the start must not be 0: its period is the unit of time. The amplitude of the start
+/// stays as it is unless amplitude_is_free.
+[[nodiscard]] std::optional<RefinedRingDown> refine_ring_down(const RingDownSamples& samples,
+                                                              const RingDownParameters& start,
+                                                              bool amplitude_is_free);
+
+/// Newton's method with the exact Hessian, which converges quadratically where Levenberg-Marquardt
+/// slows down because of what Eq. 1 does not explain. True if the last step was below 1e-10
+/// relative (of the decay: or 1e-13 per cycle).
+[[nodiscard]] bool polish_ring_down(const RingDownSamples& samples, bool amplitude_is_free,
+                                    RefinedRingDown& refined);
+
+/// Covariance of (b0, b1, b2), σ² (JᵀJ)⁻¹ with σ² = RSS/(N − free parameters); rows and columns of
+/// a fixed b0 are 0. Empty if the Jacobian is rank deficient.
+[[nodiscard]] std::optional<Eigen::Matrix3d> ring_down_covariance(const RingDownSamples& samples,
+                                                                  bool amplitude_is_free,
+                                                                  const RefinedRingDown& refined);
 
 } // namespace culm::reduce

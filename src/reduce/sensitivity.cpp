@@ -2,19 +2,200 @@
 #include "reduce/sensitivity.hpp"
 
 #include "core/error.hpp"
-#include "reduce/chaos_basis.hpp"
 #include "reduce/distributions.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <functional>
+#include <vector>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <fmt/core.h>
 
 namespace culm::reduce {
+namespace {
+
+using Eigen::Index;
+
+/// Exponents of all monomials of `inputs` variables of exactly this degree.
+void append_exponents(Index inputs, int degree, std::vector<int>& prefix,
+                      std::vector<std::vector<int>>& all) {
+    if (static_cast<Index>(prefix.size()) == inputs - 1) {
+        all.push_back(prefix);
+        all.back().push_back(degree);
+        return;
+    }
+    for (int first = degree; first >= 0; --first) {
+        prefix.push_back(first);
+        append_exponents(inputs, degree - first, prefix, all);
+        prefix.pop_back();
+    }
+}
+
+} // namespace
+
+GroupPolynomials::GroupPolynomials(const Eigen::MatrixXd& nodes, const Eigen::VectorXd& weights,
+                                   int largest_degree) {
+    centre_ = weights.transpose() * nodes;
+    const Eigen::MatrixXd centred = nodes.rowwise() - centre_;
+    scale_ = (weights.transpose() * centred.cwiseAbs2()).cwiseSqrt();
+    for (double& scale : scale_)
+        scale = scale > 0.0 ? scale : 1.0;
+    std::vector<int> monomial_degrees;
+    for (int degree = 0; degree <= largest_degree; ++degree) {
+        std::vector<int> prefix;
+        append_exponents(nodes.cols(), degree, prefix, exponents_);
+        monomial_degrees.resize(exponents_.size(), degree);
+    }
+    // Gram-Schmidt, each step twice: orthogonal to rounding for any set of monomials (Giraud et al.
+    // 2005). What is left of a monomial below this share of it is rounding.
+    constexpr double independent_share = 1e-8;
+    const Eigen::VectorXd roots = weights.cwiseSqrt();
+    const Eigen::MatrixXd raw = roots.asDiagonal() * monomials(nodes);
+    const Index count = raw.cols();
+    Eigen::MatrixXd basis(raw.rows(), count);
+    Eigen::MatrixXd recipes = Eigen::MatrixXd::Zero(count, count);
+    Index kept = 0;
+    for (Index k = 0; k < count; ++k) {
+        Eigen::VectorXd column = raw.col(k);
+        Eigen::VectorXd recipe = Eigen::VectorXd::Unit(count, k);
+        const double norm = column.norm();
+        for (int pass = 0; pass < 2; ++pass) {
+            const Eigen::VectorXd along = basis.leftCols(kept).transpose() * column;
+            column -= basis.leftCols(kept) * along;
+            recipe -= recipes.leftCols(kept) * along;
+        }
+        const double rest = column.norm();
+        if (!(rest > independent_share * norm))
+            continue;
+        basis.col(kept) = column / rest;
+        recipes.col(kept) = recipe / rest;
+        if (kept > 0)
+            degrees_.push_back(monomial_degrees[static_cast<std::size_t>(k)]);
+        ++kept;
+    }
+    coefficients_ = recipes.middleCols(1, kept - 1);
+}
+
+Eigen::MatrixXd GroupPolynomials::monomials(const Eigen::MatrixXd& places) const {
+    const Eigen::MatrixXd standard =
+        (places.rowwise() - centre_).array().rowwise() / scale_.array();
+    Eigen::MatrixXd values =
+        Eigen::MatrixXd::Ones(places.rows(), static_cast<Index>(exponents_.size()));
+    for (Index k = 0; k < values.cols(); ++k)
+        for (Index input = 0; input < places.cols(); ++input)
+            for (int power = 0;
+                 power < exponents_[static_cast<std::size_t>(k)][static_cast<std::size_t>(input)];
+                 ++power)
+                values.col(k).array() *= standard.col(input).array();
+    return values;
+}
+
+Eigen::MatrixXd GroupPolynomials::at(const Eigen::MatrixXd& places) const {
+    return monomials(places) * coefficients_;
+}
 
 namespace {
+
+/// Products of the polynomials of several independent groups of inputs, up to a total degree.
+class ChaosBasis {
+  public:
+    /// The largest total degree (at most 12) with no more than `most_terms` terms.
+    ChaosBasis(const std::vector<InputGroup>& groups, std::size_t most_terms);
+
+    [[nodiscard]] std::size_t terms() const { return terms_.size(); }
+    [[nodiscard]] int degree() const { return static_cast<int>(terms_up_to_.size()) - 1; }
+    /// Terms of total degree 0 … d; they come first.
+    [[nodiscard]] std::size_t terms_up_to(int d) const {
+        return terms_up_to_[static_cast<std::size_t>(d)];
+    }
+    /// Does the term contain the group? Does it contain no other?
+    [[nodiscard]] bool contains(std::size_t term, std::size_t group) const {
+        return terms_[term][group] > 0;
+    }
+    [[nodiscard]] bool is_of_one_group(std::size_t term) const;
+
+    /// Values at points first … first + count − 1 of the groups: (count, terms).
+    [[nodiscard]] Eigen::MatrixXd at_points(Eigen::Index first, Eigen::Index count) const;
+
+  private:
+    const std::vector<InputGroup>& groups_;
+    std::vector<GroupPolynomials> polynomials_;
+    /// For each term the function of each group, counted from 1; 0 is the constant.
+    std::vector<std::vector<std::size_t>> terms_;
+    std::vector<std::size_t> terms_up_to_;
+};
+
+constexpr int most_degrees = 12;
+
+using Degrees = std::vector<std::size_t>;
+
+/// Appends the terms whose degrees of the groups from `group` on add up to `degree`; stops when
+/// there are more than `most`.
+void append_terms(const std::vector<GroupPolynomials>& polynomials, std::size_t group, int degree,
+                  std::size_t most, Degrees& term, std::vector<Degrees>& terms) {
+    if (terms.size() > most)
+        return;
+    if (group == polynomials.size()) {
+        if (degree == 0)
+            terms.push_back(term);
+        return;
+    }
+    append_terms(polynomials, group + 1, degree, most, term, terms);
+    const std::vector<int>& degrees = polynomials[group].degrees();
+    for (std::size_t k = 0; k < degrees.size() && degrees[k] <= degree; ++k) {
+        term[group] = k + 1;
+        append_terms(polynomials, group + 1, degree - degrees[k], most, term, terms);
+    }
+    term[group] = 0;
+}
+
+ChaosBasis::ChaosBasis(const std::vector<InputGroup>& groups, std::size_t most_terms)
+    : groups_(groups) {
+    // A group of several inputs alone must not have more functions than there may be terms.
+    for (const InputGroup& group : groups) {
+        const auto inputs = static_cast<std::size_t>(group.nodes.cols());
+        int degree = 0;
+        std::size_t functions = 1; // binomial(degree + inputs, inputs)
+        while (degree < most_degrees) {
+            const auto next = static_cast<std::size_t>(degree) + 1;
+            functions = functions * (next + inputs) / next;
+            if (functions > most_terms)
+                break;
+            ++degree;
+        }
+        polynomials_.emplace_back(group.nodes, group.weights, degree);
+    }
+    for (int degree = 0; degree <= most_degrees; ++degree) {
+        std::vector<Degrees> more = terms_;
+        Degrees term(groups.size(), 0);
+        append_terms(polynomials_, 0, degree, most_terms, term, more);
+        if (more.size() > most_terms || (degree > 0 && more.size() == terms_.size()))
+            break;
+        terms_ = std::move(more);
+        terms_up_to_.push_back(terms_.size());
+    }
+}
+
+bool ChaosBasis::is_of_one_group(std::size_t term) const {
+    return std::ranges::count_if(terms_[term], [](std::size_t k) { return k > 0; }) == 1;
+}
+
+Eigen::MatrixXd ChaosBasis::at_points(Eigen::Index first, Eigen::Index count) const {
+    std::vector<Eigen::MatrixXd> functions;
+    functions.reserve(groups_.size());
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+        functions.push_back(polynomials_[g].at(groups_[g].values.middleRows(first, count)));
+    Eigen::MatrixXd values = Eigen::MatrixXd::Ones(count, static_cast<Eigen::Index>(terms_.size()));
+    for (std::size_t k = 0; k < terms_.size(); ++k)
+        for (std::size_t g = 0; g < groups_.size(); ++g)
+            if (terms_[k][g] > 0)
+                values.col(static_cast<Eigen::Index>(k)).array() *=
+                    functions[g].col(static_cast<Eigen::Index>(terms_[k][g] - 1)).array();
+    return values;
+}
 
 using Eigen::Index;
 using Eigen::MatrixXd;

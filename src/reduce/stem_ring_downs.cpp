@@ -28,6 +28,8 @@ std::optional<Estimate> weighted_mean(const std::vector<Estimate>& estimates) {
     for (const Estimate& estimate : estimates)
         scatter += std::pow((estimate.value - mean) / estimate.standard_error, 2);
     const std::size_t freedom = estimates.size() - 1;
+    // The Birge ratio (Birge 1932): where the heights scatter by more than their errors say, the
+    // error of the mean grows by that factor. It never shrinks.
     const double birge =
         freedom > 0 ? std::sqrt(std::max(1.0, scatter / static_cast<double>(freedom))) : 1.0;
     const double error = birge / std::sqrt(weights);
@@ -38,6 +40,7 @@ std::optional<Estimate> weighted_mean(const std::vector<Estimate>& estimates) {
     return Estimate{mean, error, mean - factor * error, mean + factor * error};
 }
 
+/// The slope of b1 over height. One mode of a linear stem has the same b1 at every height.
 std::optional<LineFit> banding_of(const StemRingDowns& stem) {
     std::vector<double> places;
     std::vector<double> decays;
@@ -105,6 +108,7 @@ void adjust_banding(std::vector<StemRingDowns>& stems, PopulationSummary& summar
             p_values.push_back(stem.banding->p_value);
             slopes.push_back(stem.banding->slope);
         }
+    // Many stems are tested at once.
     const std::vector<double> adjusted = holm_adjusted(p_values);
     std::size_t next = 0;
     for (StemRingDowns& stem : stems)
@@ -149,6 +153,7 @@ PopulationSummary summarise_population(std::vector<StemRingDowns>& stems) {
             continue;
         frequencies.push_back(stem.frequency->value);
         decays.push_back(stem.decay_per_cycle->value);
+        // f0 = b2 √(1 + (δ/2π)²), δ = −b1 per cycle.
         natural_frequencies.push_back(frequencies.back() *
                                       std::hypot(1.0, decays.back() / (2.0 * std::numbers::pi)));
         deflections.push_back(stem.largest_deflection);

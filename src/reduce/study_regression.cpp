@@ -2,14 +2,124 @@
 #include "reduce/study_regression.hpp"
 
 #include "core/error.hpp"
+#include "reduce/distributions.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <span>
+#include <vector>
 
 #include <fmt/format.h>
 
 namespace culm::reduce {
+
+namespace {
+
+constexpr std::array all_terms = {Term::Intercept, Term::First, Term::Second, Term::Interaction};
+
+std::vector<Term> without(const std::vector<Term>& terms, Term dropped) {
+    std::vector<Term> rest;
+    std::ranges::copy_if(terms, std::back_inserter(rest), [&](Term t) { return t != dropped; });
+    return rest;
+}
+
+/// The terms that no other term of the model needs.
+std::vector<Term> droppable(const std::vector<Term>& terms) {
+    if (std::ranges::find(terms, Term::Interaction) != terms.end())
+        return {Term::Interaction};
+    return without(terms, Term::Intercept);
+}
+
+} // namespace
+
+std::string term_name(Term term, const PredictorPair& predictors) {
+    switch (term) {
+    case Term::Intercept:
+        return "intercept";
+    case Term::First:
+        return predictors.first_name;
+    case Term::Second:
+        return predictors.second_name;
+    case Term::Interaction:
+        break;
+    }
+    return predictors.first_name + ":" + predictors.second_name;
+}
+
+double term_value(Term term, double first, double second) {
+    switch (term) {
+    case Term::Intercept:
+        return 1.0;
+    case Term::First:
+        return first;
+    case Term::Second:
+        return second;
+    case Term::Interaction:
+        break;
+    }
+    return first * second;
+}
+
+LinearRegression regress_on_terms(const PredictorPair& predictors, std::span<const double> response,
+                                  std::span<const Term> terms) {
+    if (predictors.first.size() != response.size() || predictors.second.size() != response.size())
+        throw core::NumericalError(
+            core::FailureKind::FitFailed,
+            fmt::format("the predictors have {} and {} values for {} responses",
+                        predictors.first.size(), predictors.second.size(), response.size()));
+    Eigen::MatrixXd design(static_cast<Eigen::Index>(response.size()),
+                           static_cast<Eigen::Index>(terms.size()));
+    std::vector<std::string> names;
+    for (std::size_t j = 0; j < terms.size(); ++j) {
+        names.push_back(term_name(terms[j], predictors));
+        for (std::size_t i = 0; i < response.size(); ++i)
+            design(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+                term_value(terms[j], predictors.first[i], predictors.second[i]);
+    }
+    return regress(design, response, names);
+}
+
+LinearRegression regress_full(const PredictorPair& predictors, std::span<const double> response) {
+    return regress_on_terms(predictors, response, all_terms);
+}
+
+InteractionModel reduce_interaction_model(const PredictorPair& predictors,
+                                          std::span<const double> response, double significance) {
+    if (!(significance > 0.0 && significance < 1.0))
+        throw core::NumericalError(
+            core::FailureKind::FitFailed,
+            fmt::format("the significance of the F-tests is {:g}, it must lie between 0 and 1",
+                        significance));
+    InteractionModel model;
+    model.terms.assign(all_terms.begin(), all_terms.end());
+    model.regression = regress_full(predictors, response);
+    model.full_adjusted_r_squared = model.regression.adjusted_r_squared;
+    // Backward elimination: drop the term with the largest p-value until all are significant. A
+    // main effect stays as long as the interaction that contains it (droppable()).
+    for (int round = 0; model.terms.size() > 1; ++round) {
+        std::optional<std::size_t> weakest;
+        LinearRegression without_weakest;
+        for (const Term term : droppable(model.terms)) {
+            LinearRegression reduced =
+                regress_on_terms(predictors, response, without(model.terms, term));
+            const NestedTest test = nested_f_test(reduced, model.regression);
+            model.history.push_back({term, term_name(term, predictors), test, round, false});
+            if (!weakest || test.p_value > model.history[*weakest].test.p_value) {
+                weakest = model.history.size() - 1;
+                without_weakest = std::move(reduced);
+            }
+        }
+        EliminationTest& candidate = model.history[*weakest];
+        if (candidate.test.p_value < significance)
+            break;
+        candidate.dropped = true;
+        model.terms = without(model.terms, candidate.term);
+        model.regression = std::move(without_weakest);
+    }
+    return model;
+}
 
 namespace {
 
@@ -149,6 +259,102 @@ StudyRegression regress_study(const StudyPoints& points, double significance) {
     study.bond_damping = regress_if_possible({"bond_damping", usable.bond_damping, Term::First},
                                              predictors, significance);
     return study;
+}
+
+namespace {
+
+/// The law's slope along a predictor at the reading.
+double slope_along(Term along, const LinearRegression& law, std::span<const Term> terms,
+                   const StemReading& reading) {
+    double slope = 0.0;
+    for (std::size_t j = 0; j < terms.size(); ++j) {
+        if (terms[j] == along)
+            slope += law.coefficients[j].value;
+        if (terms[j] == Term::Interaction)
+            slope += law.coefficients[j].value *
+                     (along == Term::First ? reading.frequency : reading.decay_per_cycle);
+    }
+    return slope;
+}
+
+Prediction predict_response(const LinearRegression& law, std::span<const Term> terms,
+                            const StemReading& reading) {
+    std::vector<double> regressors;
+    for (const Term term : terms)
+        regressors.push_back(term_value(term, reading.decay_per_cycle, reading.frequency));
+    Prediction prediction = predict(law, regressors);
+    // The reading's errors of b1 and b2 pass through the law to first order, independent of the
+    // law's own and of each other.
+    const double reading_error = std::hypot(
+        slope_along(Term::First, law, terms, reading) * reading.decay_per_cycle_standard_error,
+        slope_along(Term::Second, law, terms, reading) * reading.frequency_standard_error);
+    prediction.mean_standard_error = std::hypot(prediction.mean_standard_error, reading_error);
+    prediction.standard_error = std::hypot(prediction.standard_error, reading_error);
+    const double reach = student_t_factor(law.degrees_of_freedom) * prediction.standard_error;
+    prediction.lower = prediction.value - reach;
+    prediction.upper = prediction.value + reach;
+    return prediction;
+}
+
+ParameterPrediction predict_parameter(const RegressionOutcome& outcome,
+                                      const StemReading& reading) {
+    ParameterPrediction result;
+    if (!outcome.regression) {
+        result.reason = outcome.reason;
+        return result;
+    }
+    const SinglePredictorLaw& single = outcome.regression->single;
+    const std::array single_terms = {Term::Intercept, single.predictor};
+    result.by_single_law = predict_response(single.regression, single_terms, reading);
+    if (outcome.regression->reduced) {
+        const InteractionModel& model = outcome.regression->reduced->model;
+        result.by_reduced_model = predict_response(model.regression, model.terms, reading);
+    } else {
+        result.reason = outcome.regression->no_reduced_reason;
+    }
+    return result;
+}
+
+/// From √Y to Y; empty, with a reason, where the root is not positive.
+void square(std::optional<Prediction>& prediction, std::string& reason) {
+    if (!prediction)
+        return;
+    if (prediction->value <= 0.0) {
+        reason = fmt::format("the law gives a square root of Young's modulus of {:g}: the reading "
+                             "lies far outside of the study",
+                             prediction->value);
+        prediction.reset();
+        return;
+    }
+    // dY = 2 √Y d(√Y) for the errors; the ends of the interval are squared, which keeps their
+    // coverage.
+    const double root = prediction->value;
+    const double lower = std::max(prediction->lower, 0.0);
+    prediction = Prediction{root * root, 2.0 * root * prediction->mean_standard_error,
+                            2.0 * root * prediction->standard_error, lower * lower,
+                            prediction->upper * prediction->upper};
+}
+
+} // namespace
+
+StemPrediction predict_stem(const StudyRegression& study, const StemReading& reading) {
+    for (const double number :
+         {reading.decay_per_cycle, reading.frequency, reading.decay_per_cycle_standard_error,
+          reading.frequency_standard_error})
+        if (!std::isfinite(number))
+            throw core::NumericalError(
+                core::FailureKind::FitFailed,
+                fmt::format("the stem's reading (decay per cycle {:g}, frequency {:g} Hz) or its "
+                            "standard errors are not finite",
+                            reading.decay_per_cycle, reading.frequency));
+    StemPrediction prediction;
+    prediction.bond_youngs_modulus = predict_parameter(study.sqrt_youngs_modulus, reading);
+    square(prediction.bond_youngs_modulus.by_single_law, prediction.bond_youngs_modulus.reason);
+    square(prediction.bond_youngs_modulus.by_reduced_model, prediction.bond_youngs_modulus.reason);
+    prediction.bond_damping = predict_parameter(study.bond_damping, reading);
+    prediction.is_inside_design = study.decay_per_cycle.contains(reading.decay_per_cycle) &&
+                                  study.frequency.contains(reading.frequency);
+    return prediction;
 }
 
 } // namespace culm::reduce

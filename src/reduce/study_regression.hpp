@@ -1,18 +1,70 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A study's fits turned into the laws that read a stem: √Y from the frequency, β from the decay.
+// The regressions of a study: √Y by b2, β by b1, the terms that F-tests keep, and what they predict
+// of a stem.
 #pragma once
 
-#include "reduce/histogram.hpp"
-#include "reduce/interaction_model.hpp"
 #include "reduce/linear_regression.hpp"
+#include "reduce/population_statistics.hpp"
 
 #include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace culm::reduce {
+
+/// The terms of response ~ 1 + x1 + x2 + x1·x2.
+enum class Term { Intercept, First, Second, Interaction };
+
+/// Two predictors with their names; values of equal length, one per point.
+struct PredictorPair {
+    std::string first_name;
+    std::string second_name;
+    std::span<const double> first;
+    std::span<const double> second;
+};
+
+/// One F-test of the elimination: the current model without `term` against the current model.
+struct EliminationTest {
+    Term term = Term::Intercept;
+    std::string name;
+    NestedTest test;
+    int round = 0; ///< tests of one round start from the same model; at most one term goes in each
+    bool dropped = false;
+};
+
+/// A model after elimination.
+struct InteractionModel {
+    std::vector<Term> terms;              ///< kept, in the order of `regression.coefficients`
+    LinearRegression regression;          ///< of the kept terms
+    std::vector<EliminationTest> history; ///< every test made, in order
+    double full_adjusted_r_squared = 0.0; ///< of the model with all four terms
+};
+
+/// Name of a term: "intercept", a predictor's name, or both names joined by ':'.
+[[nodiscard]] std::string term_name(Term term, const PredictorPair& predictors);
+
+/// The regressor of a term at one point.
+[[nodiscard]] double term_value(Term term, double first, double second);
+
+/// Least squares of the response on the given terms. Errors as of `regress`.
+[[nodiscard]] LinearRegression regress_on_terms(const PredictorPair& predictors,
+                                                std::span<const double> response,
+                                                std::span<const Term> terms);
+
+/// All four terms.
+[[nodiscard]] LinearRegression regress_full(const PredictorPair& predictors,
+                                            std::span<const double> response);
+
+/// Backward elimination from the full model (Schramm et al. 2019, section on the DOE): of the terms
+/// that may go, the one with the largest p is dropped while the model without it is not rejected,
+/// p >= significance. The intercept stays; a predictor stays while its interaction is in the model.
+/// Errors as of `regress`; core::NumericalError too if significance is not in (0, 1).
+[[nodiscard]] InteractionModel reduce_interaction_model(const PredictorPair& predictors,
+                                                        std::span<const double> response,
+                                                        double significance = 0.05);
 
 /// The computed points of a study; four spans of one length.
 struct StudyPoints {
@@ -84,5 +136,35 @@ inline constexpr const char* frequency_predictor_name = "frequency";
 /// response or of its predictor. Throws core::NumericalError (FitFailed) only if the spans differ
 /// in length or significance is not in (0, 1).
 [[nodiscard]] StudyRegression regress_study(const StudyPoints& points, double significance = 0.05);
+
+/// What Eq. 1 found for a stem. Standard errors of 0 mean that the reading is taken as exact.
+struct StemReading {
+    double decay_per_cycle = 0.0;
+    double frequency = 0.0; ///< Hz
+    double decay_per_cycle_standard_error = 0.0;
+    double frequency_standard_error = 0.0; ///< Hz
+};
+
+/// One parameter of the stem by both laws; a law that the study could not give is empty.
+struct ParameterPrediction {
+    std::optional<Prediction> by_single_law;
+    std::optional<Prediction> by_reduced_model;
+    std::string reason; ///< one sentence if any of the two is empty
+};
+
+struct StemPrediction {
+    ParameterPrediction bond_youngs_modulus; ///< Y, Pa
+    ParameterPrediction bond_damping;        ///< β
+    bool is_inside_design = false;           ///< both readings lie within what the study covered
+};
+
+/// Y and β of a stem by the single-predictor laws (Eqs. 12 and 13) and by the reduced interaction
+/// models. The standard errors hold the uncertainty of the coefficients, the scatter of the study
+/// (in Prediction::standard_error) and the reading's own errors through the slopes of the law,
+/// taken as independent. Y is the square of the predicted √Y: its standard errors are
+/// 2√Y times those of √Y, its interval the square of that of √Y.
+/// A law that gives √Y <= 0 is left empty with a reason. Throws core::NumericalError (FitFailed) if
+/// the reading is not finite.
+[[nodiscard]] StemPrediction predict_stem(const StudyRegression& study, const StemReading& reading);
 
 } // namespace culm::reduce

@@ -8,6 +8,7 @@
 #include <cmath>
 
 namespace culm::reduce {
+
 namespace {
 
 /// One usable stem: β, Y in Pa, and u = τ/Δt.
@@ -72,7 +73,8 @@ double one(const Stem&) {
     return 1.0;
 }
 
-/// 1 = A/u² + B β/u.
+/// (τ/dt)² = A + B β (τ/dt), the limit of central differences for a damped oscillator, divided by
+/// u² = (τ/dt)² so that every stem's error counts relative to its step: 1 = A/u² + B β/u.
 TimestepLawOutcome fit_damped_oscillator(const std::vector<Stem>& stems) {
     return fit_law<2>(
         stems, {"A", "B"},
@@ -87,7 +89,7 @@ TimestepLawOutcome fit_damped_oscillator(const std::vector<Stem>& stems) {
         });
 }
 
-/// 1 = a/u + b β/u.
+/// dt = τ/(a + b β), the form of the authors' rule, as 1 = a/u + b β/u.
 TimestepLawOutcome fit_rule_form(const std::vector<Stem>& stems) {
     return fit_law<2>(
         stems, {"a", "b"},
@@ -100,6 +102,7 @@ TimestepLawOutcome fit_rule_form(const std::vector<Stem>& stems) {
         });
 }
 
+/// ln dt = ln c + p ln Y + q ln β; undamped stems have no logarithm of β.
 TimestepLawOutcome fit_power_law(std::vector<Stem> stems) {
     std::erase_if(stems, [](const Stem& stem) { return stem.damping <= 0.0; });
     return fit_law<3>(

@@ -16,7 +16,7 @@ namespace culm::reduce {
 
 namespace {
 
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_estimate = std::numeric_limits<double>::quiet_NaN();
 constexpr double tail = 0.5 * (1.0 - confidence_level);
 
 struct MeanSquares {
@@ -60,6 +60,8 @@ double means_sum_of_squares(std::span<const StemTests> stems, std::size_t& freed
 /// Ting et al. (1990), as in Burdick & Graybill (1992), Confidence Intervals on Variance
 /// Components, section 3.3: (MS_between − MS_within)/tests.
 Bounds between_interval(const VarianceComponents& c, const MeanSquares& squares) {
+    // The bounds of a difference p − q of mean squares, exact where either variance is zero; the
+    // mixed coefficients g12 and h12 make it so where both are equal.
     const auto a = static_cast<double>(c.between_degrees_of_freedom);
     const auto b = static_cast<double>(c.within_degrees_of_freedom);
     const boost::math::fisher_f f(a, b);
@@ -84,12 +86,14 @@ Bounds between_interval(const VarianceComponents& c, const MeanSquares& squares)
 void tell_between(VarianceComponents& c, const MeanSquares& squares) {
     c.between = std::max(0.0, (squares.between - squares.within) / c.tests_per_stem);
     c.between_interval = between_interval(c, squares);
+    // Share of the variance that lies between stems.
     c.intraclass_correlation = c.between / (c.between + c.within);
     c.f_statistic = squares.between / squares.within;
     c.p_value =
         fisher_f_p_value(c.f_statistic, c.between_degrees_of_freedom, c.within_degrees_of_freedom);
     const boost::math::fisher_f f(static_cast<double>(c.between_degrees_of_freedom),
                                   static_cast<double>(c.within_degrees_of_freedom));
+    // F/F_quantile bounds the ratio of expected mean squares, 1 + tests · between/within.
     const auto share = [&](double quantile) {
         const double ratio = c.f_statistic / quantile;
         return std::max(0.0, (ratio - 1.0) / (ratio - 1.0 + c.tests_per_stem));
@@ -102,8 +106,8 @@ void tell_between(VarianceComponents& c, const MeanSquares& squares) {
 
 VarianceComponents variance_components(std::span<const StemTests> stems) {
     VarianceComponents c;
-    c.between = c.within = c.intraclass_correlation = c.f_statistic = c.p_value = unknown;
-    c.between_interval = c.within_interval = c.intraclass_interval = {unknown, unknown};
+    c.between = c.within = c.intraclass_correlation = c.f_statistic = c.p_value = no_estimate;
+    c.between_interval = c.within_interval = c.intraclass_interval = {no_estimate, no_estimate};
     c.stems = stems.size();
     double squares_within = 0.0;
     double reciprocals = 0.0;
@@ -119,6 +123,8 @@ VarianceComponents variance_components(std::span<const StemTests> stems) {
         c.reason = "no stem was tested twice";
         return c;
     }
+    // Unweighted means (Thomas & Hultquist 1978): stems with different numbers of tests count as if
+    // each had their harmonic mean.
     c.tests_per_stem = static_cast<double>(c.stems) / reciprocals;
     MeanSquares squares;
     squares.within = squares_within / static_cast<double>(c.within_degrees_of_freedom);

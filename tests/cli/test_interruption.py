@@ -42,7 +42,7 @@ class Interruption(CulmTest):
         code, errors = self.interrupt(signal.SIGTERM)
         self.assertEqual(code, STOPPED_EARLY)
         said = re.fullmatch(r"culm: stopped early; (\d+) of 24 points are computed and kept in "
-                            r"out\. Go on with --resume\.\n", errors)
+                            r"out\. Continue with --resume\.\n", errors)
         self.assertIsNotNone(said, errors)
         self.assertGreaterEqual(int(said[1]), 2)
         self.assertEqual(self.resume(), POINTS - int(said[1]))

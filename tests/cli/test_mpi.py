@@ -66,7 +66,7 @@ class TwoRanksInterrupted(CulmTest):
 
     def kept_points(self, errors: str) -> int:
         said = re.findall(r"culm: stopped early; (\d+) of 24 points are computed and kept in out\. "
-                          r"Go on with --resume\.\n", errors)
+                          r"Continue with --resume\.\n", errors)
         self.assertEqual(len(said), 1, errors)
         return int(said[0])
 

@@ -10,7 +10,7 @@ import unittest
 from culm_program import BAD_INPUT, DONE, QUICK, STOPPED_EARLY, CulmTest
 
 KEPT = re.compile(r"\nculm: stopped early; (\d+) of 9 points are computed and kept in (\S+)\. "
-                  r"Go on with --resume\.\n$")
+                  r"Continue with --resume\.\n$")
 
 
 class FullDisk(CulmTest):

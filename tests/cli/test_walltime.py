@@ -25,7 +25,7 @@ bond_youngs_modulus_gpa = { from = 1, to = 9, count = 80 }
 class Walltime(CulmTest):
     def kept_points(self, finished) -> int:
         said = re.search(r"culm: stopped early before the walltime ends; (\d+) of 4000 points are "
-                         r"computed and kept in out\. Go on with --resume\.\n", finished.stderr)
+                         r"computed and kept in out\. Continue with --resume\.\n", finished.stderr)
         self.assertIsNotNone(said, finished.stderr)
         return int(said[1])
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the batch system says of the time that is left, and asking other programs.
 #include "cluster/batch_system.hpp"
-#include "cluster/program_output.hpp"
 
 #include <map>
 #include <string>

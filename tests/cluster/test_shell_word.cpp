@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // bash reads a quoted word as the text that it was made of, whatever that holds.
-#include "cluster/program_output.hpp"
+#include "cluster/batch_system.hpp"
 #include "cluster/shell_word.hpp"
 #include "core/error.hpp"
 

@@ -4,7 +4,7 @@
 #include "fuzz/fuzz_input.hpp"
 #include "physics/effects/selection.hpp"
 #include "physics/effects/user_effect.hpp"
-#include "study/effect_file.hpp"
+#include "study/config/study_effects.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace culm;

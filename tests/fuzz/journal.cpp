@@ -6,7 +6,7 @@
 #include "archive/journal/format.hpp"
 #include "archive/journal/read.hpp"
 #include "fuzz/fuzz_input.hpp"
-#include "study/folder_state.hpp"
+#include "study/execute/folder_state.hpp"
 
 #include <span>
 

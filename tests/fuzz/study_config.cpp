@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Fuzz target: the text of a study file, its design and its identity.
+#include "study/config/study_config.hpp"
+
 #include "fuzz/fuzz_input.hpp"
-#include "study/config.hpp"
-#include "study/design.hpp"
-#include "study/design_check.hpp"
+#include "study/design/design.hpp"
+#include "study/execute/plan.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace culm;

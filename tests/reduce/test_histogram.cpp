@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Bins that suit the data.
-#include "reduce/histogram.hpp"
+#include "reduce/population_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>

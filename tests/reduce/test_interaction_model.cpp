@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The interaction model and its reduction by nested F-tests.
 #include "core/error.hpp"
-#include "reduce/interaction_model.hpp"
+#include "reduce/study_regression.hpp"
 
 #include <array>
 #include <cmath>

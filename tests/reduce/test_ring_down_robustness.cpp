@@ -3,7 +3,6 @@
 #include "core/error.hpp"
 #include "reduce/ring_down_fit.hpp"
 #include "reduce/ring_down_model.hpp"
-#include "reduce/ring_down_refine.hpp"
 #include "ring_down_signal.hpp"
 
 #include <array>
@@ -35,15 +34,12 @@ RingDownParameters truth_of(const RingDownSignal& signal) {
 /// Relative standard error of the frequency that the best estimator could reach (Cramér-Rao) if
 /// everything but the first mode were white noise of the given level.
 double best_frequency_error(const RingDownSignal& signal, const History& history, double noise) {
-    Eigen::MatrixXd jacobian(static_cast<Eigen::Index>(history.times.size()), 3);
-    const RingDownParameters truth = truth_of(signal);
+    RingDownLinearisation model({history.times, history.deflections});
     const double period = 1.0 / signal.frequency;
-    for (std::size_t i = 0; i < history.times.size(); ++i) {
-        const Eigen::Vector3d gradient = evaluate_ring_down(truth, history.times[i]).gradient;
-        jacobian.row(static_cast<Eigen::Index>(i)) << gradient[0], gradient[1] / period,
-            gradient[2] / period;
-    }
-    const Eigen::Matrix3d information = jacobian.transpose() * jacobian;
+    const Eigen::Vector3d scale{1.0, 1.0 / period, 1.0 / period};
+    const Eigen::Matrix3d information = scale.asDiagonal() *
+                                        curvature(model, truth_of(signal), true).gauss_newton *
+                                        scale.asDiagonal();
     return noise * std::sqrt(information.inverse()(2, 2));
 }
 

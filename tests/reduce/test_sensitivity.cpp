@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Sobol indices against closed forms: Ishigami's function, linear models, levels, dependent inputs.
 #include "core/error.hpp"
-#include "reduce/group_polynomials.hpp"
 #include "reduce/sensitivity.hpp"
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Y and β read from a stem's decay and frequency.
 #include "core/error.hpp"
-#include "reduce/stem_prediction.hpp"
+#include "reduce/study_regression.hpp"
 #include "study_points.hpp"
 
 #include <array>

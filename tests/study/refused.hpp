@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/error.hpp"
-#include "study/config.hpp"
+#include "study/config/study_config.hpp"
 
 #include <string>
 #include <string_view>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "archive/study/file.hpp"
-#include "study/plan.hpp"
+#include "study/execute/plan.hpp"
 
 #include <bit>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a valid study file means.
-#include "study/config.hpp"
+#include "study/config/study_config.hpp"
 
 #include <numbers>
 

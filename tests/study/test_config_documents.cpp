@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The reference of study files says what the reader does, and the example studies are valid.
-#include "study/config.hpp"
-#include "study/config_keys.hpp"
-#include "study/design.hpp"
-#include "study/design_check.hpp"
+#include "study/config/keys.hpp"
+#include "study/config/study_config.hpp"
+#include "study/design/design.hpp"
+#include "study/execute/plan.hpp"
 
 #include <filesystem>
 #include <fstream>

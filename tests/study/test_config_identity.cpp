@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // By what a study is recognised, and how a changed one is explained.
-#include "study/config.hpp"
+#include "study/config/study_config.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,8 +4,8 @@
 #include "archive/study/file.hpp"
 #include "core/error.hpp"
 #include "small_studies.hpp"
-#include "study/execute.hpp"
-#include "study/point_results.hpp"
+#include "study/execute/execute.hpp"
+#include "study/execute/point_results.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Designs of whole studies: order, replicates, reproducibility, size, and the check of every point.
 #include "core/error.hpp"
-#include "study/design.hpp"
-#include "study/design_check.hpp"
+#include "study/design/design.hpp"
+#include "study/execute/plan.hpp"
 
 #include <algorithm>
 #include <set>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Latin hypercubes and Sobol sequences in the unit cube.
-#include "study/design_sampling.hpp"
+#include "study/design/sampling.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +11,15 @@
 namespace culm::study {
 namespace {
 
+/// A coordinate as draw_unit_samples() makes it where no criterion moves the strata.
+std::vector<double> coordinate(const SampleKey& key, std::int64_t points) {
+    return places_in_strata(key, latin_hypercube_strata(key, points));
+}
+
 TEST(LatinHypercube, EveryStratumHoldsOnePoint) {
     for (const std::int64_t points : {1, 2, 7, 1000}) {
         std::set<std::int64_t> strata;
-        for (const double u : latin_hypercube_coordinate({3, "length_mm", 0}, points))
+        for (const double u : coordinate({3, "length_mm", 0}, points))
             strata.insert(static_cast<std::int64_t>(std::floor(u * static_cast<double>(points))));
         EXPECT_EQ(static_cast<std::int64_t>(strata.size()), points);
         EXPECT_EQ(*strata.begin(), 0);
@@ -24,8 +29,8 @@ TEST(LatinHypercube, EveryStratumHoldsOnePoint) {
 
 TEST(LatinHypercube, FactorsAreNotCorrelated) {
     constexpr std::int64_t points = 10'000;
-    const auto a = latin_hypercube_coordinate({3, "length_mm", 0}, points);
-    const auto b = latin_hypercube_coordinate({3, "bond_damping", 0}, points);
+    const auto a = coordinate({3, "length_mm", 0}, points);
+    const auto b = coordinate({3, "bond_damping", 0}, points);
     double sum = 0.0;
     for (std::size_t i = 0; i < a.size(); ++i)
         sum += (a[i] - 0.5) * (b[i] - 0.5);
@@ -35,11 +40,11 @@ TEST(LatinHypercube, FactorsAreNotCorrelated) {
 }
 
 TEST(LatinHypercube, SeedFactorAndReplicateSelectThePermutation) {
-    const auto reference = latin_hypercube_coordinate({3, "length_mm", 0}, 50);
-    EXPECT_EQ(latin_hypercube_coordinate({3, "length_mm", 0}, 50), reference);
-    EXPECT_NE(latin_hypercube_coordinate({4, "length_mm", 0}, 50), reference);
-    EXPECT_NE(latin_hypercube_coordinate({3, "length_mm", 1}, 50), reference);
-    EXPECT_NE(latin_hypercube_coordinate({3, "bond_damping", 0}, 50), reference);
+    const auto reference = coordinate({3, "length_mm", 0}, 50);
+    EXPECT_EQ(coordinate({3, "length_mm", 0}, 50), reference);
+    EXPECT_NE(coordinate({4, "length_mm", 0}, 50), reference);
+    EXPECT_NE(coordinate({3, "length_mm", 1}, 50), reference);
+    EXPECT_NE(coordinate({3, "bond_damping", 0}, 50), reference);
 }
 
 TEST(Sobol, TheFirstPointsAreThePublishedOnes) {

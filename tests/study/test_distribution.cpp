@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Quantiles and moments of the truncated distributions.
-#include "study/distribution.hpp"
-#include "study/random.hpp"
+#include "study/design/factor.hpp"
+#include "study/design/sampling.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Effects from files stand wherever effects of the library do.
 #include "core/error.hpp"
-#include "study/effect_file.hpp"
+#include "study/config/study_effects.hpp"
 
 #include <string>
 

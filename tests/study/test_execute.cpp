@@ -4,7 +4,7 @@
 #include "archive/journal/writer.hpp"
 #include "core/error.hpp"
 #include "small_studies.hpp"
-#include "study/execute.hpp"
+#include "study/execute/execute.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <algorithm>

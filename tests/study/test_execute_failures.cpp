@@ -2,8 +2,8 @@
 // Points that give no answer are recorded with their reasons; the others do not notice.
 #include "run/simulate.hpp"
 #include "small_studies.hpp"
-#include "study/execute.hpp"
-#include "study/summary.hpp"
+#include "study/execute/execute.hpp"
+#include "study/summary/summary.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Latin hypercubes made more even, and scrambled Sobol sequences.
-#include "study/hypercube_search.hpp"
+#include "study/design/hypercube_search.hpp"
 
 #include <algorithm>
 #include <cmath>

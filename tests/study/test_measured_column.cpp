@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Columns of tables of measured stems: units, delimiters, empty cells, what is refused.
 #include "core/error.hpp"
-#include "study/measured_column.hpp"
+#include "study/config/sections.hpp"
 
 #include <gtest/gtest.h>
 

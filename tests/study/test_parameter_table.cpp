@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The parameter table: conversion, consistency, and the rules for what is not given.
-#include "study/parameter_table.hpp"
+#include "study/config/parameters.hpp"
 
 #include <numbers>
 

@@ -3,7 +3,7 @@
 #include "core/error.hpp"
 #include "run/simulate.hpp"
 #include "small_studies.hpp"
-#include "study/plan.hpp"
+#include "study/execute/plan.hpp"
 
 #include <algorithm>
 #include <cmath>

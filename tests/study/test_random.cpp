@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The counter-based generator.
-#include "study/random.hpp"
+#include "study/design/sampling.hpp"
 
 #include <gtest/gtest.h>
 

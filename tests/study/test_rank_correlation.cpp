@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Rank correlations: reached, refused when impossible, and what they leave untouched.
 #include "core/error.hpp"
-#include "study/design_sampling.hpp"
-#include "study/rank_correlation.hpp"
+#include "study/design/rank_correlation.hpp"
+#include "study/design/sampling.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -59,7 +59,8 @@ TEST(RankCorrelation, ReorderedHypercubesHaveItAndKeepTheirValues) {
     const RankCorrelation correlation(3, three);
     std::vector<std::vector<double>> columns;
     for (const char* name : {"a", "b", "c"})
-        columns.push_back(latin_hypercube_coordinate({5, name, 0}, 400));
+        columns.push_back(
+            places_in_strata({5, name, 0}, latin_hypercube_strata({5, name, 0}, 400)));
     const auto before = columns;
     correlation.reorder(columns);
     // What the sample has by chance is taken out: without that it would be off by 1/√400 = 0.05.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The spread of a study's stems from given b1 and b2: components, indices, dependent factors.
-#include "study/replicate_summary.hpp"
+#include "present/study_json.hpp"
+#include "study/summary/replicate_summary.hpp"
 
 #include <cmath>
 #include <limits>
@@ -10,6 +11,8 @@
 
 namespace culm::study {
 namespace {
+
+using present::to_json;
 
 Study parsed(const std::string& text) {
     const StudyFiles files{{"stems.csv", "length_mm,d\n150,2.5\n152,2.7\n157,2.6\n160,2.9\n"}};
@@ -108,8 +111,9 @@ TEST(ReplicateSummary, WithoutADistributionOrPointsThereAreReasons) {
                               "[[design.point]]\nbond_damping = 2\n");
     const std::vector<double> y{1.0, 2.0};
     const auto summary = summarise_replicates(list, y, y);
-    nlohmann::json out;
-    add_to_json(out, *summary);
+    StudySummary all;
+    all.replicates = summary;
+    const nlohmann::json out = to_json(all);
     EXPECT_EQ(out["sensitivity"]["reason"], "the points of a list have no distribution");
     EXPECT_EQ(out["population"]["frequency"]["mean"], 1.5);
     EXPECT_FALSE(out.contains("variance_components"));

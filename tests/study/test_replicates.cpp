@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Populations of stems: measured columns, correlations, nested tests, scrambled and even designs.
 #include "refused.hpp"
-#include "study/design.hpp"
+#include "study/design/design.hpp"
 
 #include <algorithm>
 #include <cmath>

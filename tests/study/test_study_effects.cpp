@@ -2,7 +2,7 @@
 // Studies whose chain has effects, and effects' parameters as factors.
 #include "refused.hpp"
 #include "run/simulate.hpp"
-#include "study/plan.hpp"
+#include "study/execute/plan.hpp"
 
 #include <cmath>
 

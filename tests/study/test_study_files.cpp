@@ -2,11 +2,11 @@
 // Files that a study names: where they may lie, and how the archive keeps their texts.
 #include "core/error.hpp"
 #include "small_studies.hpp"
-#include "study/execute.hpp"
-#include "study/repetition.hpp"
-#include "study/study_files.hpp"
-#include "study/study_note.hpp"
-#include "study/summary.hpp"
+#include "study/config/study_config.hpp"
+#include "study/execute/execute.hpp"
+#include "study/execute/journal_notes.hpp"
+#include "study/execute/repetition.hpp"
+#include "study/summary/summary.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <fstream>

@@ -3,8 +3,8 @@
 #include "archive/journal/writer.hpp"
 #include "core/error.hpp"
 #include "small_studies.hpp"
-#include "study/execute.hpp"
-#include "study/study_folder.hpp"
+#include "study/execute/execute.hpp"
+#include "study/execute/study_folder.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <fstream>

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The summary of a study: its keys, and that it is JSON whatever the points were.
 #include "core/error.hpp"
+#include "present/study_json.hpp"
 #include "small_studies.hpp"
-#include "study/execute.hpp"
-#include "study/summary.hpp"
+#include "study/execute/execute.hpp"
+#include "study/summary/summary.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <cmath>
@@ -17,6 +18,9 @@
 
 namespace culm::study {
 namespace {
+
+using present::to_json;
+using present::write_summary;
 
 using nlohmann::json;
 

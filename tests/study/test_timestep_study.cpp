@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Time-step studies from their file to their summary.
 #include "core/error.hpp"
+#include "present/study_json.hpp"
 #include "refused.hpp"
 #include "small_studies.hpp"
-#include "study/execute.hpp"
-#include "study/timestep_summary.hpp"
+#include "study/execute/execute.hpp"
+#include "study/summary/timestep_summary.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <cmath>
@@ -16,6 +17,9 @@
 
 namespace culm::study {
 namespace {
+
+using present::to_json;
+using present::write_summary;
 
 const std::string header = "[study]\nkind = \"timestep\"\n";
 

@@ -4,9 +4,9 @@
 #include "archive/study/file.hpp"
 #include "run/simulate.hpp"
 #include "small_studies.hpp"
-#include "study/execute.hpp"
-#include "study/pace_file.hpp"
-#include "study/point_results.hpp"
+#include "study/execute/execute.hpp"
+#include "study/execute/journal_notes.hpp"
+#include "study/execute/point_results.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <fstream>

@@ -25,7 +25,8 @@ ALLOWED: dict[str, set[str]] = {
 }
 ALLOWED["cluster"] = {"core", "farm", "study"}
 ALLOWED["diagnose"] = ALLOWED["calibrate"] | {"calibrate", "study"}
-ALLOWED["cli"] = ALLOWED["diagnose"] | {"diagnose", "cluster"}
+ALLOWED["present"] = (ALLOWED["diagnose"] | {"diagnose"}) - {"farm"}
+ALLOWED["cli"] = ALLOWED["diagnose"] | {"diagnose", "cluster", "present"}
 
 # What a library's headers and CMake targets look like -> the folders that may use it; below a layer
 # only the named part includes it.

@@ -27,20 +27,18 @@ LONG, TOO_LONG = 400, 500
 # lose some.
 MOST_IN_FOLDER = 28
 CROWDED = {
-    "src/archive": 47,
+    "src/archive": 45,
     "src/calibrate": 53,
-    "src/cli": 114,
+    "src/cli": 88,
     "src/diagnose": 87,
     "src/farm": 34,
-    "src/measure": 82,
+    "src/measure": 76,
     "src/physics/effects": 38,
-    "src/reduce": 42,
-    "src/study": 94,
 }
 # Files and lines of src/: what is wanted, and the most that is allowed until then. Whoever makes
 # src/ smaller lowers the latter; at the aim they are the same.
 AIM_FILES, AIM_LINES = 450, 50_000
-MOST_FILES, MOST_LINES = 680, 57_305
+MOST_FILES, MOST_LINES = 620, 57_305
 
 
 def name_faults(place: Path) -> list[str]:

@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "present/archive.hpp"
+
+#include "present/text.hpp"
+#include "study/execute/folder_state.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+namespace culm::present {
+namespace {
+
+using archive::PointStatus;
+using study::FolderState;
+
+std::string counts_text(const FolderState& state) {
+    if (!state.points)
+        return "points    their number is unknown: no study.h5 and no journal/study.json can be "
+               "read\n";
+    const study::PointCounts counts = state.counts();
+    return fmt::format("points    {}: {} completed, {} failed, {} missing\n", counts.total,
+                       counts.completed, counts.failed, counts.missing);
+}
+
+std::string columns_text(const std::vector<archive::Column>& columns) {
+    std::vector<std::string> names;
+    for (const archive::Column& column : columns)
+        names.push_back(column.unit == "1" ? column.name
+                                           : fmt::format("{} ({})", column.name, column.unit));
+    return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::string histories_text(const archive::StudyDescription& description) {
+    std::vector<std::string> kinds;
+    if (description.stored.tip)
+        kinds.emplace_back("tip");
+    if (description.stored.heights)
+        kinds.push_back(fmt::format("{} heights", description.heights.size()));
+    if (description.stored.positions)
+        kinds.push_back(fmt::format("trajectories of {} spheres", description.spheres));
+    if (kinds.empty())
+        return "none";
+    return fmt::format("{}; {} samples up to {:g} s", fmt::join(kinds, ", "),
+                       description.times.size(),
+                       description.times.empty() ? 0.0 : description.times.back());
+}
+
+/// Long texts, of which the configuration is one, by their size alone.
+std::string provenance_text(const std::vector<std::pair<std::string, std::string>>& entries) {
+    constexpr std::size_t longest = 200;
+    std::string text;
+    for (const auto& [name, content] : entries) {
+        const bool is_short = content.size() <= longest && content.find('\n') == std::string::npos;
+        text += fmt::format("    {:<12} {}\n", name,
+                            is_short ? content : fmt::format("({} bytes)", content.size()));
+    }
+    return text;
+}
+
+std::string journals_text(const FolderState& state) {
+    std::size_t records = 0;
+    for (const study::JournalState& journal : state.journals)
+        records += journal.scan.entries.size();
+    return fmt::format(
+        "journals  {} with {} outcomes, {}{}\n", state.journals.size(), records,
+        bytes_text(static_cast<double>(state.journal_bytes)),
+        state.repeated_outcomes == 0
+            ? std::string()
+            : fmt::format("; {} of a point that has another one", state.repeated_outcomes));
+}
+
+std::string unfinished_text(const FolderState& state) {
+    if (state.unfinished_starts.empty())
+        return {};
+    std::vector<std::int64_t> points;
+    int most = 0;
+    for (const auto& [point, times] : state.unfinished_starts) {
+        points.push_back(point);
+        most = std::max(most, times);
+    }
+    std::string text =
+        fmt::format("started   {} without an outcome: {}\n", points.size(), ranges_text(points));
+    if (most > 1)
+        text += fmt::format("          up to {} times: processes died while they computed them\n",
+                            most);
+    return text;
+}
+
+std::string damage_text(const study::JournalState& journal) {
+    const archive::JournalScan& scan = journal.scan;
+    return fmt::format("damaged   {}: {} bytes skipped in {} places, {} bytes of a torn tail, {} "
+                       "records with a wrong checksum\n",
+                       scan.file, scan.skipped_bytes, scan.damaged_regions, scan.torn_tail_bytes,
+                       scan.corrupt_records);
+}
+
+} // namespace
+
+std::string ranges_text(const std::vector<std::int64_t>& points, std::size_t most) {
+    std::vector<std::string> ranges;
+    std::size_t next = 0;
+    while (next < points.size() && ranges.size() < most) {
+        const std::size_t first = next;
+        while (next + 1 < points.size() && points[next + 1] == points[next] + 1)
+            ++next;
+        ranges.push_back(first == next ? fmt::format("{}", points[first])
+                                       : fmt::format("{}-{}", points[first], points[next]));
+        ++next;
+    }
+    std::string text = fmt::format("{}", fmt::join(ranges, ", "));
+    if (next < points.size())
+        text += fmt::format(" … and {} more", points.size() - next);
+    return text;
+}
+
+std::vector<std::int64_t> points_with(const FolderState& state, PointStatus status) {
+    std::vector<std::int64_t> found;
+    if (state.points)
+        for (std::size_t k = 0; k < state.points->size(); ++k)
+            if ((*state.points)[k] == status)
+                found.push_back(static_cast<std::int64_t>(k));
+    return found;
+}
+
+std::string info_text(const study::StudyFolder& folder, const FolderState& state) {
+    std::string text = fmt::format("folder    {}\n", folder.path().string());
+    if (state.archive)
+        text += fmt::format("archive   study.h5, {}, written by {}\n",
+                            bytes_text(static_cast<double>(state.archive_bytes)),
+                            state.archive->version);
+    if (!state.journals.empty())
+        text += journals_text(state);
+    if (!state.archive && state.note)
+        text += fmt::format("study     {} ({}), last started {} on {} rank{}\n", state.note->name,
+                            state.note->config_file, state.note->start, state.note->ranks,
+                            state.note->ranks == 1 ? "" : "s");
+    text += counts_text(state);
+    if (state.archive)
+        text +=
+            fmt::format("factors   {}\nresults   {}\nhistories {}\nprovenance\n{}",
+                        columns_text(state.archive->factors), columns_text(state.archive->results),
+                        histories_text(*state.archive), provenance_text(state.archive->provenance));
+    else if (state.note)
+        text += "provenance\n" + provenance_text(state.note->provenance);
+    for (const std::string& problem : state.problems)
+        text += fmt::format("problem   {}\n", problem);
+    return text;
+}
+
+std::string status_text(const FolderState& state) {
+    std::string text = fmt::format(
+        "state     {}\n", state.is_running()           ? "running"
+                          : state.journals.empty()     ? "not running; archived"
+                          : state.counts().missing > 0 ? "not running; --resume continues"
+                                                       : "not running; --resume writes study.h5");
+    text += counts_text(state);
+    if (state.note)
+        text += fmt::format("started   {} on {} rank{}\n", state.note->start, state.note->ranks,
+                            state.note->ranks == 1 ? "" : "s");
+    if (!state.journals.empty()) {
+        double youngest = std::numeric_limits<double>::infinity();
+        for (const study::JournalState& journal : state.journals)
+            youngest = std::min(youngest, journal.age_s);
+        text += journals_text(state) +
+                fmt::format("last      written {:.0f} s ago\n", std::max(0.0, youngest));
+    }
+    if (state.is_running() && !state.unfinished_starts.empty()) {
+        std::vector<std::int64_t> points;
+        for (const auto& [point, times] : state.unfinished_starts)
+            points.push_back(point);
+        text += fmt::format("computing {}\n", ranges_text(points));
+    } else {
+        text += unfinished_text(state);
+    }
+    for (const std::string& problem : state.problems)
+        text += fmt::format("problem   {}\n", problem);
+    return text;
+}
+
+std::string verify_text(const FolderState& state) {
+    std::string text;
+    if (state.verification) {
+        const archive::Verification& found = *state.verification;
+        text +=
+            fmt::format("archive   {} datasets in {} chunks, {}\n", found.datasets, found.chunks,
+                        found.is_whole() ? "every checksum is right"
+                                         : fmt::format("{} damaged", found.damaged.size()));
+        for (const archive::DamagedDataset& dataset : found.damaged)
+            text += fmt::format("damaged   {}: {} of {} chunks: {}\n", dataset.name,
+                                dataset.damaged_chunks, dataset.chunks, dataset.reason);
+    }
+    if (!state.journals.empty())
+        text += journals_text(state);
+    for (const study::JournalState& journal : state.journals)
+        if (journal.scan.is_damaged())
+            text += damage_text(journal);
+    for (const std::string& problem : state.problems)
+        text += fmt::format("damaged   {}\n", problem);
+    text += counts_text(state);
+    if (const auto missing = points_with(state, PointStatus::Missing); !missing.empty())
+        text += fmt::format("missing   {}\n", ranges_text(missing));
+    if (const auto failed = points_with(state, PointStatus::Failed); !failed.empty())
+        text += fmt::format("failed    {}\n", ranges_text(failed));
+    return text + unfinished_text(state) +
+           fmt::format("{}\n", state.is_whole() ? "whole" : "INCOMPLETE");
+}
+
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json columns_json(const std::vector<archive::Column>& columns) {
+    ordered_json list = ordered_json::array();
+    for (const archive::Column& column : columns)
+        list.push_back({{"name", column.name}, {"unit", column.unit}});
+    return list;
+}
+
+ordered_json pairs_json(const std::vector<std::pair<std::string, std::string>>& entries) {
+    ordered_json object = ordered_json::object();
+    for (const auto& [name, text] : entries)
+        object[name] = text;
+    return object;
+}
+
+ordered_json archive_json(const FolderState& state) {
+    ordered_json json = {{"bytes", state.archive_bytes}};
+    if (state.archive) {
+        const archive::StudyDescription& description = *state.archive;
+        json["culm"] = description.version;
+        json["factors"] = columns_json(description.factors);
+        json["results"] = columns_json(description.results);
+        json["stored"] = {{"tip", description.stored.tip},
+                          {"heights", description.stored.heights},
+                          {"positions", description.stored.positions}};
+        json["samples"] = description.times.size();
+        json["heights_m"] = description.heights;
+        json["spheres"] = description.spheres;
+        json["provenance"] = pairs_json(description.provenance);
+    }
+    if (state.verification) {
+        json["datasets"] = state.verification->datasets;
+        json["chunks"] = state.verification->chunks;
+        json["damaged"] = ordered_json::array();
+        for (const archive::DamagedDataset& dataset : state.verification->damaged)
+            json["damaged"].push_back({{"dataset", dataset.name},
+                                       {"damaged_chunks", dataset.damaged_chunks},
+                                       {"chunks", dataset.chunks},
+                                       {"reason", dataset.reason}});
+    }
+    return json;
+}
+
+ordered_json journal_json(const study::JournalState& journal) {
+    const archive::JournalScan& scan = journal.scan;
+    return {{"file", scan.file},
+            {"bytes", scan.size},
+            {"outcomes", scan.entries.size()},
+            {"is_written_now", journal.is_locked},
+            {"age_s", journal.age_s},
+            {"torn_tail_bytes", scan.torn_tail_bytes},
+            {"skipped_bytes", scan.skipped_bytes},
+            {"damaged_regions", scan.damaged_regions},
+            {"corrupt_records", scan.corrupt_records}};
+}
+
+} // namespace
+
+ordered_json to_json(const FolderState& state) {
+    ordered_json json;
+    if (state.points) {
+        const study::PointCounts counts = state.counts();
+        json["points"] = {{"total", counts.total},
+                          {"completed", counts.completed},
+                          {"failed", counts.failed},
+                          {"missing", counts.missing}};
+        json["missing_points"] = points_with(state, archive::PointStatus::Missing);
+        json["failed_points"] = points_with(state, archive::PointStatus::Failed);
+    } else {
+        json["points"] = nullptr;
+    }
+    json["is_running"] = state.is_running();
+    json["archive"] = state.archive_bytes > 0 || state.archive ? archive_json(state) : nullptr;
+    json["journals"] = ordered_json::array();
+    for (const study::JournalState& journal : state.journals)
+        json["journals"].push_back(journal_json(journal));
+    json["repeated_outcomes"] = state.repeated_outcomes;
+    json["unfinished_starts"] = ordered_json::array();
+    for (const auto& [point, times] : state.unfinished_starts)
+        json["unfinished_starts"].push_back({{"point", point}, {"times", times}});
+    if (state.note)
+        json["run"] = {{"name", state.note->name},
+                       {"start", state.note->start},
+                       {"ranks", state.note->ranks},
+                       {"config_file", state.note->config_file},
+                       {"provenance", pairs_json(state.note->provenance)}};
+    json["problems"] = state.problems;
+    if (state.verification || !state.archive)
+        json["is_whole"] = state.is_whole();
+    return json;
+}
+
+} // namespace culm::present

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A study's folder as text and JSON: culm archive info, status and verify.
+#pragma once
+
+#include "study/execute/folder_state.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace culm::present {
+
+/// "0-3, 7, 9-12": the first `most` ranges of ascending points, then how many points follow.
+[[nodiscard]] std::string ranges_text(const std::vector<std::int64_t>& points,
+                                      std::size_t most = 12);
+
+/// Points of this status, ascending; empty if the points are unknown.
+[[nodiscard]] std::vector<std::int64_t> points_with(const study::FolderState& state,
+                                                    archive::PointStatus status);
+
+/// What is in the folder: study, points, tables, histories, provenance, size.
+[[nodiscard]] std::string info_text(const study::StudyFolder& folder,
+                                    const study::FolderState& state);
+
+/// How far the study is, who computes it, what it is at.
+[[nodiscard]] std::string status_text(const study::FolderState& state);
+
+/// Whether the folder is whole, and what is damaged or missing.
+[[nodiscard]] std::string verify_text(const study::FolderState& state);
+
+/// Of all three commands (docs/archive-format.md).
+[[nodiscard]] nlohmann::ordered_json to_json(const study::FolderState& state);
+
+} // namespace culm::present

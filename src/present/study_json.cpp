@@ -1,0 +1,369 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "present/study_json.hpp"
+
+#include "core/error.hpp"
+#include "present/json.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <fmt/ostream.h>
+
+namespace culm::present {
+namespace {
+
+using nlohmann::json;
+using study::DifferingNumbers;
+using study::FactorGroup;
+using study::FailedPoint;
+using study::Repetition;
+using study::ReplicateSummary;
+using study::ResponseSpread;
+using study::StepOutcome;
+using study::StepResult;
+using study::StudyFolder;
+using study::StudySummary;
+using study::TimestepStem;
+using study::TimestepSummary;
+
+json interval(const reduce::Coefficient& coefficient) {
+    return json::array({number(coefficient.lower), number(coefficient.upper)});
+}
+
+json histogram(const reduce::ResidualSummary& residuals) {
+    return {{"edges", residuals.histogram.edges}, {"counts", residuals.histogram.counts}};
+}
+
+json term_json(const reduce::Coefficient& coefficient) {
+    return {{"term", coefficient.name},
+            {"coefficient", number(coefficient.value)},
+            {"standard_error", number(coefficient.standard_error)},
+            {"interval", interval(coefficient)},
+            {"p_value", number(coefficient.p_value)}};
+}
+
+json to_json(const reduce::RegressionOutcome& outcome, const char* predictor, const char* unit) {
+    if (!outcome.regression)
+        return {{"reason", outcome.reason}};
+    const reduce::ResponseRegression& response = *outcome.regression;
+    json out{
+        {"predictor", predictor},
+        {"unit", unit},
+        {"points", response.points},
+        {"intercept", number(response.single.intercept.value)},
+        {"slope", number(response.single.slope.value)},
+        {"interval",
+         {{"intercept", interval(response.single.intercept)},
+          {"slope", interval(response.single.slope)}}},
+        {"adjusted_r2", number(response.single.regression.adjusted_r_squared)},
+        {"residuals_percent", histogram(response.single.residuals)},
+    };
+    json terms = json::array();
+    if (response.reduced) {
+        for (const auto& coefficient : response.reduced->model.regression.coefficients)
+            terms.push_back(term_json(coefficient));
+        out["terms_adjusted_r2"] = number(response.reduced->model.regression.adjusted_r_squared);
+        out["adjusted_r2_full"] = number(response.reduced->model.full_adjusted_r_squared);
+        out["terms_residuals_percent"] = histogram(response.reduced->residuals);
+        const auto& test = response.reduced->single_predictor_against_full;
+        out["single_against_full"] = {{"f", number(test.f_statistic)},
+                                      {"p_value", number(test.p_value)}};
+    } else {
+        out["terms_reason"] = response.no_reduced_reason;
+    }
+    out["terms"] = terms;
+    return out;
+}
+
+json bounds(const reduce::Bounds& interval) {
+    return json::array({number(interval.lower), number(interval.upper)});
+}
+
+json to_json(const reduce::SampleSummary& population) {
+    return {{"points", population.count},
+            {"mean", number(population.mean)},
+            {"mean_interval", bounds(population.mean_interval)},
+            {"standard_deviation", number(population.standard_deviation)},
+            {"standard_deviation_interval", bounds(population.standard_deviation_interval)},
+            {"median", number(population.median)},
+            {"central_90_percent", bounds(population.central_90_percent)},
+            {"lowest", number(population.lowest)},
+            {"highest", number(population.highest)}};
+}
+
+json to_json(const reduce::VarianceComponents& c) {
+    json out{{"stems", c.stems},
+             {"tests", c.tests},
+             {"between",
+              {{"variance", number(c.between)},
+               {"interval", bounds(c.between_interval)},
+               {"degrees_of_freedom", c.between_degrees_of_freedom}}},
+             {"within",
+              {{"variance", number(c.within)},
+               {"interval", bounds(c.within_interval)},
+               {"degrees_of_freedom", c.within_degrees_of_freedom}}},
+             {"intraclass_correlation",
+              {{"value", number(c.intraclass_correlation)},
+               {"interval", bounds(c.intraclass_interval)}}},
+             {"f", number(c.f_statistic)},
+             {"p_value", number(c.p_value)}};
+    if (!c.reason.empty())
+        out["reason"] = c.reason;
+    return out;
+}
+
+json to_json(const reduce::Share& share) {
+    return {{"value", number(share.value)}, {"interval", bounds(share.interval)}};
+}
+
+json to_json(const reduce::Sensitivity& sensitivity) {
+    json indices = json::array();
+    for (const reduce::GroupSensitivity& group : sensitivity.groups)
+        indices.push_back({{"group", group.name},
+                           {"first_order", to_json(group.first_order)},
+                           {"total", to_json(group.total)}});
+    return {{"points", sensitivity.points},
+            {"degree", sensitivity.degree},
+            {"terms", sensitivity.terms},
+            {"predicted_share", number(sensitivity.predicted_share)},
+            {"mean", number(sensitivity.mean)},
+            {"standard_deviation", number(sensitivity.standard_deviation)},
+            {"interactions", number(sensitivity.interactions)},
+            {"indices", indices}};
+}
+
+void add_spread(json& out, const ReplicateSummary& summary) {
+    json population = json::object();
+    json components = json::object();
+    json sensitivity = json::object();
+    for (const ResponseSpread& response : summary.responses) {
+        population[response.name] = to_json(response.population);
+        if (response.components)
+            components[response.name] = to_json(*response.components);
+        if (response.sensitivity)
+            sensitivity[response.name] = to_json(*response.sensitivity);
+    }
+    out["population"] = population;
+    if (!components.empty()) {
+        components["method"] = "one-way random effects, unweighted means";
+        out["variance_components"] = components;
+    }
+    if (!summary.no_sensitivity_reason.empty()) {
+        out["sensitivity"] = {{"reason", summary.no_sensitivity_reason}};
+        return;
+    }
+    json groups = json::array();
+    for (const FactorGroup& group : summary.groups)
+        groups.push_back({{"name", group.name}, {"factors", group.factors}});
+    sensitivity["method"] = "polynomial chaos, degree by leave-one-out error";
+    sensitivity["groups"] = groups;
+    out["sensitivity"] = sensitivity;
+}
+
+/// Smallest, median and largest of what a function says of the stems.
+json spread_json(const std::vector<TimestepStem>& stems,
+                 const std::function<double(const TimestepStem&)>& value) {
+    std::vector<double> values;
+    for (const TimestepStem& stem : stems)
+        if (const double x = value(stem); std::isfinite(x))
+            values.push_back(x);
+    if (values.empty())
+        return nullptr;
+    std::ranges::sort(values);
+    const std::size_t middle = values.size() / 2;
+    const double median =
+        values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+    return {{"smallest", values.front()}, {"median", median}, {"largest", values.back()}};
+}
+
+json limits_json(const TimestepSummary& summary) {
+    const auto& stems = summary.stems;
+    const auto axial = std::ranges::count_if(
+        stems, [](const TimestepStem& stem) { return stem.axial <= stem.transverse; });
+    return {{"axial", axial},
+            {"transverse", static_cast<std::int64_t>(stems.size()) - axial},
+            {"bisected_over_linearised",
+             spread_json(stems, [](const TimestepStem& s) { return s.limit() / s.linearised(); })},
+            {"rule_over_bisected",
+             spread_json(stems, [](const TimestepStem& s) { return s.rule / s.limit(); })}};
+}
+
+json law_json(const reduce::TimestepLawOutcome& outcome, const char* form) {
+    if (!outcome.law)
+        return {{"form", form}, {"reason", outcome.reason}};
+    json coefficients = json::array();
+    for (const reduce::Coefficient& coefficient : outcome.law->regression.coefficients)
+        coefficients.push_back(term_json(coefficient));
+    return {{"form", form},
+            {"points", outcome.law->residuals.size()},
+            {"coefficients", coefficients},
+            {"largest_residual", number(outcome.law->largest_residual)}};
+}
+
+/// One fraction over all stems.
+json errors_at_json(const TimestepSummary& summary, std::size_t k) {
+    const auto count = [&](StepOutcome outcome) {
+        return std::ranges::count_if(summary.stems, [&](const TimestepStem& stem) {
+            return stem.steps[k].outcome == outcome;
+        });
+    };
+    const auto of_step = [&](double StepResult::*member) {
+        return spread_json(summary.stems,
+                           [=](const TimestepStem& s) { return std::abs(s.steps[k].*member); });
+    };
+    return {{"fraction", summary.options.fractions[k]},
+            {"fitted", count(StepOutcome::Fitted)},
+            {"unstable", count(StepOutcome::Unstable)},
+            {"no_fit", count(StepOutcome::NoFit)},
+            {"decay_error", of_step(&StepResult::decay_error)},
+            {"frequency_error", of_step(&StepResult::frequency_error)},
+            {"predicted_decay_error", of_step(&StepResult::predicted_decay_error)},
+            {"predicted_frequency_error", of_step(&StepResult::predicted_frequency_error)}};
+}
+
+json errors_json(const TimestepSummary& summary) {
+    json out = json::array();
+    for (std::size_t k = 0; k < summary.options.fractions.size(); ++k)
+        out.push_back(errors_at_json(summary, k));
+    return out;
+}
+
+void write_limits(std::ostream& csv, const TimestepSummary& summary) {
+    fmt::print(csv, "point,bond_youngs_modulus_pa,bond_damping,stable_s,unstable_s,transverse_s,"
+                    "axial_s,rule_s\n");
+    for (const TimestepStem& stem : summary.stems)
+        fmt::print(csv, "{},{},{},{},{},{},{},{}\n", stem.point, stem.youngs_modulus,
+                   stem.bond_damping, stem.stable, stem.unstable, stem.transverse, stem.axial,
+                   stem.rule);
+}
+
+void write_step_errors(std::ostream& csv, const TimestepSummary& summary) {
+    constexpr const char* outcomes[] = {"fitted", "unstable", "no_fit"};
+    fmt::print(csv, "point,bond_youngs_modulus_pa,bond_damping,fraction,timestep_s,outcome,"
+                    "decay_per_cycle,frequency_hz,decay_error,frequency_error,"
+                    "predicted_decay_error,predicted_frequency_error\n");
+    for (const TimestepStem& stem : summary.stems)
+        for (std::size_t k = 0; k < stem.steps.size(); ++k) {
+            const StepResult& step = stem.steps[k];
+            fmt::print(csv, "{},{},{},{},{},{},{},{},{},{},{},{}\n", stem.point,
+                       stem.youngs_modulus, stem.bond_damping, summary.options.fractions[k],
+                       step.step, outcomes[static_cast<int>(step.outcome)], step.decay_per_cycle,
+                       step.frequency, step.decay_error, step.frequency_error,
+                       step.predicted_decay_error, step.predicted_frequency_error);
+        }
+}
+
+} // namespace
+
+nlohmann::json to_json(const StudySummary& summary) {
+    json failed = json::array();
+    for (const FailedPoint& point : summary.failed)
+        failed.push_back({{"point", point.point}, {"kind", point.kind}, {"reason", point.reason}});
+    json out{
+        {"points", summary.points},
+        {"completed", summary.completed},
+        {"failed", failed},
+        {"ranks", summary.ranks},
+        {"wall_s", summary.wall_s},
+        {"fit",
+         {{"window_s", summary.reduce.window ? json(*summary.reduce.window) : json(nullptr)},
+          {"amplitude", summary.reduce.is_amplitude_free ? "free" : "fixed"},
+          {"significance", summary.reduce.significance}}},
+        {"regression",
+         {{"sqrt_youngs_modulus",
+           to_json(summary.regression.sqrt_youngs_modulus, "frequency", "sqrt(Pa)")},
+          {"bond_damping", to_json(summary.regression.bond_damping, "decay_per_cycle", "1")}}}};
+    if (summary.replicates)
+        add_spread(out, *summary.replicates);
+    return out;
+}
+
+nlohmann::json to_json(const TimestepSummary& summary) {
+    json failed = json::array();
+    for (const FailedPoint& point : summary.failed)
+        failed.push_back({{"point", point.point}, {"kind", point.kind}, {"reason", point.reason}});
+    const auto& laws = summary.regression;
+    json out{{"kind", "timestep"},
+             {"points", summary.points},
+             {"completed", summary.stems.size()},
+             {"failed", failed},
+             {"ranks", summary.ranks},
+             {"wall_s", summary.wall_s},
+             {"limits", limits_json(summary)},
+             {"regression",
+              {{"damped_oscillator",
+                law_json(laws.damped_oscillator, "(tau/dt)^2 = A + B beta (tau/dt)")},
+               {"rule_form", law_json(laws.rule_form, "dt = tau/(a + b beta)")},
+               {"power_law", law_json(laws.power_law, "ln dt = ln_c + p ln Y + q ln beta")}}},
+             {"errors", errors_json(summary)}};
+    if (!summary.options.fractions.empty())
+        out["implicit_against_converged"] = {
+            {"decay", spread_json(summary.stems,
+                                  [](const TimestepStem& s) {
+                                      return std::abs(s.reference_decay / s.converged_decay - 1.0);
+                                  })},
+            {"frequency", spread_json(summary.stems, [](const TimestepStem& s) {
+                 return std::abs(s.reference_frequency / s.converged_frequency - 1.0);
+             })}};
+    return out;
+}
+
+void write_summary(const StudyFolder& folder, const StudySummary& summary) {
+    std::ofstream json(folder.summary());
+    json << to_json(summary).dump(2) << '\n';
+    std::ofstream csv(folder.path() / "fits.csv");
+    fmt::print(csv, "point,bond_youngs_modulus_pa,bond_damping,decay_per_cycle,frequency_hz\n");
+    for (std::size_t k = 0; k < summary.frequency.size(); ++k)
+        fmt::print(csv, "{},{},{},{},{}\n", k, summary.youngs_modulus[k], summary.bond_damping[k],
+                   summary.decay_per_cycle[k], summary.frequency[k]);
+    json.flush();
+    csv.flush();
+    if (!json || !csv)
+        throw core::StorageError(fmt::format("{}: summary.json and fits.csv could not be written",
+                                             folder.path().string()));
+}
+
+void write_summary(const StudyFolder& folder, const TimestepSummary& summary) {
+    std::ofstream json(folder.summary());
+    json << to_json(summary).dump(2) << '\n';
+    std::ofstream limits(folder.path() / "limits.csv");
+    write_limits(limits, summary);
+    std::ofstream errors(folder.path() / "step_errors.csv");
+    write_step_errors(errors, summary);
+    json.flush();
+    limits.flush();
+    errors.flush();
+    if (!json || !limits || !errors)
+        throw core::StorageError(fmt::format("{}: summary.json, limits.csv and step_errors.csv "
+                                             "could not be written",
+                                             folder.path().string()));
+}
+
+nlohmann::ordered_json to_json(const Repetition& repetition) {
+    nlohmann::ordered_json json = {{"format", "culm-repetition"},
+                                   {"format_version", "1.0"},
+                                   {"is_identical", repetition.is_identical()},
+                                   {"points", repetition.points},
+                                   {"missing_points", repetition.missing},
+                                   {"datasets", repetition.datasets},
+                                   {"other_outcomes", repetition.other_outcomes}};
+    json["differing"] = nlohmann::ordered_json::array();
+    for (const DifferingNumbers& numbers : repetition.differing)
+        json["differing"].push_back({{"dataset", numbers.name},
+                                     {"unit", numbers.unit},
+                                     {"points", numbers.points},
+                                     {"first_point", numbers.first_point},
+                                     {"largest", numbers.largest},
+                                     {"largest_relative", numbers.largest_relative}});
+    json["facts"] = nlohmann::ordered_json::object();
+    for (const Repetition::Fact& fact : repetition.facts)
+        json["facts"][fact.name] = {{"archived", fact.archived}, {"now", fact.now}};
+    return json;
+}
+
+} // namespace culm::present

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "present/study_text.hpp"
+
+#include "present/archive.hpp"
+#include "study/summary/summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <fmt/core.h>
+
+namespace culm::present {
+namespace {
+
+/// The first ten of them with their reasons; empty if there is none. summary.json has them all.
+std::string failed_points_text(const std::vector<study::FailedPoint>& failed, std::int64_t points) {
+    constexpr std::size_t listed = 10;
+    if (failed.empty())
+        return {};
+    std::string text = fmt::format("\n{} of {} points failed:\n", failed.size(), points);
+    for (std::size_t k = 0; k < std::min(listed, failed.size()); ++k)
+        text += fmt::format("    point {}: {}: {}\n", failed[k].point, failed[k].kind,
+                            failed[k].reason);
+    if (failed.size() > listed)
+        text += fmt::format("    … and {} more, see summary.json\n", failed.size() - listed);
+    return text;
+}
+
+/// As the paper calls it.
+std::string short_name(const study::ResponseSpread& response) {
+    return response.name == "frequency" ? "b2 in Hz" : "b1 per cycle";
+}
+
+std::string number_with_bounds(double value, const reduce::Bounds& interval) {
+    return fmt::format("{:.4g} ({:.4g} … {:.4g})", value, interval.lower, interval.upper);
+}
+
+std::string root_with_bounds(double value, const reduce::Bounds& interval) {
+    return number_with_bounds(std::sqrt(value),
+                              {std::sqrt(interval.lower), std::sqrt(interval.upper)});
+}
+
+std::string percent_with_bounds(const reduce::Share& share) {
+    return fmt::format("{:5.1f} % ({:.1f} … {:.1f})", 100.0 * share.value,
+                       100.0 * share.interval.lower, 100.0 * share.interval.upper);
+}
+
+std::string population_line(const study::ResponseSpread& response) {
+    const reduce::SampleSummary& p = response.population;
+    return fmt::format("    {:<14} mean {}, sd {}, 90 % from {:.4g} to {:.4g}\n",
+                       short_name(response), number_with_bounds(p.mean, p.mean_interval),
+                       number_with_bounds(p.standard_deviation, p.standard_deviation_interval),
+                       p.central_90_percent.lower, p.central_90_percent.upper);
+}
+
+std::string components_line(const study::ResponseSpread& response) {
+    const reduce::VarianceComponents& c = *response.components;
+    if (!c.reason.empty())
+        return fmt::format("    {:<14} {}\n", short_name(response), c.reason);
+    return fmt::format("    {:<14} sd between stems {}, within {}; share between {}\n",
+                       short_name(response), root_with_bounds(c.between, c.between_interval),
+                       root_with_bounds(c.within, c.within_interval),
+                       percent_with_bounds({c.intraclass_correlation, c.intraclass_interval}));
+}
+
+std::string sensitivity_lines(const study::ResponseSpread& response) {
+    const reduce::Sensitivity& s = *response.sensitivity;
+    std::string text = fmt::format(
+        "    {:<14} polynomials of degree {} predict {:.2f} % of the variance of points left out; "
+        "interactions {:.1f} %\n",
+        short_name(response), s.degree, 100.0 * s.predicted_share, 100.0 * s.interactions);
+    if (s.degree == 0)
+        return text;
+    std::size_t width = 0;
+    for (const reduce::GroupSensitivity& group : s.groups)
+        width = std::max(width, group.name.size());
+    for (const reduce::GroupSensitivity& group : s.groups)
+        text +=
+            fmt::format("        {:<{}}  alone {}, with interactions {}\n", group.name, width,
+                        percent_with_bounds(group.first_order), percent_with_bounds(group.total));
+    return text;
+}
+
+std::string replicate_table(const study::ReplicateSummary& summary) {
+    if (!summary.has_distributions)
+        return {};
+    std::string text = fmt::format("\nSpread of {} points (95 % intervals)\n",
+                                   summary.responses.front().population.count);
+    for (const study::ResponseSpread& response : summary.responses)
+        text += population_line(response);
+    if (summary.responses.front().components) {
+        text += "\nStem to stem, and between tests of one stem (one-way random effects)\n";
+        for (const study::ResponseSpread& response : summary.responses)
+            text += components_line(response);
+    }
+    text += "\nWhere the spread comes from (Sobol indices by polynomial chaos)\n";
+    if (!summary.no_sensitivity_reason.empty())
+        return text + fmt::format("    not known: {}\n", summary.no_sensitivity_reason);
+    for (const study::ResponseSpread& response : summary.responses)
+        if (response.sensitivity)
+            text += sensitivity_lines(response);
+    for (const study::FactorGroup& group : summary.groups)
+        if (group.factors.size() > 1)
+            text += fmt::format("    {} depend on each other: their index is of all of them "
+                                "together\n",
+                                group.name);
+    return text;
+}
+
+std::string law(const char* response, const char* predictor, const char* published,
+                const reduce::RegressionOutcome& outcome) {
+    if (!outcome.regression)
+        return fmt::format("{:<10} no regression: {}\n", response, outcome.reason);
+    const reduce::ResponseRegression& found = *outcome.regression;
+    const auto& slope = found.single.slope;
+    const auto& intercept = found.single.intercept;
+    std::string text = fmt::format(
+        "{} = {:.2f} {} {} {:.2f}      adjusted R² {:.5f}, {} points\n"
+        "    published:          {}\n"
+        "    95 % intervals:     slope {:.2f} … {:.2f}, intercept {:.2f} … {:.2f}\n",
+        response, slope.value, predictor, intercept.value < 0 ? "-" : "+",
+        std::abs(intercept.value), found.single.regression.adjusted_r_squared, found.points,
+        published, slope.lower, slope.upper, intercept.lower, intercept.upper);
+    double largest = 0.0;
+    for (const double residual : found.single.residuals.percent)
+        largest = std::max(largest, std::abs(residual));
+    text +=
+        fmt::format("    largest residual:   {:.2f} % of the largest observed value\n", largest);
+    if (!found.reduced) {
+        text += fmt::format("    F-tests:            {}\n", found.no_reduced_reason);
+        return text;
+    }
+    text += "    kept by F-tests:   ";
+    for (const auto& term : found.reduced->model.regression.coefficients)
+        text += fmt::format(" {:+.5g} {}", term.value, term.name);
+    text +=
+        fmt::format("  (adjusted R² {:.6f})\n", found.reduced->model.regression.adjusted_r_squared);
+    return text;
+}
+
+} // namespace
+
+std::string regression_table(const study::StudySummary& summary) {
+    const std::string window =
+        summary.reduce.window ? fmt::format("{:g} s", *summary.reduce.window) : "the whole record";
+    std::string text =
+        fmt::format("Eq. 1 fitted to the tip over {}, b0 {}; b1 per cycle, b2 in Hz\n\n", window,
+                    summary.reduce.is_amplitude_free ? "free" : "fixed");
+    text += law("sqrt(Y)", "b2", "574.3 b2 + 91.4 (Eq. 12; Y in Pa)",
+                summary.regression.sqrt_youngs_modulus);
+    text += law("beta", "b1", "-261.4 b1 + 2.5 (Eq. 13)", summary.regression.bond_damping);
+    if (summary.replicates)
+        text += replicate_table(*summary.replicates);
+    return text + failed_points_text(summary.failed, summary.points);
+}
+
+namespace {
+
+/// Stems that are listed on the screen; limits.csv has them all.
+constexpr std::size_t listed_stems = 40;
+
+std::string limits(const study::TimestepSummary& summary) {
+    std::string text =
+        fmt::format("Largest stable step, bisected to {:.3g}; linearised chain; authors' rule\n\n"
+                    "  {:>8} {:>9} {:>13} {:>13} {:>11} {:>13} {:>9}\n",
+                    summary.options.limit_tolerance, "Y/GPa", "beta", "bisected/s", "linearised/s",
+                    "limited by", "rule/s", "rule/limit");
+    for (std::size_t k = 0; k < std::min(listed_stems, summary.stems.size()); ++k) {
+        const study::TimestepStem& stem = summary.stems[k];
+        text +=
+            fmt::format("  {:>8.4g} {:>9.4g} {:>13.4g} {:>13.4g} {:>11} {:>13.4g} {:>9.3f}\n",
+                        stem.youngs_modulus * 1e-9, stem.bond_damping, stem.limit(),
+                        stem.linearised(), stem.axial <= stem.transverse ? "axial" : "transverse",
+                        stem.rule, stem.rule / stem.limit());
+    }
+    if (summary.stems.size() > listed_stems)
+        text +=
+            fmt::format("  … and {} more, see limits.csv\n", summary.stems.size() - listed_stems);
+    return text;
+}
+
+std::string law(const char* form, const reduce::TimestepLawOutcome& outcome) {
+    if (!outcome.law)
+        return fmt::format("  {:<38} no law: {}\n", form, outcome.reason);
+    std::string text = fmt::format("  {:<38}", form);
+    for (const auto& coefficient : outcome.law->regression.coefficients)
+        text += fmt::format(" {} = {:.5g} ({:.5g} … {:.5g})", coefficient.name, coefficient.value,
+                            coefficient.lower, coefficient.upper);
+    return text +
+           fmt::format("; largest residual {:.2f} %\n", 100.0 * outcome.law->largest_residual);
+}
+
+std::string laws(const reduce::TimestepRegression& found) {
+    return fmt::format(
+               "\nLaws of the bisected limit dt, tau = sqrt(m/k_n), {} stems (95 % intervals)\n",
+               found.points_used) +
+           law("(tau/dt)^2 = A + B beta (tau/dt)", found.damped_oscillator) +
+           law("dt = tau/(a + b beta)   (rule: 1.1, 2.9)", found.rule_form) +
+           law("ln dt = ln_c + p ln Y + q ln beta", found.power_law);
+}
+
+/// Largest of |error| over the stems; NaN if none is known.
+double largest(const study::TimestepSummary& summary, std::size_t k,
+               double study::StepResult::*member) {
+    double found = std::nan("");
+    for (const study::TimestepStem& stem : summary.stems)
+        found = std::fmax(found, std::abs(stem.steps[k].*member));
+    return found;
+}
+
+std::string errors(const study::TimestepSummary& summary) {
+    if (summary.options.fractions.empty())
+        return {};
+    std::string text = fmt::format(
+        "\nLargest relative error over the stems against the value extrapolated to step zero\n\n"
+        "  {:>8} {:>8} {:>9} {:>11} {:>11} {:>11} {:>11}\n",
+        "dt/limit", "fitted", "unstable", "b1", "b1 linear", "b2", "b2 linear");
+    for (std::size_t k = 0; k < summary.options.fractions.size(); ++k) {
+        const auto count = [&](study::StepOutcome outcome) {
+            return std::ranges::count_if(summary.stems, [&](const study::TimestepStem& stem) {
+                return stem.steps[k].outcome == outcome;
+            });
+        };
+        text += fmt::format("  {:>8.4g} {:>8} {:>9} {:>11.2e} {:>11.2e} {:>11.2e} {:>11.2e}\n",
+                            summary.options.fractions[k], count(study::StepOutcome::Fitted),
+                            count(study::StepOutcome::Unstable),
+                            largest(summary, k, &study::StepResult::decay_error),
+                            largest(summary, k, &study::StepResult::predicted_decay_error),
+                            largest(summary, k, &study::StepResult::frequency_error),
+                            largest(summary, k, &study::StepResult::predicted_frequency_error));
+    }
+    return text;
+}
+
+} // namespace
+
+std::string timestep_table(const study::TimestepSummary& summary) {
+    return limits(summary) + laws(summary.regression) + errors(summary) +
+           failed_points_text(summary.failed, summary.points);
+}
+
+namespace {
+
+std::string facts_text(const study::Repetition& repetition) {
+    std::string text;
+    for (const study::Repetition::Fact& fact : repetition.facts)
+        if (fact.archived == fact.now)
+            text += fmt::format("{:10} {}\n", fact.name, fact.now);
+        else
+            text += fmt::format("{:10} {} (archived)\n{:10} {} (now)\n", fact.name, fact.archived,
+                                "", fact.now);
+    return text;
+}
+
+} // namespace
+
+std::string repetition_text(const study::Repetition& repetition) {
+    std::string text = facts_text(repetition);
+    if (repetition.missing > 0)
+        text += fmt::format("{} points are missing in the archive and were not compared\n",
+                            repetition.missing);
+    if (repetition.is_identical())
+        return text + fmt::format("identical  bit for bit: {} points, {} columns and histories\n",
+                                  repetition.points, repetition.datasets);
+    if (!repetition.other_outcomes.empty())
+        text += fmt::format("differs    other outcome of points {}\n",
+                            ranges_text(repetition.other_outcomes));
+    for (const study::DifferingNumbers& numbers : repetition.differing)
+        text += fmt::format("differs    {}: {} of {} points, by at most {:.3g} {} (relative "
+                            "{:.2g}), first at point {}\n",
+                            numbers.name, numbers.points, repetition.points, numbers.largest,
+                            numbers.unit, numbers.largest_relative, numbers.first_point);
+    return text + fmt::format("differs    {} of {} columns and histories\n",
+                              repetition.differing.size(), repetition.datasets);
+}
+
+} // namespace culm::present

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Words, shares, durations and sizes as people read them.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <sstream>
+#include <string>
+
+#include <fmt/core.h>
+
+namespace culm::present {
+
+/// Columns of printed text.
+inline constexpr std::size_t text_width = 78;
+
+/// Characters, not bytes: continuation bytes of UTF-8 take no room.
+[[nodiscard]] inline std::size_t width_of(const std::string& text) {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+}
+
+/// `first` and the text, in lines of at most `width` characters after an indent as wide as `first`.
+[[nodiscard]] inline std::string wrapped(const std::string& first, const std::string& text,
+                                         std::size_t width) {
+    std::string out = first;
+    std::istringstream words(text);
+    std::size_t column = 0;
+    for (std::string word; words >> word; column += width_of(word)) {
+        if (column > 0 && column + 1 + width_of(word) > width) {
+            out += '\n' + std::string(width_of(first), ' ');
+            column = 0;
+        } else if (column > 0) {
+            out += ' ';
+            ++column;
+        }
+        out += word;
+    }
+    return out + '\n';
+}
+
+/// "+74 %", "-0.71 %"; "0 %" below a hundredth of a percent; "-" for NaN.
+[[nodiscard]] inline std::string percent_text(double share) {
+    const double percent = 100.0 * share;
+    if (std::isnan(percent))
+        return "-";
+    if (std::abs(percent) < 0.01)
+        return "0 %";
+    return std::abs(percent) < 10.0 ? fmt::format("{:+.2g} %", percent)
+                                    : fmt::format("{:+.0f} %", percent);
+}
+
+/// "12 s", "3 min 05 s", "1.5 h"; at least a second.
+[[nodiscard]] inline std::string duration_text(double seconds) {
+    if (seconds >= 3600.0)
+        return fmt::format("{:.1f} h", seconds / 3600.0);
+    const long whole = std::max(std::lround(seconds), 1L);
+    return whole < 60 ? fmt::format("{} s", whole)
+                      : fmt::format("{} min {:02} s", whole / 60, whole % 60);
+}
+
+/// Of what is only estimated, to two digits: "0.4 s", "40 s", "3 min", "1.5 h".
+[[nodiscard]] inline std::string estimate_text(double seconds) {
+    return seconds < 90.0     ? fmt::format("{:.2g} s", seconds)
+           : seconds < 5400.0 ? fmt::format("{:.2g} min", seconds / 60.0)
+                              : fmt::format("{:.2g} h", seconds / 3600.0);
+}
+
+/// "812 B", "12 kB", "3.4 MB", "1.2 GB".
+[[nodiscard]] inline std::string bytes_text(double bytes) {
+    return bytes < 1e3   ? fmt::format("{:.0f} B", bytes)
+           : bytes < 1e6 ? fmt::format("{:.3g} kB", bytes * 1e-3)
+           : bytes < 1e9 ? fmt::format("{:.3g} MB", bytes * 1e-6)
+                         : fmt::format("{:.3g} GB", bytes * 1e-9);
+}
+
+} // namespace culm::present

@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Factors that are drawn: distributions, columns of measured stems, rank correlations.
+#include "core/decimal_text.hpp"
+#include "core/error.hpp"
+#include "core/nearest_name.hpp"
+#include "measure/folder/delimited_text.hpp"
+#include "study/config/keys.hpp"
+#include "study/config/reader.hpp"
+#include "study/config/sections.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace culm::study {
+
+namespace {
+
+/// The delimiter that the header holds most often.
+char delimiter_of(std::string_view text) {
+    const auto lines = measure::split_table(text, '\0');
+    if (lines.empty())
+        return ',';
+    const std::string& header = lines.front().cells.front();
+    char best = ',';
+    for (const char candidate : {',', ';', '\t'})
+        if (std::ranges::count(header, candidate) > std::ranges::count(header, best))
+            best = candidate;
+    return best;
+}
+
+/// The unit of that name, as keys end with it or as it is printed ("GPa", "kg/m3").
+std::optional<Unit> unit_named(std::string_view name) {
+    std::string suffix;
+    for (const char c : name)
+        suffix += c == '/' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const std::string key = "x_" + suffix;
+    const KeyParts parts = split_key(key);
+    return parts.quantity == "x" ? parts.unit : std::nullopt;
+}
+
+Unit unit_of(const ColumnRequest& request, const Parameter& parameter) {
+    const bool is_given = !request.unit.empty();
+    const std::optional<Unit> unit =
+        is_given ? unit_named(request.unit) : split_key(request.column).unit;
+    if (is_given && !unit)
+        throw core::InputError(fmt::format("{}: unknown unit {}", request.file, request.unit));
+    if (!unit)
+        return parameter.unit;
+    if (unit->dimension != parameter.unit.dimension)
+        throw core::InputError(
+            fmt::format("{}: column {} is in {}, but {} is in {}; `unit` tells another unit",
+                        request.file, request.column, unit->name, parameter.key,
+                        parameter.unit.name.empty() ? "no unit" : parameter.unit.name));
+    return *unit;
+}
+
+std::size_t place_of(const measure::DelimitedLine& header, const ColumnRequest& request) {
+    const auto found = std::ranges::find(header.cells, request.column);
+    if (found != header.cells.end())
+        return static_cast<std::size_t>(found - header.cells.begin());
+    const std::string nearest = core::nearest_name(request.column, header.cells);
+    throw core::InputError(fmt::format(
+        "{}:{}: no column {}{}; there are {}", request.file, header.number, request.column,
+        nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest),
+        fmt::join(header.cells, ", ")));
+}
+
+} // namespace
+
+std::vector<double> measured_values(std::string_view text, const ColumnRequest& request,
+                                    const Parameter& parameter) {
+    if (constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+        text.starts_with(byte_order_mark))
+        text.remove_prefix(byte_order_mark.size());
+    const auto lines = measure::split_table(text, delimiter_of(text));
+    if (lines.empty())
+        throw core::InputError(fmt::format("{}: the table is empty", request.file));
+    const std::size_t place = place_of(lines.front(), request);
+    const Unit unit = unit_of(request, parameter);
+    std::vector<double> values;
+    for (std::size_t row = 1; row < lines.size(); ++row) {
+        const auto refuse = [&](const std::string& cell, const std::string& reason) {
+            throw core::InputError(fmt::format("{}:{}: {} = {}: {}", request.file,
+                                               lines[row].number, request.column, cell, reason));
+        };
+        const auto& cells = lines[row].cells;
+        const std::string cell = place < cells.size() ? cells[place] : std::string();
+        if (cell.empty() && request.keeps_rows)
+            refuse("(empty)", "rows = \"together\" needs every cell");
+        if (cell.empty())
+            continue;
+        const auto value = core::parse_decimal(cell, unit.power_of_ten);
+        if (!value)
+            refuse(cell, measure::why_not_a_number(cell));
+        if (!parameter.range.contains(parameter.unit.from_si(*value)))
+            refuse(cell, fmt::format("{} must be in {}{}{}", parameter.key, parameter.range.text(),
+                                     parameter.unit.name.empty() ? "" : " ", parameter.unit.name));
+        values.push_back(*value);
+    }
+    if (values.empty())
+        throw core::InputError(
+            fmt::format("{}: column {} holds no number", request.file, request.column));
+    return values;
+}
+
+namespace {
+
+// Less than this share of the unconfined distribution within [min, max] is a mistaken limit.
+constexpr double smallest_kept_probability = 1e-3;
+
+constexpr std::array<std::string_view, 4> column_keys{"file", "column", "unit", "rows"};
+
+/// The ends of the parameter's allowed range that belong to it, in its unit.
+std::pair<double, double> allowed_ends(const Interval& range) {
+    return {range.low_open ? std::nextafter(range.low, range.high) : range.low,
+            range.high_open ? std::nextafter(range.high, range.low) : range.high};
+}
+
+/// [min, max] in the parameter's unit: as given, or the allowed ends.
+std::pair<double, double> truncation(const FactorTable& table, bool is_lognormal) {
+    const auto [lowest, highest] = allowed_ends(table.parameter.range);
+    return {table.value("min").value_or(is_lognormal ? std::max(lowest, 0.0) : lowest),
+            table.value("max").value_or(highest)};
+}
+
+/// A distribution that a formula gives.
+std::optional<Distribution> read_formula(const FactorTable& table, const std::string& kind) {
+    const std::size_t errors_before = table.context.errors.count();
+    const bool is_uniform = kind == "uniform";
+    const bool is_lognormal = kind == "lognormal";
+    table.refuse(column_keys, "only with distribution = \"empirical\"");
+    if (is_uniform)
+        table.refuse(std::array{"mean", "sd"}, "a uniform distribution takes min and max");
+    for (const char* key : is_uniform ? std::array{"min", "max"} : std::array{"mean", "sd"})
+        table.need(key, fmt::format("distribution = \"{}\"", kind));
+    const auto mean = table.value("mean");
+    const auto sd = table.reader.number("sd");
+    const std::pair<double, double> limits = truncation(table, is_lognormal);
+    const double min = limits.first;
+    const double max = limits.second;
+    if (is_lognormal && mean && *mean <= 0.0)
+        table.reader.error("mean", "must be positive for a lognormal distribution");
+    if (is_lognormal && min < 0.0)
+        table.reader.error("min", "must not be negative for a lognormal distribution");
+    if (table.context.errors.count() == errors_before && min >= max)
+        table.reader.error(table.reader.has("max") ? "max" : "min",
+                           fmt::format("max = {} must be greater than min = {}", max, min));
+    if (table.context.errors.count() != errors_before)
+        return std::nullopt;
+    const auto si = [&](double v) { return table.parameter.unit.to_si(v); };
+    const auto make = [&] {
+        if (is_uniform)
+            return Distribution::uniform(si(min), si(max));
+        return is_lognormal ? Distribution::lognormal(si(*mean), si(*sd), si(min), si(max))
+                            : Distribution::normal(si(*mean), si(*sd), si(min), si(max));
+    };
+    Distribution distribution = make();
+    if (distribution.kept_probability() < smallest_kept_probability) {
+        table.reader.error("mean", fmt::format("only {:.2g} of the distribution lies between min = "
+                                               "{} and max = {}; at least {} must",
+                                               distribution.kept_probability(), min, max,
+                                               smallest_kept_probability));
+        return std::nullopt;
+    }
+    return distribution;
+}
+
+std::optional<Factor> read_empirical(const FactorTable& table) {
+    table.refuse(std::array{"mean", "sd", "min", "max"},
+                 "an empirical distribution takes the values of its file as they are");
+    for (const char* key : {"file", "column"})
+        table.need(key, "distribution = \"empirical\"");
+    const auto file = table.reader.text("file");
+    const auto column = table.reader.text("column");
+    const std::string unit = table.reader.text("unit").value_or("");
+    const bool keeps_rows = table.reader.word("rows").value_or("independent") == "together";
+    if (!file || !column)
+        return std::nullopt;
+    try {
+        std::vector<double> values =
+            measured_values(text_of_named_file(table.context, *file),
+                            {*file, *column, unit, keeps_rows}, table.parameter);
+        if (!keeps_rows)
+            std::ranges::sort(values);
+        Factor factor{&table.parameter, Distribution::empirical(std::move(values)), true};
+        factor.measured = MeasuredColumn{*file, *column, keeps_rows};
+        return factor;
+    } catch (const core::InputError& error) {
+        table.reader.error("file", error.what());
+        return std::nullopt;
+    }
+}
+
+std::optional<WithinStemScatter> read_scatter(const FactorTable& table) {
+    const auto sd = table.reader.number("within_sd");
+    if (!sd)
+        return std::nullopt;
+    const Unit& unit = table.parameter.unit;
+    const auto [lowest, highest] = allowed_ends(table.parameter.range);
+    return WithinStemScatter{unit.to_si(*sd), unit.to_si(lowest), unit.to_si(highest)};
+}
+
+} // namespace
+
+std::optional<Factor> read_distribution(const FactorTable& table) {
+    const std::size_t errors_before = table.context.errors.count();
+    table.refuse(range_keys, "only for a range, without distribution");
+    const auto kind = table.reader.word("distribution");
+    if (!kind)
+        return std::nullopt;
+    if (table.parameter.is_whole_number)
+        table.reader.error("distribution", "whole numbers take a list or a range");
+    std::optional<Factor> factor;
+    if (*kind == "empirical")
+        factor = read_empirical(table);
+    else if (auto distribution = read_formula(table, *kind))
+        factor = Factor{&table.parameter, std::move(*distribution), true};
+    const bool is_per_test = table.reader.word("level").value_or("stem") == "test";
+    const auto within_stem = read_scatter(table);
+    if (is_per_test && table.reader.has("within_sd"))
+        table.reader.error("within_sd", "not with level = \"test\": the tests of a stem have no "
+                                        "value of the stem to scatter about");
+    if (!factor || table.context.errors.count() != errors_before)
+        return std::nullopt;
+    factor->is_per_test = is_per_test;
+    factor->within_stem = within_stem;
+    return factor;
+}
+
+namespace {
+
+/// The factors named, by their places; nothing with the errors recorded.
+std::optional<std::vector<std::size_t>>
+read_members(const TableReader& reader, const toml::node& node, const StudyConfig& config) {
+    std::vector<std::string> valid;
+    for (const Factor& factor : config.factors)
+        valid.emplace_back(factor.parameter->key);
+    std::vector<std::size_t> members;
+    const toml::array* names = node.as_array();
+    if (names == nullptr || names->size() < 2 || !names->is_homogeneous<std::string>()) {
+        reader.error("factors", "must be a list of at least two factors");
+        return std::nullopt;
+    }
+    for (const toml::node& name : *names) {
+        const auto key = name.value_or<std::string>("");
+        const auto found = std::ranges::find(valid, key);
+        if (found == valid.end()) {
+            reader.error("factors",
+                         fmt::format("{} is not in [factors]{}", key, did_you_mean(key, valid)));
+            return std::nullopt;
+        }
+        members.push_back(static_cast<std::size_t>(found - valid.begin()));
+    }
+    auto sorted = members;
+    std::ranges::sort(sorted);
+    if (std::ranges::adjacent_find(sorted) != sorted.end()) {
+        reader.error("factors", "must name each factor once only");
+        return std::nullopt;
+    }
+    return members;
+}
+
+/// What of the factors makes a correlation impossible, if anything.
+std::string complaint_about(const std::vector<std::size_t>& members, const StudyConfig& config) {
+    for (const std::size_t member : members) {
+        const Factor& factor = config.factors[member];
+        if (!factor.is_redrawn)
+            return fmt::format("{} must be a distribution", factor.parameter->key);
+        if (factor.measured && factor.measured->keeps_rows)
+            return fmt::format("{} has rows = \"together\", and so the correlations of its file",
+                               factor.parameter->key);
+        if (factor.is_per_test != config.factors[members.front()].is_per_test)
+            return fmt::format("{} and {} must have the same level, stem or test",
+                               config.factors[members.front()].parameter->key,
+                               factor.parameter->key);
+    }
+    return {};
+}
+
+/// (size, size), row-major; nothing with the errors recorded.
+std::optional<std::vector<double>> read_matrix(const TableReader& reader, const toml::node& node,
+                                               std::size_t size) {
+    const auto refuse = [&](const std::string& reason) {
+        reader.error("rank", reason);
+        return std::nullopt;
+    };
+    const std::string shape =
+        fmt::format("must be {0} lists of {0} numbers, one for each factor", size);
+    const toml::array* rows = node.as_array();
+    if (rows == nullptr || rows->size() != size)
+        return refuse(shape);
+    std::vector<double> matrix;
+    for (const toml::node& row : *rows) {
+        const toml::array* numbers = row.as_array();
+        if (numbers == nullptr || numbers->size() != size)
+            return refuse(shape);
+        for (const toml::node& number : *numbers) {
+            const auto value = number.value<double>();
+            if (!number.is_number() || !value || !(std::abs(*value) <= 1.0))
+                return refuse("must hold numbers in [-1, 1]");
+            matrix.push_back(*value);
+        }
+    }
+    for (std::size_t i = 0; i < size; ++i) {
+        if (matrix[i * size + i] != 1.0)
+            return refuse("must have ones on its diagonal");
+        for (std::size_t j = 0; j < i; ++j)
+            if (matrix[i * size + j] != matrix[j * size + i])
+                return refuse(fmt::format("must be symmetric: row {} has {}, row {} has {}", i + 1,
+                                          matrix[i * size + j], j + 1, matrix[j * size + i]));
+    }
+    return matrix;
+}
+
+} // namespace
+
+void read_correlation(ConfigContext& context) {
+    const toml::table* table = context.section("correlation");
+    if (table == nullptr)
+        return;
+    const TableReader reader(table, "correlation", "correlation", context.errors);
+    reader.refuse_unknown_keys();
+    const toml::node* factors = table->get("factors");
+    const toml::node* rank = table->get("rank");
+    if (factors == nullptr || rank == nullptr) {
+        reader.error(factors == nullptr ? "factors" : "rank", "[correlation] needs it");
+        return;
+    }
+    // Factors that could not be read would only seem to be missing.
+    if (context.errors.count() > 0)
+        return;
+    const auto members = read_members(reader, *factors, context.config);
+    const auto matrix = members ? read_matrix(reader, *rank, members->size()) : std::nullopt;
+    if (!members || !matrix)
+        return;
+    if (const std::string complaint = complaint_about(*members, context.config);
+        !complaint.empty()) {
+        reader.error("factors", complaint);
+        return;
+    }
+    if (context.config.design.criterion != HypercubeCriterion::None)
+        reader.error("factors", "not together with design.criterion: the correlations decide the "
+                                "order of the values");
+    try {
+        context.config.correlation =
+            FactorCorrelation{*members, RankCorrelation(members->size(), *matrix)};
+    } catch (const core::InputError& error) {
+        reader.error("rank", error.what());
+    }
+}
+
+} // namespace culm::study

@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Factors that take levels: lists, ranges, the points of a list.
+#include "study/config/keys.hpp"
+#include "study/config/reader.hpp"
+#include "study/config/sections.hpp"
+#include "study/design/design.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace culm::study {
+
+namespace {
+
+/// Levels must be whole for whole-number parameters, and each must occur once.
+bool check_levels(const Levels& levels, const TableEntry& entry, const Parameter& parameter,
+                  ConfigErrors& errors) {
+    const std::string key = "factors." + entry.key;
+    if (parameter.is_whole_number &&
+        std::ranges::any_of(levels, [](double v) { return v != std::round(v); })) {
+        errors.add(entry.line, key, value_text(*entry.node), "levels must be whole numbers");
+        return false;
+    }
+    Levels sorted = levels;
+    std::ranges::sort(sorted);
+    if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end()) {
+        errors.add(entry.line, key, value_text(*entry.node),
+                   fmt::format("must name {} once only", config_text(parameter, *twice)));
+        return false;
+    }
+    return true;
+}
+
+std::optional<Factor> read_levels(const toml::array& array, const TableEntry& entry,
+                                  const Parameter& parameter, ConfigErrors& errors) {
+    Levels levels;
+    for (const toml::node& node : array) {
+        const auto value = parameter_value(node, parameter);
+        if (!value) {
+            errors.add(line_of(node), "factors." + entry.key, value_text(node),
+                       parameter_allowed(parameter));
+            return std::nullopt;
+        }
+        levels.push_back(*value);
+    }
+    if (levels.empty()) {
+        errors.add(entry.line, "factors." + entry.key, "[]", "must name at least one value");
+        return std::nullopt;
+    }
+    if (!check_levels(levels, entry, parameter, errors))
+        return std::nullopt;
+    return Factor{&parameter, std::move(levels)};
+}
+
+/// `count` levels from `from` to `to`, both exactly; in the unit of the arguments.
+Levels spaced(double from, double to, std::int64_t count, bool is_log) {
+    Levels levels;
+    for (std::int64_t i = 0; i < count; ++i) {
+        const double t = static_cast<double>(i) / static_cast<double>(count - 1);
+        // Multiplying before dividing keeps whole levels whole.
+        const double linear =
+            from + (to - from) * static_cast<double>(i) / static_cast<double>(count - 1);
+        levels.push_back(is_log ? from * std::pow(to / from, t) : linear);
+    }
+    levels.back() = to;
+    return levels;
+}
+
+/// How many levels `step` or `count` give; nothing (with the error recorded) if they are wrong.
+std::optional<std::int64_t> level_count(const FactorTable& table, double from, double to) {
+    if (table.reader.has("count"))
+        return table.reader.whole_number("count");
+    const auto step = table.reader.number("step");
+    if (!step)
+        return std::nullopt;
+    const double intervals = (to - from) / *step;
+    constexpr double most_intervals = 1e6;
+    // Decimal inputs leave some 1e-16 of the quotient.
+    if (std::abs(intervals - std::round(intervals)) <= 1e-6 && std::round(intervals) >= 1.0 &&
+        intervals <= most_intervals)
+        return std::llround(intervals) + 1;
+    table.reader.error("step", fmt::format("must divide the range from {} to {} into 1 to {} parts",
+                                           from, to, most_intervals));
+    return std::nullopt;
+}
+
+/// A range without levels, over which Latin hypercubes and Sobol sequences spread.
+std::optional<Factor> continuous_range(const FactorTable& table, const TableEntry& entry,
+                                       double from, double to, bool is_log) {
+    if (table.context.config.design.type == DesignType::Factorial ||
+        table.parameter.is_whole_number) {
+        table.context.errors.add(entry.line, "factors." + entry.key, value_text(*entry.node),
+                                 table.parameter.is_whole_number
+                                     ? "a range of whole numbers needs step or count"
+                                     : "a range in a factorial design needs step or count");
+        return std::nullopt;
+    }
+    const Unit& unit = table.parameter.unit;
+    return Factor{&table.parameter,
+                  is_log ? Distribution::log_uniform(unit.to_si(from), unit.to_si(to))
+                         : Distribution::uniform(unit.to_si(from), unit.to_si(to))};
+}
+
+std::optional<Factor> read_range(const FactorTable& table, const TableEntry& entry) {
+    const std::size_t errors_before = table.context.errors.count();
+    table.refuse(distribution_keys, "only with distribution");
+    table.need("from", "a range");
+    table.need("to", "a range");
+    const auto from = table.value("from");
+    const auto to = table.value("to");
+    const bool is_log = table.reader.word("spacing").value_or("linear") == "log";
+    if (from && to && *from >= *to)
+        table.reader.error("to", fmt::format("must be greater than from = {}", *from));
+    if (is_log && from && *from <= 0.0)
+        table.reader.error("from", "must be positive for spacing = \"log\"");
+    if (table.reader.has("step") && (is_log || table.reader.has("count")))
+        table.reader.error("step", is_log ? "spacing = \"log\" takes count instead"
+                                          : "not together with count");
+    if (table.context.errors.count() != errors_before || !from || !to)
+        return std::nullopt;
+    if (!table.reader.has("step") && !table.reader.has("count"))
+        return continuous_range(table, entry, *from, *to, is_log);
+    const auto count = level_count(table, *from, *to);
+    if (!count)
+        return std::nullopt;
+    Levels levels = spaced(*from, *to, *count, is_log);
+    for (double& level : levels)
+        level = table.parameter.unit.to_si(level);
+    if (!check_levels(levels, entry, table.parameter, table.context.errors))
+        return std::nullopt;
+    return Factor{&table.parameter, std::move(levels)};
+}
+
+} // namespace
+
+std::optional<double> parameter_value(const toml::node& node, const Parameter& parameter) {
+    const bool right_type = parameter.is_whole_number ? node.is_integer() : node.is_number();
+    const auto value = node.value<double>();
+    if (right_type && value && parameter.range.contains(*value))
+        return parameter.unit.to_si(*value);
+    return std::nullopt;
+}
+
+std::string parameter_allowed(const Parameter& parameter) {
+    for (const ConfigKey& key : config_keys_of(parameter.section))
+        if (key.key == parameter.key)
+            return "must be " + key.allowed();
+    return {};
+}
+
+std::optional<Factor> read_factor(const TableEntry& entry, const Parameter& parameter,
+                                  ConfigContext& context) {
+    const toml::table* table = entry.node->as_table();
+    const bool is_distribution = table != nullptr && table->contains("distribution");
+    if (context.config.design.type == DesignType::List && !is_distribution) {
+        context.errors.add(entry.line, "factors." + entry.key, value_text(*entry.node),
+                           "must be a distribution; a list design takes other values from "
+                           "[[design.point]]");
+        return std::nullopt;
+    }
+    if (const toml::array* array = entry.node->as_array())
+        return read_levels(*array, entry, parameter, context.errors);
+    if (table == nullptr) {
+        context.errors.add(entry.line, "factors." + entry.key, value_text(*entry.node),
+                           fmt::format("must be a list, a range or a distribution; a single value "
+                                       "belongs into [{}]",
+                                       parameter.section));
+        return std::nullopt;
+    }
+    const FactorTable factor{
+        TableReader(table, "factors." + entry.key, "factors.<parameter>", context.errors),
+        parameter, context};
+    factor.reader.refuse_unknown_keys();
+    return is_distribution ? read_distribution(factor) : read_range(factor, entry);
+}
+
+namespace {
+
+std::vector<std::string> parameter_keys(const StudyEffects& effects) {
+    std::vector<std::string> keys = effects.keys();
+    for (const Parameter& parameter : parameters())
+        keys.emplace_back(parameter.key);
+    return keys;
+}
+
+/// The parameter of an entry, or nullptr with the error recorded.
+const Parameter* parameter_of(const TableEntry& entry, const std::string& section,
+                              const ConfigContext& context) {
+    const Parameter* parameter = find_parameter(entry.key);
+    if (parameter == nullptr)
+        parameter = context.config.effects.find(entry.key);
+    if (parameter == nullptr)
+        context.errors.add(entry.line, section + "." + entry.key, value_text(*entry.node),
+                           unknown_key_hint({section, entry.key, entry.node->value<double>()},
+                                            parameter_keys(context.config.effects)));
+    return parameter;
+}
+
+/// Reads one [[design.point]] table into the columns, which the first table defines.
+void read_point(const toml::table& point, bool is_first, std::vector<Factor>& columns,
+                ConfigContext& context) {
+    for (const TableEntry& entry : entries_in_order(point)) {
+        const Parameter* parameter = parameter_of(entry, "design.point", context);
+        if (parameter == nullptr)
+            continue;
+        auto column = std::ranges::find(columns, parameter, &Factor::parameter);
+        if (column == columns.end() && !is_first) {
+            context.errors.add(entry.line, "design.point." + entry.key, value_text(*entry.node),
+                               "the first [[design.point]] does not give it");
+            continue;
+        }
+        if (column == columns.end()) {
+            context.note_given(entry.key, {"design.point", entry.line});
+            column = columns.insert(columns.end(), Factor{parameter, Levels{}});
+        }
+        const auto value = parameter_value(*entry.node, *parameter);
+        if (!value)
+            context.errors.add(entry.line, "design.point." + entry.key, value_text(*entry.node),
+                               parameter_allowed(*parameter));
+        std::get<Levels>(column->values).push_back(value.value_or(0.0));
+    }
+    for (const Factor& column : columns)
+        if (!point.contains(column.parameter->key))
+            context.errors.add(line_of(point),
+                               fmt::format("design.point.{} is missing: every [[design.point]] "
+                                           "must give what the first gives",
+                                           column.parameter->key));
+}
+
+void read_points(ConfigContext& context) {
+    const toml::table* design = context.section("design");
+    const toml::node* node = design != nullptr ? design->get("point") : nullptr;
+    if (node == nullptr || context.config.design.type != DesignType::List)
+        return;
+    const toml::array* points = node->as_array();
+    if (points == nullptr || points->empty() || !points->is_homogeneous<toml::table>()) {
+        context.errors.add(line_of(*node), "design.point", value_text(*node),
+                           "must be tables [[design.point]]");
+        return;
+    }
+    std::vector<Factor> columns;
+    for (std::size_t i = 0; i < points->size(); ++i)
+        read_point(*(*points)[i].as_table(), i == 0, columns, context);
+    if (columns.empty())
+        context.errors.add(line_of(*node), "design.point: must give at least one parameter");
+    context.config.design.points = static_cast<std::int64_t>(points->size());
+    context.config.factors = std::move(columns);
+}
+
+/// Columns that are taken from the same row are of one stem, or of one test, and of one length.
+void check_shared_rows(ConfigContext& context) {
+    const auto& factors = context.config.factors;
+    for (const Factor& factor : factors) {
+        const auto first = std::ranges::find_if(factors, [&](const Factor& other) {
+            return other.coordinate() == factor.coordinate();
+        });
+        if (first->is_per_test != factor.is_per_test)
+            context.errors.add(context.places.find(factor.parameter->key)->second.line,
+                               fmt::format("factors.{}: {} has rows of the same file together, but "
+                                           "another level",
+                                           factor.parameter->key, first->parameter->key));
+    }
+}
+
+/// Records an error if the design would be empty, pointless or too large.
+void check_design(ConfigContext& context) {
+    const StudyConfig& config = context.config;
+    const TableReader reader(context.section("design"), "design", "design", context.errors);
+    const bool is_sampled =
+        config.design.type == DesignType::LatinHypercube || config.design.type == DesignType::Sobol;
+    if (is_sampled && config.factors.empty())
+        reader.error("type", "needs at least one factor in [factors]");
+    const char* section = context.section("replicates") != nullptr ? "replicates" : "design";
+    const TableReader replicates(context.section(section), section, section, context.errors);
+    const bool draws = std::ranges::any_of(config.factors, &Factor::is_redrawn);
+    if (config.design.replicates > 1 && !draws)
+        replicates.error(replicates.has("stems") ? "stems" : "replicates",
+                         "must be 1, for no factor is a distribution: every replicate would repeat "
+                         "the same computation");
+    const bool tests_differ = std::ranges::any_of(config.factors, [](const Factor& factor) {
+        return factor.is_per_test || factor.within_stem.has_value();
+    });
+    if (config.design.tests > 1 && !tests_differ)
+        replicates.error("within", "must be 1, for no factor has level = \"test\" or within_sd: "
+                                   "every test would repeat the same computation");
+    check_shared_rows(context);
+    double points = config.design.type == DesignType::Factorial
+                        ? 1.0
+                        : static_cast<double>(config.design.points);
+    if (config.design.type == DesignType::Factorial)
+        for (const Factor& factor : config.factors)
+            if (const auto* levels = std::get_if<Levels>(&factor.values))
+                points *= static_cast<double>(levels->size());
+    points *=
+        static_cast<double>(config.design.replicates) * static_cast<double>(config.design.tests);
+    if (points > static_cast<double>(most_points))
+        context.errors.add(reader.line("type"),
+                           fmt::format("design: {:.6g} points, replicates included; at most {} are "
+                                       "possible",
+                                       points, most_points));
+}
+
+} // namespace
+
+void read_factors(ConfigContext& context) {
+    const std::size_t errors_before = context.errors.count();
+    read_points(context);
+    if (const toml::table* table = context.section("factors"))
+        for (const TableEntry& entry : entries_in_order(*table)) {
+            const Parameter* parameter = parameter_of(entry, "factors", context);
+            if (parameter == nullptr)
+                continue;
+            context.note_given(entry.key, {"factors", entry.line});
+            if (auto factor = read_factor(entry, *parameter, context))
+                context.config.factors.push_back(std::move(*factor));
+        }
+    // Factors that could not be read are missing here, and would only cause errors that mislead.
+    if (context.errors.count() == errors_before)
+        check_design(context);
+}
+
+} // namespace culm::study

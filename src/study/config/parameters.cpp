@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "study/config/parameters.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <string>
+#include <system_error>
+
+#include <fmt/format.h>
+
+namespace culm::study {
+
+namespace {
+
+constexpr std::array known_units{
+    Unit{"m", "m", Dimension::Length},
+    Unit{"cm", "cm", Dimension::Length, -2},
+    millimetre,
+    Unit{"µm", "um", Dimension::Length, -6},
+    second,
+    Unit{"ms", "ms", Dimension::Time, -3},
+    Unit{"µs", "us", Dimension::Time, -6},
+    Unit{"ns", "ns", Dimension::Time, -9},
+    Unit{"Pa", "pa", Dimension::Pressure},
+    Unit{"kPa", "kpa", Dimension::Pressure, 3},
+    Unit{"MPa", "mpa", Dimension::Pressure, 6},
+    gigapascal,
+    kilogram_per_cubic_metre,
+    Unit{"g/cm³", "g_cm3", Dimension::Density, 3},
+    metre_per_second_squared,
+};
+
+/// value · 10^power, correctly rounded from the shortest decimal number that identifies `value`.
+double with_point_moved(double value, int power) {
+    if (power == 0 || value == 0.0 || !std::isfinite(value))
+        return value;
+    std::array<char, 40> digits{};
+    const auto written = std::to_chars(digits.data(), digits.data() + digits.size(), value,
+                                       std::chars_format::scientific);
+    std::string text(digits.data(), written.ptr);
+    const std::size_t e = text.find('e');
+    const int exponent = std::stoi(text.substr(e + 1)) + power;
+    text = text.substr(0, e) + "e" + std::to_string(exponent);
+    double moved = 0.0;
+    const auto read = std::from_chars(text.data(), text.data() + text.size(), moved);
+    // Beyond the range of double only the product says what is left: zero or infinity.
+    return read.ec == std::errc{} ? moved : value * std::pow(10.0, power);
+}
+
+} // namespace
+
+double Unit::to_si(double value) const {
+    return with_point_moved(value, power_of_ten);
+}
+
+double Unit::from_si(double value) const {
+    return with_point_moved(value, -power_of_ten);
+}
+
+KeyParts split_key(std::string_view key) {
+    KeyParts parts{key, std::nullopt};
+    for (const Unit& unit : known_units) {
+        const bool longer = !parts.unit || unit.suffix.size() > parts.unit->suffix.size();
+        if (longer && key.size() > unit.suffix.size() + 1 && key.ends_with(unit.suffix) &&
+            key[key.size() - unit.suffix.size() - 1] == '_')
+            parts = {key.substr(0, key.size() - unit.suffix.size() - 1), unit};
+    }
+    return parts;
+}
+
+namespace {
+
+using run::CaseSpec;
+
+void set_sphere_diameter(CaseSpec& spec, double diameter) {
+    spec.stem.sphere_diameter = diameter;
+    spec.stem.bond_length = diameter;
+    spec.stem.bond_outer_diameter = diameter;
+}
+
+void set_bond_wall(CaseSpec& spec, double wall) {
+    const double outer = spec.stem.bond_outer_diameter;
+    const double inner = outer - 2.0 * wall;
+    // A wall of exactly half the diameter is a solid section; rounding must not make it negative.
+    spec.stem.bond_inner_diameter = std::abs(inner) < 1e-12 * outer ? 0.0 : inner;
+}
+
+void set_length(CaseSpec& spec, double length) {
+    spec.stem.bond_length = length / (spec.stem.sphere_count - 1);
+}
+
+/// See ParameterValues::apply_to.
+void make_spheres_touch(CaseSpec& spec) {
+    const double ratio = spec.stem.bond_outer_diameter / spec.stem.bond_length;
+    spec.stem.sphere_diameter = spec.stem.bond_length;
+    spec.stem.density *= ratio * ratio;
+}
+
+/// Volume of the bond's section along one bond over that of a sphere.
+double section_share(const CaseSpec& spec) {
+    const double outer = spec.stem.bond_outer_diameter;
+    const double inner = spec.stem.bond_inner_diameter;
+    const double diameter = spec.stem.sphere_diameter;
+    return 1.5 * (outer * outer - inner * inner) * spec.stem.bond_length /
+           (diameter * diameter * diameter);
+}
+
+void set_wall_density(CaseSpec& spec, double density) {
+    spec.stem.density = density * section_share(spec);
+}
+
+// Upper ends are far beyond any plant: they exist to catch a value in the wrong unit.
+constexpr Interval diameter_range{0.0, 1000.0, true, false};
+constexpr Interval length_range{0.0, 100000.0, true, false};
+
+constexpr std::array<Parameter, parameter_count> parameter_rows{{
+    {"spheres",
+     "stem",
+     dimensionless,
+     {2, 10000},
+     true,
+     "56",
+     "spheres in the chain, the clamped one included",
+     [](const CaseSpec& c) { return double(c.stem.sphere_count); },
+     [](CaseSpec& c, double v) { c.stem.sphere_count = static_cast<int>(std::lround(v)); }},
+    {"sphere_diameter_mm", "stem", millimetre, diameter_range, false,
+     "2.83; with length_mm: the bond length", "diameter of a sphere",
+     [](const CaseSpec& c) { return c.stem.sphere_diameter; }, set_sphere_diameter},
+    {"bond_length_mm", "stem", millimetre, diameter_range, false, "sphere_diameter_mm",
+     "equilibrium distance of neighbouring centres; not together with length_mm",
+     [](const CaseSpec& c) { return c.stem.bond_length; },
+     [](CaseSpec& c, double v) { c.stem.bond_length = v; }},
+    {"length_mm", "stem", millimetre, length_range, false, "(spheres − 1) · bond_length_mm",
+     "free length, from the clamped centre to the tip's centre",
+     [](const CaseSpec& c) { return c.stem.free_length(); }, set_length},
+    {"bond_diameter_mm", "stem", millimetre, diameter_range, false,
+     "sphere_diameter_mm if given, else 2.83", "outer diameter of the bonds' section",
+     [](const CaseSpec& c) { return c.stem.bond_outer_diameter; },
+     [](CaseSpec& c, double v) { c.stem.bond_outer_diameter = v; }},
+    {"bond_inner_diameter_mm",
+     "stem",
+     millimetre,
+     {0.0, 1000.0},
+     false,
+     "0",
+     "inner diameter of a hollow section; 0 is solid",
+     [](const CaseSpec& c) { return c.stem.bond_inner_diameter; },
+     [](CaseSpec& c, double v) { c.stem.bond_inner_diameter = v; }},
+    {"bond_wall_mm", "stem", millimetre, diameter_range, false, "half of bond_diameter_mm",
+     "wall of a hollow section; not together with bond_inner_diameter_mm",
+     [](const CaseSpec& c) {
+         return 0.5 * (c.stem.bond_outer_diameter - c.stem.bond_inner_diameter);
+     },
+     set_bond_wall},
+    {"density_kg_m3",
+     "stem",
+     kilogram_per_cubic_metre,
+     {0.0, 30000.0, true, false},
+     false,
+     "125",
+     "density of the spheres",
+     [](const CaseSpec& c) { return c.stem.density; },
+     [](CaseSpec& c, double v) { c.stem.density = v; }},
+    {"wall_density_kg_m3",
+     "stem",
+     kilogram_per_cubic_metre,
+     {0.0, 30000.0, true, false},
+     false,
+     "2/3 of density_kg_m3 for a solid section of touching spheres",
+     "density of the section's material, from which the mass per length follows with the section; "
+     "not together with density_kg_m3",
+     [](const CaseSpec& c) { return c.stem.density / section_share(c); },
+     set_wall_density},
+    {"poissons_ratio",
+     "stem",
+     dimensionless,
+     {-1.0, 0.5, true, true},
+     false,
+     "0.3",
+     "gives the shear modulus Y/(2(1+ν))",
+     [](const CaseSpec& c) { return c.stem.poissons_ratio; },
+     [](CaseSpec& c, double v) { c.stem.poissons_ratio = v; }},
+    {"bond_youngs_modulus_gpa",
+     "stem",
+     gigapascal,
+     {0.0, 10000.0, true, false},
+     false,
+     "1",
+     "Young's modulus Y of the bonds",
+     [](const CaseSpec& c) { return c.stem.bond_youngs_modulus; },
+     [](CaseSpec& c, double v) { c.stem.bond_youngs_modulus = v; }},
+    {"bond_damping",
+     "stem",
+     dimensionless,
+     {0.0, 100000.0},
+     false,
+     "25",
+     "damping parameter β of the bonds",
+     [](const CaseSpec& c) { return c.stem.bond_damping; },
+     [](CaseSpec& c, double v) { c.stem.bond_damping = v; }},
+    {"axial_gravity_m_s2",
+     "stem",
+     metre_per_second_squared,
+     {-1000.0, 1000.0},
+     false,
+     "0",
+     "gravity along the stem, positive away from the clamp",
+     [](const CaseSpec& c) { return c.stem.axial_acceleration_of_gravity; },
+     [](CaseSpec& c, double v) { c.stem.axial_acceleration_of_gravity = v; }},
+    {"tip_deflection_mm", "release", millimetre, length_range, false, "15",
+     "lateral deflection of the tip before the release; less than the free length",
+     [](const CaseSpec& c) { return c.tip_deflection; },
+     [](CaseSpec& c, double v) { c.tip_deflection = v; }},
+}};
+
+constexpr std::array exclusive{
+    ExclusiveKeys{"length_mm", "bond_length_mm"},
+    ExclusiveKeys{"bond_wall_mm", "bond_inner_diameter_mm"},
+    ExclusiveKeys{"wall_density_kg_m3", "density_kg_m3"},
+};
+
+std::size_t index_of(const Parameter& parameter) {
+    return static_cast<std::size_t>(&parameter - parameter_rows.data());
+}
+
+} // namespace
+
+std::span<const Parameter, parameter_count> parameters() {
+    return parameter_rows;
+}
+
+const Parameter* find_parameter(std::string_view key) {
+    const auto* found = std::ranges::find(parameter_rows, key, &Parameter::key);
+    return found == parameter_rows.end() ? nullptr : found;
+}
+
+std::string config_text(const Parameter& parameter, double value_in_si) {
+    return fmt::format("{}", parameter.unit.from_si(value_in_si));
+}
+
+std::span<const ExclusiveKeys> exclusive_keys() {
+    return exclusive;
+}
+
+void ParameterValues::set(const Parameter& parameter, double value_in_si) {
+    if (parameter.effect)
+        of_effects_.emplace_back(*parameter.effect, value_in_si);
+    else
+        values_[index_of(parameter)] = value_in_si;
+}
+
+std::optional<double> ParameterValues::get(const Parameter& parameter) const {
+    if (parameter.effect)
+        return std::nullopt;
+    return values_[index_of(parameter)];
+}
+
+bool ParameterValues::has(std::string_view key) const {
+    const Parameter* parameter = find_parameter(key);
+    return parameter != nullptr && get(*parameter).has_value();
+}
+
+void ParameterValues::apply_to(run::CaseSpec& spec) const {
+    spec.stem = physics::StemParameters<double>{};
+    spec.tip_deflection = run::CaseSpec{}.tip_deflection;
+    for (std::size_t i = 0; i < parameter_count; ++i)
+        if (values_[i])
+            parameter_rows[i].set(spec, *values_[i]);
+    if (has("length_mm") && !has("sphere_diameter_mm"))
+        make_spheres_touch(spec);
+    // The mass of the section needs the section and the spheres.
+    if (const auto density = get(*find_parameter("wall_density_kg_m3")))
+        set_wall_density(spec, *density);
+    for (const auto& [place, value] : of_effects_)
+        spec.effects.at(place.effect).values.at(place.value) = value;
+}
+
+} // namespace culm::study

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The parameters that a study can set or vary, their units and allowed ranges.
+#pragma once
+
+#include "core/interval.hpp"
+#include "run/case_spec.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace culm::study {
+
+using core::Interval;
+
+enum class Dimension { None, Length, Time, Pressure, Density, Acceleration };
+
+/// A unit that is a power of ten of the SI unit.
+struct Unit {
+    std::string_view name;   ///< as it is printed, for example "kg/m³"
+    std::string_view suffix; ///< as a key ends with it, for example "kg_m3"
+    Dimension dimension = Dimension::None;
+    int power_of_ten = 0; ///< 1 unit = 10^power_of_ten SI units
+
+    /// The decimal point of the number as it was written is moved, so that 2.83 mm is exactly the
+    /// double 2.83e-3 and turns back into 2.83; a multiplication would be off by a rounding.
+    [[nodiscard]] double to_si(double value) const;
+    [[nodiscard]] double from_si(double value) const;
+};
+
+inline constexpr Unit dimensionless{"", "", Dimension::None};
+inline constexpr Unit millimetre{"mm", "mm", Dimension::Length, -3};
+inline constexpr Unit second{"s", "s", Dimension::Time};
+inline constexpr Unit gigapascal{"GPa", "gpa", Dimension::Pressure, 9};
+inline constexpr Unit kilogram_per_cubic_metre{"kg/m³", "kg_m3", Dimension::Density};
+inline constexpr Unit metre_per_second_squared{"m/s²", "m_s2", Dimension::Acceleration};
+
+/// A key taken apart: "bond_length_mm" is the quantity "bond_length" in millimetres.
+struct KeyParts {
+    std::string_view quantity;
+    std::optional<Unit> unit; ///< nothing when the key ends with no unit that is known here
+};
+
+/// Splits at the longest unit that the key ends with; units which no valid key uses (Pa, cm, ms …)
+/// are known too, so that a mistaken unit can be explained.
+[[nodiscard]] KeyParts split_key(std::string_view key);
+
+/// Which value of which of a case's effects.
+struct EffectPlace {
+    std::size_t effect = 0;
+    std::size_t value = 0;
+};
+
+/// One row of the table. Values in `range` and `default_text` are in the unit that the key names;
+/// `get` and `set` speak SI.
+struct Parameter {
+    std::string_view key;     ///< as in the TOML file, for example "bond_youngs_modulus_gpa"
+    std::string_view section; ///< the TOML table it belongs to: "stem" or "release"
+    Unit unit;
+    Interval range;
+    bool is_whole_number = false;
+    std::string_view default_text;
+    std::string_view meaning;
+    double (*get)(const run::CaseSpec&) = nullptr;
+    void (*set)(run::CaseSpec&, double) = nullptr;
+    std::optional<EffectPlace> effect = {}; ///< of an effect's parameter, in place of get and set
+};
+
+/// A row outside the table, with the texts that it refers to.
+struct EffectParameterRow {
+    std::string key;
+    std::string unit;
+    std::string meaning;
+    Parameter parameter;
+};
+
+inline constexpr std::size_t parameter_count = 14;
+
+/// The table. Its order is the order in which `ParameterValues::apply_to` calls the setters.
+[[nodiscard]] std::span<const Parameter, parameter_count> parameters();
+
+/// The row of that key, or nullptr.
+[[nodiscard]] const Parameter* find_parameter(std::string_view key);
+
+/// The SI value in the parameter's unit, in the fewest digits that identify it.
+[[nodiscard]] std::string config_text(const Parameter& parameter, double value_in_si);
+
+/// Two keys that fix the same thing, so that only one of them may be given.
+struct ExclusiveKeys {
+    std::string_view first;
+    std::string_view second;
+};
+
+[[nodiscard]] std::span<const ExclusiveKeys> exclusive_keys();
+
+/// Which parameters are given, and their values in SI.
+class ParameterValues {
+  public:
+    void set(const Parameter& parameter, double value_in_si);
+    [[nodiscard]] std::optional<double> get(const Parameter& parameter) const;
+    [[nodiscard]] bool has(std::string_view key) const;
+
+    /// Makes the case's stem, release and effects' values from the defaults (Table 1 of Schramm et
+    /// al. 2019) and the given values. Rules for what is not given:
+    ///   - bond_length and bond_diameter follow sphere_diameter;
+    ///   - length gives bond_length = length/(spheres − 1);
+    ///   - bond_wall gives the inner diameter, bond_diameter − 2 bond_wall;
+    ///   - length without sphere_diameter makes the spheres touch: sphere diameter = bond length,
+    ///     with the density scaled by (bond_diameter/bond_length)² so that the mass per length
+    ///     stays that of touching spheres of the bond's diameter, ρ π d²/6, for any number of
+    ///     spheres. Were the diameter not the bond length, the shear lever arms of the law
+    ///     `schramm2019` (the radii) would not span the bond, and the frequency of a stem would
+    ///     depend on the number of spheres (docs/config.md has the figures).
+    ///   - wall_density gives the spheres the mass of their part of the section, wall_density ·
+    ///     π (d_o² − d_i²)/4 · bond_length, whatever their diameter.
+    void apply_to(run::CaseSpec& spec) const;
+
+  private:
+    std::array<std::optional<double>, parameter_count> values_;
+    std::vector<std::pair<EffectPlace, double>> of_effects_;
+};
+
+} // namespace culm::study

@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "study/config/sections.hpp"
+
+#include "core/error.hpp"
+#include "core/file_text.hpp"
+#include "core/named_path.hpp"
+#include "study/config/reader.hpp"
+#include "study/config/study_effects.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace culm::study {
+
+namespace {
+
+/// Is `whole` a multiple of `part`? Decimal inputs are off by some 1e-16 of their quotient, which
+/// stays far below 1e-6 for every quotient up to 1e9.
+bool is_multiple(double whole, double part) {
+    const double quotient = whole / part;
+    return std::round(quotient) >= 1.0 && std::abs(quotient - std::round(quotient)) <= 1e-6;
+}
+
+run::StoreLevel store_level(const std::string& word) {
+    if (word == "fit")
+        return run::StoreLevel::Fit;
+    if (word == "heights")
+        return run::StoreLevel::Heights;
+    if (word == "full")
+        return run::StoreLevel::Full;
+    return run::StoreLevel::Tip;
+}
+
+void read_heights(const TableReader& reader, ConfigContext& context) {
+    const run::StoreLevel store = context.config.base.store;
+    const auto heights = reader.numbers("heights_mm");
+    if (store == run::StoreLevel::Heights && !reader.has("heights_mm"))
+        reader.error("heights_mm", "store = \"heights\" needs it");
+    if (!heights)
+        return;
+    context.note_given("heights_mm", {"study", reader.line("heights_mm")});
+    if (store != run::StoreLevel::Heights && store != run::StoreLevel::Full)
+        reader.error("heights_mm", "only with store = \"heights\" or \"full\"");
+    auto sorted = *heights;
+    std::ranges::sort(sorted);
+    if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end())
+        reader.error("heights_mm", fmt::format("must name {} once only", *twice));
+    for (const double height : *heights)
+        context.config.base.heights.push_back(millimetre.to_si(height));
+}
+
+void read_parameters(const std::string& section, ConfigContext& context) {
+    const TableReader reader(context.section(section), section, section, context.errors);
+    reader.refuse_unknown_keys();
+    for (const Parameter& parameter : parameters()) {
+        if (parameter.section != section || !reader.has(parameter.key))
+            continue;
+        context.note_given(std::string(parameter.key), {section, reader.line(parameter.key)});
+        if (const auto value = reader.number(parameter.key))
+            context.config.given.set(parameter, parameter.unit.to_si(*value));
+    }
+}
+
+/// How the points of a Latin hypercube or a Sobol sequence are made more even, or random.
+void read_evenness(const TableReader& reader, DesignOptions& design) {
+    const std::string criterion = reader.word("criterion").value_or("none");
+    if (criterion == "maximin")
+        design.criterion = HypercubeCriterion::Maximin;
+    else if (criterion == "centred_discrepancy")
+        design.criterion = HypercubeCriterion::CentredDiscrepancy;
+    if (reader.has("criterion") && design.type != DesignType::LatinHypercube)
+        reader.error("criterion", "only with type = \"latin_hypercube\"");
+    if (design.criterion != HypercubeCriterion::None && design.points > most_searched_points)
+        reader.error("criterion",
+                     fmt::format("at most {} points can be made more even; type = \"sobol\" with "
+                                 "scrambling = \"owen\" is even for any number",
+                                 most_searched_points));
+    const std::string scrambling = reader.word("scrambling").value_or("none");
+    if (scrambling == "owen")
+        design.scrambling = Scrambling::Owen;
+    else if (scrambling == "digital_shift")
+        design.scrambling = Scrambling::DigitalShift;
+    if (reader.has("scrambling") && design.type != DesignType::Sobol)
+        reader.error("scrambling", "only with type = \"sobol\"");
+}
+
+} // namespace
+
+void ConfigContext::note_given(const std::string& key, const GivenPlace& place) {
+    const auto [earlier, is_new] = places.try_emplace(key, place);
+    if (!is_new)
+        errors.add(place.line,
+                   fmt::format("{}.{}: may be given once only; it is in [{}] too, line {}",
+                               place.section, key, earlier->second.section, earlier->second.line));
+}
+
+void read_study(ConfigContext& context) {
+    const TableReader reader(context.section("study"), "study", "study", context.errors);
+    reader.refuse_unknown_keys();
+    StudyConfig& config = context.config;
+    config.name = reader.text("name").value_or(std::filesystem::path(config.file).stem().string());
+    config.seed = static_cast<std::uint64_t>(reader.whole_number("seed").value_or(1));
+    const bool is_vibration = reader.word("kind").value_or("vibration") == "vibration";
+    config.kind = is_vibration ? StudyKind::Vibration : StudyKind::Timestep;
+    const auto store = reader.word("store");
+    config.base.store = store_level(store.value_or(is_vibration ? "tip" : "fit"));
+    if (store || !reader.has("store"))
+        read_heights(reader, context);
+}
+
+void read_effects(ConfigContext& context) {
+    const toml::table* table = context.section("study");
+    const toml::node* node = table != nullptr ? table->get("effects") : nullptr;
+    if (node == nullptr)
+        return;
+    const std::size_t line = line_of(*node);
+    const toml::array* names = node->as_array();
+    if (names == nullptr || !(names->empty() || names->is_homogeneous<std::string>())) {
+        context.errors.add(line, "study.effects", value_text(*node), "must be a list of names");
+        return;
+    }
+    std::vector<std::string> texts;
+    for (const toml::node& name : *names)
+        texts.push_back(name.value_or<std::string>(""));
+    try {
+        context.config.effects = StudyEffects(physics::parse_effects(
+            fmt::format("{}", fmt::join(texts, ",")), [&context](const std::string& file) {
+                const std::filesystem::path study(context.config.file);
+                return read_effect_text(text_of_named_file(context, file),
+                                        (study.parent_path() / file).string());
+            }));
+    } catch (const core::InputError& error) {
+        context.errors.add(line, fmt::format("study.effects: {}", error.what()));
+    }
+    if (context.config.kind == StudyKind::Timestep && !context.config.effects.selected().empty())
+        context.errors.add(line,
+                           "study.effects: not in a study of kind \"timestep\", which is about "
+                           "the published chain");
+}
+
+void read_stem_and_release(ConfigContext& context) {
+    read_parameters("stem", context);
+    read_parameters("release", context);
+}
+
+void read_law(ConfigContext& context) {
+    const toml::table* table = context.section("law");
+    const TableReader reader(table, "law", "law", context.errors);
+    reader.refuse_unknown_keys();
+    physics::BondLawOptions& law = context.config.base.law;
+    if (const auto named = physics::law_by_name(reader.word("name").value_or("schramm2019")))
+        law = *named;
+    const toml::node* factor = table != nullptr ? table->get("damping_factor") : nullptr;
+    if (factor != nullptr && factor->value_exact<std::string>() == "sqrt2")
+        law.damping_factor = std::numbers::sqrt2;
+    else
+        law.damping_factor = reader.number("damping_factor").value_or(law.damping_factor);
+    if (const auto inertia = reader.word("damping_inertia"))
+        law.damping_inertia = *inertia == "individual" ? physics::DampingInertia::Individual
+                                                       : physics::DampingInertia::Reduced;
+}
+
+void read_integrator(ConfigContext& context) {
+    const TableReader reader(context.section("integrator"), "integrator", "integrator",
+                             context.errors);
+    reader.refuse_unknown_keys();
+    run::Integrator& integrator = context.config.base.integrator;
+    context.config.base.dimensions =
+        static_cast<int>(reader.whole_number("dimensions").value_or(2));
+    integrator.relative_tolerance =
+        reader.number("relative_tolerance").value_or(integrator.relative_tolerance);
+    integrator.timestep = reader.number("timestep_s").value_or(0.0);
+    const auto method = reader.word("method");
+    if (!method && reader.has("method"))
+        return;
+    const bool is_explicit = method == "explicit";
+    integrator.method =
+        is_explicit ? run::IntegrationMethod::Explicit : run::IntegrationMethod::Implicit;
+    if (is_explicit && !reader.has("timestep_s"))
+        reader.error("timestep_s", "method = \"explicit\" needs it");
+    if (!is_explicit && reader.has("timestep_s"))
+        reader.error("timestep_s", "only with method = \"explicit\"; the implicit method chooses "
+                                   "its steps by relative_tolerance");
+    if (is_explicit && reader.has("relative_tolerance"))
+        reader.error("relative_tolerance",
+                     "only with method = \"implicit\"; the explicit method needs timestep_s");
+}
+
+void read_vibration(ConfigContext& context) {
+    const TableReader reader(context.section("vibration"), "vibration", "vibration",
+                             context.errors);
+    reader.refuse_unknown_keys();
+    run::CaseSpec& base = context.config.base;
+    const std::size_t errors_before = context.errors.count();
+    base.duration = reader.number("duration_s").value_or(base.duration);
+    base.sample_interval = reader.number("sample_interval_s").value_or(base.sample_interval);
+    if (context.errors.count() != errors_before)
+        return;
+    const char* duration_key = reader.has("duration_s") ? "duration_s" : "sample_interval_s";
+    if (base.sample_interval > base.duration)
+        reader.error("sample_interval_s",
+                     fmt::format("must not exceed duration_s = {}", base.duration));
+    else if (!is_multiple(base.duration, base.sample_interval))
+        reader.error(duration_key,
+                     fmt::format("duration_s = {} must be a multiple of sample_interval_s = {}",
+                                 base.duration, base.sample_interval));
+    const double step = base.integrator.timestep;
+    if (base.integrator.method == run::IntegrationMethod::Explicit && step > 0.0 &&
+        !is_multiple(base.sample_interval, step))
+        TableReader(context.section("integrator"), "integrator", "integrator", context.errors)
+            .error("timestep_s", fmt::format("must divide vibration.sample_interval_s = {}",
+                                             base.sample_interval));
+}
+
+void read_reduce(ConfigContext& context) {
+    const TableReader reader(context.section("reduce"), "reduce", "reduce", context.errors);
+    reader.refuse_unknown_keys();
+    ReduceOptions& reduce = context.config.reduce;
+    reduce.window = reader.number("window_s");
+    if (reduce.window > context.config.base.duration)
+        reader.error("window_s", fmt::format("must not exceed vibration.duration_s = {}",
+                                             context.config.base.duration));
+    reduce.is_amplitude_free = reader.word("amplitude").value_or("free") == "free";
+    reduce.significance = reader.number("significance").value_or(reduce.significance);
+}
+
+void read_archive(ConfigContext& context) {
+    const TableReader reader(context.section("archive"), "archive", "archive", context.errors);
+    reader.refuse_unknown_keys();
+    context.config.trajectory_compression =
+        static_cast<int>(reader.whole_number("trajectory_compression").value_or(0));
+}
+
+void read_replicates(ConfigContext& context) {
+    const toml::table* table = context.section("replicates");
+    const TableReader reader(table, "replicates", "replicates", context.errors);
+    reader.refuse_unknown_keys();
+    DesignOptions& design = context.config.design;
+    const toml::table* of_design = context.section("design");
+    if (reader.has("stems") && of_design != nullptr && of_design->contains("replicates"))
+        reader.error("stems", "not together with design.replicates, which means the same");
+    design.replicates = reader.whole_number("stems").value_or(design.replicates);
+    design.tests = reader.whole_number("within").value_or(1);
+}
+
+void read_design(ConfigContext& context) {
+    const TableReader reader(context.section("design"), "design", "design", context.errors);
+    reader.refuse_unknown_keys();
+    DesignOptions& design = context.config.design;
+    const std::string type = reader.word("type").value_or("factorial");
+    const bool is_sampled = type == "latin_hypercube" || type == "sobol";
+    if (type == "latin_hypercube")
+        design.type = DesignType::LatinHypercube;
+    else if (type == "sobol")
+        design.type = DesignType::Sobol;
+    else if (type == "list")
+        design.type = DesignType::List;
+    design.points = reader.whole_number("points").value_or(0);
+    design.replicates = reader.whole_number("replicates").value_or(1);
+    if (is_sampled && !reader.has("points"))
+        reader.error("points", fmt::format("type = \"{}\" needs it", type));
+    if (!is_sampled && reader.has("points"))
+        reader.error("points", "only with type = \"latin_hypercube\" or \"sobol\"");
+    read_evenness(reader, design);
+    if (design.type == DesignType::List && !reader.has("point"))
+        reader.error("point", "type = \"list\" needs [[design.point]] tables");
+    if (design.type != DesignType::List && reader.has("point"))
+        reader.error("point", "only with type = \"list\"");
+}
+
+namespace {
+
+struct KeyPlace {
+    const char* section;
+    const char* key;
+};
+
+/// What a time-step study chooses itself: its steps, its record, and what it keeps.
+constexpr std::array keys_of_vibrations{KeyPlace{"study", "heights_mm"},
+                                        KeyPlace{"integrator", "method"},
+                                        KeyPlace{"integrator", "timestep_s"},
+                                        KeyPlace{"integrator", "relative_tolerance"},
+                                        KeyPlace{"vibration", "duration_s"},
+                                        KeyPlace{"vibration", "sample_interval_s"},
+                                        KeyPlace{"reduce", "window_s"},
+                                        KeyPlace{"reduce", "significance"},
+                                        KeyPlace{"archive", "trajectory_compression"}};
+
+constexpr std::array keys_of_comparisons{"record_cycles", "samples_per_cycle",
+                                         "reference_tolerance"};
+
+TableReader reader_of(const char* section, ConfigContext& context) {
+    return {context.section(section), section, section, context.errors};
+}
+
+void refuse_keys_of_vibrations(ConfigContext& context) {
+    for (const KeyPlace& place : keys_of_vibrations) {
+        const TableReader reader = reader_of(place.section, context);
+        if (reader.has(place.key))
+            reader.error(place.key, "only with study.kind = \"vibration\"");
+    }
+    if (context.config.base.store != run::StoreLevel::Fit)
+        reader_of("study", context)
+            .error("store", "study.kind = \"timestep\" keeps no histories: \"fit\" or nothing");
+}
+
+void read_fractions(const TableReader& reader, ConfigContext& context) {
+    std::vector<double>& fractions = context.config.timestep.fractions;
+    fractions = reader.numbers("fractions").value_or(std::vector<double>());
+    std::ranges::sort(fractions);
+    if (const auto twice = std::ranges::adjacent_find(fractions); twice != fractions.end())
+        reader.error("fractions", fmt::format("must name {} once only", *twice));
+    for (const char* key : keys_of_comparisons)
+        if (!reader.has("fractions") && reader.has(key))
+            reader.error(key, "only with timestep.fractions");
+}
+
+} // namespace
+
+void read_timestep(ConfigContext& context) {
+    const TableReader reader = reader_of("timestep", context);
+    reader.refuse_unknown_keys();
+    if (context.config.kind != StudyKind::Timestep) {
+        for (const ConfigKey& key : config_keys_of("timestep"))
+            if (reader.has(key.key))
+                reader.error(key.key, "only with study.kind = \"timestep\"");
+        return;
+    }
+    refuse_keys_of_vibrations(context);
+    TimestepOptions& options = context.config.timestep;
+    options.limit_tolerance = reader.number("limit_tolerance").value_or(options.limit_tolerance);
+    const auto fewest = static_cast<std::int64_t>(std::ceil(20.0 / options.limit_tolerance));
+    options.trial_steps =
+        reader.whole_number("trial_steps").value_or(std::max(options.trial_steps, fewest));
+    if (options.trial_steps < fewest)
+        reader.error("trial_steps",
+                     fmt::format("must be at least 20/limit_tolerance = {}", fewest));
+    read_fractions(reader, context);
+    options.record_cycles = reader.number("record_cycles").value_or(options.record_cycles);
+    options.samples_per_cycle =
+        reader.whole_number("samples_per_cycle").value_or(options.samples_per_cycle);
+    options.reference_tolerance =
+        reader.number("reference_tolerance").value_or(options.reference_tolerance);
+}
+
+const std::string& text_of_named_file(ConfigContext& context, const std::string& name) {
+    StudyFiles& used = context.config.files;
+    const auto given = context.files.find(name);
+    if (given != context.files.end())
+        return used.insert_or_assign(name, given->second).first->second;
+    std::string text = core::file_text(core::path_named_in(context.config.file, name));
+    return used.insert_or_assign(name, std::move(text)).first->second;
+}
+
+} // namespace culm::study

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the parts of the config reader share while one file is read, and the files that it names.
+#pragma once
+
+#include "study/config/parameters.hpp"
+#include "study/config/reader.hpp"
+#include "study/config/study_config.hpp"
+#include "study/design/factor.hpp"
+
+#include <array>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <toml++/toml.h>
+
+namespace culm::study {
+
+/// Where a parameter was given.
+struct GivenPlace {
+    std::string section; ///< "stem", "release", "factors" or "design.point"
+    std::size_t line = 0;
+};
+
+struct ConfigContext {
+    const toml::table& root;
+    StudyConfig& config;
+    ConfigErrors& errors;
+    std::map<std::string, GivenPlace, std::less<>> places; ///< by key
+    const StudyFiles& files;                               ///< that are at hand already
+
+    /// The section's table; null if it is absent (or no table, which is recorded elsewhere).
+    [[nodiscard]] const toml::table* section(std::string_view name) const {
+        const toml::node* node = root.get(name);
+        return node != nullptr ? node->as_table() : nullptr;
+    }
+    /// Notes that `key` is given there; records an error if it was given before.
+    void note_given(const std::string& key, const GivenPlace& place);
+};
+
+// The sections, one function each (sections.cpp, factors.cpp). Every function
+// records what is wrong and goes on.
+void read_study(ConfigContext& context);
+void read_effects(ConfigContext& context); ///< after the study's kind, before the factors
+void read_stem_and_release(ConfigContext& context);
+void read_law(ConfigContext& context);
+void read_integrator(ConfigContext& context);
+void read_vibration(ConfigContext& context); ///< after the integrator, whose step must fit
+void read_reduce(ConfigContext& context);    ///< after the vibration, whose duration it needs
+void read_archive(ConfigContext& context);
+void read_timestep(ConfigContext& context);    ///< after the study, whose kind decides
+void read_design(ConfigContext& context);      ///< before the factors
+void read_replicates(ConfigContext& context);  ///< after the design, before the factors
+void read_factors(ConfigContext& context);     ///< the [[design.point]] tables included
+void read_correlation(ConfigContext& context); ///< after the factors
+
+/// The text of a file that the study calls `name`: one of ConfigContext::files, or from the disk,
+/// where it must lie in the study's folder or below. It is noted in StudyConfig::files, so that the
+/// archive can repeat the study without the disk. Throws core::InputError.
+[[nodiscard]] const std::string& text_of_named_file(ConfigContext& context,
+                                                    const std::string& name);
+
+/// The factor of one entry of [factors], or nothing with the errors recorded.
+[[nodiscard]] std::optional<Factor> read_factor(const TableEntry& entry, const Parameter& parameter,
+                                                ConfigContext& context);
+
+/// The value in SI if the node is a number that the parameter allows.
+[[nodiscard]] std::optional<double> parameter_value(const toml::node& node,
+                                                    const Parameter& parameter);
+
+/// What the parameter's values must be, for messages: "must be a number in (0, 1000] mm".
+[[nodiscard]] std::string parameter_allowed(const Parameter& parameter);
+
+inline constexpr std::array<std::string_view, 5> range_keys{"from", "to", "step", "count",
+                                                            "spacing"};
+inline constexpr std::array<std::string_view, 10> distribution_keys{
+    "mean", "sd", "min", "max", "file", "column", "unit", "rows", "level", "within_sd"};
+
+/// One factor's inline table while it is read.
+struct FactorTable {
+    TableReader reader;
+    const Parameter& parameter;
+    ConfigContext& context;
+
+    /// A number of the table that must be one of the parameter's values; in the parameter's unit.
+    [[nodiscard]] std::optional<double> value(std::string_view key) const {
+        const auto number = reader.number(key);
+        if (!number || parameter.range.contains(*number))
+            return number;
+        reader.error(key, parameter_allowed(parameter));
+        return std::nullopt;
+    }
+    void need(std::string_view key, const std::string& who) const {
+        if (!reader.has(key))
+            reader.error(key, who + " needs it");
+    }
+    template <class Keys>
+    void refuse(const Keys& keys, const std::string& reason) const {
+        for (const std::string_view key : keys)
+            if (reader.has(key))
+                reader.error(key, reason);
+    }
+};
+
+/// A factor with the key `distribution`, or nothing with the errors recorded.
+[[nodiscard]] std::optional<Factor> read_distribution(const FactorTable& table);
+
+struct ColumnRequest {
+    std::string_view file; ///< for messages
+    std::string_view column;
+    std::string_view unit; ///< "" takes that of the column's name, else that of the parameter
+    bool keeps_rows = false;
+};
+
+/// The values in SI, row by row, of the column with that header; the text is a table with a header
+/// (comma, semicolon or tab). Empty cells are left out, or refused where rows are kept. Throws
+/// core::InputError with the file, the line and what is wrong: no such column (with the nearest
+/// name), no number, a unit of another kind, a value that the parameter does not allow, no values.
+[[nodiscard]] std::vector<double>
+measured_values(std::string_view text, const ColumnRequest& request, const Parameter& parameter);
+
+} // namespace culm::study

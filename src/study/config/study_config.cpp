@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What identifies a study: every setting that influences its results, as sorted lines; the texts of
+// its files as one.
+#include "study/config/study_config.hpp"
+
+#include "core/error.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+namespace culm::study {
+
+namespace {
+
+using Lines = std::map<std::string, std::string, std::less<>>;
+
+bool is_factor(const StudyConfig& config, std::string_view key) {
+    return std::ranges::any_of(config.factors,
+                               [&](const Factor& f) { return f.parameter->key == key; });
+}
+
+/// Does the stem's geometry or mass vary? Then the rules of ParameterValues::apply_to, and not the
+/// base alone, decide what each case is.
+bool is_geometry_varied(const StudyConfig& config) {
+    return std::ranges::any_of(config.factors, [](const Factor& factor) {
+        const std::string_view key = factor.parameter->key;
+        return factor.parameter->section == "stem" &&
+               (factor.parameter->unit.dimension == Dimension::Length || key == "spheres" ||
+                key == "density_kg_m3" || key == "wall_density_kg_m3");
+    });
+}
+
+void add_parameters(const StudyConfig& config, Lines& lines) {
+    const bool by_rule = is_geometry_varied(config);
+    const auto is_present = [&](std::string_view key) {
+        return config.given.has(key) || is_factor(config, key);
+    };
+    // Of two keys for the same thing the one that is in force counts.
+    std::set<std::string_view> left_out;
+    for (const ExclusiveKeys& pair : exclusive_keys())
+        left_out.insert(by_rule && is_present(pair.first) ? pair.second : pair.first);
+    for (const Parameter& p : parameters()) {
+        if (left_out.contains(p.key) || is_factor(config, p.key))
+            continue;
+        const auto given = config.given.get(p);
+        std::string value = config_text(p, p.get(config.base));
+        if (by_rule && p.section == "stem")
+            value = given ? config_text(p, *given) : std::string(p.default_text);
+        lines[fmt::format("{}.{}", p.section, p.key)] = value;
+    }
+}
+
+/// The level and the scatter within a stem, where they are not the defaults.
+std::string scatter_text(const Factor& factor) {
+    std::string text = factor.is_per_test ? ", level test" : "";
+    if (factor.within_stem)
+        text +=
+            fmt::format(", within_sd {}", config_text(*factor.parameter, factor.within_stem->sd));
+    return text;
+}
+
+/// The values by their check sum: a table may be long.
+std::string measured_text(const Factor& factor) {
+    const auto values = std::get<Distribution>(factor.values).values();
+    std::string all;
+    for (const double value : values)
+        all += config_text(*factor.parameter, value) + "\n";
+    return fmt::format("empirical, file {}, column {}, {} values, FNV-1a {:016x}, rows {}",
+                       factor.measured->file, factor.measured->column, values.size(),
+                       factor_id(all), factor.measured->keeps_rows ? "together" : "independent");
+}
+
+std::string values_text(const Factor& factor) {
+    const auto text = [&](double si) { return config_text(*factor.parameter, si); };
+    if (const auto* levels = std::get_if<Levels>(&factor.values)) {
+        std::vector<std::string> texts;
+        texts.reserve(levels->size());
+        for (const double level : *levels)
+            texts.push_back(text(level));
+        return fmt::format("[{}]", fmt::join(texts, ", "));
+    }
+    const auto& d = std::get<Distribution>(factor.values);
+    if (factor.measured)
+        return measured_text(factor) + scatter_text(factor);
+    const char* role = factor.is_redrawn ? "" : "range, ";
+    const bool has_mean =
+        d.kind() == DistributionKind::Normal || d.kind() == DistributionKind::Lognormal;
+    const std::string moments =
+        has_mean ? fmt::format("mean {}, sd {}, ", text(d.mean()), text(d.sd())) : "";
+    return fmt::format("{}{}, {}min {}, max {}{}", role, to_string(d.kind()), moments,
+                       text(d.min()), text(d.max()), scatter_text(factor));
+}
+
+/// Lines of what studies of older versions cannot have.
+void add_replicate_options(const StudyConfig& config, Lines& lines) {
+    constexpr const char* criteria[] = {"none", "maximin", "centred_discrepancy"};
+    constexpr const char* scramblings[] = {"none", "owen", "digital_shift"};
+    if (config.design.tests > 1)
+        lines["replicates.within"] = fmt::format("{}", config.design.tests);
+    if (config.design.criterion != HypercubeCriterion::None)
+        lines["design.criterion"] = criteria[static_cast<int>(config.design.criterion)];
+    if (config.design.scrambling != Scrambling::None)
+        lines["design.scrambling"] = scramblings[static_cast<int>(config.design.scrambling)];
+    if (!config.correlation)
+        return;
+    const FactorCorrelation& correlation = *config.correlation;
+    for (std::size_t i = 0; i < correlation.factors.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            lines[fmt::format("correlation.{}, {}",
+                              config.factors[correlation.factors[j]].parameter->key,
+                              config.factors[correlation.factors[i]].parameter->key)] =
+                fmt::format("{}", correlation.rank.rank(i, j));
+    std::string order;
+    for (const std::size_t member : correlation.factors)
+        order +=
+            fmt::format("{}{}", order.empty() ? "" : ", ", config.factors[member].parameter->key);
+    lines["correlation.factors"] = order;
+}
+
+void add_factors_and_design(const StudyConfig& config, Lines& lines) {
+    constexpr const char* types[] = {"factorial", "latin_hypercube", "sobol", "list"};
+    std::vector<std::string_view> order;
+    for (const Factor& factor : config.factors) {
+        order.push_back(factor.parameter->key);
+        lines[fmt::format("factors.{}", factor.parameter->key)] = values_text(factor);
+    }
+    lines["factors"] = fmt::format("{}", fmt::join(order, ", "));
+    lines["design.type"] = types[static_cast<int>(config.design.type)];
+    lines["design.replicates"] = fmt::format("{}", config.design.replicates);
+    if (config.design.type != DesignType::Factorial)
+        lines["design.points"] = fmt::format("{}", config.design.points);
+}
+
+std::string law_name(const physics::BondLawOptions& law) {
+    for (const std::string& name : physics::law_names()) {
+        const auto named = physics::law_by_name(name);
+        if (named && named->shear_damping_torque == law.shear_damping_torque &&
+            named->lever_arms_follow_bond == law.lever_arms_follow_bond)
+            return name;
+    }
+    return "unnamed";
+}
+
+void add_model(const StudyConfig& config, Lines& lines) {
+    const run::CaseSpec& base = config.base;
+    lines["law.name"] = law_name(base.law);
+    lines["law.damping_factor"] = fmt::format("{}", base.law.damping_factor);
+    lines["law.damping_inertia"] =
+        base.law.damping_inertia == physics::DampingInertia::Reduced ? "reduced" : "individual";
+    lines["integrator.dimensions"] = fmt::format("{}", base.dimensions);
+    if (config.kind == StudyKind::Timestep)
+        return;
+    if (base.integrator.method == run::IntegrationMethod::Explicit) {
+        lines["integrator.method"] = "explicit";
+        lines["integrator.timestep_s"] = fmt::format("{}", base.integrator.timestep);
+    } else {
+        lines["integrator.method"] = "implicit";
+        lines["integrator.relative_tolerance"] =
+            fmt::format("{}", base.integrator.relative_tolerance);
+    }
+    lines["vibration.duration_s"] = fmt::format("{}", base.duration);
+    lines["vibration.sample_interval_s"] = fmt::format("{}", base.sample_interval);
+}
+
+/// Studies without effects keep the identity that they had before there were any.
+void add_effects(const StudyConfig& config, Lines& lines) {
+    for (const physics::SelectedEffect& selected : config.effects.selected())
+        lines[fmt::format("effects.{}", selected.effect->name())] = selected.effect->law();
+    for (const auto& row : config.effects.rows()) {
+        const EffectPlace place = *row->parameter.effect;
+        if (!is_factor(config, row->key))
+            lines["effects." + row->key] =
+                fmt::format("{}", config.base.effects[place.effect].values[place.value]);
+    }
+}
+
+void add_outputs(const StudyConfig& config, Lines& lines) {
+    constexpr const char* levels[] = {"fit", "tip", "heights", "full"};
+    lines["study.seed"] = fmt::format("{}", config.seed);
+    lines["reduce.amplitude"] = config.reduce.is_amplitude_free ? "free" : "fixed";
+    if (config.kind == StudyKind::Timestep)
+        return;
+    lines["study.store"] = levels[static_cast<int>(config.base.store)];
+    if (!config.base.heights.empty()) {
+        std::vector<std::string> heights;
+        for (const double height : config.base.heights)
+            heights.push_back(fmt::format("{}", millimetre.from_si(height)));
+        lines["study.heights_mm"] = fmt::format("[{}]", fmt::join(heights, ", "));
+    }
+    lines["reduce.window_s"] =
+        fmt::format("{}", config.reduce.window.value_or(config.base.duration));
+    lines["reduce.significance"] = fmt::format("{}", config.reduce.significance);
+}
+
+void add_timestep(const StudyConfig& config, Lines& lines) {
+    if (config.kind != StudyKind::Timestep)
+        return; // studies of older versions keep their identity
+    const TimestepOptions& options = config.timestep;
+    lines["study.kind"] = "timestep";
+    lines["timestep.limit_tolerance"] = fmt::format("{}", options.limit_tolerance);
+    lines["timestep.trial_steps"] = fmt::format("{}", options.trial_steps);
+    lines["timestep.fractions"] = fmt::format("[{}]", fmt::join(options.fractions, ", "));
+    if (options.fractions.empty())
+        return;
+    lines["timestep.record_cycles"] = fmt::format("{}", options.record_cycles);
+    lines["timestep.samples_per_cycle"] = fmt::format("{}", options.samples_per_cycle);
+    lines["timestep.reference_tolerance"] = fmt::format("{}", options.reference_tolerance);
+}
+
+Lines lines_of(std::string_view identity) {
+    Lines lines;
+    while (!identity.empty()) {
+        const std::string_view line = identity.substr(0, identity.find('\n'));
+        identity.remove_prefix(std::min(identity.size(), line.size() + 1));
+        const std::size_t equals = line.find(" = ");
+        if (equals != std::string_view::npos)
+            lines[std::string(line.substr(0, equals))] = line.substr(equals + 3);
+    }
+    return lines;
+}
+
+} // namespace
+
+std::string StudyConfig::identity() const {
+    Lines lines;
+    add_parameters(*this, lines);
+    add_factors_and_design(*this, lines);
+    add_replicate_options(*this, lines);
+    add_model(*this, lines);
+    add_effects(*this, lines);
+    add_outputs(*this, lines);
+    add_timestep(*this, lines);
+    std::string canonical;
+    for (const auto& [key, value] : lines)
+        canonical += fmt::format("{} = {}\n", key, value);
+    return canonical;
+}
+
+std::string difference(const std::string& stored, const std::string& now) {
+    const Lines before = lines_of(stored);
+    const Lines after = lines_of(now);
+    std::set<std::string> keys;
+    for (const Lines* lines : {&before, &after})
+        for (const auto& [key, value] : *lines)
+            keys.insert(key);
+    std::string text;
+    for (const std::string& key : keys) {
+        const auto old = before.find(key);
+        const auto current = after.find(key);
+        if (old == before.end())
+            text += fmt::format("{}: not in the stored study, now {}\n", key, current->second);
+        else if (current == after.end())
+            text += fmt::format("{}: stored {}, not in the study now\n", key, old->second);
+        else if (old->second != current->second)
+            text += fmt::format("{}: stored {}, now {}\n", key, old->second, current->second);
+    }
+    return text;
+}
+
+std::string to_text(const StudyFiles& files) {
+    nlohmann::json object = nlohmann::json::object();
+    for (const auto& [name, text] : files)
+        object[name] = text;
+    // A file that is not UTF-8 cannot be repeated from the archive, but must not stop the study.
+    return object.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+StudyFiles files_from_text(const std::string& text) {
+    StudyFiles files;
+    if (text.empty())
+        return files;
+    try {
+        const nlohmann::json object = nlohmann::json::parse(text);
+        for (const auto& [name, content] : object.items())
+            files.emplace(name, content.get<std::string>());
+    } catch (const nlohmann::json::exception& error) {
+        throw core::InputError(std::string("the archived texts of the study's files: ") +
+                               error.what());
+    }
+    return files;
+}
+
+} // namespace culm::study

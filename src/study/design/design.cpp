@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "study/design/design.hpp"
+
+#include "study/config/study_config.hpp"
+#include "study/design/hypercube_search.hpp"
+#include "study/design/sampling.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace culm::study {
+namespace {
+
+/// One coordinate of the unit cube; factors whose rows stay together share one.
+struct UnitSample {
+    std::string name;
+    bool is_redrawn = false;
+    std::int64_t draws = 1; ///< for each design point: one, one for each stem, or for each test
+    std::vector<double> u;  ///< (design points, draws), in (0, 1)
+};
+
+struct UnitSamples {
+    std::vector<UnitSample> samples;
+    /// For each factor its sample; none where its levels are taken one by one.
+    std::vector<std::size_t> sample_of_factor;
+    static constexpr std::size_t none = static_cast<std::size_t>(-1);
+};
+
+bool is_sampled(const StudyConfig& config) {
+    return config.design.type == DesignType::LatinHypercube ||
+           config.design.type == DesignType::Sobol;
+}
+
+std::int64_t draws_of(const Factor& factor, const DesignOptions& design) {
+    if (!factor.is_redrawn)
+        return 1;
+    return factor.is_per_test ? design.replicates * design.tests : design.replicates;
+}
+
+UnitSamples without_values(const StudyConfig& config) {
+    UnitSamples result;
+    for (const Factor& factor : config.factors) {
+        if (!is_sampled(config) && std::holds_alternative<Levels>(factor.values)) {
+            result.sample_of_factor.push_back(UnitSamples::none);
+            continue;
+        }
+        const auto known =
+            std::ranges::find(result.samples, factor.coordinate(), &UnitSample::name);
+        result.sample_of_factor.push_back(static_cast<std::size_t>(known - result.samples.begin()));
+        if (known == result.samples.end())
+            result.samples.push_back({std::string(factor.coordinate()),
+                                      factor.is_redrawn,
+                                      draws_of(factor, config.design),
+                                      {}});
+    }
+    return result;
+}
+
+void draw_at_random(const StudyConfig& config, std::int64_t points, UnitSample& sample) {
+    RandomKey key{config.seed, RandomPurpose::Draw, factor_id(sample.name), 0, 0};
+    auto u = sample.u.begin();
+    for (std::int64_t point = 0; point < points; ++point)
+        for (std::int64_t draw = 0; draw < sample.draws; ++draw) {
+            key.point = static_cast<std::uint64_t>(point);
+            key.replicate = static_cast<std::uint64_t>(draw);
+            *u++ = random_uniform(key);
+        }
+}
+
+/// One hypercube over the design points for each draw; a sample that is not drawn anew for this
+/// one keeps its strata.
+void draw_hypercubes(const StudyConfig& config, std::int64_t points,
+                     std::vector<UnitSample>& samples) {
+    const std::int64_t replicates = config.design.replicates * config.design.tests;
+    Strata strata(samples.size());
+    std::vector<bool> is_new(samples.size());
+    for (std::int64_t replicate = 0; replicate < replicates; ++replicate) {
+        for (std::size_t k = 0; k < samples.size(); ++k) {
+            const std::int64_t repeats = replicates / samples[k].draws;
+            is_new[k] = replicate % repeats == 0;
+            if (is_new[k])
+                strata[k] = latin_hypercube_strata(
+                    {config.seed, samples[k].name, replicate / repeats}, points);
+        }
+        spread_evenly(strata, is_new, config.design.criterion, {config.seed, "", replicate});
+        for (std::size_t k = 0; k < samples.size(); ++k) {
+            if (!is_new[k])
+                continue;
+            UnitSample& sample = samples[k];
+            const std::int64_t draw = replicate / (replicates / sample.draws);
+            const auto u = places_in_strata({config.seed, sample.name, draw}, strata[k]);
+            for (std::size_t point = 0; point < u.size(); ++point)
+                sample.u[point * static_cast<std::size_t>(sample.draws) +
+                         static_cast<std::size_t>(draw)] = u[point];
+        }
+    }
+}
+
+/// Unscrambled, the sequence begins behind the origin, and draws after the first are rotated; of
+/// scrambled ones the origin is a point like any other, and each draw has a scrambling of its own.
+void draw_sequence(const StudyConfig& config, std::int64_t points,
+                   std::vector<UnitSample>& samples) {
+    const Scrambling scrambling = config.design.scrambling;
+    const std::int64_t first = scrambling == Scrambling::None ? 1 : 0;
+    const std::size_t width = samples.size();
+    const std::vector<std::uint64_t> digits = sobol_digits(points + first, width);
+    for (std::size_t k = 0; k < width; ++k) {
+        UnitSample& sample = samples[k];
+        for (std::int64_t draw = 0; draw < sample.draws; ++draw) {
+            const SampleKey key{config.seed, sample.name, draw};
+            const DigitScrambler scrambler(scrambling, key, points);
+            for (std::int64_t point = 0; point < points; ++point) {
+                const std::uint64_t raw =
+                    digits[static_cast<std::size_t>(point + first) * width + k];
+                double u = open_unit_interval(scrambler(raw));
+                if (scrambling == Scrambling::None && draw > 0)
+                    u = rotated(u, key);
+                sample.u[static_cast<std::size_t>(point * sample.draws + draw)] = u;
+            }
+        }
+    }
+}
+
+/// A hypercube keeps its strata: its values are put into another order. Other points are moved.
+void correlate(const StudyConfig& config, std::int64_t points, UnitSamples& all) {
+    if (!config.correlation)
+        return;
+    std::vector<UnitSample*> members;
+    for (const std::size_t factor : config.correlation->factors)
+        members.push_back(&all.samples[all.sample_of_factor[factor]]);
+    const RankCorrelation& correlation = config.correlation->rank;
+    const auto draws = static_cast<std::size_t>(members.front()->draws);
+    const auto count = static_cast<std::size_t>(points);
+    if (config.design.type != DesignType::LatinHypercube) {
+        std::vector<double> u(members.size());
+        for (std::size_t place = 0; place < count * draws; ++place) {
+            for (std::size_t k = 0; k < u.size(); ++k)
+                u[k] = members[k]->u[place];
+            correlation.correlate(u);
+            for (std::size_t k = 0; k < u.size(); ++k)
+                members[k]->u[place] = u[k];
+        }
+        return;
+    }
+    std::vector<std::vector<double>> columns(members.size(), std::vector<double>(count));
+    for (std::size_t draw = 0; draw < draws; ++draw) {
+        for (std::size_t k = 0; k < members.size(); ++k)
+            for (std::size_t point = 0; point < count; ++point)
+                columns[k][point] = members[k]->u[point * draws + draw];
+        correlation.reorder(columns);
+        for (std::size_t k = 0; k < members.size(); ++k)
+            for (std::size_t point = 0; point < count; ++point)
+                members[k]->u[point * draws + draw] = columns[k][point];
+    }
+}
+
+/// The samples of a study with so many design points, correlated as it says. A function of the
+/// study alone (design.hpp says which).
+UnitSamples draw_unit_samples(const StudyConfig& config, std::int64_t design_points) {
+    UnitSamples all = without_values(config);
+    for (UnitSample& sample : all.samples)
+        sample.u.resize(static_cast<std::size_t>(design_points * sample.draws));
+    if (config.design.type == DesignType::LatinHypercube)
+        draw_hypercubes(config, design_points, all.samples);
+    else if (config.design.type == DesignType::Sobol)
+        draw_sequence(config, design_points, all.samples);
+    else
+        for (UnitSample& sample : all.samples)
+            draw_at_random(config, design_points, sample);
+    correlate(config, design_points, all);
+    return all;
+}
+
+/// Writes one column of the design, from the value at each (design point, replicate).
+template <class ValueAt>
+void fill_column(Design& design, std::size_t column, ValueAt value_at) {
+    const std::size_t width = design.factors.size();
+    std::size_t row = 0;
+    for (std::int64_t point = 0; point < design.design_points; ++point)
+        for (std::int64_t replicate = 0; replicate < design.replicates; ++replicate, ++row)
+            design.values[row * width + column] = value_at(point, replicate);
+}
+
+/// The scatter of a test about its stem's value.
+double scattered(double value, const WithinStemScatter& scatter, const RandomKey& key) {
+    return Distribution::normal(value, scatter.sd, scatter.min, scatter.max)
+        .quantile(random_uniform(key));
+}
+
+void fill_from_sample(const StudyConfig& config, Design& design, std::size_t column,
+                      const UnitSample& sample) {
+    const Factor& factor = design.factors[column];
+    const std::int64_t repeats = design.replicates / sample.draws;
+    RandomKey key{config.seed, RandomPurpose::WithinStem, factor_id(factor.parameter->key), 0, 0};
+    fill_column(design, column, [&](std::int64_t point, std::int64_t replicate) {
+        const std::int64_t place = point * sample.draws + replicate / repeats;
+        const double value = factor.quantile(sample.u[static_cast<std::size_t>(place)]);
+        if (!factor.within_stem)
+            return value;
+        key.point = static_cast<std::uint64_t>(point);
+        key.replicate = static_cast<std::uint64_t>(replicate);
+        return scattered(value, *factor.within_stem, key);
+    });
+}
+
+/// Levels that are taken one by one: all combinations, or the points of a list.
+void fill_levels(const StudyConfig& config, Design& design, const UnitSamples& samples) {
+    std::int64_t period = 1; // design points after which the column's level changes
+    for (std::size_t column = design.factors.size(); column-- > 0;) {
+        if (samples.sample_of_factor[column] != UnitSamples::none)
+            continue;
+        const auto& levels = std::get<Levels>(design.factors[column].values);
+        const auto count = static_cast<std::int64_t>(levels.size());
+        fill_column(design, column, [&](std::int64_t point, std::int64_t) {
+            return levels[static_cast<std::size_t>(point / period % count)];
+        });
+        if (config.design.type == DesignType::Factorial)
+            period *= count;
+    }
+}
+
+std::int64_t design_point_count(const StudyConfig& config) {
+    if (config.design.type != DesignType::Factorial)
+        return config.design.points;
+    std::int64_t count = 1;
+    for (const Factor& factor : config.factors)
+        if (const auto* levels = std::get_if<Levels>(&factor.values))
+            count *= static_cast<std::int64_t>(levels->size());
+    return count;
+}
+
+} // namespace
+
+std::int64_t point_count_of(const StudyConfig& config) {
+    return design_point_count(config) * config.design.replicates * config.design.tests;
+}
+
+Design make_design(const StudyConfig& config) {
+    const std::int64_t replicates = config.design.replicates * config.design.tests;
+    Design design{config.factors, design_point_count(config), replicates, config.design.tests, {}};
+    design.values.resize(static_cast<std::size_t>(design.point_count()) * design.factors.size());
+    const UnitSamples samples = draw_unit_samples(config, design.design_points);
+    fill_levels(config, design, samples);
+    for (std::size_t column = 0; column < design.factors.size(); ++column)
+        if (const std::size_t sample = samples.sample_of_factor[column];
+            sample != UnitSamples::none)
+            fill_from_sample(config, design, column, samples.samples[sample]);
+    return design;
+}
+
+run::CaseSpec case_of_point(const StudyConfig& config, const Design& design, std::int64_t point) {
+    ParameterValues values = config.given;
+    const std::span<const double> row = design.row(point);
+    for (std::size_t column = 0; column < row.size(); ++column)
+        values.set(*design.factors[column].parameter, row[column]);
+    run::CaseSpec spec = config.base;
+    spec.point = point;
+    values.apply_to(spec);
+    return spec;
+}
+
+} // namespace culm::study

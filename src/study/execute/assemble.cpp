@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "study/execute/assemble.hpp"
+
+#include "archive/journal/read.hpp"
+#include "archive/study/file.hpp"
+#include "archive/study/writer.hpp"
+#include "core/error.hpp"
+#include "study/config/study_config.hpp"
+#include "study/execute/folder_state.hpp"
+#include "study/execute/point_results.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <memory>
+#include <optional>
+#include <system_error>
+
+#include <fmt/core.h>
+
+namespace culm::study {
+
+archive::StudyDescription
+description_of(const Study& study,
+               const std::vector<std::pair<std::string, std::string>>& provenance) {
+    const run::CaseSpec& base = study.config.base;
+    archive::StudyDescription description;
+    description.points = study.design.point_count();
+    for (const Factor& factor : study.design.factors) {
+        const std::string_view unit = factor.parameter->unit.name;
+        description.factors.push_back({std::string(factor.parameter->key),
+                                       unit.empty() ? "1" : std::string(unit),
+                                       std::string(factor.parameter->meaning)});
+    }
+    description.results = result_columns(study.config);
+    description.stored.tip = base.store >= run::StoreLevel::Tip;
+    description.stored.heights = base.store >= run::StoreLevel::Heights && !base.heights.empty();
+    description.stored.positions = base.store == run::StoreLevel::Full;
+    if (description.stored.tip)
+        description.times = sample_times(base);
+    if (description.stored.heights)
+        description.heights = base.heights;
+    description.spheres = base.stem.sphere_count;
+    description.identity = study.config.identity();
+    description.author = "culm";
+    for (const auto& [name, text] : provenance)
+        if (name == "version")
+            description.version = text;
+    description.provenance = provenance;
+    description.trajectory_compression = study.config.trajectory_compression;
+    return description;
+}
+
+std::vector<double> design_in_config_units(const Design& design) {
+    std::vector<double> values = design.values;
+    for (std::size_t k = 0; k < values.size(); ++k)
+        values[k] = design.factors[k % design.factors.size()].parameter->unit.from_si(values[k]);
+    return values;
+}
+
+bool assemble_archive(const Study& study, const StudyFolder& folder,
+                      const std::vector<std::pair<std::string, std::string>>& provenance) {
+    const std::string identity = study.config.identity();
+    archive::JournalIndex index(archive::scan_journal_folder(folder.journals(), identity));
+    std::optional<archive::StudyFile> older;
+    if (is_there(folder.archive()))
+        older.emplace(folder.archive());
+    const auto is_known = [&](std::int64_t point) {
+        return index.contains(point) ||
+               (older && older->status(point) != archive::PointStatus::Missing);
+    };
+    for (std::int64_t point = 0; point < study.design.point_count(); ++point)
+        if (!is_known(point))
+            return false;
+    archive::write_study_file(folder.archive(), description_of(study, provenance),
+                              design_in_config_units(study.design),
+                              [&](std::int64_t point) -> std::optional<archive::PointRecord> {
+                                  if (index.contains(point))
+                                      return index.find_record(point);
+                                  return older->record(point);
+                              });
+    std::error_code error;
+    std::filesystem::remove_all(folder.journals(), error);
+    if (error)
+        throw core::StorageError(
+            fmt::format("cannot remove {}, whose points are in the archive: {}",
+                        folder.journals().string(), error.message()));
+    return true;
+}
+
+namespace {
+
+using archive::PointRecord;
+
+/// The records of one folder: its journals before its archive, as when a study is finished.
+class Source {
+  public:
+    Source(const StudyFolder& folder, const FolderState& state)
+        : index_(archive::scan_journal_folder(folder.journals(), state.identity)) {
+        if (state.archive)
+            file_.emplace(folder.archive());
+    }
+
+    [[nodiscard]] std::optional<PointRecord> record(std::int64_t point) {
+        std::optional<PointRecord> found = index_.find_record(point);
+        if (found && found->completed)
+            return found;
+        std::optional<PointRecord> archived = file_ ? file_->record(point) : std::nullopt;
+        return archived && (archived->completed || !found) ? archived : found;
+    }
+
+  private:
+    archive::JournalIndex index_;
+    std::optional<archive::StudyFile> file_;
+};
+
+bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
+    return std::ranges::equal(a, b, [](double x, double y) {
+        return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
+    });
+}
+
+bool is_same_outcome(const PointRecord& a, const PointRecord& b) {
+    return a.completed == b.completed && a.failure_kind == b.failure_kind &&
+           same_bits(a.values, b.values) && same_bits(a.tip_deflection, b.tip_deflection) &&
+           same_bits(a.height_deflection, b.height_deflection) &&
+           same_bits(a.positions, b.positions);
+}
+
+/// Chooses among the folders' outcomes of a point and keeps count.
+class Merger {
+  public:
+    void add(const StudyFolder& folder, const FolderState& state) {
+        sources_.push_back(std::make_unique<Source>(folder, state));
+    }
+    std::optional<PointRecord> take(std::int64_t point) {
+        std::optional<PointRecord> chosen;
+        bool is_repeated = false;
+        bool is_differing = false;
+        for (const auto& source : sources_) {
+            std::optional<PointRecord> other = source->record(point);
+            if (!other)
+                continue;
+            if (chosen) {
+                is_repeated = true;
+                is_differing = is_differing || !is_same_outcome(*chosen, *other);
+            }
+            if (!chosen || (other->completed && !chosen->completed))
+                chosen = std::move(other);
+        }
+        count(chosen);
+        outcome_.repeated += is_repeated ? 1 : 0;
+        if (is_differing)
+            outcome_.differing.push_back(point);
+        return chosen;
+    }
+    [[nodiscard]] const MergeOutcome& outcome() const { return outcome_; }
+
+  private:
+    void count(const std::optional<PointRecord>& chosen) {
+        ++outcome_.points;
+        ++(!chosen ? outcome_.missing : chosen->completed ? outcome_.completed : outcome_.failed);
+    }
+
+    std::vector<std::unique_ptr<Source>> sources_;
+    MergeOutcome outcome_;
+};
+
+/// A source that can be read to its last byte and is not written meanwhile.
+FolderState sound_state(const StudyFolder& folder) {
+    FolderState state = read_folder_state(folder, FolderDepth::Verify);
+    if (state.is_running())
+        throw core::InputError(fmt::format("{}: the study is running; merge it when it has ended",
+                                           folder.path().string()));
+    if (!state.problems.empty())
+        throw core::StorageError(state.problems.front());
+    if (state.verification && !state.verification->is_whole())
+        throw core::StorageError(fmt::format(
+            "{}: {} is damaged; `culm archive verify {}` lists more", folder.archive().string(),
+            state.verification->damaged.front().name, folder.path().string()));
+    return state;
+}
+
+void require_same_study(const StudyFolder& first, const FolderState& one, const StudyFolder& second,
+                        const FolderState& other) {
+    if (one.identity != other.identity)
+        throw core::InputError(fmt::format("{} and {} hold different studies. What differs:\n{}",
+                                           first.path().string(), second.path().string(),
+                                           difference(one.identity, other.identity)));
+}
+
+using Texts = std::vector<std::pair<std::string, std::string>>;
+
+std::string text_of(const Texts& texts, const std::string& name) {
+    for (const auto& [key, text] : texts)
+        if (key == name)
+            return text;
+    return {};
+}
+
+/// The study as the first folder that knows its configuration has it, and where it ran.
+struct Origin {
+    Study study;
+    std::string ranks;
+    std::string start;
+};
+Origin origin_of(const std::vector<FolderState>& states, const StudyFolder& first) {
+    for (const FolderState& state : states) {
+        if (state.archive) {
+            const Texts& texts = state.archive->provenance;
+            return {parse_study(text_of(texts, "config"), text_of(texts, "config_file"),
+                                files_from_text(text_of(texts, "config_files"))),
+                    text_of(texts, "ranks"), text_of(texts, "start")};
+        }
+        if (state.note)
+            return {parse_study(state.note->config, state.note->config_file, state.note->files),
+                    std::to_string(state.note->ranks), state.note->start};
+    }
+    throw core::InputError(fmt::format(
+        "{}: neither study.h5 nor journal/study.json tells the design of the study; `culm run "
+        "STUDY.toml -o {} --resume` finishes it",
+        first.path().string(), first.path().string()));
+}
+
+} // namespace
+
+MergeOutcome merge_folders(const std::vector<StudyFolder>& sources, const StudyFolder& target,
+                           const Texts& provenance) {
+    if (is_there(target.archive()))
+        throw core::InputError(fmt::format("{} is there already; choose another folder with -o",
+                                           target.archive().string()));
+    std::vector<FolderState> states;
+    Merger merger;
+    std::string names;
+    for (const StudyFolder& source : sources) {
+        states.push_back(sound_state(source));
+        require_same_study(sources.front(), states.front(), source, states.back());
+        merger.add(source, states.back());
+        if (!names.empty())
+            names += '\n';
+        names += source.path().string();
+    }
+    const Origin origin = origin_of(states, sources.front());
+    Texts texts = provenance;
+    texts.emplace_back("config", origin.study.config.text);
+    texts.emplace_back("config_file", origin.study.config.file);
+    if (!origin.study.config.files.empty())
+        texts.emplace_back("config_files", to_text(origin.study.config.files));
+    texts.emplace_back("study_name", origin.study.config.name);
+    texts.emplace_back("seed", std::to_string(origin.study.config.seed));
+    texts.emplace_back("ranks", origin.ranks);
+    texts.emplace_back("start", origin.start);
+    texts.emplace_back("merged_from", names);
+    std::error_code error;
+    std::filesystem::create_directories(target.path(), error);
+    if (error)
+        throw core::StorageError(fmt::format("cannot create the folder {}: {}",
+                                             target.path().string(), error.message()));
+    archive::write_study_file(target.archive(), description_of(origin.study, texts),
+                              design_in_config_units(origin.study.design),
+                              [&merger](std::int64_t point) { return merger.take(point); });
+    return merger.outcome();
+}
+
+} // namespace culm::study

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "study/execute/execute.hpp"
+
+#include "archive/journal/writer.hpp"
+#include "core/error.hpp"
+#include "core/utc_time.hpp"
+#include "farm/communicator.hpp"
+#include "run/simulate.hpp"
+#include "study/config/study_config.hpp"
+#include "study/execute/assemble.hpp"
+#include "study/execute/journal_notes.hpp"
+#include "study/execute/point_results.hpp"
+#include "study/execute/study_folder.hpp"
+
+#include <array>
+#include <chrono>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+namespace culm::study {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+int rank_of(const farm::Communicator* communicator) {
+    return communicator == nullptr ? 0 : communicator->rank();
+}
+
+std::string host_name() {
+    std::array<char, 256> name{};
+    ::gethostname(name.data(), name.size() - 1);
+    return name.data();
+}
+
+/// Computes batches and commits each point to this rank's journal.
+class PointWorker {
+  public:
+    PointWorker(const Study& study, archive::JournalWriter& journal,
+                const ComputePoint& compute_point)
+        : study_(study), journal_(journal), compute_point_(compute_point) {}
+
+    farm::BatchReport operator()(const farm::Batch& batch, farm::Heartbeat& heartbeat) {
+        const auto start = Clock::now();
+        std::vector<run::CaseSpec> specs;
+        for (const std::int64_t point : batch.points)
+            specs.push_back(case_of_point(study_.config, study_.design, point));
+        const auto go_on = [&heartbeat] {
+            heartbeat.beat();
+            return !heartbeat.stop_requested();
+        };
+        farm::BatchReport report;
+        std::size_t kept = 0;
+        const auto commit = [&](const archive::PointRecord& record) {
+            journal_.append(record);
+            ++kept;
+            ++(record.completed ? report.completed : report.failed);
+            heartbeat.beat();
+        };
+        try {
+            journal_.mark_started(batch.points);
+            if (compute_point_) {
+                for (const run::CaseSpec& spec : specs)
+                    commit(compute_point_(spec));
+            } else if (study_.config.kind == StudyKind::Timestep) {
+                for (const run::CaseSpec& spec : specs)
+                    commit(compute_timestep_point(study_.config, spec, go_on));
+            } else {
+                std::vector<run::CaseOutcome> outcomes = run::simulate_together(specs, go_on);
+                for (std::size_t k = 0; k < specs.size(); ++k)
+                    commit(make_record(specs[k], std::move(outcomes[k]), study_.config.reduce));
+            }
+        } catch (const run::Abandoned&) {
+            // What is not kept stays uncomputed; a later run with --resume takes it up again.
+        } catch (const core::StorageError& error) {
+            // What was appended before stays in the journal, so it is counted.
+            report.storage_failure = error.what();
+        } catch (...) {
+            give_back(std::span(batch.points).subspan(kept));
+            throw;
+        }
+        give_back(std::span(batch.points).subspan(kept));
+        report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        return report;
+    }
+
+  private:
+    /// Without the marks the points would count as deaths of this process: a nuisance, no loss.
+    void give_back(std::span<const std::int64_t> points) {
+        if (points.empty())
+            return;
+        try {
+            journal_.mark_given_back(points);
+        } catch (const core::StorageError&) {
+            return;
+        }
+    }
+
+    const Study& study_;
+    archive::JournalWriter& journal_;
+    const ComputePoint& compute_point_;
+};
+
+/// The record of a point that is not tried any more.
+archive::PointRecord given_up_record(std::int64_t point, int crash_limit) {
+    archive::PointRecord record;
+    record.point = point;
+    record.failure_kind = archive::rank_died;
+    record.failure_reason =
+        fmt::format("the process that computed this point died {} time{} (--crash-limit {}); "
+                    "--retry-failed tries it again",
+                    crash_limit, crash_limit == 1 ? "" : "s", crash_limit);
+    return record;
+}
+
+void compute(const Study& study, const FolderContent& content, const StudyFolder& folder,
+             const farm::Communicator* communicator, const ExecuteOptions& options,
+             ExecuteOutcome& outcome) {
+    std::optional<archive::JournalWriter> journal;
+    std::string complaint;
+    try {
+        journal.emplace(folder.journal_of_rank(rank_of(communicator)), study.config.identity());
+        if (rank_of(communicator) == 0)
+            for (const std::int64_t point : content.given_up_points)
+                journal->append(given_up_record(point, options.folder.crash_limit));
+    } catch (const core::StorageError& error) {
+        complaint = error.what();
+    }
+    const bool any_failed = communicator != nullptr
+                                ? communicator->is_true_anywhere(!journal.has_value())
+                                : !journal.has_value();
+    if (any_failed)
+        throw core::StorageError(complaint.empty() ? "another rank cannot write its journal"
+                                                   : complaint);
+
+    const std::vector<farm::Batch> batches =
+        make_batches(study, content.pending_points, content.suspect_points);
+    PointWorker worker(study, *journal, options.compute_point);
+    const auto work = [&worker](const farm::Batch& batch, farm::Heartbeat& heartbeat) {
+        return worker(batch, heartbeat);
+    };
+    farm::FarmOptions farm_options = options.farm;
+    farm_options.seconds_per_cost = 1.0; // make_batches plans in seconds
+    farm_options.pace = earlier_pace(folder, batches, communicator);
+    if (options.announce && rank_of(communicator) == 0)
+        options.announce(estimate(study, batches), farm_options.pace);
+    if (communicator == nullptr)
+        outcome.farm = farm::Farm().map(batches, work, farm_options);
+    else
+        outcome.farm = farm::Farm(*communicator).map(batches, work, farm_options);
+    outcome.shortest_batch_s = shortest_expected_time(batches, outcome.farm.pace);
+    journal->close();
+    if (rank_of(communicator) == 0)
+        write_pace(folder, outcome.farm.pace);
+    if (communicator != nullptr)
+        communicator->barrier();
+}
+
+StudyNote note_of(const Study& study, const std::string& start,
+                  const farm::Communicator* communicator, const ExecuteOptions& options) {
+    return {study.config.name,
+            study.design.point_count(),
+            study.config.text,
+            study.config.file,
+            start,
+            communicator == nullptr ? 1 : communicator->size(),
+            options.provenance,
+            study.config.files};
+}
+
+/// A note is for people who look on; whether the disk takes points is for the journals to tell.
+void leave_note(const StudyFolder& folder, const StudyNote& note) {
+    try {
+        write_note(folder, note);
+    } catch (const core::StorageError&) {
+        return;
+    }
+}
+
+std::string distinct_hosts(const farm::Communicator* communicator) {
+    if (communicator == nullptr)
+        return host_name();
+    const std::vector<std::string> names = communicator->gather(host_name());
+    const std::set<std::string> distinct(names.begin(), names.end());
+    std::string text;
+    for (const std::string& name : distinct)
+        text += (text.empty() ? "" : " ") + name;
+    return text;
+}
+
+} // namespace
+
+ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
+                       const farm::Communicator* communicator, const ExecuteOptions& options) {
+    const std::string start = core::utc_now_text();
+    std::optional<FolderLock> lock; // on rank 0, until the archive is written
+    const FolderContent content = farm::on_root(communicator, [&] {
+        make_writable(folder);
+        lock.emplace(folder);
+        return prepare_folder(folder, study.config.identity(), study.design.point_count(),
+                              options.folder);
+    });
+    ExecuteOutcome outcome;
+    outcome.resumed_points =
+        study.design.point_count() - static_cast<std::int64_t>(content.pending_points.size());
+    if (content.archive_is_complete) {
+        outcome.archive_is_complete = true;
+        return outcome;
+    }
+    if (rank_of(communicator) == 0)
+        leave_note(folder, note_of(study, start, communicator, options));
+    compute(study, content, folder, communicator, options, outcome);
+
+    std::vector<std::pair<std::string, std::string>> provenance = options.provenance;
+    provenance.emplace_back("config", study.config.text);
+    provenance.emplace_back("config_file", study.config.file);
+    if (!study.config.files.empty())
+        provenance.emplace_back("config_files", to_text(study.config.files));
+    provenance.emplace_back("study_name", study.config.name);
+    provenance.emplace_back("seed", std::to_string(study.config.seed));
+    provenance.emplace_back("hosts", distinct_hosts(communicator));
+    provenance.emplace_back("ranks", std::to_string(outcome.farm.ranks));
+    provenance.emplace_back("start", start);
+    provenance.emplace_back("end", core::utc_now_text());
+    provenance.emplace_back("wall_s", fmt::format("{:.3f}", outcome.farm.elapsed_s));
+    if (outcome.farm.pace.is_known())
+        provenance.emplace_back("pace", fmt::format("{:.6g}", outcome.farm.pace.mean()));
+    const auto assembly_start = Clock::now();
+    outcome.archive_is_complete =
+        farm::on_root(communicator, [&] { return assemble_archive(study, folder, provenance); });
+    outcome.assembly_s = std::chrono::duration<double>(Clock::now() - assembly_start).count();
+    return outcome;
+}
+
+} // namespace culm::study

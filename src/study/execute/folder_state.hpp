@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a study's folder holds, whole or in part, running or not: for info, status and verify.
+#pragma once
+
+#include "archive/journal/read.hpp"
+#include "archive/point_record.hpp"
+#include "archive/study/description.hpp"
+#include "archive/study/verify.hpp"
+#include "study/execute/journal_notes.hpp"
+#include "study/execute/study_folder.hpp"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace culm::study {
+
+/// One journal of the folder.
+struct JournalState {
+    archive::JournalScan scan;
+    bool is_locked = false; ///< a process writes it
+    double age_s = 0.0;     ///< since its last change
+};
+
+struct PointCounts {
+    std::int64_t total = 0; ///< in the design
+    std::int64_t completed = 0;
+    std::int64_t failed = 0;
+    std::int64_t missing = 0;
+};
+
+struct FolderState {
+    std::string identity;                                    ///< canonical configuration
+    std::optional<archive::StudyDescription> archive;        ///< of study.h5, if it can be read
+    std::optional<archive::Verification> verification;       ///< of study.h5, if it was asked for
+    std::optional<StudyNote> note;                           ///< beside the journals
+    std::vector<JournalState> journals;                      ///< in order of their names
+    std::vector<std::string> problems;                       ///< files that cannot be read, and why
+    std::optional<std::vector<archive::PointStatus>> points; ///< nothing: their number is unknown
+    std::int64_t repeated_outcomes = 0; ///< outcomes in the journals beside the one that counts
+    std::map<std::int64_t, int> unfinished_starts; ///< of points without an outcome
+    std::uint64_t archive_bytes = 0;
+    std::uint64_t journal_bytes = 0;
+
+    [[nodiscard]] PointCounts counts() const;
+    [[nodiscard]] bool is_running() const;
+    /// Nothing damaged, nothing missing.
+    [[nodiscard]] bool is_whole() const;
+};
+
+/// How closely a folder is looked at.
+enum class FolderDepth {
+    Glance, ///< headers of journal records and of the archive: quick, trusts the payloads
+    Verify, ///< every checksum
+};
+
+/// Reads a study's folder and changes nothing in it. Damage is listed, not thrown.
+/// InputError if there is no study, or if its files belong to different studies.
+[[nodiscard]] FolderState read_folder_state(const StudyFolder& folder, FolderDepth depth);
+
+} // namespace culm::study

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "study/execute/journal_notes.hpp"
+
+#include "core/error.hpp"
+#include "farm/communicator.hpp"
+#include "study/config/study_config.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <system_error>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+namespace culm::study {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* note_format = "culm-journal-note";
+
+nlohmann::ordered_json to_json(const StudyNote& note) {
+    nlohmann::ordered_json facts = nlohmann::ordered_json::object();
+    for (const auto& [name, text] : note.provenance)
+        facts[name] = text;
+    return {{"format", note_format}, {"format_version", "1.1"},
+            {"name", note.name},     {"points", note.points},
+            {"start", note.start},   {"ranks", note.ranks},
+            {"provenance", facts},   {"config_file", note.config_file},
+            {"config", note.config}, {"config_files", to_text(note.files)}};
+}
+
+StudyNote from_json(const nlohmann::ordered_json& json) {
+    if (json.at("format") != note_format)
+        throw core::StorageError("it is no note of culm");
+    StudyNote note{json.at("name"),
+                   json.at("points"),
+                   json.at("config"),
+                   json.at("config_file"),
+                   json.at("start"),
+                   json.at("ranks"),
+                   {},
+                   files_from_text(json.value("config_files", std::string()))};
+    if (note.points < 0 || note.points > most_points)
+        throw core::StorageError(fmt::format("{} points cannot be", note.points));
+    for (const auto& [name, text] : json.at("provenance").items())
+        note.provenance.emplace_back(name, text.get<std::string>());
+    return note;
+}
+
+} // namespace
+
+void write_note(const StudyFolder& folder, const StudyNote& note) {
+    const fs::path temporary = folder.note().string() + ".tmp";
+    std::error_code error;
+    fs::create_directories(folder.journals(), error);
+    if (!error) {
+        std::ofstream out(temporary);
+        out << to_json(note).dump(1) << '\n';
+        out.flush();
+        if (!out) {
+            const int reason = errno;
+            out.close();
+            fs::remove(temporary, error);
+            throw core::StorageError(fmt::format("cannot write {}: {}", temporary.string(),
+                                                 std::generic_category().message(reason)));
+        }
+        out.close();
+        fs::rename(temporary, folder.note(), error);
+    }
+    if (error)
+        throw core::StorageError(
+            fmt::format("cannot write {}: {}", folder.note().string(), error.message()));
+}
+
+std::optional<StudyNote> read_note(const StudyFolder& folder) {
+    if (!is_there(folder.note()))
+        return std::nullopt;
+    std::ifstream in(folder.note());
+    try {
+        return from_json(nlohmann::ordered_json::parse(in));
+    } catch (const std::exception& error) {
+        throw core::StorageError(
+            fmt::format("{} cannot be read: {}", folder.note().string(), error.what()));
+    }
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* pace_format = "culm-pace";
+
+bool is_sound(const farm::Pace& pace) {
+    return std::isfinite(pace.cost) && std::isfinite(pace.seconds) && std::isfinite(pace.squares) &&
+           pace.cost > 0.0 && pace.seconds > 0.0 && pace.squares > 0.0;
+}
+
+} // namespace
+
+farm::Pace read_pace(const StudyFolder& folder) {
+    std::ifstream in(folder.pace());
+    const auto json = nlohmann::json::parse(in, nullptr, false);
+    try {
+        if (json.at("format") != pace_format)
+            return {};
+        const farm::Pace pace{json.at("estimated_seconds"), json.at("seconds"),
+                              json.at("seconds_squared_per_estimated_second")};
+        return is_sound(pace) ? pace : farm::Pace{};
+    } catch (const nlohmann::json::exception&) {
+        return {};
+    }
+}
+
+void write_pace(const StudyFolder& folder, const farm::Pace& pace) {
+    std::error_code error;
+    if (!is_sound(pace) || !fs::is_directory(folder.journals(), error))
+        return;
+    const fs::path temporary = folder.pace().string() + ".tmp";
+    const nlohmann::ordered_json json = {{"format", pace_format},
+                                         {"format_version", "1.0"},
+                                         {"estimated_seconds", pace.cost},
+                                         {"seconds", pace.seconds},
+                                         {"seconds_squared_per_estimated_second", pace.squares}};
+    std::ofstream out(temporary);
+    out << json.dump(1) << '\n';
+    out.close();
+    if (out)
+        fs::rename(temporary, folder.pace(), error);
+    else
+        fs::remove(temporary, error);
+}
+
+farm::Pace earlier_pace(const StudyFolder& folder, const std::vector<farm::Batch>& batches,
+                        const farm::Communicator* communicator) {
+    const farm::Pace pace = farm::on_root(communicator, [&] { return read_pace(folder); });
+    double longest = 0.0;
+    for (const farm::Batch& batch : batches)
+        longest = std::max(longest, batch.cost);
+    const int ranks = communicator == nullptr ? 1 : communicator->size();
+    return pace.with_weight_up_to(longest * ranks);
+}
+
+double shortest_expected_time(const std::vector<farm::Batch>& batches, const farm::Pace& pace) {
+    if (batches.empty())
+        return 0.0;
+    const double cost =
+        std::ranges::min(batches, {}, [](const farm::Batch& batch) { return batch.cost; }).cost;
+    return cost * (pace.is_known() ? pace.cautious() : 1.0);
+}
+
+} // namespace culm::study

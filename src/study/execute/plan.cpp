@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "study/execute/plan.hpp"
+
+#include "core/error.hpp"
+#include "physics/effects/stem_scales.hpp"
+#include "run/simulate.hpp"
+#include "run/timestep_theory.hpp"
+#include "study/config/case_constraints.hpp"
+#include "study/execute/point_results.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include <fmt/core.h>
+#include <fmt/format.h>
+
+namespace culm::study {
+
+namespace {
+
+std::optional<std::string> fault_of(const run::CaseSpec& spec, const CaseCheck& further) {
+    if (const auto violation = first_violation(spec))
+        return fmt::format("{} = {}: {}", violation->key, violation->value, violation->allowed);
+    return further ? further(spec) : std::nullopt;
+}
+
+std::string factors_text(const Design& design, std::int64_t point) {
+    std::string text;
+    for (std::size_t column = 0; column < design.factors.size(); ++column) {
+        const Parameter& parameter = *design.factors[column].parameter;
+        text += fmt::format("{}{} = {:.6g}", text.empty() ? "" : ", ", parameter.key,
+                            parameter.unit.from_si(design.row(point)[column]));
+    }
+    return text.empty() ? text : " (" + text + ")";
+}
+
+} // namespace
+
+void check_points(const StudyConfig& config, const Design& design, const CaseCheck& further) {
+    constexpr std::int64_t most_listed = 10;
+    std::int64_t bad = 0;
+    std::string list;
+    for (std::int64_t point = 0; point < design.point_count(); ++point) {
+        const auto fault = fault_of(case_of_point(config, design, point), further);
+        if (!fault)
+            continue;
+        ++bad;
+        if (bad <= most_listed)
+            list += fmt::format("\n  point {}: {}{}", point, *fault, factors_text(design, point));
+    }
+    if (bad == 0)
+        return;
+    if (bad > most_listed)
+        list += fmt::format("\n  and {} more", bad - most_listed);
+    throw core::InputError(fmt::format("{}: {} of {} points are impossible:{}", config.file, bad,
+                                       design.point_count(), list));
+}
+
+namespace {
+
+/// Time per bond and step of all lanes together, s, and what a spatial chain takes more: measured
+/// by bench_cost_estimates on the reference machine (docs/performance.md).
+constexpr double explicit_bond_step_seconds = 9.2e-9;
+constexpr double explicit_spatial_factor = 3.1;
+constexpr double implicit_bond_step_seconds = 1.3e-6;
+constexpr double implicit_spatial_factor = 5.2;
+/// Time of a load step of the static start per bond, s; one stem at a time.
+constexpr double static_bond_step_seconds = 6e-7;
+constexpr double static_spatial_factor = 11.0;
+
+/// Steps that the implicit integrator takes at its default tolerance in so many periods of the
+/// first mode. Lightly damped stems need more of them, because their higher modes ring longer;
+/// those that the release excites die away in the first ones (docs/performance.md).
+double implicit_steps(double periods, double bond_damping) {
+    return periods * (45.0 / (1.0 + bond_damping / 20.0) + 150.0 / (periods + 2.0));
+}
+
+/// Seconds of a point of this study in one lane of its batch.
+double seconds_of_point(const StudyConfig& config, const run::CaseSpec& spec) {
+    if (config.kind != StudyKind::Timestep)
+        return estimated_seconds(spec);
+    const double dimensions = spec.dimensions == 2 ? 1.0 : explicit_spatial_factor;
+    return dimensions * (spec.stem.sphere_count - 1) * explicit_steps_of_point(config, spec) *
+           explicit_bond_step_seconds / static_cast<double>(run::lanes_per_batch());
+}
+
+/// `points` in the order in which they fill lanes. Explicit ones all take the same steps. Implicit
+/// ones choose their own, and a batch is done when its longest is: the longest first, equals as
+/// they come.
+std::vector<std::int64_t> in_lane_order(const Study& study,
+                                        const std::vector<std::int64_t>& points) {
+    if (study.config.base.integrator.method == run::IntegrationMethod::Explicit)
+        return points;
+    std::vector<std::pair<double, std::int64_t>> by_cost;
+    by_cost.reserve(points.size());
+    for (const std::int64_t point : points)
+        by_cost.emplace_back(
+            -seconds_of_point(study.config, case_of_point(study.config, study.design, point)),
+            point);
+    std::stable_sort(by_cost.begin(), by_cost.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<std::int64_t> ordered;
+    ordered.reserve(points.size());
+    for (const auto& [cost, point] : by_cost)
+        ordered.push_back(point);
+    return ordered;
+}
+
+/// To three digits, so that the printed limit is itself allowed.
+double rounded_down(double limit) {
+    const double unit = std::pow(10.0, std::floor(std::log10(limit)) - 2.0);
+    return std::floor(limit / unit) * unit;
+}
+
+/// The stable step depends on the stem alone; points that differ in nothing else share the answer.
+class StabilityCheck {
+  public:
+    std::optional<std::string> operator()(const run::CaseSpec& spec) {
+        if (spec.integrator.method != run::IntegrationMethod::Explicit)
+            return std::nullopt;
+        const double limit = spec.effects.empty() ? limit_of(spec) : limit_with_effects(spec);
+        smallest_limit_ = std::min(smallest_limit_, limit);
+        if (spec.integrator.timestep <= limit)
+            return std::nullopt;
+        return fmt::format("integrator.timestep_s = {:.6g} is above the largest stable step of the "
+                           "linearised chain, {:.3g} s",
+                           spec.integrator.timestep, rounded_down(limit));
+    }
+
+    /// Of all cases checked so far, s; infinite before the first explicit one.
+    [[nodiscard]] double smallest_limit() const { return smallest_limit_; }
+
+  private:
+    /// The limit scales with √(1/Y): only the other parameters distinguish chains.
+    double limit_of(const run::CaseSpec& spec) {
+        run::CaseSpec unit = spec;
+        unit.stem.bond_youngs_modulus = 1e9;
+        const auto& stem = unit.stem;
+        const auto key =
+            std::tuple{stem.sphere_count,        stem.sphere_diameter,     stem.bond_length,
+                       stem.bond_outer_diameter, stem.bond_inner_diameter, stem.density,
+                       stem.poissons_ratio,      stem.bond_damping};
+        const auto [entry, is_new] = limits_.try_emplace(key, 0.0);
+        if (is_new)
+            entry->second = run::largest_stable_timestep(unit);
+        return entry->second * std::sqrt(1e9 / spec.stem.bond_youngs_modulus);
+    }
+
+    /// Effects do not scale with Y: every case with other numbers is asked for its own limit.
+    double limit_with_effects(const run::CaseSpec& spec) {
+        std::vector<double> key{double(spec.stem.sphere_count), spec.stem.sphere_diameter,
+                                spec.stem.bond_length,          spec.stem.bond_outer_diameter,
+                                spec.stem.bond_inner_diameter,  spec.stem.density,
+                                spec.stem.poissons_ratio,       spec.stem.bond_damping,
+                                spec.stem.bond_youngs_modulus};
+        for (const physics::ActiveEffect& active : spec.effects)
+            key.insert(key.end(), active.values.begin(), active.values.end());
+        const auto [entry, is_new] = limits_with_effects_.try_emplace(std::move(key), 0.0);
+        if (is_new)
+            entry->second = run::largest_stable_timestep(spec);
+        return entry->second;
+    }
+
+    std::map<std::tuple<int, double, double, double, double, double, double, double>, double>
+        limits_;
+    std::map<std::vector<double>, double> limits_with_effects_;
+    double smallest_limit_ = std::numeric_limits<double>::infinity();
+};
+
+Study checked(StudyConfig config) {
+    Study study{std::move(config), {}};
+    study.design = make_design(study.config);
+    StabilityCheck stability;
+    try {
+        check_points(study.config, study.design,
+                     [&stability](const run::CaseSpec& spec) { return stability(spec); });
+    } catch (const core::InputError& error) {
+        if (study.config.base.integrator.timestep <= stability.smallest_limit())
+            throw;
+        throw core::InputError(
+            fmt::format("{}\n  every point is stable with integrator.timestep_s = {:.3g} or less",
+                        error.what(), rounded_down(stability.smallest_limit())));
+    }
+    return study;
+}
+
+} // namespace
+
+Study load_study(const std::filesystem::path& file) {
+    return checked(load_config(file));
+}
+
+Study parse_study(std::string_view text, const std::string& file, const StudyFiles& files) {
+    return checked(parse_config(text, file, files));
+}
+
+double estimated_seconds(const run::CaseSpec& spec) {
+    const double bonds = spec.stem.sphere_count - 1;
+    const bool is_planar = spec.dimensions == 2;
+    const auto lanes = static_cast<double>(run::lanes_per_batch());
+    if (spec.integrator.method == run::IntegrationMethod::Explicit)
+        return (is_planar ? 1.0 : explicit_spatial_factor) * bonds * spec.duration /
+               spec.integrator.timestep * explicit_bond_step_seconds / lanes;
+    // The method is of order five and controls the error of a step: ten times the accuracy takes
+    // 10^(1/5) times the steps.
+    const double accuracy =
+        std::pow(run::Integrator{}.relative_tolerance / spec.integrator.relative_tolerance, 0.2);
+    const double periods = spec.duration * physics::first_frequency(spec.stem);
+    const double steps = accuracy * implicit_steps(periods, spec.stem.bond_damping);
+    const double vibration = (is_planar ? 1.0 : implicit_spatial_factor) * bonds * steps *
+                             implicit_bond_step_seconds / lanes;
+    const double load_steps =
+        10.0 + 200.0 * std::abs(spec.tip_deflection) / spec.stem.free_length();
+    return vibration + (is_planar ? 1.0 : static_spatial_factor) * bonds * load_steps *
+                           static_bond_step_seconds;
+}
+
+std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std::int64_t>& points,
+                                      const std::vector<std::int64_t>& alone) {
+    std::vector<farm::Batch> batches;
+    std::vector<farm::Batch> lone;
+    std::optional<run::CaseSpec> first;
+    const auto lanes = static_cast<double>(run::lanes_per_batch());
+    for (const std::int64_t point : in_lane_order(study, points)) {
+        run::CaseSpec spec = case_of_point(study.config, study.design, point);
+        if (std::ranges::binary_search(alone, point)) {
+            lone.push_back({{point}, lanes * seconds_of_point(study.config, spec)});
+            continue;
+        }
+        // A point of a time-step study fills the lanes alone, with its steps.
+        if (first && study.config.kind == StudyKind::Vibration &&
+            batches.back().points.size() < run::lanes_per_batch() &&
+            run::can_share_lanes(*first, spec)) {
+            batches.back().points.push_back(point);
+            continue;
+        }
+        // Lanes step together: a batch costs what its longest lane costs, the first one, however
+        // many others are used.
+        batches.push_back({{point}, lanes * seconds_of_point(study.config, spec)});
+        first = std::move(spec);
+    }
+    batches.insert(batches.end(), lone.begin(), lone.end());
+    return batches;
+}
+
+Estimate estimate(const Study& study, const std::vector<farm::Batch>& batches) {
+    Estimate result;
+    result.batches = static_cast<std::int64_t>(batches.size());
+    for (const farm::Batch& batch : batches) {
+        result.points += static_cast<std::int64_t>(batch.points.size());
+        result.lanes = std::max(result.lanes, batch.points.size());
+        result.core_seconds += batch.cost;
+    }
+    const run::CaseSpec& base = study.config.base;
+    const auto samples = static_cast<double>(base.sample_count());
+    double numbers_per_point = static_cast<double>(result_columns(study.config).size());
+    if (base.store >= run::StoreLevel::Tip)
+        numbers_per_point += samples;
+    if (base.store >= run::StoreLevel::Heights)
+        numbers_per_point += samples * static_cast<double>(base.heights.size());
+    if (base.store == run::StoreLevel::Full)
+        numbers_per_point += samples * 3.0 * base.stem.sphere_count;
+    result.archive_bytes = 8.0 * numbers_per_point * static_cast<double>(result.points);
+    // A rank holds the histories of its batch, once as results and once as a journal record, and
+    // the design.
+    constexpr double program_bytes = 40e6;
+    result.memory_bytes_per_rank = program_bytes +
+                                   16.0 * numbers_per_point * static_cast<double>(result.lanes) +
+                                   8.0 * static_cast<double>(study.design.values.size());
+    return result;
+}
+
+} // namespace culm::study

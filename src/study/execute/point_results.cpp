@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "study/execute/point_results.hpp"
+
+#include "core/error.hpp"
+#include "physics/effects/stem_scales.hpp"
+#include "run/modes.hpp"
+#include "run/stability_search.hpp"
+#include "run/step_comparison.hpp"
+#include "run/timestep_theory.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <fmt/core.h>
+
+namespace culm::study {
+
+namespace {
+
+constexpr std::size_t fit_columns = 10;
+
+void append_fit(const reduce::RingDownFit& fit, std::vector<double>& values) {
+    values.insert(values.end(),
+                  {fit.amplitude, fit.amplitude_uncertainty.standard_error, fit.decay_rate,
+                   fit.decay_rate_uncertainty.standard_error, fit.frequency,
+                   fit.frequency_uncertainty.standard_error, fit.decay_per_cycle,
+                   fit.decay_per_cycle_uncertainty.standard_error, fit.rms_residual,
+                   fit.r_squared});
+}
+
+archive::PointRecord failed_record(std::int64_t point, core::FailureKind kind,
+                                   const std::string& reason) {
+    archive::PointRecord record;
+    record.point = point;
+    record.failure_kind = core::to_string(kind);
+    record.failure_reason = reason;
+    return record;
+}
+
+} // namespace
+
+std::vector<archive::Column> result_columns(const StudyConfig& config) {
+    if (config.kind == StudyKind::Timestep)
+        return timestep_columns(config.timestep);
+    return {
+        {"amplitude", "1", "b0 of Eq. 1 over the largest deflection"},
+        {"amplitude_standard_error", "1", "standard error of b0"},
+        {"decay_rate", "1/s", "b1 of Eq. 1"},
+        {"decay_rate_standard_error", "1/s", "standard error of b1"},
+        {"frequency", "Hz", "b2 of Eq. 1"},
+        {"frequency_standard_error", "Hz", "standard error of b2"},
+        {"decay_per_cycle", "1", "b1/b2, the paper's b1 in normalised time"},
+        {"decay_per_cycle_standard_error", "1", "standard error of b1/b2"},
+        {"rms_residual", "1", "root mean square residual of Eq. 1 over the largest deflection"},
+        {"r_squared", "1", "share of the history's variance that Eq. 1 explains"},
+        {"steps", "1", "steps of the integrator"},
+        {"rhs_evaluations", "1", "evaluations of the right-hand side"},
+    };
+}
+
+reduce::RingDownFitOptions fit_options(const ReduceOptions& options) {
+    reduce::RingDownFitOptions fit;
+    fit.amplitude_is_free = options.is_amplitude_free;
+    fit.window = options.window;
+    return fit;
+}
+
+std::vector<double> sample_times(const run::CaseSpec& spec) {
+    std::vector<double> times(spec.sample_count());
+    for (std::size_t k = 0; k < times.size(); ++k)
+        times[k] = static_cast<double>(k) * spec.sample_interval;
+    return times;
+}
+
+archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome outcome,
+                                 const ReduceOptions& options) {
+    if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
+        return failed_record(spec.point, failure->kind, failure->reason);
+    run::CaseResult& result = std::get<run::CaseResult>(outcome);
+
+    archive::PointRecord record;
+    record.point = spec.point;
+    record.completed = true;
+    try {
+        append_fit(
+            reduce::fit_ring_down(sample_times(spec), result.tip_deflection, fit_options(options)),
+            record.values);
+    } catch (const core::NumericalError& error) {
+        if (spec.store == run::StoreLevel::Fit)
+            return failed_record(spec.point, error.kind(), error.what());
+        record.values.assign(fit_columns, std::numeric_limits<double>::quiet_NaN());
+    }
+    record.values.push_back(static_cast<double>(result.work.steps));
+    record.values.push_back(static_cast<double>(result.work.rhs_evaluations));
+    if (spec.store >= run::StoreLevel::Tip)
+        record.tip_deflection = std::move(result.tip_deflection);
+    if (spec.store >= run::StoreLevel::Heights)
+        record.height_deflection = std::move(result.height_deflection);
+    if (spec.store == run::StoreLevel::Full)
+        record.positions = std::move(result.positions);
+    return record;
+}
+
+namespace {
+
+/// b1 per cycle and b2 of a history, or why there are none.
+struct StepFit {
+    StepOutcome outcome = StepOutcome::NoFit;
+    double decay_per_cycle = std::numeric_limits<double>::quiet_NaN();
+    double frequency = std::numeric_limits<double>::quiet_NaN(); ///< Hz
+};
+
+StepFit fit_of(const run::CaseSpec& spec, const run::CaseOutcome& outcome,
+               const ReduceOptions& options) {
+    const auto* result = std::get_if<run::CaseResult>(&outcome);
+    if (result == nullptr)
+        return {StepOutcome::Unstable, std::numeric_limits<double>::quiet_NaN(),
+                std::numeric_limits<double>::quiet_NaN()};
+    try {
+        const auto fit =
+            reduce::fit_ring_down(sample_times(spec), result->tip_deflection, fit_options(options));
+        return {StepOutcome::Fitted, fit.decay_per_cycle, fit.frequency};
+    } catch (const core::NumericalError&) {
+        return {};
+    }
+}
+
+/// The case over the record that the study compares.
+run::CaseSpec recorded(const TimestepOptions& options, run::CaseSpec spec) {
+    const auto per_cycle = static_cast<double>(options.samples_per_cycle);
+    spec.sample_interval = run::undamped_period(spec) / per_cycle;
+    spec.duration = std::round(options.record_cycles * per_cycle) * spec.sample_interval;
+    spec.integrator = {run::IntegrationMethod::Implicit, 0.0, options.reference_tolerance};
+    spec.store = run::StoreLevel::Tip;
+    spec.heights.clear();
+    return spec;
+}
+
+/// The fewest steps per sample that keep each step at or below its share of the limit.
+std::vector<std::int64_t> steps_per_sample(const TimestepOptions& options,
+                                           const run::CaseSpec& spec, double limit) {
+    std::vector<std::int64_t> counts;
+    for (const double fraction : options.fractions)
+        counts.push_back(
+            static_cast<std::int64_t>(std::ceil(spec.sample_interval / (fraction * limit))));
+    return counts;
+}
+
+/// Appends the reference and every step's columns.
+void append_comparison(const StudyConfig& config, const run::CaseSpec& point, double limit,
+                       const run::Heartbeat& heartbeat, std::vector<double>& values) {
+    const run::CaseSpec spec = recorded(config.timestep, point);
+    const StepFit reference = fit_of(spec, run::simulate(spec, heartbeat), config.reduce);
+    values.insert(values.end(), {reference.decay_per_cycle, reference.frequency});
+
+    const std::vector<std::int64_t> counts = steps_per_sample(config.timestep, spec, limit);
+    const std::vector<run::CaseOutcome> outcomes =
+        run::simulate_with_steps(spec, counts, heartbeat);
+    const auto theory = run::step_error(spec);
+    for (std::size_t k = 0; k < counts.size(); ++k) {
+        const StepFit fit = fit_of(spec, outcomes[k], config.reduce);
+        const double step = spec.sample_interval / static_cast<double>(counts[k]);
+        const integrate::StepError predicted =
+            theory ? theory->at(step)
+                   : integrate::StepError{std::numeric_limits<double>::quiet_NaN(),
+                                          std::numeric_limits<double>::quiet_NaN()};
+        values.insert(values.end(),
+                      {step, static_cast<double>(fit.outcome), fit.decay_per_cycle, fit.frequency,
+                       predicted.decay_per_cycle, predicted.frequency});
+    }
+}
+
+} // namespace
+
+std::string column_at(std::string_view quantity, double fraction) {
+    return fmt::format("{}_at_{}", quantity, fraction);
+}
+
+std::vector<archive::Column> timestep_columns(const TimestepOptions& options) {
+    std::vector<archive::Column> columns{
+        {"limit_stable", "s", "largest step that was run without gaining energy"},
+        {"limit_unstable", "s", "smallest step that was run and gained energy"},
+        {"limit_trials", "1", "runs of the bisection"},
+        {"limit_transverse", "s", "largest stable step of the linearised transverse motion"},
+        {"limit_axial", "s", "largest stable step of the linearised axial motion"},
+        {"limit_rule", "s", "the authors' rule 0.95/((1.1 + 2.9 beta) sqrt(k_n/m))"},
+        {"bond_time", "s", "sqrt(m/k_n) of a sphere and a bond"},
+    };
+    if (options.fractions.empty())
+        return columns;
+    columns.push_back({"reference_decay_per_cycle", "1", "b1/b2 of the implicit run"});
+    columns.push_back({"reference_frequency", "Hz", "b2 of the implicit run"});
+    for (const double fraction : options.fractions) {
+        const auto add = [&](const char* quantity, const char* unit, const char* description) {
+            columns.push_back(
+                {column_at(quantity, fraction), unit,
+                 fmt::format("{} at {} of the linearised limit", description, fraction)});
+        };
+        add("timestep", "s", "step taken");
+        add("outcome", "1", "0 fitted, 1 unstable, 2 no fit of Eq. 1");
+        add("decay_per_cycle", "1", "b1/b2");
+        add("frequency", "Hz", "b2");
+        add("predicted_decay_error", "1", "relative error of b1/b2 of the linearised first mode");
+        add("predicted_frequency_error", "1", "relative error of b2 of the linearised first mode");
+    }
+    return columns;
+}
+
+archive::PointRecord compute_timestep_point(const StudyConfig& config, const run::CaseSpec& spec,
+                                            const run::Heartbeat& heartbeat) {
+    archive::PointRecord record;
+    record.point = spec.point;
+    try {
+        const run::TimestepLimits limits = run::timestep_limits(spec);
+        const run::StabilityBracket bracket = run::search_stable_step(
+            spec, limits.published_rule,
+            {config.timestep.limit_tolerance, config.timestep.trial_steps}, heartbeat);
+        record.values = {
+            bracket.stable,           bracket.unstable, static_cast<double>(bracket.trials),
+            limits.transverse,        limits.axial,     limits.published_rule,
+            run::bond_time(spec.stem)};
+        if (!config.timestep.fractions.empty())
+            append_comparison(config, spec, limits.linearised(), heartbeat, record.values);
+        record.completed = true;
+    } catch (const core::NumericalError& error) {
+        record.values.clear();
+        record.failure_kind = core::to_string(error.kind());
+        record.failure_reason = error.what();
+    }
+    return record;
+}
+
+double explicit_steps_of_point(const StudyConfig& config, const run::CaseSpec& spec) {
+    // Four rounds of eight trials find the limit within a per cent.
+    constexpr double trials = 32.0;
+    const auto lanes = static_cast<double>(run::lanes_per_batch());
+    const TimestepOptions& options = config.timestep;
+    double steps = trials / lanes * static_cast<double>(options.trial_steps);
+    const auto& stem = spec.stem;
+    const double steps_of_longest = options.fractions.empty()
+                                        ? 0.0
+                                        : options.record_cycles / physics::first_frequency(stem) /
+                                              run::published_timestep_rule(stem);
+    // The rule is near the limit. Lanes run until the smallest of their steps is through.
+    for (std::size_t k = 0; k < options.fractions.size(); k += run::lanes_per_batch())
+        steps += steps_of_longest / options.fractions[k];
+    return steps;
+}
+
+} // namespace culm::study

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a study keeps of each point: the columns of its result table.
+#pragma once
+
+#include "archive/point_record.hpp"
+#include "archive/study/description.hpp"
+#include "reduce/ring_down_fit.hpp"
+#include "run/case_result.hpp"
+#include "run/simulate.hpp"
+#include "study/config/study_config.hpp"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace culm::study {
+
+/// The result columns of a study of this kind, in the order of PointRecord::values.
+[[nodiscard]] std::vector<archive::Column> result_columns(const StudyConfig& config);
+
+/// The options of the fit that a study asks for.
+[[nodiscard]] reduce::RingDownFitOptions fit_options(const ReduceOptions& options);
+
+/// Sample times of a study's histories, s.
+[[nodiscard]] std::vector<double> sample_times(const run::CaseSpec& spec);
+
+/// Fits Eq. 1 to the tip's history and keeps what the study stores. A computed case whose history
+/// cannot be fitted fails when nothing but the fit is stored; else its histories are kept and the
+/// fit's columns are NaN. `wall_seconds` of the case is not recorded: it differs between runs.
+[[nodiscard]] archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome outcome,
+                                               const ReduceOptions& options);
+
+/// What became of the run at one step; the number in the archive.
+enum class StepOutcome { Fitted = 0, Unstable = 1, NoFit = 2 };
+
+/// The result columns, in the order of PointRecord::values; a group of them for each fraction.
+[[nodiscard]] std::vector<archive::Column> timestep_columns(const TimestepOptions& options);
+
+/// Name of a column that belongs to a fraction, for example "frequency_at_0.5".
+[[nodiscard]] std::string column_at(std::string_view quantity, double fraction);
+
+/// Computes one point; the config must be of kind Timestep. The point fails if there is no static
+/// equilibrium or no limit is found; a step without a fit leaves NaN and its StepOutcome.
+/// Throws run::Abandoned.
+[[nodiscard]] archive::PointRecord compute_timestep_point(const StudyConfig& config,
+                                                          const run::CaseSpec& spec,
+                                                          const run::Heartbeat& heartbeat);
+
+/// Explicit steps that such a point will take, all lanes side by side counting as one; about.
+[[nodiscard]] double explicit_steps_of_point(const StudyConfig& config, const run::CaseSpec& spec);
+
+} // namespace culm::study

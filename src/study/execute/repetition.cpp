@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "study/execute/repetition.hpp"
+
+#include "archive/study/verify.hpp"
+#include "core/error.hpp"
+#include "study/summary/summary.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <optional>
+#include <span>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace culm::study {
+
+namespace {
+
+using archive::PointStatus;
+using archive::StudyFile;
+
+bool is_same(double a, double b) {
+    return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b) ||
+           (std::isnan(a) && std::isnan(b));
+}
+
+/// Takes notes of one column or one kind of history.
+class Comparison {
+  public:
+    Comparison(std::string name, std::string unit) {
+        numbers_.name = std::move(name);
+        numbers_.unit = std::move(unit);
+    }
+    /// The numbers of one point; `size` is what differences are put in relation to.
+    void add(std::int64_t point, std::span<const double> archived, std::span<const double> now,
+             double size) {
+        bool is_differing = archived.size() != now.size();
+        for (std::size_t k = 0; k < std::min(archived.size(), now.size()); ++k) {
+            if (is_same(archived[k], now[k]))
+                continue;
+            is_differing = true;
+            const double gap = std::abs(now[k] - archived[k]);
+            numbers_.largest = std::max(numbers_.largest, gap);
+            if (size > 0.0)
+                numbers_.largest_relative = std::max(numbers_.largest_relative, gap / size);
+        }
+        if (is_differing && numbers_.points++ == 0)
+            numbers_.first_point = point;
+    }
+    void finish(Repetition& repetition) const {
+        ++repetition.datasets;
+        if (numbers_.points > 0)
+            repetition.differing.push_back(numbers_);
+    }
+
+  private:
+    DifferingNumbers numbers_;
+};
+
+using Points = std::vector<std::int64_t>;
+
+/// Compares outcomes; the points that completed in both archives.
+Points compare_outcomes(const StudyFile& archived, const StudyFile& now, Repetition& repetition) {
+    Points completed;
+    for (std::int64_t point = 0; point < archived.point_count(); ++point) {
+        const PointStatus before = archived.status(point);
+        if (before == PointStatus::Missing) {
+            ++repetition.missing;
+            continue;
+        }
+        ++repetition.points;
+        const bool is_other = before != now.status(point) ||
+                              (before == PointStatus::Failed &&
+                               archived.failure_kind(point) != now.failure_kind(point));
+        if (is_other)
+            repetition.other_outcomes.push_back(point);
+        else if (before == PointStatus::Completed)
+            completed.push_back(point);
+    }
+    return completed;
+}
+
+void compare_columns(const std::vector<double>& archived, const std::vector<double>& now,
+                     const Points& points, Comparison comparison, Repetition& repetition) {
+    for (const std::int64_t point : points) {
+        const auto k = static_cast<std::size_t>(point);
+        comparison.add(point, std::span(archived).subspan(k, 1), std::span(now).subspan(k, 1),
+                       std::abs(archived[k]));
+    }
+    comparison.finish(repetition);
+}
+
+/// `read` gives the history of a point.
+template <class Read>
+void compare_histories(const StudyFile& archived, const StudyFile& now, const Points& points,
+                       const std::string& name, const Read& read, Repetition& repetition) {
+    Comparison comparison(name, "m");
+    for (const std::int64_t point : points) {
+        const std::vector<double> before = read(archived, point);
+        double size = 0.0;
+        for (const double value : before)
+            size = std::isfinite(value) ? std::max(size, std::abs(value)) : size;
+        comparison.add(point, before, read(now, point), size);
+    }
+    comparison.finish(repetition);
+}
+
+void compare_tables(const StudyFile& archived, const StudyFile& now, const Points& completed,
+                    Repetition& repetition) {
+    Points all(static_cast<std::size_t>(archived.point_count()));
+    for (std::size_t k = 0; k < all.size(); ++k)
+        all[k] = static_cast<std::int64_t>(k);
+    for (const archive::Column& column : archived.description().factors)
+        compare_columns(archived.factor(column.name), now.factor(column.name), all,
+                        {"design/" + column.name, column.unit}, repetition);
+    for (const archive::Column& column : archived.description().results)
+        compare_columns(archived.result(column.name), now.result(column.name), completed,
+                        {"results/" + column.name, column.unit}, repetition);
+}
+
+void compare_stored_histories(const StudyFile& archived, const StudyFile& now,
+                              const Points& completed, Repetition& repetition) {
+    const archive::StoredHistories& stored = archived.description().stored;
+    const auto compare = [&](bool is_stored, const std::string& name, const auto& read) {
+        if (is_stored)
+            compare_histories(archived, now, completed, name, read, repetition);
+    };
+    compare(stored.tip, "histories/tip_deflection",
+            [](const StudyFile& file, std::int64_t point) { return file.tip_deflection(point); });
+    compare(
+        stored.heights, "histories/height_deflection",
+        [](const StudyFile& file, std::int64_t point) { return file.height_deflection(point); });
+    compare(stored.positions, "particles",
+            [](const StudyFile& file, std::int64_t point) { return file.positions(point); });
+}
+
+void require_whole(const StudyFolder& folder) {
+    const archive::Verification found = archive::verify(folder.archive());
+    if (!found.is_whole())
+        throw core::InputError(fmt::format(
+            "{}: {} of {} datasets are damaged, the first is {}; `culm archive verify {}` lists "
+            "them",
+            folder.archive().string(), found.damaged.size(), found.datasets,
+            found.damaged.front().name, folder.path().string()));
+}
+
+} // namespace
+
+void require_comparable(const StudyFolder& folder) {
+    try {
+        require_whole(folder);
+        const StudyFile file(folder.archive());
+        static_cast<void>(file.design());
+        for (const archive::Column& column : file.description().results)
+            static_cast<void>(file.result(column.name));
+        for (std::int64_t point = 0; point < file.point_count(); ++point)
+            static_cast<void>(file.record(point));
+    } catch (const core::StorageError& error) {
+        throw core::InputError(error.what());
+    }
+}
+
+Study study_to_repeat(const StudyFolder& folder) {
+    try {
+        ArchivedStudy archived = open_archive(folder);
+        const std::string differing =
+            difference(archived.file.description().identity, archived.study.config.identity());
+        if (!differing.empty())
+            throw core::InputError(fmt::format(
+                "{}: this culm ({} wrote the archive) understands the study in another way:\n{}",
+                folder.archive().string(), provenance_text(archived.file, "version"), differing));
+        return std::move(archived.study);
+    } catch (const core::StorageError& error) {
+        throw core::InputError(error.what());
+    }
+}
+
+Repetition compare_archives(const StudyFile& archived, const StudyFile& now) {
+    const auto& columns = archived.description();
+    const auto& columns_now = now.description();
+    if (archived.point_count() != now.point_count() || columns.factors != columns_now.factors ||
+        columns.results != columns_now.results || columns.stored != columns_now.stored)
+        throw core::InputError(fmt::format("{} and {} have different tables",
+                                           archived.path().string(), now.path().string()));
+    Repetition repetition;
+    const Points completed = compare_outcomes(archived, now, repetition);
+    compare_tables(archived, now, completed, repetition);
+    compare_stored_histories(archived, now, completed, repetition);
+    for (const char* name :
+         {"version", "compiler", "build", "libraries", "hosts", "ranks", "start"})
+        repetition.facts.push_back(
+            {name, provenance_text(archived, name), provenance_text(now, name)});
+    return repetition;
+}
+
+} // namespace culm::study

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The folder of a study: its journals while it runs, its archive afterwards.
+#pragma once
+
+#include "archive/file_descriptor.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace culm::study {
+
+/// Paths inside a study's folder.
+class StudyFolder {
+  public:
+    explicit StudyFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+    [[nodiscard]] const std::filesystem::path& path() const { return folder_; }
+    [[nodiscard]] std::filesystem::path archive() const { return folder_ / "study.h5"; }
+    [[nodiscard]] std::filesystem::path journals() const { return folder_ / "journal"; }
+    [[nodiscard]] std::filesystem::path journal_of_rank(int rank) const;
+    /// What the running study is (journal_notes.hpp).
+    [[nodiscard]] std::filesystem::path note() const { return journals() / "study.json"; }
+    /// What its points took so far (journal_notes.hpp).
+    [[nodiscard]] std::filesystem::path pace() const { return journals() / "pace.json"; }
+    /// Held by the job that works in the folder (study_folder.hpp).
+    [[nodiscard]] std::filesystem::path lock() const { return folder_ / "study.lock"; }
+    [[nodiscard]] std::filesystem::path summary() const { return folder_ / "summary.json"; }
+
+  private:
+    std::filesystem::path folder_;
+};
+
+/// Whether there is such a file or folder. Throws core::InputError when that cannot be told, for
+/// example because the folder above may not be searched.
+[[nodiscard]] bool is_there(const std::filesystem::path& path);
+
+/// Creates the folder if need be. Throws core::InputError when it may not be written,
+/// core::StorageError when the disk has no room for it.
+void make_writable(const StudyFolder& folder);
+
+/// What to do with a folder that holds the study already.
+struct ResumeOptions {
+    bool resume = false;       ///< go on with it; else it is refused
+    bool retry_failed = false; ///< failed points are computed again
+    /// A point in whose computation so many processes died is not tried again; 0: no limit.
+    int crash_limit = 5;
+};
+
+/// What a folder already holds of a study.
+struct FolderContent {
+    bool archive_is_complete = false; ///< study.h5 has every point; no journals, none pending
+    std::vector<std::int64_t> pending_points; ///< of the design, to be computed; ascending
+    /// Those pending points in whose computation a process died before; ascending.
+    std::vector<std::int64_t> suspect_points;
+    /// Points without an outcome that reached the crash limit; ascending, none of them pending.
+    std::vector<std::int64_t> given_up_points;
+};
+
+template <class Wire>
+void fields(Wire& wire, FolderContent& content) {
+    wire(content.pending_points, content.suspect_points, content.given_up_points,
+         content.archive_is_complete);
+}
+
+/// Makes the folder ready for a study with this identity and number of points. What it holds is
+/// verified, checksum by checksum.
+/// Throws core::InputError when it holds another study (with the differing settings), this one
+/// without ResumeOptions::resume, or an archive that is damaged, and when it may not be written;
+/// core::StorageError when the disk has no room for it.
+[[nodiscard]] FolderContent prepare_folder(const StudyFolder& folder, const std::string& identity,
+                                           std::int64_t point_count, const ResumeOptions& options);
+
+/// Holds the folder from before it is read until the archive is written: between the reading and
+/// the first journal of a job no other one may change what was read. The lock is the system's
+/// (flock), so it ends with the process however that ends; the file is removed in order.
+class FolderLock {
+  public:
+    /// The folder must exist. StorageError if another process holds it, or the disk is full.
+    explicit FolderLock(const StudyFolder& folder);
+    ~FolderLock();
+    FolderLock(const FolderLock&) = delete;
+    FolderLock& operator=(const FolderLock&) = delete;
+
+  private:
+    archive::FileDescriptor file_;
+};
+
+} // namespace culm::study

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "study/summary/archive_export.hpp"
+
+#include "archive/study/description.hpp"
+#include "archive/study/file.hpp"
+#include "archive/study/histories.hpp"
+#include "core/error.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <fstream>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+namespace culm::study {
+namespace {
+
+std::string escaped(const std::string& text) {
+    std::string result;
+    for (const char c : text) {
+        if (c == '&')
+            result += "&amp;";
+        else if (c == '<')
+            result += "&lt;";
+        else
+            result += c;
+    }
+    return result;
+}
+
+std::string connectivity(int spheres) {
+    std::string text;
+    for (int sphere = 0; sphere < spheres; ++sphere)
+        text += fmt::format(" {}", sphere);
+    return text;
+}
+
+/// XDMF 2.2 (xdmf.org, "XDMF Model and Format"): a temporal collection with one grid per sample, a
+/// polyline through the spheres whose coordinates are a hyperslab of the trajectory's dataset
+/// (samples, spheres, 3). `archive` is the study file, relative to the XDMF file or absolute;
+/// `group` the trajectory's particle group.
+std::string trajectory_xdmf(const std::string& archive, const std::string& group,
+                            const archive::StudyDescription& description) {
+    const std::size_t samples = description.times.size();
+    const int spheres = description.spheres;
+    std::string text = fmt::format("<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.2\">\n<Domain>\n"
+                                   "<Grid Name=\"{}\" GridType=\"Collection\" "
+                                   "CollectionType=\"Temporal\">\n",
+                                   escaped(group));
+    for (std::size_t sample = 0; sample < samples; ++sample)
+        text += fmt::format(
+            "<Grid Name=\"stem\"><Time Value=\"{}\"/>\n"
+            "<Topology TopologyType=\"Polyline\" NumberOfElements=\"1\" NodesPerElement=\"{}\">"
+            "<DataItem Format=\"XML\" NumberType=\"Int\" Dimensions=\"1 {}\">{}</DataItem>"
+            "</Topology>\n"
+            "<Geometry GeometryType=\"XYZ\"><DataItem ItemType=\"HyperSlab\" Dimensions=\"{} 3\" "
+            "Type=\"HyperSlab\"><DataItem Dimensions=\"3 3\" NumberType=\"Int\" Format=\"XML\">"
+            "{} 0 0 1 1 1 1 {} 3</DataItem><DataItem Format=\"HDF\" NumberType=\"Float\" "
+            "Precision=\"8\" Dimensions=\"{} {} 3\">{}:/particles/{}/position/value</DataItem>"
+            "</DataItem></Geometry>\n</Grid>\n",
+            description.times[sample], spheres, spheres, connectivity(spheres), spheres, sample,
+            spheres, samples, spheres, escaped(archive), escaped(group));
+    return text + "</Grid>\n</Domain>\n</Xdmf>\n";
+}
+
+namespace fs = std::filesystem;
+using archive::PointStatus;
+using archive::StudyFile;
+
+/// A file that is complete or an error.
+class TextFile {
+  public:
+    explicit TextFile(fs::path path) : path_(std::move(path)), out_(path_) {}
+    std::ofstream& stream() { return out_; }
+    void finish() {
+        out_.close();
+        if (!out_)
+            throw core::StorageError(fmt::format("{}: cannot be written", path_.string()));
+    }
+
+  private:
+    fs::path path_;
+    std::ofstream out_;
+};
+
+/// RFC 4180: in quotes if it needs them, quotes doubled.
+std::string csv_text(const std::string& text) {
+    if (text.find_first_of(",\"\r\n") == std::string::npos)
+        return text;
+    std::string quoted = "\"";
+    for (const char c : text) {
+        if (c == '"')
+            quoted += '"';
+        quoted += c;
+    }
+    return quoted + '"';
+}
+
+/// The shortest text that gives the same double; empty where there is no value.
+std::string cell(double value) {
+    return std::isnan(value) ? std::string() : fmt::format("{}", value);
+}
+
+std::string heading(const archive::Column& column) {
+    return csv_text(column.unit == "1" ? column.name
+                                       : fmt::format("{} [{}]", column.name, column.unit));
+}
+
+const char* name_of(PointStatus status) {
+    return status == PointStatus::Completed ? "completed"
+           : status == PointStatus::Failed  ? "failed"
+                                            : "missing";
+}
+
+void write_points(const StudyFile& file, const fs::path& target) {
+    const archive::StudyDescription& description = file.description();
+    TextFile table(target / "points.csv");
+    std::vector<std::vector<double>> columns;
+    fmt::print(table.stream(), "point,status");
+    for (const archive::Column& column : description.factors) {
+        fmt::print(table.stream(), ",{}", heading(column));
+        columns.push_back(file.factor(column.name));
+    }
+    for (const archive::Column& column : description.results) {
+        fmt::print(table.stream(), ",{}", heading(column));
+        columns.push_back(file.result(column.name));
+    }
+    fmt::print(table.stream(), ",failure_kind,failure_reason\n");
+    for (std::int64_t point = 0; point < file.point_count(); ++point) {
+        fmt::print(table.stream(), "{},{}", point, name_of(file.status(point)));
+        for (const std::vector<double>& column : columns)
+            fmt::print(table.stream(), ",{}", cell(column[static_cast<std::size_t>(point)]));
+        const bool is_failed = file.status(point) == PointStatus::Failed;
+        fmt::print(table.stream(), ",{},{}\n",
+                   is_failed ? csv_text(file.failure_kind(point)) : std::string(),
+                   is_failed ? csv_text(file.failure_reason(point)) : std::string());
+    }
+    table.finish();
+}
+
+void write_history(const StudyFile& file, std::int64_t point, const fs::path& target) {
+    const archive::StudyDescription& description = file.description();
+    TextFile table(target / (archive::particle_group_name(point) + ".csv"));
+    fmt::print(table.stream(), "time [s],tip_deflection [m]");
+    std::vector<double> heights;
+    if (description.stored.heights) {
+        heights = file.height_deflection(point);
+        for (const double height : description.heights)
+            fmt::print(table.stream(), ",deflection at {} m [m]", height);
+    }
+    fmt::print(table.stream(), "\n");
+    const std::vector<double> tip = file.tip_deflection(point);
+    const std::size_t columns = heights.size() / tip.size();
+    for (std::size_t sample = 0; sample < tip.size(); ++sample) {
+        fmt::print(table.stream(), "{},{}", description.times[sample], cell(tip[sample]));
+        for (std::size_t k = 0; k < columns; ++k)
+            fmt::print(table.stream(), ",{}", cell(heights[sample * columns + k]));
+        fmt::print(table.stream(), "\n");
+    }
+    table.finish();
+}
+
+void write_trajectory(const StudyFile& file, std::int64_t point, const fs::path& target) {
+    // ParaView looks for the archive from where the XDMF file is.
+    std::error_code error;
+    fs::path archive = fs::relative(file.path(), target, error);
+    if (error || archive.empty())
+        archive = fs::absolute(file.path());
+    TextFile text(target / (archive::particle_group_name(point) + ".xdmf"));
+    text.stream() << trajectory_xdmf(archive.generic_string(), archive::particle_group_name(point),
+                                     file.description());
+    text.finish();
+}
+
+void require_stored(const StudyFile& file, const ExportOptions& options) {
+    const archive::StoredHistories& stored = file.description().stored;
+    if (options.histories && !stored.tip)
+        throw core::InputError(fmt::format("{}: the study stores no histories (study.store = "
+                                           "\"fit\"), so --histories has nothing to write",
+                                           file.path().string()));
+    if (options.trajectories && !stored.positions)
+        throw core::InputError(fmt::format("{}: the study stores no trajectories (study.store = "
+                                           "\"full\" does), so --xdmf has nothing to write",
+                                           file.path().string()));
+}
+
+} // namespace
+
+ExportOutcome export_archive(const StudyFolder& folder, const fs::path& target,
+                             const ExportOptions& options) {
+    if (!is_there(folder.archive()))
+        throw core::InputError(
+            fmt::format("{}: there is no study.h5 here; `culm archive merge {} -o OTHER` makes one "
+                        "of the journals of a study that is not complete",
+                        folder.path().string(), folder.path().string()));
+    const StudyFile file(folder.archive());
+    require_stored(file, options);
+    std::error_code error;
+    fs::create_directories(target, error);
+    if (error)
+        throw core::StorageError(
+            fmt::format("cannot create the folder {}: {}", target.string(), error.message()));
+    write_points(file, target);
+    ExportOutcome outcome;
+    outcome.points = file.point_count();
+    for (std::int64_t point = 0; point < file.point_count(); ++point) {
+        if (file.status(point) == PointStatus::Missing)
+            ++outcome.missing;
+        if (file.status(point) != PointStatus::Completed)
+            continue;
+        if (options.histories) {
+            write_history(file, point, target);
+            ++outcome.histories;
+        }
+        if (options.trajectories) {
+            write_trajectory(file, point, target);
+            ++outcome.trajectories;
+        }
+    }
+    return outcome;
+}
+
+} // namespace culm::study
