@@ -10,7 +10,7 @@
 namespace culm::bench {
 namespace {
 
-double over_noise(const diagnose::ModelFit& fit, const measure::Measurement& measurement) {
+double over_noise(const fit::Fit& fit, const measure::Measurement& measurement) {
     return fit.is_fitted() && measurement.noise ? fit.rmse / *measurement.noise : 0.0;
 }
 
@@ -27,7 +27,7 @@ Outcome diagnosed(const measure::Measurement& measurement,
         outcome.effects = found.effects;
         for (const diagnose::TieGroup& tie : found.ties)
             outcome.ties.push_back(tie.names);
-        for (const calibrate::FittedParameter& parameter : found.final_fit.parameters)
+        for (const fit::FittedParameter& parameter : found.final_fit.parameters)
             outcome.parameters.push_back(
                 {parameter.name, parameter.value, parameter.standard_error});
         outcome.baseline_misfit = over_noise(found.baseline, measurement);

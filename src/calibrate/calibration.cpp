@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/calibration.hpp"
 
-#include "calibrate/effect_parameters.hpp"
+#include "fit/stem_model.hpp"
 #include "core/error.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 
@@ -31,10 +32,10 @@ reduce::RingDownAnalysisOptions check_options(const measure::Measurement& measur
 
 } // namespace
 
-StemModel model_with_effects(const measure::Measurement& measurement,
+fit::StemModel model_with_effects(const measure::Measurement& measurement,
                              const CalibrationOptions& options) {
     refuse_motionless(measurement, options.effects);
-    StemModel model = baseline_model(measurement, options.chain);
+    fit::StemModel model = baseline_model(measurement, options.chain);
     for (const physics::SelectedEffect& effect : options.effects)
         model = with_effect(std::move(model), effect, measurement);
     return model;
@@ -48,7 +49,7 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
     if (!result.fit.reason.empty())
         throw core::NumericalError(core::FailureKind::FitFailed,
                                    fmt::format("{}: {}", result.id, result.fit.reason));
-    result.mode = first_mode(result.fit.model.spec);
+    result.mode = run::first_mode(result.fit.model.spec);
     result.damping_time = damping_time(result.fit.model.spec);
     result.lack_of_fit = test_lack_of_fit(result.fit);
     if (options.with_profiles)

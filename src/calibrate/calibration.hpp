@@ -3,7 +3,8 @@
 #pragma once
 
 #include "calibrate/calibration_check.hpp"
-#include "calibrate/chain_fit.hpp"
+#include "fit/fit.hpp"
+#include "run/modes.hpp"
 #include "calibrate/lack_of_fit.hpp"
 #include "calibrate/profile_likelihood.hpp"
 #include "calibrate/study_calibration.hpp"
@@ -17,8 +18,8 @@
 namespace culm::calibrate {
 
 struct CalibrationOptions {
-    ChainOptions chain;
-    ChainFitOptions fit;
+    fit::ChainOptions chain;
+    fit::SolveOptions fit;
     /// Known physics beside the baseline; parameters that are not fixed are fitted too.
     std::vector<physics::SelectedEffect> effects;
     bool with_profiles = false;
@@ -27,8 +28,8 @@ struct CalibrationOptions {
 
 struct Calibration {
     std::string id;
-    ChainFit fit;
-    integrate::VibrationMode mode{};
+    fit::RecordingFit fit;
+    integrate::VibrationMode mode;
     double damping_time = 0.0; ///< τ of M = E I (κ + τ κ̇), s
     LackOfFit lack_of_fit;
     std::vector<ProfileInterval> profiles;
@@ -42,7 +43,7 @@ struct Calibration {
                                          const CalibrationOptions& options = {});
 
 /// The model that calibrate_stem fits.
-[[nodiscard]] StemModel model_with_effects(const measure::Measurement& measurement,
+[[nodiscard]] fit::StemModel model_with_effects(const measure::Measurement& measurement,
                                            const CalibrationOptions& options);
 
 } // namespace culm::calibrate

@@ -11,10 +11,10 @@ namespace culm::calibrate {
 namespace {
 
 /// Readings of the model wherever and whenever something was measured.
-reduce::StemHistories simulated_histories(const ChainFit& fit,
+reduce::StemHistories simulated_histories(const fit::RecordingFit& fit,
                                           const measure::Measurement& measurement) {
     reduce::StemHistories stem = histories_of(measurement);
-    const ChainPrediction prediction = predict_readings(fit.model, measurement.times);
+    const fit::ChainPrediction prediction = predict_readings(fit.model, measurement.times);
     for (std::size_t j = 0; j < stem.heights.size(); ++j)
         for (std::size_t i = 0; i < stem.times.size(); ++i)
             if (!std::isnan(stem.histories[j][i]))
@@ -61,7 +61,7 @@ reduce::StemHistories histories_of(const measure::Measurement& measurement) {
     return stem;
 }
 
-CalibrationCheck check_calibration(const ChainFit& fit, const measure::Measurement& measurement,
+CalibrationCheck check_calibration(const fit::RecordingFit& fit, const measure::Measurement& measurement,
                                    const reduce::RingDownAnalysisOptions& options) {
     CalibrationCheck check;
     check.measured = reduce::fit_stem(histories_of(measurement), options);

@@ -2,7 +2,7 @@
 // The paper's closing test: Eq. 1 read from the calibrated stem and from the measured one.
 #pragma once
 
-#include "calibrate/chain_fit.hpp"
+#include "fit/fit.hpp"
 #include "reduce/stem_ring_downs.hpp"
 
 #include <optional>
@@ -28,7 +28,7 @@ struct CalibrationCheck {
 
 /// Simulates the calibrated stem over the whole record and fits Eq. 1 at every height to both, in
 /// the same way. Throws core::NumericalError if Eq. 1 cannot be fitted to one of them.
-[[nodiscard]] CalibrationCheck check_calibration(const ChainFit& fit,
+[[nodiscard]] CalibrationCheck check_calibration(const fit::RecordingFit& fit,
                                                  const measure::Measurement& measurement,
                                                  const reduce::RingDownAnalysisOptions& options);
 

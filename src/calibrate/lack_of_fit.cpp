@@ -16,7 +16,7 @@ namespace {
 constexpr double smallest_p_value = 0.01;
 
 /// Residuals of one row over its noise; gaps are left out.
-std::vector<double> row_residuals(const ChainFit& fit, std::size_t row) {
+std::vector<double> row_residuals(const fit::RecordingFit& fit, std::size_t row) {
     std::vector<double> values;
     for (std::size_t i = 0; i < fit.times.size(); ++i)
         if (const double residual = fit.residuals[i * fit.prediction.rows + row];
@@ -27,7 +27,7 @@ std::vector<double> row_residuals(const ChainFit& fit, std::size_t row) {
 
 /// Σ w r/σ² over √Σ w²/σ² in every frame, w the predicted reading of the first frame: of unit
 /// variance if the residuals are noise.
-std::vector<double> swing_residuals(const ChainFit& fit) {
+std::vector<double> swing_residuals(const fit::RecordingFit& fit) {
     std::vector<double> values;
     for (std::size_t i = 0; i < fit.times.size(); ++i) {
         double sum = 0.0;
@@ -48,7 +48,7 @@ std::vector<double> swing_residuals(const ChainFit& fit) {
 }
 
 /// Frames in a period of the first mode, at most a fifth of them all.
-std::size_t lags_over_a_period(const ChainFit& fit) {
+std::size_t lags_over_a_period(const fit::RecordingFit& fit) {
     const std::size_t frames = fit.times.size();
     if (frames < 10)
         return 1;
@@ -59,7 +59,7 @@ std::size_t lags_over_a_period(const ChainFit& fit) {
     return std::clamp<std::size_t>(lags, 2, frames / 5);
 }
 
-double balance_p_value(const ChainFit& fit) {
+double balance_p_value(const fit::RecordingFit& fit) {
     double sum = 0.0;
     std::size_t rows = 0;
     for (std::size_t j = 0; j < fit.prediction.rows; ++j) {
@@ -83,7 +83,7 @@ double combined_p_value(const std::vector<double>& p_values) {
     return p_values.empty() ? 1.0 : reduce::chi_squared_p_value(sum, 1.0, 2 * p_values.size());
 }
 
-double likeness_p_value(const ChainFit& fit) {
+double likeness_p_value(const fit::RecordingFit& fit) {
     double sum = 0.0;
     std::size_t pairs = 0;
     const std::size_t rows = fit.prediction.rows;
@@ -113,7 +113,7 @@ double likeness_p_value(const ChainFit& fit) {
 
 } // namespace
 
-LackOfFit test_lack_of_fit(const ChainFit& fit) {
+LackOfFit test_lack_of_fit(const fit::RecordingFit& fit) {
     LackOfFit result;
     const auto add = [&result](std::string name, double p_value) {
         result.tests.push_back({std::move(name), p_value, p_value});

@@ -2,7 +2,7 @@
 // Whether the residuals of a fitted chain are noise, or something is missing.
 #pragma once
 
-#include "calibrate/chain_fit.hpp"
+#include "fit/fit.hpp"
 
 #include <string>
 #include <vector>
@@ -33,6 +33,6 @@ struct LackOfFit {
 ///   over all pairs; χ². A misfit of the shape moves the rows together, noise does not.
 /// * "balance of the rows": means of the rows over all frames, χ² against their scatter; a shape or
 ///   a position of rest that is not the stem's.
-[[nodiscard]] LackOfFit test_lack_of_fit(const ChainFit& fit);
+[[nodiscard]] LackOfFit test_lack_of_fit(const fit::RecordingFit& fit);
 
 } // namespace culm::calibrate

@@ -14,7 +14,7 @@ namespace {
 constexpr int most_secants = 6;
 constexpr double accuracy = 0.02;
 
-StemModel with_value(StemModel model, std::size_t parameter, double value) {
+fit::StemModel with_value(fit::StemModel model, std::size_t parameter, double value) {
     if (parameter < model.parameters.size())
         model.parameters[parameter].access.set(model.spec, value);
     else
@@ -24,14 +24,14 @@ StemModel with_value(StemModel model, std::size_t parameter, double value) {
 
 class Profile {
   public:
-    Profile(const ChainFit& fit, const measure::Measurement& measurement,
-            const ChainFitOptions& options)
+    Profile(const fit::RecordingFit& fit, const measure::Measurement& measurement,
+            const fit::SolveOptions& options)
         : fit_(fit), measurement_(measurement), options_(options),
           unit_(std::sqrt(std::max(1.0, fit.reduced_chi_squared))) {}
 
     /// The end of the interval on one side (±1) of the fitted value.
     double end(std::size_t parameter, double side) {
-        const FittedParameter& fitted = fit_.parameters[parameter];
+        const fit::FittedParameter& fitted = fit_.parameters[parameter];
         const double limit = side > 0.0 ? fitted.upper : fitted.lower;
         double distance = reduce::normal_quantile_95 * fitted.standard_error;
         if (!(distance > 0.0) || !std::isfinite(distance))
@@ -63,7 +63,7 @@ class Profile {
     double root_at(std::size_t parameter, double value) {
         std::vector<bool> is_held(fit_.parameters.size(), false);
         is_held[parameter] = true;
-        const ChainFit held = fit_chain_with_held(with_value(fit_.model, parameter, value),
+        const fit::RecordingFit held = fit_chain_with_held(with_value(fit_.model, parameter, value),
                                                   measurement_, is_held, options_);
         runs_ += held.runs;
         // Without a known noise each fit scales its own; the ratio of the sums is what is left.
@@ -74,19 +74,19 @@ class Profile {
         return std::sqrt(std::max(0.0, excess)) / unit_;
     }
 
-    const ChainFit& fit_;
+    const fit::RecordingFit& fit_;
     const measure::Measurement& measurement_;
-    const ChainFitOptions& options_;
+    const fit::SolveOptions& options_;
     double unit_;
     int runs_ = 0;
 };
 
 } // namespace
 
-std::vector<ProfileInterval> profile_intervals(const ChainFit& fit,
+std::vector<ProfileInterval> profile_intervals(const fit::RecordingFit& fit,
                                                const measure::Measurement& measurement,
-                                               const ChainFitOptions& options) {
-    ChainFitOptions plain = options;
+                                               const fit::SolveOptions& options) {
+    fit::SolveOptions plain = options;
     plain.is_robust = false;
     std::vector<ProfileInterval> intervals;
     for (std::size_t k = 0; k < fit.parameters.size(); ++k) {

@@ -2,7 +2,7 @@
 // Intervals by the likelihood profile: how far a parameter can go while all others make up for it.
 #pragma once
 
-#include "calibrate/chain_fit.hpp"
+#include "fit/fit.hpp"
 
 #include <string>
 #include <vector>
@@ -21,7 +21,7 @@ struct ProfileInterval {
 /// is found to 2 % of the distance by secants on the signed root of the excess, which is a straight
 /// line for a linear model. Of a robust fit the profile is that of the plain sum of squares.
 [[nodiscard]] std::vector<ProfileInterval>
-profile_intervals(const ChainFit& fit, const measure::Measurement& measurement,
-                  const ChainFitOptions& options = {});
+profile_intervals(const fit::RecordingFit& fit, const measure::Measurement& measurement,
+                  const fit::SolveOptions& options = {});
 
 } // namespace culm::calibrate

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/study_calibration.hpp"
 
-#include "calibrate/stem_chain.hpp"
+#include "fit/stem_chain.hpp"
 #include "core/error.hpp"
 
 #include <cmath>

@@ -48,13 +48,13 @@ CalibrationPlan make_plan(const CalibrateArguments& arguments) {
     if (!arguments.via.empty())
         plan.study = study_for_calibration(arguments.via);
     for (const measure::Measurement& measurement : plan.read.measurements)
-        static_cast<void>(calibrate::chain_of(measurement, plan.options.chain));
+        static_cast<void>(fit::chain_of(measurement, plan.options.chain));
     return plan;
 }
 
 /// DIR/predictions/NNN.csv: of every frame and height the measured and the predicted deflection.
 void write_prediction(const fs::path& file, const measure::Measurement& measurement,
-                      const calibrate::ChainFit& fit) {
+                      const fit::RecordingFit& fit) {
     std::string text = "time_s";
     for (const double height : measurement.heights)
         text += fmt::format(",measured h={0:.10g}mm,predicted h={0:.10g}mm", 1e3 * height);

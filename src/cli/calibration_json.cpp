@@ -30,7 +30,7 @@ json value_json(double value, double standard_error) {
 }
 
 /// bond_youngs_modulus_pa, tip_deflection_m, …; effects' parameters have their unit in their name.
-std::string key_of(const calibrate::FittedParameter& parameter) {
+std::string key_of(const fit::FittedParameter& parameter) {
     if (parameter.name.find('.') != std::string::npos || parameter.unit.empty())
         return parameter.name;
     return parameter.name + (parameter.unit == "Pa" ? "_pa" : "_" + parameter.unit);
@@ -39,7 +39,7 @@ std::string key_of(const calibrate::FittedParameter& parameter) {
 json stem_parameters_json(const calibrate::Calibration& calibration) {
     json out = json::object();
     for (std::size_t k = 0; k < calibration.fit.parameters.size(); ++k) {
-        const calibrate::FittedParameter& parameter = calibration.fit.parameters[k];
+        const fit::FittedParameter& parameter = calibration.fit.parameters[k];
         json& entry = out[key_of(parameter)];
         entry = value_json(parameter.value, parameter.standard_error);
         if (k < calibration.profiles.size())
@@ -49,7 +49,7 @@ json stem_parameters_json(const calibrate::Calibration& calibration) {
     return out;
 }
 
-json correlation_json(const calibrate::ChainFit& fit) {
+json correlation_json(const fit::RecordingFit& fit) {
     json names = json::array();
     json rows = json::array();
     for (Eigen::Index a = 0; a < fit.correlation.rows(); ++a) {
@@ -62,7 +62,7 @@ json correlation_json(const calibrate::ChainFit& fit) {
     return {{"names", names}, {"matrix", rows}};
 }
 
-json chain_json(const calibrate::ChainFit& fit, const std::string& law) {
+json chain_json(const fit::RecordingFit& fit, const std::string& law) {
     const physics::StemParameters<double>& stem = fit.model.spec.stem;
     json effects = json::array();
     for (const physics::ActiveEffect& active : fit.model.spec.effects) {
@@ -89,7 +89,7 @@ json chain_json(const calibrate::ChainFit& fit, const std::string& law) {
 }
 
 json fit_quality_json(const calibrate::Calibration& calibration) {
-    const calibrate::ChainFit& fit = calibration.fit;
+    const fit::RecordingFit& fit = calibration.fit;
     json tests = json::array();
     for (const calibrate::LackOfFitTest& test : calibration.lack_of_fit.tests)
         tests.push_back({{"name", test.name},
@@ -111,8 +111,8 @@ json fit_quality_json(const calibrate::Calibration& calibration) {
 }
 
 json mode_json(const calibrate::Calibration& calibration) {
-    const calibrate::FittedParameter* modulus = calibration.fit.find("bond_youngs_modulus");
-    const calibrate::FittedParameter* damping = calibration.fit.find("bond_damping");
+    const fit::FittedParameter* modulus = calibration.fit.find("bond_youngs_modulus");
+    const fit::FittedParameter* damping = calibration.fit.find("bond_damping");
     const integrate::VibrationMode& mode = calibration.mode;
     // b2 goes with √Y and b1 per cycle with β, up to the square of the damping ratio.
     return {{"b2_hz", value_json(mode.frequency,

@@ -31,12 +31,12 @@ std::string with_of(const CompareArguments& arguments) {
 }
 
 /// What --with and --ladder ask for: every model contains the one before it.
-std::vector<diagnose::SelectedEffects> models_of(const CompareArguments& arguments) {
+std::vector<fit::SelectedEffects> models_of(const CompareArguments& arguments) {
     if (arguments.with.size() > 1)
         throw core::InputError("--with may stand several times only with --table; write the "
                                "effects of one model with commas, --with A,B");
-    std::vector<diagnose::SelectedEffects> models;
-    diagnose::SelectedEffects effects;
+    std::vector<fit::SelectedEffects> models;
+    fit::SelectedEffects effects;
     if (!arguments.with.empty()) {
         effects = study::effects_from(arguments.with.front());
         models.push_back(effects);
@@ -53,10 +53,10 @@ std::vector<diagnose::SelectedEffects> models_of(const CompareArguments& argumen
 void write_deflections(const fs::path& file, const measure::Measurement& measurement,
                        const diagnose::Ladder& ladder) {
     std::string text = "time_s";
-    std::vector<const calibrate::ChainFit*> fits;
+    std::vector<const fit::RecordingFit*> fits;
     for (const diagnose::Rung& rung : ladder.rungs)
-        if (rung.candidate.fit)
-            fits.push_back(&*rung.candidate.fit);
+        if (!rung.fit.failed())
+            fits.push_back(&rung.fit.parts.front());
     for (const double height : measurement.heights) {
         text += fmt::format(",measured h={:.10g}mm", 1e3 * height);
         for (std::size_t k = 0; k < fits.size(); ++k)
@@ -71,7 +71,7 @@ void write_deflections(const fs::path& file, const measure::Measurement& measure
         text += fmt::format("{:.9g}", measurement.times[i]);
         for (std::size_t j = 0; j < rows; ++j) {
             text += cell(measurement.deflection(i, j));
-            for (const calibrate::ChainFit* fit : fits)
+            for (const fit::RecordingFit* fit : fits)
                 text += cell(fit->prediction.readings[i * rows + j]);
         }
         text += '\n';
@@ -99,14 +99,14 @@ std::string next_command(const CompareArguments& arguments, const fs::path& fold
 }
 
 core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& folder,
-                           const std::vector<diagnose::SelectedEffects>& models) {
+                           const std::vector<fit::SelectedEffects>& models) {
     const measure::Measurement measurement = measure::read_measurement(folder);
     std::vector<fs::path> inputs = measurement_files({folder});
     for (const std::string& effects : {with_of(arguments), arguments.ladder})
         for (const fs::path& file : effect_files(effects))
             inputs.push_back(file);
     const RunProvenance provenance(inputs, nullptr); // the other ranks have nothing to do
-    diagnose::CandidateOptions options;
+    fit::FitOptions options;
     options.chain = {arguments.spheres, *physics::law_by_name(arguments.law)};
     options.window = arguments.window_s;
     if (!arguments.output.empty())
@@ -133,7 +133,7 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
     if (arguments.json != "-")
         fmt::print("{}{}", comparison_text(document, TextStyle::of(stdout)),
                    next_step(next_command(arguments, folder, document)));
-    return std::ranges::any_of(ladder.rungs, [](const auto& rung) { return !rung.candidate.fit; })
+    return std::ranges::any_of(ladder.rungs, [](const auto& rung) { return rung.fit.failed(); })
                ? core::ExitCode::PointsFailed
                : core::ExitCode::Done;
 }
@@ -144,7 +144,7 @@ core::ExitCode compare_measurements(const CompareArguments& arguments,
                                     const farm::Communicator* communicator) {
     if (arguments.is_table)
         return effect_table(arguments, communicator);
-    const std::vector<diagnose::SelectedEffects> models = models_of(arguments);
+    const std::vector<fit::SelectedEffects> models = models_of(arguments);
     std::vector<fs::path> folders;
     for (const std::string& path : arguments.paths)
         for (const fs::path& folder : measure::find_measurements(path))

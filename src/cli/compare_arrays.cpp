@@ -53,9 +53,9 @@ void add_windows(std::vector<NamedArray>& arrays, const std::string& group,
 }
 
 void add_model(std::vector<NamedArray>& arrays, const std::string& group,
-               const calibrate::ChainFit& fit, const diagnose::Comparison& comparison) {
+               const fit::RecordingFit& fit, const diagnose::Comparison& comparison) {
     add_predicted(arrays, group, fit);
-    const diagnose::ResidualSpectrum& spectrum = comparison.spectrum;
+    const fit::ResidualSpectrum& spectrum = comparison.spectrum;
     arrays.push_back(series(group + "/spectrum/frequency", "Hz", "", spectrum.frequencies));
     arrays.push_back(series(group + "/spectrum/power_over_noise", "1",
                             "of the residuals, mean over the heights; 1: white noise",
@@ -86,15 +86,15 @@ void write_comparison_arrays(const std::filesystem::path& file, const diagnose::
                                      {"measurement", measurement.stem.id}}}};
     std::vector<NamedArray> arrays;
     for (std::size_t k = 0; k < ladder.rungs.size(); ++k) {
-        const diagnose::CandidateFit& candidate = ladder.rungs[k].candidate;
-        if (!candidate.fit)
+        const fit::Fit& fit = ladder.rungs[k].fit;
+        if (fit.failed())
             continue;
         if (arrays.empty()) // all fits have the same frames
-            add_measured(arrays, "", *candidate.fit, measurement);
+            add_measured(arrays, "", fit.parts.front(), measurement);
         const std::string group = fmt::format("model_{}", k);
         groups.push_back(
-            {group, {{"model", fmt::format("{}", fmt::join(candidate.names, " + "))}}});
-        add_model(arrays, group, *candidate.fit, ladder.comparisons[*ladder.comparison[k]]);
+            {group, {{"model", fmt::format("{}", fmt::join(fit.names, " + "))}}});
+        add_model(arrays, group, fit.parts.front(), ladder.comparisons[*ladder.comparison[k]]);
     }
     archive::write_array_file(file, groups, arrays);
 }

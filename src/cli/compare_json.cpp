@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-json value_json(const calibrate::FittedParameter& parameter) {
+json value_json(const fit::FittedParameter& parameter) {
     const double half = reduce::normal_quantile_95 * parameter.standard_error;
     return {{"value", number(parameter.value)},
             {"stderr", number(parameter.standard_error)},
@@ -45,7 +45,7 @@ json verdict_json(const diagnose::Verdict& verdict) {
             {"tests", tests_json(verdict)}};
 }
 
-json fit_json_of(const calibrate::ChainFit& fit, const diagnose::Comparison& comparison) {
+json fit_json_of(const fit::RecordingFit& fit, const diagnose::Comparison& comparison) {
     return {
         {"rmse_mm", number(1e3 * fit.rmse)},
         {"rmse_over_noise", number(fit.rmse / comparison.verdict.noise)},
@@ -62,21 +62,21 @@ json fit_json_of(const calibrate::ChainFit& fit, const diagnose::Comparison& com
 json rung_json(const diagnose::Ladder& ladder, std::size_t k,
                const measure::Measurement& measurement) {
     const diagnose::Rung& rung = ladder.rungs[k];
-    json out{{"model", rung.candidate.names},
+    json out{{"model", rung.fit.names},
              {"added", rung.added},
-             {"runs", rung.candidate.runs},
-             {"starts", rung.candidate.starts}};
+             {"runs", rung.fit.runs},
+             {"starts", rung.fit.starts}};
     if (k > 0) {
         out["compared_with"] = rung.compared_with;
         out["gain"] = rung.is_gain;
         out["why"] = rung.why;
     }
-    if (!rung.candidate.fit) {
-        out["failure"] = rung.candidate.failure;
+    if (rung.fit.failed()) {
+        out["failure"] = rung.fit.reason;
         return out;
     }
-    out.update(fit_json_of(*rung.candidate.fit, ladder.comparisons[*ladder.comparison[k]]));
-    out["moves"] = rung.candidate.moves;
+    out.update(fit_json_of(rung.fit.parts.front(), ladder.comparisons[*ladder.comparison[k]]));
+    out["moves"] = rung.fit.moves();
     out["bic"] = number(rung.bic);
     if (k > 0) {
         out["delta_bic"] = number(rung.delta_bic);
@@ -91,7 +91,7 @@ json rung_json(const diagnose::Ladder& ladder, std::size_t k,
 
 } // namespace
 
-std::string parameter_key(const calibrate::FittedParameter& parameter) {
+std::string parameter_key(const fit::FittedParameter& parameter) {
     const std::size_t at = std::min(parameter.name.find('@'), parameter.name.size());
     std::string key = parameter.name.substr(0, at);
     if (key.find('.') == std::string::npos && !parameter.unit.empty())
@@ -99,9 +99,9 @@ std::string parameter_key(const calibrate::FittedParameter& parameter) {
     return key + parameter.name.substr(at);
 }
 
-json parameters_json(const std::vector<calibrate::FittedParameter>& parameters) {
+json parameters_json(const std::vector<fit::FittedParameter>& parameters) {
     json out = json::object();
-    for (const calibrate::FittedParameter& parameter : parameters)
+    for (const fit::FittedParameter& parameter : parameters)
         out[parameter_key(parameter)] = value_json(parameter);
     return out;
 }
@@ -119,10 +119,10 @@ json ladder_json(const diagnose::Ladder& ladder, const measure::Measurement& mea
              {"ladder", std::move(rungs)},
              {"remarks", measurement.remarks}};
     for (const diagnose::Rung& rung : ladder.rungs)
-        if (rung.candidate.fit) {
-            out["noise_mm"] = number(1e3 * diagnose::typical_noise(*rung.candidate.fit));
-            out["noise_source"] = rung.candidate.fit->noise_source;
-            out["noise_known"] = rung.candidate.fit->is_noise_known;
+        if (!rung.fit.failed()) {
+            out["noise_mm"] = number(1e3 * fit::typical_noise(rung.fit.parts.front()));
+            out["noise_source"] = rung.fit.parts.front().noise_source;
+            out["noise_known"] = rung.fit.parts.front().is_noise_known;
         }
     return out;
 }

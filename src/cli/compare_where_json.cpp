@@ -30,17 +30,17 @@ json estimate(const reduce::Estimate& found, double scale = 1.0) {
             {"stderr", number(scale * found.standard_error)}};
 }
 
-json group(const diagnose::ResidualGroup& found) {
+json group(const fit::ResidualGroup& found) {
     return {{"readings", found.readings},
             {"rms_mm", number(millimetres * found.rms)},
             {"mean_mm", number(millimetres * found.mean)},
             {"rms_over_noise", number(found.over_noise)}};
 }
 
-json groups(const std::vector<diagnose::ResidualGroup>& found, const char* lower, const char* upper,
+json groups(const std::vector<fit::ResidualGroup>& found, const char* lower, const char* upper,
             double scale) {
     json out = json::array();
-    for (const diagnose::ResidualGroup& each : found) {
+    for (const fit::ResidualGroup& each : found) {
         out.push_back(group(each));
         out.back()[lower] = number(scale * each.lower);
         if (*upper != '\0')
@@ -49,9 +49,9 @@ json groups(const std::vector<diagnose::ResidualGroup>& found, const char* lower
     return out;
 }
 
-json spectrum(const diagnose::ResidualSpectrum& found) {
+json spectrum(const fit::ResidualSpectrum& found) {
     json bands = json::array();
-    for (const diagnose::SpectrumBand& band : found.bands)
+    for (const fit::SpectrumBand& band : found.bands)
         bands.push_back({{"name", band.name},
                          {"lower_hz", band.lower},
                          {"upper_hz", band.upper},
@@ -135,7 +135,7 @@ json structure(const diagnose::ResidualStructure& found) {
               {"other_shape", found.other_shape_share}}}};
 }
 
-json residual_map(const calibrate::ChainFit& fit) {
+json residual_map(const fit::RecordingFit& fit) {
     json heights = json::array();
     for (const double height : fit.model.spec.heights)
         heights.push_back(millimetres * height);
@@ -151,7 +151,7 @@ json residual_map(const calibrate::ChainFit& fit) {
 
 } // namespace
 
-json where_json(const diagnose::Comparison& comparison, const calibrate::ChainFit& of) {
+json where_json(const diagnose::Comparison& comparison, const fit::RecordingFit& of) {
     return {
         {"by_height", groups(comparison.by_height, "height_mm", "", millimetres)},
         {"by_time", groups(comparison.by_time, "begin_s", "end_s", 1.0)},

@@ -50,7 +50,7 @@ DiagnosisPlan make_plan(const DiagnoseArguments& arguments) {
                 fmt::format("two recordings are called \"{}\"; give each its own stem.id in "
                             "stem.toml",
                             recording.stem.id));
-        static_cast<void>(calibrate::chain_of(
+        static_cast<void>(fit::chain_of(
             recording, {arguments.spheres, *physics::law_by_name(arguments.law)}));
     }
     plan.effects = effects_for_diagnosis(arguments.candidates, arguments.effect_files,
@@ -76,7 +76,7 @@ std::vector<fs::path> input_files(const DiagnosisPlan& plan) {
     return files;
 }
 
-json names_of(const diagnose::SelectedEffects& effects) {
+json names_of(const fit::SelectedEffects& effects) {
     json names = json::array();
     for (const physics::SelectedEffect& selected : effects)
         names.push_back(physics::to_string(selected));
@@ -169,12 +169,12 @@ core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& p
 }
 
 /// A WorkMap over the communicator's ranks; null: this process alone, through the same farm.
-diagnose::WorkMap work_over_ranks(const farm::Communicator* communicator,
+fit::WorkMap work_over_ranks(const farm::Communicator* communicator,
                                   std::function<void(const farm::Progress&)> progress) {
     constexpr std::chrono::milliseconds progress_interval{200};
     const core::ItemMap items = farm::over_ranks(
         communicator, {.progress = std::move(progress), .progress_interval = progress_interval});
-    return [items](const std::vector<double>& costs, const diagnose::ItemWork& work) {
+    return [items](const std::vector<double>& costs, const fit::ItemWork& work) {
         std::vector<std::string> answers;
         for (std::optional<std::string>& answer : items.values(costs, work))
             answers.push_back(std::move(answer).value_or(std::string()));

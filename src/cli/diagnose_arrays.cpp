@@ -10,8 +10,8 @@ namespace culm::cli {
 
 void write_diagnosis_arrays(const std::filesystem::path& file, const diagnose::Diagnosis& diagnosis,
                             std::span<const measure::Measurement> recordings) {
-    std::vector<const diagnose::ModelFit*> models{&diagnosis.baseline};
-    if (diagnosis.final_fit.is_fitted() && diagnosis.final_fit.names != diagnosis.baseline.names)
+    std::vector<const fit::Fit*> models{&diagnosis.baseline};
+    if (!diagnosis.final_fit.failed() && diagnosis.final_fit.names != diagnosis.baseline.names)
         models.push_back(&diagnosis.final_fit);
     std::vector<archive::GroupTexts> groups{
         {"", {{"format", "culm diagnosis arrays"}, {"version", "1.0"}}}};
@@ -22,7 +22,7 @@ void write_diagnosis_arrays(const std::filesystem::path& file, const diagnose::D
         for (std::size_t m = 0; m < models.size(); ++m) {
             if (k >= models[m]->parts.size())
                 continue;
-            const calibrate::ChainFit& fit = models[m]->parts[k];
+            const fit::RecordingFit& fit = models[m]->parts[k];
             if (m == 0)
                 add_measured(arrays, recording + "/", fit, recordings[k]);
             const std::string group = fmt::format("{}/model_{}", recording, m);

@@ -13,7 +13,7 @@
 namespace culm::cli {
 namespace {
 
-using diagnose::SelectedEffects;
+using fit::SelectedEffects;
 
 bool contains(const SelectedEffects& effects, const std::string& name) {
     return std::ranges::any_of(
@@ -38,10 +38,10 @@ DiagnosisEffects effects_for_diagnosis(const std::string& candidates,
         out.files[effect->name()] = file;
         return effect;
     };
-    out.known = diagnose::in_library_order(physics::parse_effects(known, read));
+    out.known = fit::in_library_order(physics::parse_effects(known, read));
     SelectedEffects named;
     for (const physics::SelectedEffect& candidate :
-         candidates.empty() ? diagnose::candidate_effects(recordings)
+         candidates.empty() ? fit::candidate_effects(recordings)
                             : physics::parse_alternatives(candidates, read))
         add_once(candidate, named);
     for (const std::string& file : files)
@@ -52,7 +52,7 @@ DiagnosisEffects effects_for_diagnosis(const std::string& candidates,
     });
     if (named.empty())
         throw core::InputError("no candidate is left: all of them are --known");
-    out.candidates = diagnose::in_library_order(std::move(named));
+    out.candidates = fit::in_library_order(std::move(named));
     return out;
 }
 

@@ -2,7 +2,7 @@
 // Which effects a diagnosis may name, as the command line says.
 #pragma once
 
-#include "diagnose/candidate_model.hpp"
+#include "fit/stem_model.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <map>
@@ -13,8 +13,8 @@
 namespace culm::cli {
 
 struct DiagnosisEffects {
-    diagnose::SelectedEffects candidates;     ///< in the library's order
-    diagnose::SelectedEffects known;          ///< likewise
+    fit::SelectedEffects candidates;     ///< in the library's order
+    fit::SelectedEffects known;          ///< likewise
     std::map<std::string, std::string> files; ///< of users' effects, by name
 };
 

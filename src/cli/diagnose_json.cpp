@@ -3,7 +3,7 @@
 
 #include "cli/compare_json.hpp"
 #include "diagnose/comparison.hpp"
-#include "diagnose/residual_table.hpp"
+#include "fit/residual_statistics.hpp"
 #include "present/json.hpp"
 #include "present/text.hpp"
 
@@ -22,19 +22,19 @@ using nlohmann::json;
 
 constexpr double millimetres = 1e3;
 
-json parameters_with_units(const std::vector<calibrate::FittedParameter>& parameters) {
+json parameters_with_units(const std::vector<fit::FittedParameter>& parameters) {
     json out = parameters_json(parameters);
-    for (const calibrate::FittedParameter& parameter : parameters)
+    for (const fit::FittedParameter& parameter : parameters)
         out[parameter_key(parameter)]["unit"] = parameter.unit;
     return out;
 }
 
 /// The fit whose residuals are nearest to noise.
-const diagnose::ModelFit& best_fit(const diagnose::Diagnosis& diagnosis) {
-    return diagnosis.final_fit.is_fitted() ? diagnosis.final_fit : diagnosis.baseline;
+const fit::Fit& best_fit(const diagnose::Diagnosis& diagnosis) {
+    return !diagnosis.final_fit.failed() ? diagnosis.final_fit : diagnosis.baseline;
 }
 
-json recordings_json(const diagnose::ModelFit& fit,
+json recordings_json(const fit::Fit& fit,
                      std::span<const measure::Measurement> recordings) {
     json out = json::array();
     for (std::size_t k = 0; k < recordings.size(); ++k) {
@@ -42,7 +42,7 @@ json recordings_json(const diagnose::ModelFit& fit,
                        {"frames", recordings[k].times.size()},
                        {"heights", recordings[k].heights.size()}};
         if (k < fit.parts.size()) {
-            recording["noise_mm"] = number(millimetres * diagnose::typical_noise(fit.parts[k]));
+            recording["noise_mm"] = number(millimetres * fit::typical_noise(fit.parts[k]));
             recording["noise_source"] = fit.parts[k].noise_source;
             recording["noise_known"] = fit.parts[k].is_noise_known;
         }
@@ -52,15 +52,15 @@ json recordings_json(const diagnose::ModelFit& fit,
 }
 
 /// Root mean square over the recordings.
-json noise_of(const diagnose::ModelFit& fit) {
+json noise_of(const fit::Fit& fit) {
     double sum = 0.0;
-    for (const calibrate::ChainFit& part : fit.parts)
-        sum += std::pow(diagnose::typical_noise(part), 2);
+    for (const fit::RecordingFit& part : fit.parts)
+        sum += std::pow(fit::typical_noise(part), 2);
     return number(millimetres * std::sqrt(sum / static_cast<double>(fit.parts.size())));
 }
 
 json baseline_json(const diagnose::Diagnosis& diagnosis) {
-    const diagnose::ModelFit& fit = diagnosis.baseline;
+    const fit::Fit& fit = diagnosis.baseline;
     return {{"rmse_mm", number(millimetres * fit.rmse)},
             {"reduced_chi2", number(fit.reduced_chi_squared)},
             {"adequate", !diagnosis.ladder.empty() &&
@@ -68,7 +68,7 @@ json baseline_json(const diagnose::Diagnosis& diagnosis) {
             {"parameters", parameters_with_units(fit.parameters)}};
 }
 
-std::string summary_of(const std::string& effect, const diagnose::SelectedEffects& candidates) {
+std::string summary_of(const std::string& effect, const fit::SelectedEffects& candidates) {
     for (const physics::SelectedEffect& candidate : candidates)
         if (candidate.effect->name() == effect)
             return candidate.effect->summary();
@@ -76,7 +76,7 @@ std::string summary_of(const std::string& effect, const diagnose::SelectedEffect
 }
 
 json ranking_json(const diagnose::Diagnosis& diagnosis,
-                  const diagnose::SelectedEffects& candidates) {
+                  const fit::SelectedEffects& candidates) {
     json out = json::array();
     for (const diagnose::RankedEffect& ranked : diagnosis.ranking) {
         json entry{{"effect", ranked.effect},
@@ -90,8 +90,8 @@ json ranking_json(const diagnose::Diagnosis& diagnosis,
                    {"parameters", parameters_with_units(ranked.fit.parameters)},
                    {"obstacle", ranked.obstacle},
                    {"looks_like", ranked.looks_like}};
-        if (!ranked.fit.failure.empty()) {
-            entry["failure"] = ranked.fit.failure;
+        if (ranked.is_refitted && ranked.fit.failed()) {
+            entry["failure"] = ranked.fit.reason;
             for (const char* key : {"rmse_mm", "delta_bic", "p_value"})
                 entry[key] = nullptr;
         }
@@ -105,7 +105,9 @@ json ranking_json(const diagnose::Diagnosis& diagnosis,
 json failed_json(const std::vector<diagnose::RankedEffect>& ranking) {
     json out = json::array();
     for (const diagnose::RankedEffect& ranked : ranking) {
-        const std::string& reason = ranked.is_refitted ? ranked.fit.failure : ranked.obstacle;
+        const std::string& reason = ranked.is_refitted && ranked.fit.failed() ? ranked.fit.reason
+                                    : ranked.is_refitted                        ? std::string()
+                                                                                : ranked.obstacle;
         if (!reason.empty())
             out.push_back({{"effect", ranked.effect}, {"reason", reason}});
     }
@@ -216,12 +218,12 @@ json against_amplitude(const json& windows, const char* quantity) {
     return out;
 }
 
-json where_of(const diagnose::ModelFit& fit, std::size_t part,
+json where_of(const fit::Fit& fit, std::size_t part,
               const measure::Measurement& recording) {
-    diagnose::CandidateFit candidate;
+    fit::Fit candidate;
     candidate.names = fit.names;
-    candidate.fit = fit.parts[part];
-    candidate.moves = fit.moves;
+    candidate.status = fit.status;
+    candidate.parts = {fit.parts[part]};
     json where = where_json(diagnose::compare(candidate, recording), fit.parts[part]);
     where["frequency_vs_amplitude"] = against_amplitude(where["against_amplitude"], "frequency_hz");
     where["decay_vs_amplitude"] = against_amplitude(where["against_amplitude"], "b1_per_cycle");
@@ -241,7 +243,7 @@ void add_ties(const std::vector<diagnose::TieGroup>& ties, json& document) {
     }
 }
 
-void add_recordings(const diagnose::ModelFit& fit, std::span<const measure::Measurement> recordings,
+void add_recordings(const fit::Fit& fit, std::span<const measure::Measurement> recordings,
                     json& document) {
     std::string id;
     std::vector<std::string> ids;
@@ -288,7 +290,7 @@ void add_numbers(const diagnose::Diagnosis& diagnosis,
 
 json diagnosis_json(const diagnose::Diagnosis& diagnosis,
                     std::span<const measure::Measurement> recordings,
-                    const diagnose::SelectedEffects& candidates) {
+                    const fit::SelectedEffects& candidates) {
     json document{{"format", "culm-diagnosis"},
                   {"version", 1},
                   {"verdict", diagnose::to_string(diagnosis.conclusion)},

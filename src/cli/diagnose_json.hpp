@@ -14,6 +14,6 @@ namespace culm::cli {
 /// `candidates` are those that were tried, for what is said of them.
 [[nodiscard]] nlohmann::json diagnosis_json(const diagnose::Diagnosis& diagnosis,
                                             std::span<const measure::Measurement> recordings,
-                                            const diagnose::SelectedEffects& candidates);
+                                            const fit::SelectedEffects& candidates);
 
 } // namespace culm::cli

@@ -29,7 +29,7 @@ using nlohmann::json;
 /// One row of the table.
 struct TableModel {
     std::string name;
-    diagnose::SelectedEffects effects;
+    fit::SelectedEffects effects;
 };
 
 /// The baseline, every effect alone (as --with fixes it, if it stands there alone), and what else
@@ -42,9 +42,9 @@ std::vector<TableModel> table_models(const CompareArguments& arguments) {
                 {effect->name(),
                  {{effect, std::vector<std::optional<double>>(effect->parameters().size())}}});
     for (const std::string& text : arguments.with) {
-        const diagnose::SelectedEffects effects =
-            diagnose::in_library_order(study::effects_from(text));
-        std::vector<std::string> names = diagnose::model_names(effects);
+        const fit::SelectedEffects effects =
+            fit::in_library_order(study::effects_from(text));
+        std::vector<std::string> names = fit::model_names(effects);
         names.erase(names.begin()); // the baseline
         const std::string name = fmt::format("{}", fmt::join(names, ","));
         const auto same = std::ranges::find(models, name, &TableModel::name);
@@ -56,8 +56,8 @@ std::vector<TableModel> table_models(const CompareArguments& arguments) {
     return models;
 }
 
-std::vector<diagnose::SelectedEffects> selections_of(const std::vector<TableModel>& models) {
-    std::vector<diagnose::SelectedEffects> selections;
+std::vector<fit::SelectedEffects> selections_of(const std::vector<TableModel>& models) {
+    std::vector<fit::SelectedEffects> selections;
     for (const TableModel& model : models)
         selections.push_back(model.effects);
     return selections;
@@ -98,7 +98,7 @@ core::ExitCode effect_table(const CompareArguments& arguments,
         for (const fs::path& file : effect_files(effects))
             inputs.push_back(file);
     const RunProvenance provenance(inputs, communicator);
-    diagnose::CandidateOptions options;
+    fit::FitOptions options;
     options.chain = {arguments.spheres, *physics::law_by_name(arguments.law)};
     options.window = arguments.window_s;
     diagnose::EffectTable table(measurements, options);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/fit_cost.hpp"
 
-#include "diagnose/coarse_image.hpp"
+#include "fit/coarse_image.hpp"
 #include "present/text.hpp"
 #include "study/execute/plan.hpp"
 
@@ -13,7 +13,7 @@
 namespace culm::cli {
 namespace {
 
-using diagnose::SelectedEffects;
+using fit::SelectedEffects;
 
 /// From the least to the most, in any unit.
 struct Span {
@@ -47,15 +47,15 @@ enum class Chain { AskedFor, Searched };
 /// Expected time of a run with derivatives, s; nothing if the recording cannot be such a model.
 std::optional<double> run_seconds(const measure::Measurement& recording,
                                   const SelectedEffects& effects,
-                                  const diagnose::CandidateOptions& options,
+                                  const fit::FitOptions& options,
                                   Chain chain = Chain::AskedFor) {
     try {
-        calibrate::StemModel model = calibrate::baseline_model(recording, options.chain);
+        fit::StemModel model = fit::baseline_model(recording, options.chain);
         if (!effects.empty())
-            model = diagnose::candidate_model(model, effects, recording);
+            model = fit::candidate_model(model, effects, recording);
         if (chain == Chain::Searched)
-            model.spec = calibrate::with_spheres(
-                model.spec, diagnose::searched_spheres(model.spec.stem.sphere_count));
+            model.spec = fit::with_spheres(
+                model.spec, fit::searched_spheres(model.spec.stem.sphere_count));
         if (options.window)
             model.spec.duration = std::min(model.spec.duration, *options.window);
         return (seconds_per_plain_run +
@@ -100,7 +100,7 @@ void add(std::optional<Span>& sum, const Span& runs, const std::optional<double>
 std::string cost_of_calibration(const std::vector<measure::Measurement>& recordings,
                                 const calibrate::CalibrationOptions& options, int ranks) {
     std::optional<Span> seconds{Span{}};
-    const diagnose::CandidateOptions chain{options.chain, options.fit.window, {}};
+    const fit::FitOptions chain{options.chain, options.fit.window, {}};
     for (const measure::Measurement& recording : recordings)
         add(seconds, runs_of_first_fit, run_seconds(recording, options.effects, chain));
     return counted(recordings.size(), "recording") + ", one fit of the chain to each" +
@@ -109,7 +109,7 @@ std::string cost_of_calibration(const std::vector<measure::Measurement>& recordi
 
 std::string cost_of_ladder(const measure::Measurement& recording,
                            const std::vector<SelectedEffects>& models,
-                           const diagnose::CandidateOptions& options) {
+                           const fit::FitOptions& options) {
     std::optional<Span> seconds{Span{}};
     add(seconds, runs_of_first_fit, run_seconds(recording, {}, options));
     add(seconds, runs_of_held_out_fits, run_seconds(recording, {}, options));
@@ -121,7 +121,7 @@ std::string cost_of_ladder(const measure::Measurement& recording,
 
 std::string cost_of_table(const std::vector<measure::Measurement>& recordings,
                           const std::vector<SelectedEffects>& models,
-                          const diagnose::CandidateOptions& options, int ranks) {
+                          const fit::FitOptions& options, int ranks) {
     std::optional<Span> seconds{Span{}};
     for (const measure::Measurement& recording : recordings)
         for (const SelectedEffects& effects : models)
@@ -141,7 +141,7 @@ std::string cost_of_diagnosis(std::span<const measure::Measurement> recordings,
             SelectedEffects effects = options.known;
             effects.push_back(candidate);
             const std::optional<double> run = run_seconds(
-                recording, diagnose::in_library_order(effects), options.candidate, Chain::Searched);
+                recording, fit::in_library_order(effects), options.candidate, Chain::Searched);
             if (!run)
                 continue; // the search says why it cannot be tried
             add(seconds, runs_of_score, run);

@@ -23,13 +23,13 @@ namespace culm::cli {
 
 /// The published chain and growing models, each with two fits that leave readings out.
 [[nodiscard]] std::string cost_of_ladder(const measure::Measurement& recording,
-                                         const std::vector<diagnose::SelectedEffects>& models,
-                                         const diagnose::CandidateOptions& options);
+                                         const std::vector<fit::SelectedEffects>& models,
+                                         const fit::FitOptions& options);
 
 /// Every model fitted to every recording.
 [[nodiscard]] std::string cost_of_table(const std::vector<measure::Measurement>& recordings,
-                                        const std::vector<diagnose::SelectedEffects>& models,
-                                        const diagnose::CandidateOptions& options, int ranks);
+                                        const std::vector<fit::SelectedEffects>& models,
+                                        const fit::FitOptions& options, int ranks);
 
 /// From recordings in which nothing is missing to those in which everything has to be tried.
 [[nodiscard]] std::string cost_of_diagnosis(std::span<const measure::Measurement> recordings,

@@ -14,7 +14,7 @@ NamedArray series(std::string path, std::string unit, std::string description,
 }
 
 void add_measured(std::vector<NamedArray>& arrays, const std::string& place,
-                  const calibrate::ChainFit& fit, const measure::Measurement& measurement) {
+                  const fit::RecordingFit& fit, const measure::Measurement& measurement) {
     // With --window a fit has fewer frames than the recording.
     const std::size_t frames = fit.times.size();
     const std::size_t rows = measurement.heights.size();
@@ -30,7 +30,7 @@ void add_measured(std::vector<NamedArray>& arrays, const std::string& place,
 }
 
 void add_predicted(std::vector<NamedArray>& arrays, const std::string& group,
-                   const calibrate::ChainFit& fit) {
+                   const fit::RecordingFit& fit) {
     const std::vector<std::size_t> map{fit.times.size(), fit.prediction.rows};
     arrays.push_back(
         {group + "/predicted", "m", "deflection (time, height)", map,

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "archive/hdf5/array_file.hpp"
-#include "calibrate/chain_fit.hpp"
+#include "fit/fit.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <string>
@@ -17,10 +17,10 @@ namespace culm::cli {
 
 /// `place`time, `place`height and `place`measured (time, height): the frames that `fit` used.
 void add_measured(std::vector<archive::NamedArray>& arrays, const std::string& place,
-                  const calibrate::ChainFit& fit, const measure::Measurement& measurement);
+                  const fit::RecordingFit& fit, const measure::Measurement& measurement);
 
 /// `group`/predicted and `group`/residual (time, height).
 void add_predicted(std::vector<archive::NamedArray>& arrays, const std::string& group,
-                   const calibrate::ChainFit& fit);
+                   const fit::RecordingFit& fit);
 
 } // namespace culm::cli

@@ -2,7 +2,7 @@
 #include "diagnose/candidate_field.hpp"
 
 #include "core/error.hpp"
-#include "diagnose/coarse_image.hpp"
+#include "fit/coarse_image.hpp"
 #include "physics/effects/library.hpp"
 
 #include <algorithm>
@@ -21,19 +21,19 @@ constexpr double least_spatial_share = 0.6;
 constexpr double overtaking_share = 0.9;
 /// Of χ², in units of the best model's reduced χ²: where so little decides, a step says too little.
 constexpr double overtaking_slack = 50.0;
-const EffectScore* score_of(const SelectedEffects& model, const std::vector<EffectScore>& scores) {
+const EffectScore* score_of(const fit::SelectedEffects& model, const std::vector<EffectScore>& scores) {
     const auto found = std::ranges::find(scores, model.back().effect->name(), &EffectScore::effect);
     return found == scores.end() || !found->failure.empty() ? nullptr : &*found;
 }
 
 } // namespace
 
-bool contains(const SelectedEffects& effects, const physics::SelectedEffect& wanted) {
+bool contains(const fit::SelectedEffects& effects, const physics::SelectedEffect& wanted) {
     return std::ranges::any_of(
         effects, [&](const auto& each) { return each.effect->name() == wanted.effect->name(); });
 }
 
-bool can_be_combined(const SelectedEffects& effects) {
+bool can_be_combined(const fit::SelectedEffects& effects) {
     std::vector<physics::EffectPointer> pointers;
     for (const physics::SelectedEffect& selected : effects)
         pointers.push_back(selected.effect);
@@ -45,15 +45,15 @@ bool can_be_combined(const SelectedEffects& effects) {
     return true;
 }
 
-std::vector<SelectedEffects> pairs_of_best(std::vector<SearchedModel> singles, std::size_t count) {
-    std::erase_if(singles, [](const SearchedModel& model) { return !model.fit.is_fitted(); });
+std::vector<fit::SelectedEffects> pairs_of_best(std::vector<fit::Fit> singles, std::size_t count) {
+    std::erase_if(singles, [](const fit::Fit& model) { return !model.is_fitted(); });
     std::ranges::stable_sort(singles, {},
-                             [](const SearchedModel& model) { return model.fit.rmse; });
+                             [](const fit::Fit& model) { return model.rmse; });
     singles.resize(std::min(singles.size(), count));
-    std::vector<SelectedEffects> pairs;
+    std::vector<fit::SelectedEffects> pairs;
     for (std::size_t a = 0; a < singles.size(); ++a)
         for (std::size_t b = a + 1; b < singles.size(); ++b) {
-            SelectedEffects both = singles[a].effects;
+            fit::SelectedEffects both = singles[a].effects;
             both.push_back(singles[b].effects.back());
             if (can_be_combined(both))
                 pairs.push_back(std::move(both));
@@ -61,9 +61,9 @@ std::vector<SelectedEffects> pairs_of_best(std::vector<SearchedModel> singles, s
     return pairs;
 }
 
-const SearchedModel* single_of(const std::vector<SearchedModel>& models, const std::string& effect,
+const fit::Fit* single_of(const std::vector<fit::Fit>& models, const std::string& effect,
                                std::size_t known) {
-    const auto found = std::ranges::find_if(models, [&](const SearchedModel& model) {
+    const auto found = std::ranges::find_if(models, [&](const fit::Fit& model) {
         return model.effects.size() == known + 1 && model.effects.back().effect->name() == effect;
     });
     return found == models.end() ? nullptr : &*found;
@@ -78,72 +78,62 @@ CandidateField::CandidateField(std::span<const measure::Measurement> recordings,
                   [&](const auto& candidate) { return contains(options.known, candidate); });
 }
 
-CandidateOptions CandidateField::with(const run::Heartbeat& heartbeat) const {
-    CandidateOptions own = options_.candidate;
-    if (heartbeat)
-        own.heartbeat = heartbeat;
-    return own;
-}
-
-ModelFit CandidateField::fit(const SelectedEffects& effects, const ModelFit& smaller) {
-    ModelFit fit = fit_model(effects, smaller, recordings_, options_.candidate);
+fit::Fit CandidateField::fit(const fit::SelectedEffects& effects, const fit::Fit& smaller) {
+    fit::Fit fit = fit::fit_model(effects, smaller, recordings_, options_.candidate);
     runs_ += fit.runs;
-    if (!fit.is_fitted())
+    if (fit.failed())
         throw core::NumericalError(core::FailureKind::FitFailed,
-                                   "the model cannot be fitted: " + fit.failure);
-    memory_.keep(effects, summary_of(fit));
+                                   "the model cannot be fitted: " + fit.reason);
+    memory_.keep(effects, fit::numbers_of(fit));
     return fit;
 }
 
-ModelFit CandidateField::recall(const SelectedEffects& effects, const ModelFit& smaller) {
-    if (const FitSummary* const known =
-            remembered(effects, smaller, std::numeric_limits<double>::infinity()))
-        return restore({effects, *known});
-    SearchedModel found = fit_anew({effects}, smaller, {}).front();
-    ModelFit fit;
-    if (found.fit.failure.empty())
-        fit = restore(found);
-    fit.names = found.fit.names;
-    fit.failure = found.fit.failure;
-    fit.moves = found.fit.moves;
-    return fit;
+fit::Fit CandidateField::recall(const fit::SelectedEffects& effects, const fit::Fit& smaller) {
+    if (const fit::Fit* const known =
+            remembered(effects, smaller, std::numeric_limits<double>::infinity())) {
+        fit::Fit model = *known;
+        model.effects = effects;
+        return restore(model);
+    }
+    fit::Fit found = fit_anew({effects}, smaller, {}).front();
+    return found.failed() ? found : restore(found);
 }
 
 /// A larger model that was met on another way may have ended above this smaller one, or was not
 /// followed as far as what is wanted now.
-const FitSummary* CandidateField::remembered(const SelectedEffects& effects,
-                                             const ModelFit& smaller, double wanted) const {
-    const FitSummary* const known = memory_.fit_of(effects);
+const fit::Fit* CandidateField::remembered(const fit::SelectedEffects& effects,
+                                             const fit::Fit& smaller, double wanted) const {
+    const fit::Fit* const known = memory_.fit_of(effects);
     const bool is_usable = known != nullptr && known->chi_squared <= smaller.chi_squared &&
                            (!known->out_of_reach || wanted <= *known->out_of_reach);
     return is_usable ? known : nullptr;
 }
 
-ModelFit CandidateField::restore(const SearchedModel& model) {
-    ModelFit fit = restored(model.fit, model.effects, recordings_, options_.candidate);
+fit::Fit CandidateField::restore(const fit::Fit& model) {
+    fit::Fit fit = fit::restored(model, recordings_, options_.candidate);
     runs_ += fit.runs;
     return fit;
 }
 
-std::vector<EffectScore> CandidateField::score(const ModelFit& base, const SelectedEffects& effects,
+std::vector<EffectScore> CandidateField::score(const fit::Fit& base, const fit::SelectedEffects& effects,
                                                int draws) {
     if (const auto* const known = memory_.scores_beside(effects); known != nullptr && draws == 0)
         return *known;
-    SelectedEffects wanted;
+    fit::SelectedEffects wanted;
     std::vector<double> costs;
     for (const physics::SelectedEffect& candidate : candidates_) {
-        SelectedEffects larger = effects;
+        fit::SelectedEffects larger = effects;
         larger.push_back(candidate);
         if (contains(effects, candidate) || !can_be_combined(larger))
             continue;
         wanted.push_back(candidate);
-        costs.push_back(relative_cost(larger));
+        costs.push_back(fit::relative_cost(larger));
     }
-    const CoarseImage image(base, recordings_, options_.candidate);
+    const fit::CoarseImage image(base, recordings_, options_.candidate);
     const std::vector<std::string> answers =
         options_.map(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
             return to_text(score_effect(image.fit(), wanted[item], image.recordings(),
-                                        image.options(with(heartbeat)), draws));
+                                        image.options(with_heartbeat(options_.candidate, heartbeat)), draws));
         });
     std::vector<EffectScore> scores;
     for (std::size_t k = 0; k < wanted.size(); ++k) {
@@ -154,20 +144,20 @@ std::vector<EffectScore> CandidateField::score(const ModelFit& base, const Selec
     return scores;
 }
 
-std::vector<SelectedEffects> CandidateField::one_more(const SelectedEffects& effects,
+std::vector<fit::SelectedEffects> CandidateField::one_more(const fit::SelectedEffects& effects,
                                                       const std::vector<EffectScore>& scores,
                                                       double least_gain, bool only_best) const {
     double best = 0.0;
     for (const EffectScore& score : scores)
         best = std::max(best, score.gain);
-    std::vector<SelectedEffects> models;
+    std::vector<fit::SelectedEffects> models;
     for (const physics::SelectedEffect& candidate : candidates_) {
-        SelectedEffects larger = effects;
+        fit::SelectedEffects larger = effects;
         larger.push_back(candidate);
         if (contains(effects, candidate) || !can_be_combined(larger))
             continue;
         const EffectScore* const score = score_of(larger, scores);
-        const bool is_spatial = relative_cost({candidate}) > 1.0;
+        const bool is_spatial = fit::relative_cost({candidate}) > 1.0;
         const double share = only_best ? (is_spatial ? least_spatial_share : least_share)
                                        : (is_spatial ? least_share : 0.0);
         // A score that failed says nothing: the fit must tell.
@@ -177,12 +167,12 @@ std::vector<SelectedEffects> CandidateField::one_more(const SelectedEffects& eff
     return models;
 }
 
-std::vector<SelectedEffects> CandidateField::in_fewer_recordings(const SelectedEffects& effects,
+std::vector<fit::SelectedEffects> CandidateField::in_fewer_recordings(const fit::SelectedEffects& effects,
                                                                  std::size_t count) const {
-    std::vector<SelectedEffects> models;
+    std::vector<fit::SelectedEffects> models;
     for (std::size_t k = count; k < effects.size(); ++k) {
         const std::vector<std::string>& absent = effects[k].absent_from;
-        if (!belongs_to_recording(effects[k].effect->name() + '.') ||
+        if (!fit::belongs_to_recording(effects[k].effect->name() + '.') ||
             absent.size() + 1 >= recordings_.size())
             continue;
         for (const measure::Measurement& recording : recordings_)
@@ -192,21 +182,21 @@ std::vector<SelectedEffects> CandidateField::in_fewer_recordings(const SelectedE
     return models;
 }
 
-std::vector<SearchedModel> CandidateField::fit_promising(const std::vector<SelectedEffects>& models,
+std::vector<fit::Fit> CandidateField::fit_promising(const std::vector<fit::SelectedEffects>& models,
                                                          const std::vector<EffectScore>& scores,
-                                                         const ModelFit& smaller, double gained) {
-    std::vector<SelectedEffects> spatial;
-    std::vector<SelectedEffects> planar;
-    for (const SelectedEffects& model : models)
-        (relative_cost({model.back()}) > 1.0 ? spatial : planar).push_back(model);
-    std::vector<SearchedModel> fitted = fit_all(planar, smaller, smaller.chi_squared - gained);
-    for (const SearchedModel& model : fitted)
-        if (model.fit.is_fitted())
-            gained = std::max(gained, smaller.chi_squared - model.fit.chi_squared);
+                                                         const fit::Fit& smaller, double gained) {
+    std::vector<fit::SelectedEffects> spatial;
+    std::vector<fit::SelectedEffects> planar;
+    for (const fit::SelectedEffects& model : models)
+        (fit::relative_cost({model.back()}) > 1.0 ? spatial : planar).push_back(model);
+    std::vector<fit::Fit> fitted = fit_all(planar, smaller, smaller.chi_squared - gained);
+    for (const fit::Fit& model : fitted)
+        if (model.is_fitted())
+            gained = std::max(gained, smaller.chi_squared - model.chi_squared);
     const double slack =
         overtaking_slack *
         std::max(1.0, (smaller.chi_squared - gained) / static_cast<double>(smaller.readings));
-    std::erase_if(spatial, [&](const SelectedEffects& model) {
+    std::erase_if(spatial, [&](const fit::SelectedEffects& model) {
         const EffectScore* const score = score_of(model, scores);
         return score != nullptr && score->gain + slack < overtaking_share * gained;
     });
@@ -215,56 +205,55 @@ std::vector<SearchedModel> CandidateField::fit_promising(const std::vector<Selec
     return fitted;
 }
 
-std::vector<SearchedModel> CandidateField::fit_all(const std::vector<SelectedEffects>& models,
-                                                   const ModelFit& smaller,
+std::vector<fit::Fit> CandidateField::fit_all(const std::vector<fit::SelectedEffects>& models,
+                                                   const fit::Fit& smaller,
                                                    double wanted_chi_squared) {
-    std::vector<SearchedModel> fitted;
-    std::vector<SelectedEffects> unmet;
+    std::vector<fit::Fit> fitted;
+    std::vector<fit::SelectedEffects> unmet;
     std::vector<std::size_t> places;
-    for (const SelectedEffects& model : models) {
-        SearchedModel& known = fitted.emplace_back(SearchedModel{model, {}});
-        if (const FitSummary* const fit = remembered(model, smaller, wanted_chi_squared)) {
-            known.fit = *fit;
+    for (const fit::SelectedEffects& model : models) {
+        fit::Fit& known = fitted.emplace_back();
+        if (const fit::Fit* const fit = remembered(model, smaller, wanted_chi_squared)) {
+            known = *fit;
+            known.effects = model; // in the order in which they were found now
         } else {
             unmet.push_back(model);
             places.push_back(fitted.size() - 1);
         }
     }
-    std::vector<SearchedModel> found = fit_anew(unmet, smaller, {wanted_chi_squared, true});
+    std::vector<fit::Fit> found = fit_anew(unmet, smaller, {wanted_chi_squared, true});
     for (std::size_t k = 0; k < found.size(); ++k)
         fitted[places[k]] = std::move(found[k]);
     return fitted;
 }
 
-std::vector<SearchedModel> CandidateField::followed(std::vector<SearchedModel> models,
-                                                    const ModelFit& smaller,
+std::vector<fit::Fit> CandidateField::followed(std::vector<fit::Fit> models,
+                                                    const fit::Fit& smaller,
                                                     double largest_chi_squared) {
-    const auto may_come_below = [&](const SearchedModel& model) {
-        return model.fit.out_of_reach && *model.fit.out_of_reach < largest_chi_squared;
+    const auto may_come_below = [&](const fit::Fit& model) {
+        return model.out_of_reach && *model.out_of_reach < largest_chi_squared;
     };
-    std::vector<SelectedEffects> unfinished;
-    for (const SearchedModel& model : models)
+    std::vector<fit::SelectedEffects> unfinished;
+    for (const fit::Fit& model : models)
         if (may_come_below(model))
             unfinished.push_back(model.effects);
     auto found = fit_anew(unfinished, smaller, {largest_chi_squared});
     auto next = found.begin();
-    for (SearchedModel& model : models)
+    for (fit::Fit& model : models)
         if (may_come_below(model))
             model = std::move(*next++);
     return models;
 }
 
-std::vector<SearchedModel> CandidateField::fit_anew(const std::vector<SelectedEffects>& models,
-                                                    const ModelFit& smaller, const FitGoal& goal) {
-    std::vector<FitSummary> fits =
-        fit_candidates(models, smaller, recordings_, options_.candidate, options_.map, goal);
-    std::vector<SearchedModel> fitted;
+std::vector<fit::Fit> CandidateField::fit_anew(const std::vector<fit::SelectedEffects>& models,
+                                                    const fit::Fit& smaller, const fit::FitGoal& goal) {
+    std::vector<fit::Fit> fits =
+        fit::fit_candidates(models, smaller, recordings_, options_.candidate, options_.map, goal);
     for (std::size_t k = 0; k < models.size(); ++k) {
         runs_ += fits[k].runs;
         memory_.keep(models[k], fits[k]);
-        fitted.push_back({models[k], std::move(fits[k])});
     }
-    return fitted;
+    return fits;
 }
 
 } // namespace culm::diagnose

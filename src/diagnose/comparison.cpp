@@ -13,7 +13,7 @@ constexpr std::size_t parts = 3;
 
 /// Eq. 1 wants a release from rest in the line of time: a phase is free on both sides alike.
 reduce::RingDownAnalysisOptions ring_down_options(const measure::Measurement& measurement,
-                                                  const calibrate::ChainFit& fit) {
+                                                  const fit::RecordingFit& fit) {
     reduce::RingDownAnalysisOptions options;
     options.window = fit.times.back();
     options.has_phase = true;
@@ -23,7 +23,7 @@ reduce::RingDownAnalysisOptions ring_down_options(const measure::Measurement& me
 }
 
 /// The model's readings in place of the measured ones.
-reduce::StemHistories modelled_histories(const calibrate::ChainFit& fit,
+reduce::StemHistories modelled_histories(const fit::RecordingFit& fit,
                                          reduce::StemHistories stem) {
     const std::size_t rows = fit.prediction.rows;
     stem.times.resize(fit.times.size());
@@ -38,10 +38,10 @@ reduce::StemHistories modelled_histories(const calibrate::ChainFit& fit,
 
 } // namespace
 
-Comparison compare(const CandidateFit& candidate, const measure::Measurement& measurement) {
-    const calibrate::ChainFit& fit = *candidate.fit;
+Comparison compare(const fit::Fit& candidate, const measure::Measurement& measurement) {
+    const fit::RecordingFit& fit = candidate.parts.front();
     Comparison result;
-    result.moves = candidate.moves;
+    result.moves = candidate.moves();
     result.id = measurement.stem.id;
     result.swing = swing_of(fit, measurement);
     result.verdict = judge(fit, result.swing);

@@ -2,11 +2,11 @@
 // A fitted chain against its measurement: whether, where, when and how it fails.
 #pragma once
 
-#include "diagnose/candidate_fit.hpp"
+#include "fit/fit_model.hpp"
 #include "diagnose/mode_shapes.hpp"
-#include "diagnose/residual_spectrum.hpp"
+#include "fit/residual_spectrum.hpp"
 #include "diagnose/residual_structure.hpp"
-#include "diagnose/residual_table.hpp"
+#include "fit/residual_statistics.hpp"
 #include "diagnose/swing_windows.hpp"
 #include "diagnose/verdict.hpp"
 #include "reduce/stem_ring_downs.hpp"
@@ -20,10 +20,10 @@ struct Comparison {
     std::string id;    ///< of the measurement
     bool moves = true; ///< false: nothing in the model moves the stem
     Verdict verdict;
-    std::vector<ResidualGroup> by_height;
-    std::vector<ResidualGroup> by_time;      ///< thirds
-    std::vector<ResidualGroup> by_amplitude; ///< thirds, the largest first; empty if unknown
-    ResidualSpectrum spectrum;
+    std::vector<fit::ResidualGroup> by_height;
+    std::vector<fit::ResidualGroup> by_time;      ///< thirds
+    std::vector<fit::ResidualGroup> by_amplitude; ///< thirds, the largest first; empty if unknown
+    fit::ResidualSpectrum spectrum;
     Swing swing;
     std::vector<SwingWindow> windows;
     std::vector<ModeShape> modes;
@@ -32,8 +32,8 @@ struct Comparison {
     reduce::StemRingDowns modelled_ring_downs; ///< of the model at the same times and heights
 };
 
-/// `candidate` must have a fit.
-[[nodiscard]] Comparison compare(const CandidateFit& candidate,
+/// `candidate` is a fit to this one measurement, with its readings.
+[[nodiscard]] Comparison compare(const fit::Fit& candidate,
                                  const measure::Measurement& measurement);
 
 /// Three sentences for people: does it fit; where and when does it fail most; what does that look

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/correlated_estimate.hpp"
 
-#include "calibrate/joint_layout.hpp"
+#include "fit/layout.hpp"
 #include "core/error.hpp"
 #include "diagnose/correlated_noise.hpp"
 
@@ -20,20 +20,20 @@ constexpr double small_step = 0.02;
 
 /// The model at one point, and what its misses look like there.
 struct Point {
-    JointStart models;
+    fit::StartModels models;
     StackedReadings stacked;
     CorrelatedNoise noise;
 };
 
 class Estimation {
   public:
-    Estimation(const ModelFit& fit, std::span<const measure::Measurement> recordings,
-               const CandidateOptions& options)
+    Estimation(const fit::Fit& fit, std::span<const measure::Measurement> recordings,
+               const fit::FitOptions& options)
         : fit_(fit), recordings_(recordings), options_(options) {
-        for (const calibrate::ChainFit& part : fit.parts)
+        for (const fit::RecordingFit& part : fit.parts)
             point_.models.push_back(part.model);
-        layout_ = calibrate::joint_layout(point_.models, recordings, belongs_to_recording);
-        for (const calibrate::FittedParameter& parameter : fit.parameters)
+        layout_ = fit::joint_layout(point_.models, recordings, fit::belongs_to_recording);
+        for (const fit::FittedParameter& parameter : fit.parameters)
             is_held_.push_back(parameter.is_at_bound);
         point_.stacked = stacked_readings(fit, recordings);
         list_sequences();
@@ -63,7 +63,7 @@ class Estimation {
                 out.parameters[k].standard_error = std::sqrt(variance);
         }
         std::size_t sequence = 0;
-        for (const calibrate::ChainFit& part : fit_.parts) {
+        for (const fit::RecordingFit& part : fit_.parts) {
             std::vector<double>& rows = out.correlation.emplace_back();
             for (std::size_t j = 0; j < part.prediction.rows; ++j)
                 rows.push_back(point_.noise.correlation[sequence++]);
@@ -76,7 +76,7 @@ class Estimation {
     void list_sequences() {
         std::size_t frame = 0;
         Eigen::Index begin = 0;
-        for (const calibrate::ChainFit& part : fit_.parts) {
+        for (const fit::RecordingFit& part : fit_.parts) {
             const std::size_t rows = part.prediction.rows;
             for (std::size_t j = 0; j < rows; ++j) {
                 ReadingSequence& sequence = sequences_.emplace_back();
@@ -119,17 +119,17 @@ class Estimation {
         return false;
     }
 
-    [[nodiscard]] double value_of(const calibrate::JointLayout::Owner& owner) const {
-        const calibrate::StemModel& model = point_.models[owner.model];
+    [[nodiscard]] double value_of(const fit::JointLayout::Owner& owner) const {
+        const fit::StemModel& model = point_.models[owner.model];
         return owner.parameter < model.parameters.size()
                    ? model.parameters[owner.parameter].access.get(model.spec)
                    : model.release_time;
     }
 
-    const ModelFit& fit_;
+    const fit::Fit& fit_;
     std::span<const measure::Measurement> recordings_;
-    const CandidateOptions& options_;
-    calibrate::JointLayout layout_;
+    const fit::FitOptions& options_;
+    fit::JointLayout layout_;
     std::vector<bool> is_held_;
     std::vector<ReadingSequence> sequences_;
     Point point_;
@@ -138,8 +138,8 @@ class Estimation {
 } // namespace
 
 std::optional<CorrelatedEstimate>
-correlated_estimate(const ModelFit& fit, std::span<const measure::Measurement> recordings,
-                    const CandidateOptions& options) {
+correlated_estimate(const fit::Fit& fit, std::span<const measure::Measurement> recordings,
+                    const fit::FitOptions& options) {
     Estimation estimation(fit, recordings, options);
     if (!estimation.is_correlated())
         return std::nullopt;

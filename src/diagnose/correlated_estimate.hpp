@@ -2,7 +2,7 @@
 // The numbers of a model that misses its readings by more than noise.
 #pragma once
 
-#include "diagnose/model_fit.hpp"
+#include "fit/fit_model.hpp"
 
 #include <optional>
 #include <span>
@@ -14,7 +14,7 @@ namespace culm::diagnose {
 /// counts each for itself: a creeping zero then pulls at every number as hard as the swing does,
 /// and the intervals are far too narrow.
 struct CorrelatedEstimate {
-    std::vector<calibrate::FittedParameter> parameters; ///< as the fit's, with new values
+    std::vector<fit::FittedParameter> parameters; ///< as the fit's, with new values
     std::vector<std::vector<double>> correlation; ///< (recordings)(rows) of neighbouring frames
 };
 
@@ -23,7 +23,7 @@ struct CorrelatedEstimate {
 /// are estimated with them; standard errors by frames (covariance_by_frames). Nothing if the chain
 /// fails on the way, or if no row's misses are correlated: then the fit says it all.
 [[nodiscard]] std::optional<CorrelatedEstimate>
-correlated_estimate(const ModelFit& fit, std::span<const measure::Measurement> recordings,
-                    const CandidateOptions& options = {});
+correlated_estimate(const fit::Fit& fit, std::span<const measure::Measurement> recordings,
+                    const fit::FitOptions& options = {});
 
 } // namespace culm::diagnose

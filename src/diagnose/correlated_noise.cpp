@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/correlated_noise.hpp"
 
-#include "calibrate/information_directions.hpp"
+#include "fit/information.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -120,7 +120,7 @@ Eigen::MatrixXd covariance_by_frames(const WhitenedReadings& readings,
     meat *= frames / std::max(frames - static_cast<double>(count), 1.0);
 
     const Eigen::MatrixXd columns = jacobian(Eigen::all, free);
-    const auto told = calibrate::information_directions(columns.transpose() * columns);
+    const auto told = fit::information_directions(columns.transpose() * columns);
     Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(count, count);
     for (Eigen::Index k = 0; k < count; ++k)
         if (told.is_known(k))

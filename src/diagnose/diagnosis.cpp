@@ -33,12 +33,11 @@ class Search {
         for (const measure::Measurement& recording : recordings_)
             refuse_mere_noise(recording, options_.candidate.window);
         tell("fitting the published chain");
-        current_ = {options_.known, {}};
-        fit_ = field_.fit({}, {});
+                fit_ = field_.fit({}, {});
         result_.baseline = fit_;
         if (!options_.known.empty())
             fit_ = field_.fit(options_.known, fit_);
-        current_.fit = summary_of(fit_);
+        current_ = fit::numbers_of(fit_);
         is_noise_known_ = fit_.parts.front().is_noise_known;
         add_rung({});
         while (goes_on()) {
@@ -62,7 +61,7 @@ class Search {
     void add_rung(const HeldOutGain& held_out) {
         const SetVerdict verdict = judge(fit_, recordings_);
         DiagnosisRung rung;
-        rung.fit = current_.fit;
+        rung.fit = current_;
         rung.finding = verdict.finding;
         rung.p_value = verdict.p_value;
         rung.tests = verdict.reason;
@@ -82,35 +81,35 @@ class Search {
     [[nodiscard]] bool goes_on() {
         if (finding() == Finding::Undecided)
             return false;
-        if (!fit_.moves) { // what does not move has no derivatives
+        if (!fit_.moves()) { // what does not move has no derivatives
             scores_.clear();
             return added() < options_.most_effects && step();
         }
-        tell(fmt::format("scoring the candidates beside {}", fmt::join(current_.fit.names, " + ")));
+        tell(fmt::format("scoring the candidates beside {}", fmt::join(current_.names, " + ")));
         const bool is_full = added() >= options_.most_effects;
         // Where a step will hardly fail there is no need yet of what could not be seen.
         are_scores_final_ = is_full || !fails_clearly();
         scores_ = field_.score(fit_, current_.effects, are_scores_final_ ? options_.null_draws : 0);
         if (is_full ||
             (finding() == Finding::Adequate &&
-             (added() > 0 || !promises_significant_gain(scores_, current_.fit, is_noise_known_))))
+             (added() > 0 || !promises_significant_gain(scores_, current_, is_noise_known_))))
             return false;
         return step();
     }
 
     [[nodiscard]] bool step() {
-        std::vector<SearchedModel> models = fitted(true, {});
+        std::vector<fit::Fit> models = fitted(true, {});
         bool has_named = name_best(models);
         if (!has_named && fails_clearly()) {
-            const std::vector<SearchedModel> others = fitted(false, models);
+            const std::vector<fit::Fit> others = fitted(false, models);
             models.insert(models.end(), others.begin(), others.end());
             has_named = name_best(models);
         }
         if (!has_named && fails_clearly() && added() + 2 <= options_.most_effects) {
-            const std::vector<SelectedEffects> pairs = pairs_of_best(models, pairs_of);
+            const std::vector<fit::SelectedEffects> pairs = pairs_of_best(models, pairs_of);
             tell(fmt::format("fitting {} pairs of effects", pairs.size()));
-            std::vector<SearchedModel> fitted_pairs =
-                field_.fit_all(pairs, fit_, step_limit(current_.fit, 2));
+            std::vector<fit::Fit> fitted_pairs =
+                field_.fit_all(pairs, fit_, step_limit(current_, 2));
             has_named = name_best(fitted_pairs);
         }
         if (first_step_.empty()) {
@@ -122,85 +121,85 @@ class Search {
     }
 
     /// The candidates that promise most, or something, as far as they are not among `done`.
-    [[nodiscard]] std::vector<SearchedModel> fitted(bool only_best,
-                                                    const std::vector<SearchedModel>& done) {
-        std::vector<SelectedEffects> models =
+    [[nodiscard]] std::vector<fit::Fit> fitted(bool only_best,
+                                                    const std::vector<fit::Fit>& done) {
+        std::vector<fit::SelectedEffects> models =
             field_.one_more(current_.effects, scores_, promising_gain, only_best);
-        std::erase_if(models, [&](const SelectedEffects& effects) {
-            return std::ranges::any_of(done, [&](const SearchedModel& model) {
+        std::erase_if(models, [&](const fit::SelectedEffects& effects) {
+            return std::ranges::any_of(done, [&](const fit::Fit& model) {
                 return model.effects.back().effect == effects.back().effect;
             });
         });
         tell(fmt::format("fitting {} candidates beside {}", models.size(),
-                         fmt::join(current_.fit.names, " + ")));
-        const double needed = fit_.chi_squared - step_limit(current_.fit, 1);
+                         fmt::join(current_.names, " + ")));
+        const double needed = fit_.chi_squared - step_limit(current_, 1);
         return field_.fit_promising(models, scores_, fit_, std::max(needed, 0.0));
     }
 
-    [[nodiscard]] Yardstick yardstick_with(const std::vector<SearchedModel>& models) const {
-        std::vector<FitSummary> fits{current_.fit};
-        for (const SearchedModel& model : models)
-            fits.push_back(model.fit);
+    [[nodiscard]] Yardstick yardstick_with(const std::vector<fit::Fit>& models) const {
+        std::vector<fit::Fit> fits{current_};
+        for (const fit::Fit& model : models)
+            fits.push_back(model);
         return yardstick(fits, is_noise_known_);
     }
 
     /// Why this larger model is no step; empty if it is.
-    [[nodiscard]] std::string obstacle(const SearchedModel& model, const Yardstick& by) const {
+    [[nodiscard]] std::string obstacle(const fit::Fit& model, const Yardstick& by) const {
         for (std::size_t k = current_.effects.size(); k < model.effects.size(); ++k)
-            if (std::string text = naming_obstacle(model.fit, model.effects[k].effect->name());
+            if (std::string text = naming_obstacle(model, model.effects[k].effect->name());
                 !text.empty())
                 return text;
-        return step_obstacle(current_.fit, model.fit, by, scores_.size());
+        return step_obstacle(current_, model, by, scores_.size());
     }
 
     /// Takes the best of the models that are a step; false if none is. Only if the best gain enough
     /// but are refused, it matters where the others end.
-    [[nodiscard]] bool name_best(std::vector<SearchedModel>& models) {
+    [[nodiscard]] bool name_best(std::vector<fit::Fit>& models) {
         if (name_best_of(models))
             return true;
         const Yardstick by = yardstick_with(models);
-        const auto is_refused_gain = [&](const SearchedModel& model) {
-            return model.fit.is_fitted() && !model.fit.out_of_reach &&
-                   step_obstacle(current_.fit, model.fit, by, scores_.size()).empty();
+        const auto is_refused_gain = [&](const fit::Fit& model) {
+            return model.is_fitted() && !model.out_of_reach &&
+                   step_obstacle(current_, model, by, scores_.size()).empty();
         };
         if (std::ranges::none_of(
-                models, [](const auto& model) { return model.fit.out_of_reach.has_value(); }) ||
+                models, [](const auto& model) { return model.out_of_reach.has_value(); }) ||
             std::ranges::none_of(models, is_refused_gain))
             return false;
         tell("following the others to their end");
         const std::size_t more = models.front().effects.size() - current_.effects.size();
-        models = field_.followed(std::move(models), fit_, step_limit(current_.fit, more));
+        models = field_.followed(std::move(models), fit_, step_limit(current_, more));
         return name_best_of(models);
     }
 
     /// The same of those that were followed to their end, up to the first that was not.
-    [[nodiscard]] bool name_best_of(std::vector<SearchedModel> models) {
+    [[nodiscard]] bool name_best_of(std::vector<fit::Fit> models) {
         const Yardstick by = yardstick_with(models);
-        std::erase_if(models, [&](const SearchedModel& model) {
-            return refused_models_.contains(model.fit.names) || !obstacle(model, by).empty();
+        std::erase_if(models, [&](const fit::Fit& model) {
+            return refused_models_.contains(model.names) || !obstacle(model, by).empty();
         });
         std::ranges::stable_sort(models, {},
-                                 [&](const SearchedModel& model) { return bic(model.fit, by); });
+                                 [&](const fit::Fit& model) { return bic(model, by); });
         // What acts for certain, with nothing to fit, goes before what would have to be assumed.
-        std::ranges::stable_partition(models, [&](const SearchedModel& model) {
-            return acts_for_certain(current_.fit, model.fit);
+        std::ranges::stable_partition(models, [&](const fit::Fit& model) {
+            return acts_for_certain(current_, model);
         });
-        for (const SearchedModel& model : models) {
-            if (model.fit.out_of_reach)
+        for (const fit::Fit& model : models) {
+            if (model.out_of_reach)
                 return false;
-            ModelFit larger = field_.restore(model);
-            tell(fmt::format("predicting what {} has not seen", fmt::join(model.fit.names, " + ")));
+            fit::Fit larger = field_.restore(model);
+            tell(fmt::format("predicting what {} has not seen", fmt::join(model.names, " + ")));
             const HeldOutGain held_out =
                 held_out_gain(fit_, larger, recordings_, options_.candidate, options_.map);
             if (!held_out.obstacle.empty()) {
-                refused_models_.insert(model.fit.names);
+                refused_models_.insert(model.names);
                 refused_[model.effects.back().effect->name()] = held_out.obstacle;
                 continue;
             }
-            SearchedModel found = where_it_is_needed(model);
-            if (found.fit.parameters.size() < model.fit.parameters.size())
+            fit::Fit found = where_it_is_needed(model);
+            if (found.parameters.size() < model.parameters.size())
                 larger = field_.restore(found);
-            const double gain = bic(current_.fit, by) - bic(found.fit, by);
+            const double gain = bic(current_, by) - bic(found, by);
             take(found, std::move(larger), held_out);
             result_.ladder.back().delta_bic = -gain;
             return true;
@@ -210,23 +209,23 @@ class Search {
 
     /// What belongs to a recording (a mass at its tip) need not be in all of them: it leaves those
     /// that do as well without it.
-    [[nodiscard]] SearchedModel where_it_is_needed(SearchedModel model) {
+    [[nodiscard]] fit::Fit where_it_is_needed(fit::Fit model) {
         while (true) {
-            std::vector<SearchedModel> fewer = field_.fit_all(
+            std::vector<fit::Fit> fewer = field_.fit_all(
                 field_.in_fewer_recordings(model.effects, current_.effects.size()), fit_);
-            std::erase_if(fewer, [](const SearchedModel& each) { return !each.fit.is_fitted(); });
+            std::erase_if(fewer, [](const fit::Fit& each) { return !each.is_fitted(); });
             if (fewer.empty())
                 return model;
             const Yardstick by = yardstick_with({model});
             const auto best = std::ranges::min_element(
-                fewer, {}, [&](const SearchedModel& each) { return bic(each.fit, by); });
-            if (!(bic(best->fit, by) - bic(model.fit, by) < tie_gap))
+                fewer, {}, [&](const fit::Fit& each) { return bic(each, by); });
+            if (!(bic(*best, by) - bic(model, by) < tie_gap))
                 return model;
             model = *best;
         }
     }
 
-    void take(const SearchedModel& model, ModelFit fit, const HeldOutGain& held_out) {
+    void take(const fit::Fit& model, fit::Fit fit, const HeldOutGain& held_out) {
         are_scores_final_ = false;
         current_ = model;
         fit_ = std::move(fit);
@@ -250,25 +249,25 @@ class Search {
 
     /// The fit without one of the effects, and the models with another in its place.
     struct Without {
-        FitSummary smaller;
-        std::vector<SearchedModel> models;
+        fit::Fit smaller;
+        std::vector<fit::Fit> models;
     };
 
     [[nodiscard]] Without rivals_of(std::size_t place) {
-        SelectedEffects rest = current_.effects;
+        fit::SelectedEffects rest = current_.effects;
         rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(place));
         if (rest.size() == options_.known.size())
             return {first_smaller_, first_step_};
         tell(fmt::format("what else could stand for {}", current_.effects[place].effect->name()));
-        const ModelFit smaller = field_.recall(rest, result_.baseline);
-        Without out{summary_of(smaller), {}};
-        if (!smaller.is_fitted())
+        const fit::Fit smaller = field_.recall(rest, result_.baseline);
+        Without out{fit::numbers_of(smaller), {}};
+        if (smaller.failed())
             return out;
         const std::vector<EffectScore> scores = field_.score(smaller, rest, 0);
-        const double needed = smaller.chi_squared - current_.fit.chi_squared;
-        std::vector<SelectedEffects> others =
+        const double needed = smaller.chi_squared - current_.chi_squared;
+        std::vector<fit::SelectedEffects> others =
             field_.one_more(rest, scores, std::max(promising_gain, promised_share * needed), true);
-        std::erase_if(others, [&](const SelectedEffects& model) {
+        std::erase_if(others, [&](const fit::SelectedEffects& model) {
             return model.back().effect == current_.effects[place].effect;
         });
         out.models = field_.fit_promising(others, scores, smaller, needed);
@@ -279,32 +278,30 @@ class Search {
     [[nodiscard]] bool exchange_one(std::size_t place) {
         const std::string out = current_.effects[place].effect->name();
         Without without = rivals_of(place);
-        std::erase_if(without.models, [&](const SearchedModel& model) {
+        std::erase_if(without.models, [&](const fit::Fit& model) {
             return model.effects.back().effect->name() == out;
         });
         const Yardstick by = yardstick_with(without.models);
-        const double here = bic(current_.fit, by);
+        const double here = bic(current_, by);
         if (added() > 1 && without.smaller.is_fitted() &&
             bic(without.smaller, by) - here < tie_gap) {
-            SelectedEffects rest = current_.effects;
-            rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(place));
-            return replace({std::move(rest), without.smaller}, by);
+            return replace(without.smaller, by);
         }
-        std::erase_if(without.models, [](const SearchedModel& model) {
-            return !is_rival(model.fit, model.effects.back().effect->name());
+        std::erase_if(without.models, [](const fit::Fit& model) {
+            return !is_rival(model, model.effects.back().effect->name());
         });
         std::ranges::stable_sort(without.models, {},
-                                 [&](const SearchedModel& model) { return bic(model.fit, by); });
+                                 [&](const fit::Fit& model) { return bic(model, by); });
         Rivals group{current_.effects[place], {}, {}};
         // Where structure is left, what decides between two is what neither explains.
         const bool is_open = finding() == Finding::Inadequate;
-        for (const SearchedModel& model : without.models) {
-            const double gap = bic(model.fit, by) - here;
+        for (const fit::Fit& model : without.models) {
+            const double gap = bic(model, by) - here;
             if (gap < -tie_gap &&
-                naming_obstacle(model.fit, model.effects.back().effect->name()).empty())
+                naming_obstacle(model, model.effects.back().effect->name()).empty())
                 return replace(model, by);
             if (gap < tie_gap || (gap < clear_gap && leaves_noise(model)) ||
-                (is_open && explains(result_.ladder.front().fit, model.fit, nearly_all))) {
+                (is_open && explains(result_.ladder.front().fit, model, nearly_all))) {
                 group.models.push_back(model);
                 group.delta_bic.push_back(gap);
             }
@@ -314,13 +311,13 @@ class Search {
         return false;
     }
 
-    [[nodiscard]] bool leaves_noise(const SearchedModel& model) {
-        const ModelFit fit = field_.restore(model);
-        return fit.is_fitted() && judge(fit, recordings_).finding == Finding::Adequate;
+    [[nodiscard]] bool leaves_noise(const fit::Fit& model) {
+        const fit::Fit fit = field_.restore(model);
+        return !fit.failed() && judge(fit, recordings_).finding == Finding::Adequate;
     }
 
-    [[nodiscard]] bool replace(const SearchedModel& model, const Yardstick& by) {
-        const double gain = bic(current_.fit, by) - bic(model.fit, by);
+    [[nodiscard]] bool replace(const fit::Fit& model, const Yardstick& by) {
+        const double gain = bic(current_, by) - bic(model, by);
         take(model, field_.restore(model), {});
         result_.ladder.back().delta_bic = -gain;
         return true;
@@ -332,23 +329,23 @@ class Search {
         if (added() != 2 || !is_noise_known_)
             return;
         const std::size_t known = options_.known.size();
-        const SearchedModel* better =
+        const fit::Fit* better =
             single_of(first_step_, current_.effects[known].effect->name(), known);
-        const SearchedModel* other =
+        const fit::Fit* other =
             single_of(first_step_, current_.effects.back().effect->name(), known);
         if (better == nullptr || other == nullptr ||
-            !explains(first_smaller_, better->fit, all_but_a_trace) ||
-            !explains(first_smaller_, other->fit, all_but_a_trace))
+            !explains(first_smaller_, *better, all_but_a_trace) ||
+            !explains(first_smaller_, *other, all_but_a_trace))
             return;
         const Yardstick by = yardstick_with({*better, *other});
-        if (bic(other->fit, by) < bic(better->fit, by))
+        if (bic(*other, by) < bic(*better, by))
             std::swap(better, other);
         rivals_ = {
-            {better->effects.back(), {*other}, {bic(other->fit, by) - bic(better->fit, by)}}};
+            {better->effects.back(), {*other}, {bic(*other, by) - bic(*better, by)}}};
         is_one_law_ = true;
         result_.ladder.resize(1);
         take(*better, field_.restore(*better), {});
-        result_.ladder.back().delta_bic = bic(better->fit, by) - bic(first_smaller_, by);
+        result_.ladder.back().delta_bic = bic(*better, by) - bic(first_smaller_, by);
     }
 
     void conclude() {
@@ -372,15 +369,15 @@ class Search {
     std::span<const measure::Measurement> recordings_;
     const DiagnosisOptions& options_;
     CandidateField field_;
-    SearchedModel current_;
-    ModelFit fit_; ///< of the current model
+    fit::Fit current_;
+    fit::Fit fit_; ///< of the current model
     bool is_noise_known_ = true;
     bool is_one_law_ = false;         ///< as Found's
     std::vector<EffectScore> scores_; ///< of the candidates beside the current model
     bool are_scores_final_ = false;   ///< are they?
-    std::vector<SearchedModel> first_step_;
+    std::vector<fit::Fit> first_step_;
     std::vector<EffectScore> first_scores_;
-    FitSummary first_smaller_;
+    fit::Fit first_smaller_;
     std::vector<Rivals> rivals_;
     std::map<std::string, std::string> refused_;        ///< effects that predict no better, and why
     std::set<std::vector<std::string>> refused_models_; ///< likewise

@@ -4,11 +4,11 @@
 
 #include "diagnose/correlated_estimate.hpp"
 #include "diagnose/missing_force.hpp"
-#include "diagnose/model_fit.hpp"
+#include "fit/fit_model.hpp"
 #include "diagnose/next_experiment.hpp"
 #include "diagnose/score_test.hpp"
 #include "diagnose/verdict.hpp"
-#include "diagnose/work_map.hpp"
+#include "fit/work_map.hpp"
 
 #include <functional>
 #include <optional>
@@ -31,7 +31,7 @@ enum class Conclusion {
 /// One candidate beside the model of the first step.
 struct RankedEffect {
     std::string effect;
-    FitSummary fit;           ///< without parameters where the score test left no hope
+    fit::Fit fit;           ///< without parameters where the score test left no hope
     bool is_refitted = false; ///< false: rmse, delta_bic and p_value are the score test's
     double rmse = 0.0;        ///< m
     double delta_bic = 0.0;   ///< against the model without it: negative is better
@@ -43,7 +43,7 @@ struct RankedEffect {
 
 /// A model on the way to the answer.
 struct DiagnosisRung {
-    FitSummary fit;
+    fit::Fit fit;
     Finding finding = Finding::Undecided;
     double p_value = 1.0;         ///< smallest adjusted one of the tests for lack of fit
     std::string tests;            ///< which of them object
@@ -77,20 +77,20 @@ struct Diagnosis {
     FalseNaming false_naming;
     std::vector<Experiment> next_experiments; ///< the most telling first
     std::optional<MissingForce> missing_force;
-    ModelFit baseline;
-    ModelFit final_fit; ///< of the best model that was reached, named or not
+    fit::Fit baseline;
+    fit::Fit final_fit; ///< of the best model that was reached, named or not
     /// Numbers of the final fit, where effects are named although it leaves structure.
     std::optional<CorrelatedEstimate> correlated;
     int runs = 0; ///< of the chain with all its derivatives, for the fits of models
 };
 
 struct DiagnosisOptions {
-    CandidateOptions candidate;
-    SelectedEffects known;      ///< that act for certain; part of every model
-    SelectedEffects candidates; ///< empty: candidate_effects()
+    fit::FitOptions candidate;
+    fit::SelectedEffects known;      ///< that act for certain; part of every model
+    fit::SelectedEffects candidates; ///< empty: candidate_effects()
     std::size_t most_effects = 3;
     int null_draws = 200;
-    WorkMap map = one_after_the_other;
+    fit::WorkMap map = fit::one_after_the_other;
     std::function<void(const std::string&)> progress; ///< told what is done next; may be empty
 };
 

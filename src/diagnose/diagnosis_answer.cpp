@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/diagnosis_answer.hpp"
 
-#include "diagnose/coarse_image.hpp"
+#include "fit/coarse_image.hpp"
 #include "diagnose/naming.hpp"
-#include "diagnose/residual_table.hpp"
+#include "fit/residual_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +32,7 @@ std::vector<std::string> named(const Found& found) {
 
 /// Share of the misfit above the noise that is gone.
 double explained_share(const Found& found) {
-    const FitSummary& end = found.model.fit;
+    const fit::Fit& end = found.model;
     if (!found.is_noise_known)
         return 1.0 - std::pow(end.rmse / found.start.rmse, 2);
     const double excess = found.start.chi_squared - static_cast<double>(found.start.readings);
@@ -43,7 +43,7 @@ double explained_share(const Found& found) {
 /// nothing did.
 std::string fallen_obstacle(const Found& found, const std::vector<std::string>& effects) {
     for (const std::string& effect : effects)
-        if (std::string text = naming_obstacle(found.model.fit, effect); !text.empty())
+        if (std::string text = naming_obstacle(found.model, effect); !text.empty())
             return text;
     return {};
 }
@@ -97,7 +97,7 @@ void add_conclusion(const Found& found, Diagnosis& result) {
         result.reason += "; a law between these would explain it, as both together do";
     for (const Rivals& rivals : found.rivals) {
         TieGroup group{{rivals.effect.effect->name()}, rivals.delta_bic, {}};
-        for (const SearchedModel& model : rivals.models)
+        for (const fit::Fit& model : rivals.models)
             group.names.push_back(model.effects.back().effect->name());
         group.separate_by = rivals.effect.effect->remedy();
         result.ties.push_back(std::move(group));
@@ -114,29 +114,29 @@ double cosine(const EffectScore& a, const EffectScore& b) {
 }
 
 void rank(const Found& found, Diagnosis& result) {
-    std::vector<FitSummary> fits{found.start};
-    for (const SearchedModel& model : found.first_step)
-        fits.push_back(model.fit);
+    std::vector<fit::Fit> fits{found.start};
+    for (const fit::Fit& model : found.first_step)
+        fits.push_back(model);
     const Yardstick by = yardstick(fits, found.is_noise_known);
     const auto tried = static_cast<double>(found.first_scores.size());
     for (const EffectScore& score : found.first_scores) {
         RankedEffect entry;
         entry.effect = score.effect;
-        const SearchedModel* const model =
+        const fit::Fit* const model =
             single_of(found.first_step, score.effect, found.options.known.size());
         // A fit that ended early above the model it contains says less than its score.
-        const bool tells = model != nullptr && !(model->fit.out_of_reach &&
-                                                 model->fit.chi_squared > found.start.chi_squared);
+        const bool tells = model != nullptr && !(model->out_of_reach &&
+                                                 model->chi_squared > found.start.chi_squared);
         if (tells) {
-            entry.fit = model->fit;
+            entry.fit = *model;
             entry.is_refitted = true;
-            entry.rmse = model->fit.rmse;
-            entry.obstacle = model->fit.out_of_reach
+            entry.rmse = model->rmse;
+            entry.obstacle = model->out_of_reach
                                  ? "fit ended early: it would not come near the best"
-                                 : naming_obstacle(model->fit, score.effect);
-            if (model->fit.is_fitted()) {
-                entry.delta_bic = bic(model->fit, by) - bic(found.start, by);
-                entry.p_value = std::min(1.0, tried * gain_p_value(found.start, model->fit, by));
+                                 : naming_obstacle(*model, score.effect);
+            if (model->is_fitted()) {
+                entry.delta_bic = bic(*model, by) - bic(found.start, by);
+                entry.p_value = std::min(1.0, tried * gain_p_value(found.start, *model, by));
             } else {
                 entry.delta_bic = std::numeric_limits<double>::infinity();
             }
@@ -165,7 +165,7 @@ void rank(const Found& found, Diagnosis& result) {
 }
 
 void count_false_names(const Found& found, Diagnosis& result) {
-    const Yardstick by = yardstick(std::vector{found.model.fit}, found.is_noise_known);
+    const Yardstick by = yardstick(std::vector{found.model}, found.is_noise_known);
     const double price = std::log(by.effective_readings);
     const auto tried = static_cast<double>(result.blind_spots.size());
     std::vector<bool> is_named;
@@ -189,15 +189,15 @@ void count_false_names(const Found& found, Diagnosis& result) {
 }
 
 /// A model with a candidate of the size at which the record at hand would just show it.
-SearchedModel just_visible(const Found& found, const physics::SelectedEffect& candidate,
+fit::Fit just_visible(const Found& found, const physics::SelectedEffect& candidate,
                            const EffectScore& score) {
-    SearchedModel model = found.model;
+    fit::Fit model = found.model;
     model.effects.push_back(candidate);
-    model.fit.names = model_names(in_library_order(model.effects));
-    calibrate::FittedParameter size;
+    model.names = model_names(in_library_order(model.effects));
+    fit::FittedParameter size;
     size.name = score.effect + "." + score.parameter;
     size.value = score.smallest_visible;
-    model.fit.parameters.push_back(std::move(size));
+    model.parameters.push_back(std::move(size));
     return model;
 }
 
@@ -206,11 +206,11 @@ SearchedModel just_visible(const Found& found, const physics::SelectedEffect& ca
 std::vector<std::pair<Rival, Rival>> pairs_to_separate(const Found& found,
                                                        const Diagnosis& result) {
     std::vector<std::pair<Rival, Rival>> pairs;
-    const Rival answer{found.model.effects, found.model.fit, {}};
+    const Rival answer{found.model, {}};
     for (const Rivals& rivals : found.rivals)
-        for (const SearchedModel& model : rivals.models)
+        for (const fit::Fit& model : rivals.models)
             if (pairs.size() < most_pairs)
-                pairs.push_back({answer, {model.effects, model.fit, {}}});
+                pairs.push_back({answer, {model, {}}});
     if (!pairs.empty() || result.conclusion == Conclusion::Unknown)
         return pairs;
     std::vector<const EffectScore*> harmful;
@@ -226,8 +226,8 @@ std::vector<std::pair<Rival, Rival>> pairs_to_separate(const Found& found,
             // the rest.
             if (candidate.effect->name() == score->effect && pairs.size() < most_pairs &&
                 candidate.effect->dimensions() < 3) {
-                const SearchedModel with = just_visible(found, candidate, *score);
-                pairs.push_back({{with.effects, with.fit, score->effect}, answer});
+                const fit::Fit with = just_visible(found, candidate, *score);
+                pairs.push_back({{with, score->effect}, answer});
             }
     return pairs;
 }
@@ -242,7 +242,7 @@ void complete(const Found& found, Diagnosis& result) {
     if (!pairs.empty()) {
         if (found.options.progress)
             found.options.progress("looking for the experiment that tells most");
-        const CoarseImage image(result.final_fit, found.recordings, found.options.candidate);
+        const fit::CoarseImage image(result.final_fit, found.recordings, found.options.candidate);
         for (auto& [truth, other] : pairs) {
             truth.fit = image.as_coarse(std::move(truth.fit));
             other.fit = image.as_coarse(std::move(other.fit));

@@ -14,17 +14,17 @@ namespace culm::diagnose {
 /// An effect of the answer and the sets that do as well with another in its place.
 struct Rivals {
     physics::SelectedEffect effect;
-    std::vector<SearchedModel> models;
+    std::vector<fit::Fit> models;
     std::vector<double> delta_bic; ///< of each against the answer
 };
 
 struct Found {
     std::span<const measure::Measurement> recordings;
     const DiagnosisOptions& options;
-    const SelectedEffects& candidates;
-    const SearchedModel& model; ///< that was reached
-    const FitSummary& start;    ///< from which the search set out
-    const std::vector<SearchedModel>& first_step;
+    const fit::SelectedEffects& candidates;
+    const fit::Fit& model; ///< that was reached
+    const fit::Fit& start;    ///< from which the search set out
+    const std::vector<fit::Fit>& first_step;
     const std::vector<EffectScore>& first_scores;
     const std::vector<Rivals>& rivals;
     const std::map<std::string, std::string>& refused;

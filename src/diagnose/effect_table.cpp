@@ -8,17 +8,18 @@
 namespace culm::diagnose {
 namespace {
 
-EffectCell cell_of(const CandidateFit& candidate) {
+EffectCell cell_of(const fit::Fit& candidate) {
     EffectCell cell;
-    cell.failure = candidate.failure;
     cell.runs = candidate.runs;
-    if (!candidate.fit)
+    if (candidate.failed()) {
+        cell.failure = candidate.reason;
         return cell;
-    const calibrate::ChainFit& fit = *candidate.fit;
+    }
+    const fit::RecordingFit& fit = candidate.parts.front();
     cell.rmse = fit.rmse;
     cell.over_noise = std::sqrt(fit.chi_squared / static_cast<double>(fit.readings));
     cell.reduced_chi_squared = fit.reduced_chi_squared;
-    for (const calibrate::FittedParameter& parameter : fit.parameters) {
+    for (const fit::FittedParameter& parameter : fit.parameters) {
         if (parameter.name.find('.') == std::string::npos)
             continue;
         cell.parameters.push_back(parameter);
@@ -29,19 +30,21 @@ EffectCell cell_of(const CandidateFit& candidate) {
 
 } // namespace
 
-EffectCell EffectTable::cell(std::size_t measurement, const SelectedEffects& effects,
+EffectCell EffectTable::cell(std::size_t measurement, const fit::SelectedEffects& effects,
                              const run::Heartbeat& heartbeat) {
     const measure::Measurement& measured = measurements_[measurement];
-    CandidateOptions options = options_;
+    const std::span<const measure::Measurement> alone(&measured, 1);
+    fit::FitOptions options = options_;
     options.heartbeat = heartbeat;
     EffectCell failed;
     try {
         auto baseline = baselines_.find(measurement);
         if (baseline == baselines_.end())
-            baseline = baselines_.emplace(measurement, fit_baseline(measured, options)).first;
+            baseline =
+                baselines_.emplace(measurement, fit::fit_model({}, {}, alone, options)).first;
         if (effects.empty())
             return cell_of(baseline->second);
-        return cell_of(fit_candidate(effects, baseline->second, measured, options));
+        return cell_of(fit::fit_candidate(effects, baseline->second, measured, options));
     } catch (const core::InputError& error) {
         failed.applies = false;
         failed.failure = error.what();

@@ -2,7 +2,7 @@
 // Which models explain which measurements: every cell of the table is one fit.
 #pragma once
 
-#include "diagnose/candidate_fit.hpp"
+#include "fit/fit_model.hpp"
 
 #include <map>
 #include <string>
@@ -17,7 +17,7 @@ struct EffectCell {
     double rmse = 0.0;   ///< m
     double over_noise = 0.0;
     double reduced_chi_squared = 0.0;
-    std::vector<calibrate::FittedParameter> parameters; ///< the effects' only
+    std::vector<fit::FittedParameter> parameters; ///< the effects' only
     bool is_at_bound = false;                           ///< one of them
     int runs = 0;
 };
@@ -26,17 +26,17 @@ struct EffectCell {
 class EffectTable {
   public:
     explicit EffectTable(const std::vector<measure::Measurement>& measurements,
-                         CandidateOptions options = {})
+                         fit::FitOptions options = {})
         : measurements_(measurements), options_(std::move(options)) {}
 
     /// The cell of measurement number `measurement`; no effects: the baseline.
-    [[nodiscard]] EffectCell cell(std::size_t measurement, const SelectedEffects& effects,
+    [[nodiscard]] EffectCell cell(std::size_t measurement, const fit::SelectedEffects& effects,
                                   const run::Heartbeat& heartbeat = {});
 
   private:
     const std::vector<measure::Measurement>& measurements_;
-    CandidateOptions options_;
-    std::map<std::size_t, CandidateFit> baselines_;
+    fit::FitOptions options_;
+    std::map<std::size_t, fit::Fit> baselines_;
 };
 
 } // namespace culm::diagnose

@@ -2,7 +2,7 @@
 // Simple forces of which a missing one may consist.
 #pragma once
 
-#include "diagnose/candidate_model.hpp"
+#include "fit/stem_model.hpp"
 #include "physics/effects/user_effect.hpp"
 
 #include <string>

@@ -83,7 +83,7 @@ class PartSum {
 /// One model of one or several recordings, of which it does not see everything.
 class Holder {
   public:
-    Holder(std::span<const calibrate::ChainFit> parts, std::span<const HoldOut> hold_out,
+    Holder(std::span<const fit::RecordingFit> parts, std::span<const HoldOut> hold_out,
            std::span<const measure::Measurement> recordings)
         : parts_(parts), hold_out_(hold_out), recordings_(recordings) {}
 
@@ -109,27 +109,27 @@ class Holder {
 
     /// By a fit to what is not held out.
     [[nodiscard]] HeldOutPart of_refit(const IsHeldOut& is_held_out,
-                                       const calibrate::BelongsToRecording& belongs_to_recording,
-                                       const CandidateOptions& options) const {
+                                       const fit::BelongsToRecording& fit::belongs_to_recording,
+                                       const fit::FitOptions& options) const {
         HeldOutPart failed;
         try {
-            calibrate::JointOptions joint;
+            fit::JointOptions joint;
             joint.chain.window = options.window;
             joint.chain.is_first_guess = false;
             // From the fit to all readings it is not far; what wanders on in a flat valley predicts
             // no better at its end.
             joint.chain.largest_iterations = most_iterations;
             joint.chain.heartbeat = options.heartbeat;
-            joint.belongs_to_recording = belongs_to_recording;
-            std::vector<calibrate::StemModel> models;
-            for (const calibrate::ChainFit& part : parts_)
+            joint.belongs_to_recording = fit::belongs_to_recording;
+            std::vector<fit::StemModel> models;
+            for (const fit::RecordingFit& part : parts_)
                 models.push_back(part.model);
-            const calibrate::JointFit again =
-                calibrate::fit_jointly(models, what_is_seen(is_held_out), joint);
+            const fit::Fit again =
+                fit::fit_jointly(models, what_is_seen(is_held_out), joint);
             PartSum sum;
             for (std::size_t m = 0; m < parts_.size(); ++m)
                 add(m,
-                    calibrate::predict_readings(again.parts[m].model, parts_[m].times,
+                    fit::predict_readings(again.parts[m].model, parts_[m].times,
                                                 options.heartbeat),
                     is_held_out, sum);
             return sum.part();
@@ -152,7 +152,7 @@ class Holder {
         return seen;
     }
 
-    void add(std::size_t part, const calibrate::ChainPrediction& prediction,
+    void add(std::size_t part, const fit::ChainPrediction& prediction,
              const IsHeldOut& is_held_out, PartSum& sum) const {
         const measure::Measurement& recording = recordings_[part];
         sum.begin_recording(hold_out_[part]);
@@ -167,7 +167,7 @@ class Holder {
         }
     }
 
-    std::span<const calibrate::ChainFit> parts_;
+    std::span<const fit::RecordingFit> parts_;
     std::span<const HoldOut> hold_out_;
     std::span<const measure::Measurement> recordings_;
 };
@@ -178,7 +178,7 @@ double mean(const std::vector<double>& values) {
 
 } // namespace
 
-std::size_t row_to_leave_out(const calibrate::ChainFit& baseline) {
+std::size_t row_to_leave_out(const fit::RecordingFit& baseline) {
     std::size_t worst = baseline.prediction.rows - 1;
     double largest = -1.0;
     for (std::size_t j = baseline.prediction.rows / 2; j < baseline.prediction.rows; ++j) {
@@ -195,33 +195,33 @@ std::size_t row_to_leave_out(const calibrate::ChainFit& baseline) {
     return worst;
 }
 
-HoldOut hold_out_of(std::size_t row, const calibrate::ChainFit& fit) {
+HoldOut hold_out_of(std::size_t row, const fit::RecordingFit& fit) {
     return {row, fit.noise, block_periods / physics::first_frequency(fit.model.spec.stem)};
 }
 
-HeldOutPart predict_held_out(HeldOutReadings which, std::span<const calibrate::ChainFit> parts,
+HeldOutPart predict_held_out(HeldOutReadings which, std::span<const fit::RecordingFit> parts,
                              std::span<const HoldOut> hold_out,
                              std::span<const measure::Measurement> recordings,
-                             const calibrate::BelongsToRecording& belongs_to_recording,
-                             const CandidateOptions& options) {
+                             const fit::BelongsToRecording& fit::belongs_to_recording,
+                             const fit::FitOptions& options) {
     const Holder holder(parts, hold_out, recordings);
     if (which == HeldOutReadings::LastThird)
-        return holder.of_refit(holder.late_ones(), belongs_to_recording, options);
+        return holder.of_refit(holder.late_ones(), fit::belongs_to_recording, options);
     const bool has_rows = std::ranges::all_of(
         recordings, [](const auto& recording) { return recording.heights.size() > 1; });
     if (has_rows)
-        return holder.of_refit(holder.those_in_row(), belongs_to_recording, options);
+        return holder.of_refit(holder.those_in_row(), fit::belongs_to_recording, options);
     HeldOutPart none;
     none.failure = "there is only one height";
     return none;
 }
 
-HeldOut predict_held_out(const CandidateFit& candidate, const HoldOut& hold_out,
-                         const measure::Measurement& measurement, const CandidateOptions& options) {
-    const std::span<const calibrate::ChainFit> part(&*candidate.fit, 1);
+HeldOut predict_held_out(const fit::Fit& candidate, const HoldOut& hold_out,
+                         const measure::Measurement& measurement, const fit::FitOptions& options) {
+    const std::span<const fit::RecordingFit> part(candidate.parts.data(), 1);
     const std::span<const HoldOut> held(&hold_out, 1);
     const std::span<const measure::Measurement> recording(&measurement, 1);
-    if (candidate.moves)
+    if (candidate.moves())
         return {predict_held_out(HeldOutReadings::LastThird, part, held, recording, {}, options),
                 predict_held_out(HeldOutReadings::OneHeight, part, held, recording, {}, options)};
     const Holder holder(part, held, recording);

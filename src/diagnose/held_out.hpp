@@ -2,8 +2,8 @@
 // How well a model predicts readings that it was not fitted to.
 #pragma once
 
-#include "calibrate/joint_fit.hpp"
-#include "diagnose/candidate_fit.hpp"
+#include "fit/fit.hpp"
+#include "fit/fit_model.hpp"
 
 #include <span>
 #include <string>
@@ -27,7 +27,7 @@ struct HeldOut {
 
 /// The row that is left out: of those in the upper half of the stem, the one where a baseline fails
 /// most.
-[[nodiscard]] std::size_t row_to_leave_out(const calibrate::ChainFit& baseline);
+[[nodiscard]] std::size_t row_to_leave_out(const fit::RecordingFit& baseline);
 
 /// What is held out, and by what its residuals are weighed: the same for models that are compared.
 struct HoldOut {
@@ -37,24 +37,24 @@ struct HoldOut {
 };
 
 /// By the noise of `fit`, in blocks of three periods of its beam.
-[[nodiscard]] HoldOut hold_out_of(std::size_t row, const calibrate::ChainFit& fit);
+[[nodiscard]] HoldOut hold_out_of(std::size_t row, const fit::RecordingFit& fit);
 
 /// Refits the candidate from its own values twice, without the last third and without the row. Of
 /// a model in which nothing moves the residuals are what it predicts.
-[[nodiscard]] HeldOut predict_held_out(const CandidateFit& candidate, const HoldOut& hold_out,
+[[nodiscard]] HeldOut predict_held_out(const fit::Fit& candidate, const HoldOut& hold_out,
                                        const measure::Measurement& measurement,
-                                       const CandidateOptions& options = {});
+                                       const fit::FitOptions& options = {});
 
 enum class HeldOutReadings { LastThird, OneHeight };
 
 /// One of the two, of one model of several recordings, `parts` and `hold_out` one for each: what
 /// they share stays shared, and the held-out readings of all count together.
 [[nodiscard]] HeldOutPart
-predict_held_out(HeldOutReadings which, std::span<const calibrate::ChainFit> parts,
+predict_held_out(HeldOutReadings which, std::span<const fit::RecordingFit> parts,
                  std::span<const HoldOut> hold_out,
                  std::span<const measure::Measurement> recordings,
-                 const calibrate::BelongsToRecording& belongs_to_recording,
-                 const CandidateOptions& options = {});
+                 const fit::BelongsToRecording& fit::belongs_to_recording,
+                 const fit::FitOptions& options = {});
 
 /// Is the mean of the block-wise differences larger − smaller below 0 by more than 1.96 of its
 /// standard errors? With fewer than four blocks the mean square has to fall by a tenth.

@@ -3,7 +3,7 @@
 
 #include "diagnose/mere_noise.hpp"
 #include "diagnose/naming.hpp"
-#include "diagnose/residual_correlation.hpp"
+#include "fit/residual_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,10 +28,10 @@ bool belongs_to(const std::string& parameter, const std::string& effect) {
 }
 
 /// Empty if at least one size of the effect is known to be there.
-std::string absence_not_excluded(const calibrate::ChainFit& fit, const std::string& effect) {
+std::string absence_not_excluded(const fit::RecordingFit& fit, const std::string& effect) {
     bool has_size = false;
     std::string text;
-    for (const calibrate::FittedParameter& parameter : fit.parameters) {
+    for (const fit::FittedParameter& parameter : fit.parameters) {
         if (!belongs_to(parameter.name, effect) || parameter.is_place)
             continue;
         has_size = true;
@@ -46,9 +46,9 @@ std::string absence_not_excluded(const calibrate::ChainFit& fit, const std::stri
     return has_size ? text : std::string();
 }
 
-std::string parameter_at_bound(const calibrate::ChainFit& fit,
+std::string parameter_at_bound(const fit::RecordingFit& fit,
                                const std::vector<std::string>& effects) {
-    for (const calibrate::FittedParameter& parameter : fit.parameters)
+    for (const fit::FittedParameter& parameter : fit.parameters)
         for (const std::string& effect : effects)
             if (parameter.is_at_bound && belongs_to(parameter.name, effect))
                 return bound_text(parameter);
@@ -59,8 +59,8 @@ std::string parameter_at_bound(const calibrate::ChainFit& fit,
 /// below, `before` itself or refused: then what is new must earn its own keep too, and what was
 /// refused already is not asked for its size again.
 std::string objection(const Rung& rung, const Rung& before, const Rung& below) {
-    const calibrate::ChainFit& fit = *rung.candidate.fit;
-    const std::vector<std::string> fresh = difference(rung.candidate.names, below.candidate.names);
+    const fit::RecordingFit& fit = rung.fit.parts.front();
+    const std::vector<std::string> fresh = difference(rung.fit.names, below.fit.names);
     if (!(rung.delta_bic <= -naming_gain))
         return rung.delta_bic > 0.0 ? fmt::format("BIC rises by {:.1f}", rung.delta_bic)
                                     : fmt::format("BIC falls by {:.1f}, less than {:g}",
@@ -68,7 +68,7 @@ std::string objection(const Rung& rung, const Rung& before, const Rung& below) {
     if (!(rung.bic - below.bic <= -naming_gain))
         return fmt::format("BIC {} by {:.1f} against {}, which was no gain",
                            rung.bic > below.bic ? "rises" : "falls", std::abs(rung.bic - below.bic),
-                           fmt::join(below.candidate.names, " + "));
+                           fmt::join(below.fit.names, " + "));
     if (std::string bound = parameter_at_bound(fit, fresh); !bound.empty())
         return bound;
     for (const std::string& effect : fresh)
@@ -89,36 +89,36 @@ std::string held_out_words(const HeldOut& larger, const HeldOut& smaller) {
                        after.over_noise, before.over_noise);
 }
 
-double relative_change(const calibrate::ChainFit& now, const calibrate::ChainFit& before,
+double relative_change(const fit::RecordingFit& now, const fit::RecordingFit& before,
                        const char* name) {
-    const calibrate::FittedParameter* const a = now.find(name);
-    const calibrate::FittedParameter* const b = before.find(name);
+    const fit::FittedParameter* const a = now.find(name);
+    const fit::FittedParameter* const b = before.find(name);
     return a == nullptr || b == nullptr ? 0.0 : a->value / b->value - 1.0;
 }
 
 /// The rung with the smallest χ², whose residuals are closest to the noise.
-const calibrate::ChainFit* best_fit(const Ladder& ladder) {
-    const calibrate::ChainFit* best = nullptr;
+const fit::RecordingFit* best_fit(const Ladder& ladder) {
+    const fit::RecordingFit* best = nullptr;
     for (const Rung& rung : ladder.rungs)
-        if (rung.candidate.fit && (best == nullptr || rung.candidate.fit->rmse < best->rmse))
-            best = &*rung.candidate.fit;
+        if (!rung.fit.failed() && (best == nullptr || rung.fit.rmse < best->rmse))
+            best = &rung.fit.parts.front();
     return best;
 }
 
 HoldOut what_to_hold_out(const Ladder& ladder) {
-    const calibrate::ChainFit* const best = best_fit(ladder);
+    const fit::RecordingFit* const best = best_fit(ladder);
     return best == nullptr ? HoldOut{} : hold_out_of(ladder.left_out_row, *best);
 }
 
 void score(Ladder& ladder) {
-    const calibrate::ChainFit* const best = best_fit(ladder);
+    const fit::RecordingFit* const best = best_fit(ladder);
     if (best == nullptr)
         return;
     ladder.effective_readings = effective_readings(whitened_residuals(*best));
     for (Rung& rung : ladder.rungs) {
-        if (!rung.candidate.fit)
+        if (rung.fit.failed())
             continue;
-        const calibrate::ChainFit& fit = *rung.candidate.fit;
+        const fit::RecordingFit& fit = rung.fit.parts.front();
         // Where the noise is not known the residuals of the best rung stand for it.
         const double noise = std::pow(typical_noise(*best), 2);
         const double size = best->is_noise_known
@@ -126,7 +126,7 @@ void score(Ladder& ladder) {
                                 : std::pow(fit.rmse, 2) / noise * static_cast<double>(fit.readings);
         const auto count = static_cast<double>(std::max<std::size_t>(fit.readings, 1));
         const auto numbers =
-            static_cast<double>(rung.candidate.moves ? fit.prediction.parameters : 0);
+            static_cast<double>(rung.fit.moves() ? fit.prediction.parameters : 0);
         rung.bic = size * ladder.effective_readings / count +
                    numbers * std::log(std::max(ladder.effective_readings, 2.0));
     }
@@ -134,19 +134,19 @@ void score(Ladder& ladder) {
 
 /// What `rung` is worth against `before`, the last that was a gain, and `below`, the last fitted.
 void judge_step(Rung& rung, const Rung& before, const Rung& below) {
-    rung.added = difference(rung.candidate.names, before.candidate.names);
-    if (!rung.candidate.fit) {
-        rung.why = "failed: " + rung.candidate.failure;
+    rung.added = difference(rung.fit.names, before.fit.names);
+    if (rung.fit.failed()) {
+        rung.why = "failed: " + rung.fit.reason;
         return;
     }
     rung.delta_bic = rung.bic - before.bic;
-    if (before.candidate.moves) {
+    if (before.fit.moves()) {
         rung.modulus_change =
-            relative_change(*rung.candidate.fit, *before.candidate.fit, "bond_youngs_modulus");
+            relative_change(rung.fit.parts.front(), before.fit.parts.front(), "bond_youngs_modulus");
         rung.damping_change =
-            relative_change(*rung.candidate.fit, *before.candidate.fit, "bond_damping");
+            relative_change(rung.fit.parts.front(), before.fit.parts.front(), "bond_damping");
     }
-    rung.why = rung.candidate.moves ? objection(rung, before, below)
+    rung.why = rung.fit.moves() ? objection(rung, before, below)
                                     : "nothing moves the stem in this model";
     rung.is_gain = rung.why.empty();
     if (rung.is_gain)
@@ -161,7 +161,7 @@ void judge_steps(Ladder& ladder) {
         Rung& rung = ladder.rungs[k];
         rung.compared_with = accepted;
         judge_step(rung, ladder.rungs[accepted], ladder.rungs[below]);
-        if (rung.candidate.fit)
+        if (!rung.fit.failed())
             below = k;
         if (rung.is_gain)
             accepted = k;
@@ -173,37 +173,47 @@ bool contains(const std::vector<std::string>& larger, const std::vector<std::str
 }
 
 /// The largest fitted model within `names`; the baseline if there is none.
-const CandidateFit& model_within(const std::vector<std::string>& names, const Ladder& ladder) {
-    const CandidateFit* within = &ladder.rungs.front().candidate;
+const fit::Fit& model_within(const std::vector<std::string>& names, const Ladder& ladder) {
+    const fit::Fit* within = &ladder.rungs.front().fit;
     for (const Rung& rung : ladder.rungs)
-        if (rung.candidate.fit && contains(names, rung.candidate.names))
-            within = &rung.candidate;
+        if (!rung.fit.failed() && contains(names, rung.fit.names))
+            within = &rung.fit;
     return *within;
+}
+
+/// Throws what a model that cannot be throws, before any chain is run.
+void refuse_impossible(const std::vector<fit::SelectedEffects>& models,
+                       const measure::Measurement& measurement, const fit::FitOptions& options) {
+    const fit::StemModel baseline = fit::baseline_model(measurement, options.chain);
+    for (const fit::SelectedEffects& effects : models)
+        (void)fit::candidate_model(baseline, effects, measurement);
 }
 
 } // namespace
 
-Ladder climb(const measure::Measurement& measurement, const std::vector<SelectedEffects>& models,
-             const CandidateOptions& options) {
+Ladder climb(const measure::Measurement& measurement, const std::vector<fit::SelectedEffects>& models,
+             const fit::FitOptions& options) {
     refuse_mere_noise(measurement, options.window);
     Ladder ladder;
-    ladder.rungs.emplace_back().candidate = fit_baseline(measurement, options);
-    for (const SelectedEffects& effects : models) {
+    const std::span<const measure::Measurement> alone(&measurement, 1);
+    refuse_impossible(models, measurement, options);
+    ladder.rungs.emplace_back().fit = fit::fit_model({}, {}, alone, options);
+    for (const fit::SelectedEffects& effects : models) {
         Rung rung;
-        rung.candidate = fit_candidate(effects, model_within(model_names(effects), ladder),
-                                       measurement, options);
+        rung.fit = fit::fit_model(effects, model_within(fit::model_names(effects), ladder), alone,
+                                  options);
         ladder.rungs.push_back(std::move(rung));
     }
-    if (ladder.rungs.front().candidate.fit)
-        ladder.left_out_row = row_to_leave_out(*ladder.rungs.front().candidate.fit);
+    if (!ladder.rungs.front().fit.failed())
+        ladder.left_out_row = row_to_leave_out(ladder.rungs.front().fit.parts.front());
     const HoldOut hold_out = what_to_hold_out(ladder);
     for (Rung& rung : ladder.rungs) {
         ladder.comparison.push_back(std::nullopt);
-        if (!rung.candidate.fit)
+        if (rung.fit.failed())
             continue;
-        rung.held_out = predict_held_out(rung.candidate, hold_out, measurement, options);
+        rung.held_out = predict_held_out(rung.fit, hold_out, measurement, options);
         ladder.comparison.back() = ladder.comparisons.size();
-        ladder.comparisons.push_back(compare(rung.candidate, measurement));
+        ladder.comparisons.push_back(compare(rung.fit, measurement));
     }
     score(ladder);
     judge_steps(ladder);

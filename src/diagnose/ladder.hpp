@@ -15,7 +15,7 @@ namespace culm::diagnose {
 /// gain; the baseline counts as one. What was refused is no yardstick: a useless effect below would
 /// otherwise take part of the next one's gain, or lend it some.
 struct Rung {
-    CandidateFit candidate;
+    fit::Fit fit;
     std::size_t compared_with = 0;  ///< place of that rung on the ladder
     std::vector<std::string> added; ///< effects that it does not have
     std::optional<HeldOut> held_out;
@@ -51,7 +51,7 @@ struct Ladder {
 /// rungs below were refused, the criterion must fall by 10 against the uppermost of them too, and
 /// new are the effects that it does not have.
 [[nodiscard]] Ladder climb(const measure::Measurement& measurement,
-                           const std::vector<SelectedEffects>& models,
-                           const CandidateOptions& options = {});
+                           const std::vector<fit::SelectedEffects>& models,
+                           const fit::FitOptions& options = {});
 
 } // namespace culm::diagnose

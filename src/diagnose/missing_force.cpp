@@ -25,10 +25,10 @@ constexpr double force_block_periods = 3.0;
 constexpr int curve_points = 41;
 
 /// Number of the block of time of every reading, those of each recording apart.
-std::vector<int> blocks_of(const ModelFit& base) {
+std::vector<int> blocks_of(const fit::Fit& base) {
     std::vector<int> blocks;
     int first = 0;
-    for (const calibrate::ChainFit& part : base.parts) {
+    for (const fit::RecordingFit& part : base.parts) {
         const double length = force_block_periods / physics::first_frequency(part.model.spec.stem);
         int last = first;
         for (const double time : part.times) {
@@ -56,14 +56,14 @@ struct Regression {
     SelectedTerms selected;
 };
 
-Regression regress(UserLawKind kind, const ModelFit& base,
+Regression regress(UserLawKind kind, const fit::Fit& base,
                    std::span<const measure::Measurement> recordings,
-                   const CandidateOptions& options) {
+                   const fit::FitOptions& options) {
     const std::vector<std::string> terms = force_terms(kind);
     const std::vector<double> scales = term_scales(kind, terms, base.parts.front().model.spec);
     const physics::SelectedEffect trial =
         with_terms(kind, terms, std::vector<double>(terms.size(), 0.0), scales);
-    std::vector<calibrate::StemModel> models;
+    std::vector<fit::StemModel> models;
     for (std::size_t m = 0; m < recordings.size(); ++m)
         models.push_back(candidate_model(base.parts[m].model, {trial}, recordings[m]));
     const StackedReadings stacked = stacked_readings(models, recordings, base, options.heartbeat);
@@ -174,9 +174,9 @@ std::string character_of(const MissingForce& force, UserLawKind kind, const run:
 
 } // namespace
 
-MissingForce reconstruct_missing_force(const ModelFit& base, const SelectedEffects& effects,
+MissingForce reconstruct_missing_force(const fit::Fit& base, const fit::SelectedEffects& effects,
                                        std::span<const measure::Measurement> recordings,
-                                       const CandidateOptions& options) {
+                                       const fit::FitOptions& options) {
     MissingForce out;
     std::optional<Regression> best;
     for (const UserLawKind kind : {UserLawKind::ForcePerLength, UserLawKind::BendingMoment}) {
@@ -191,13 +191,13 @@ MissingForce reconstruct_missing_force(const ModelFit& base, const SelectedEffec
     if (!best)
         return out;
     out.kind = best->kind == UserLawKind::ForcePerLength ? "force_per_length" : "bending_moment";
-    SelectedEffects larger = effects;
+    fit::SelectedEffects larger = effects;
     larger.push_back(with_terms(best->kind, best->terms, best->values, best->scales));
-    const ModelFit fit = fit_model(larger, base, recordings, options);
-    out.fit = summary_of(fit);
+    const fit::Fit fit = fit::fit_model(larger, base, recordings, options);
+    out.fit = fit::numbers_of(fit);
     for (std::size_t k = 0; k < best->terms.size(); ++k) {
         ForceTerm term{best->terms[k], best->values[k], 0.0, best->selected.stability[k]};
-        for (const calibrate::FittedParameter& parameter : fit.parameters)
+        for (const fit::FittedParameter& parameter : fit.parameters)
             if (parameter.name == fmt::format("missing_force.c{}", k + 1)) {
                 term.coefficient = parameter.value;
                 term.standard_error = parameter.standard_error;

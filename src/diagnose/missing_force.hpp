@@ -2,7 +2,7 @@
 // The force that is missing when no known effect explains a recording.
 #pragma once
 
-#include "diagnose/fit_summary.hpp"
+#include "fit/fit_numbers.hpp"
 
 #include <span>
 #include <string>
@@ -32,7 +32,7 @@ struct MissingForce {
     std::vector<ForceSample> against_displacement; ///< at the tip, at rest
     std::vector<ForceSample> against_velocity;     ///< at the tip, undeflected
     std::string as_effect_file;                    ///< TOML of a user's effect with these terms
-    FitSummary fit;                                ///< of the model with this force
+    fit::Fit fit;                                ///< of the model with this force
 };
 
 /// Regresses what `base` leaves on the traces that simple forces would leave, each computed through
@@ -40,8 +40,8 @@ struct MissingForce {
 /// validated on blocks of time left out, and only terms that 80 % of resamples choose. The chosen
 /// ones are then fitted through the chain as a user's effect.
 [[nodiscard]] MissingForce
-reconstruct_missing_force(const ModelFit& base, const SelectedEffects& effects,
+reconstruct_missing_force(const fit::Fit& base, const fit::SelectedEffects& effects,
                           std::span<const measure::Measurement> recordings,
-                          const CandidateOptions& options = {});
+                          const fit::FitOptions& options = {});
 
 } // namespace culm::diagnose

@@ -16,7 +16,7 @@ namespace {
 constexpr double cycles = 5.0;
 constexpr std::size_t mode_count = 3;
 
-std::vector<std::size_t> frames_within(const calibrate::ChainFit& fit, double last) {
+std::vector<std::size_t> frames_within(const fit::RecordingFit& fit, double last) {
     std::vector<std::size_t> frames;
     for (std::size_t i = 0; i < fit.times.size(); ++i)
         if (fit.times[i] >= 0.0 && fit.times[i] <= last)
@@ -25,7 +25,7 @@ std::vector<std::size_t> frames_within(const calibrate::ChainFit& fit, double la
 }
 
 /// Columns: a constant, then the real and imaginary part of each mode.
-Eigen::MatrixXd mode_basis(const calibrate::ChainFit& fit, const std::vector<std::size_t>& frames,
+Eigen::MatrixXd mode_basis(const fit::RecordingFit& fit, const std::vector<std::size_t>& frames,
                            const std::vector<integrate::VibrationMode>& modes) {
     Eigen::MatrixXd basis(static_cast<Eigen::Index>(frames.size()),
                           static_cast<Eigen::Index>(1 + 2 * modes.size()));
@@ -66,9 +66,9 @@ RowAmplitudes row_amplitudes(const Eigen::MatrixXd& basis, const Eigen::VectorXd
 
 } // namespace
 
-std::vector<ModeShape> mode_shapes(const calibrate::ChainFit& fit,
+std::vector<ModeShape> mode_shapes(const fit::RecordingFit& fit,
                                    const measure::Measurement& measurement) {
-    std::vector<integrate::VibrationMode> modes = chain_modes(fit.model.spec, mode_count);
+    std::vector<integrate::VibrationMode> modes = run::chain_modes(fit.model.spec, mode_count);
     const std::vector<std::size_t> after = frames_within(fit, fit.times.back());
     if (modes.empty() || after.size() < 2)
         return {};

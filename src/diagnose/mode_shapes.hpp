@@ -2,7 +2,7 @@
 // Shapes of the first modes over the heights, measured and modelled.
 #pragma once
 
-#include "calibrate/chain_fit.hpp"
+#include "fit/fit.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <vector>
@@ -21,7 +21,7 @@ struct ModeShape {
 /// Every row is a sum of the fitted chain's first modes with complex amplitudes and a constant, by
 /// least squares over the first five cycles; both sides in the same way. Only modes below half the
 /// frame rate take part. Empty if there are too few frames.
-[[nodiscard]] std::vector<ModeShape> mode_shapes(const calibrate::ChainFit& fit,
+[[nodiscard]] std::vector<ModeShape> mode_shapes(const fit::RecordingFit& fit,
                                                  const measure::Measurement& measurement);
 
 } // namespace culm::diagnose

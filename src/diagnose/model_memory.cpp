@@ -5,12 +5,12 @@
 
 namespace culm::diagnose {
 
-const FitSummary* ModelMemory::fit_of(const SelectedEffects& effects) const {
+const fit::Fit* ModelMemory::fit_of(const fit::SelectedEffects& effects) const {
     const auto found = fits_.find(key_of(effects));
     return found == fits_.end() ? nullptr : &found->second;
 }
 
-void ModelMemory::keep(const SelectedEffects& effects, const FitSummary& fit) {
+void ModelMemory::keep(const fit::SelectedEffects& effects, const fit::Fit& fit) {
     if (!fit.is_fitted())
         return;
     const auto [place, is_new] = fits_.try_emplace(key_of(effects), fit);
@@ -18,16 +18,16 @@ void ModelMemory::keep(const SelectedEffects& effects, const FitSummary& fit) {
         place->second = fit;
 }
 
-const std::vector<EffectScore>* ModelMemory::scores_beside(const SelectedEffects& effects) const {
+const std::vector<EffectScore>* ModelMemory::scores_beside(const fit::SelectedEffects& effects) const {
     const auto found = scores_.find(key_of(effects));
     return found == scores_.end() ? nullptr : &found->second;
 }
 
-void ModelMemory::keep(const SelectedEffects& effects, const std::vector<EffectScore>& scores) {
+void ModelMemory::keep(const fit::SelectedEffects& effects, const std::vector<EffectScore>& scores) {
     scores_.insert_or_assign(key_of(effects), scores);
 }
 
-ModelMemory::Key ModelMemory::key_of(const SelectedEffects& effects) {
+ModelMemory::Key ModelMemory::key_of(const fit::SelectedEffects& effects) {
     Key key;
     for (const physics::SelectedEffect& selected : effects) {
         std::string& text = key.emplace_back(physics::to_string(selected));

@@ -2,8 +2,8 @@
 // What a search has already found out about sets of effects.
 #pragma once
 
-#include "diagnose/candidate_model.hpp"
-#include "diagnose/fit_summary.hpp"
+#include "fit/stem_model.hpp"
+#include "fit/fit_numbers.hpp"
 #include "diagnose/score_test.hpp"
 
 #include <map>
@@ -17,19 +17,19 @@ namespace culm::diagnose {
 class ModelMemory {
   public:
     /// The best fit of these effects so far; null if there is none that succeeded.
-    [[nodiscard]] const FitSummary* fit_of(const SelectedEffects& effects) const;
-    void keep(const SelectedEffects& effects, const FitSummary& fit);
+    [[nodiscard]] const fit::Fit* fit_of(const fit::SelectedEffects& effects) const;
+    void keep(const fit::SelectedEffects& effects, const fit::Fit& fit);
 
     /// What candidates promise beside these effects; null if they were not scored.
     [[nodiscard]] const std::vector<EffectScore>*
-    scores_beside(const SelectedEffects& effects) const;
-    void keep(const SelectedEffects& effects, const std::vector<EffectScore>& scores);
+    scores_beside(const fit::SelectedEffects& effects) const;
+    void keep(const fit::SelectedEffects& effects, const std::vector<EffectScore>& scores);
 
   private:
     using Key = std::vector<std::string>;
-    [[nodiscard]] static Key key_of(const SelectedEffects& effects);
+    [[nodiscard]] static Key key_of(const fit::SelectedEffects& effects);
 
-    std::map<Key, FitSummary> fits_;
+    std::map<Key, fit::Fit> fits_;
     std::map<Key, std::vector<EffectScore>> scores_;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/model_score.hpp"
 
-#include "diagnose/residual_correlation.hpp"
+#include "fit/residual_statistics.hpp"
 #include "reduce/distributions.hpp"
 
 #include <algorithm>
@@ -12,12 +12,12 @@
 namespace culm::diagnose {
 namespace {
 
-double readings(const FitSummary& model) {
+double readings(const fit::Fit& model) {
     return static_cast<double>(std::max<std::size_t>(model.readings, 1));
 }
 
 /// χ², or what stands for it where only the best model's residuals tell the noise.
-double misfit(const FitSummary& model, const Yardstick& yardstick) {
+double misfit(const fit::Fit& model, const Yardstick& yardstick) {
     if (yardstick.is_noise_known)
         return model.chi_squared / yardstick.inflation;
     return std::pow(model.rmse / yardstick.rmse, 2) * readings(model);
@@ -25,22 +25,22 @@ double misfit(const FitSummary& model, const Yardstick& yardstick) {
 
 } // namespace
 
-double interval_half_width(const calibrate::FittedParameter& parameter) {
+double interval_half_width(const fit::FittedParameter& parameter) {
     return reduce::normal_quantile_95 * parameter.standard_error;
 }
 
-bool is_absent(const calibrate::FittedParameter& parameter) {
+bool is_absent(const fit::FittedParameter& parameter) {
     return !(std::abs(parameter.value - parameter.absent) > interval_half_width(parameter));
 }
 
-std::string bound_text(const calibrate::FittedParameter& parameter) {
+std::string bound_text(const fit::FittedParameter& parameter) {
     return fmt::format("{} stands at its bound, {:.4g}{}{}", parameter.name, parameter.value,
                        parameter.unit.empty() ? "" : " ", parameter.unit);
 }
 
-Yardstick yardstick(std::span<const FitSummary> models, bool is_noise_known) {
-    const FitSummary* best = nullptr;
-    for (const FitSummary& model : models)
+Yardstick yardstick(std::span<const fit::Fit> models, bool is_noise_known) {
+    const fit::Fit* best = nullptr;
+    for (const fit::Fit& model : models)
         if (model.is_fitted() && (best == nullptr || model.rmse < best->rmse))
             best = &model;
     Yardstick out;
@@ -54,7 +54,7 @@ Yardstick yardstick(std::span<const FitSummary> models, bool is_noise_known) {
     return out;
 }
 
-double bic(const FitSummary& model, const Yardstick& yardstick) {
+double bic(const fit::Fit& model, const Yardstick& yardstick) {
     return misfit(model, yardstick) * yardstick.share +
            static_cast<double>(model.parameters.size()) * std::log(yardstick.effective_readings);
 }
@@ -63,19 +63,19 @@ double gain_p_value(double gain, int added) {
     return chi_squared_tail(std::max(gain, 0.0), std::max(added, 1));
 }
 
-double gain_p_value(const FitSummary& smaller, const FitSummary& larger,
+double gain_p_value(const fit::Fit& smaller, const fit::Fit& larger,
                     const Yardstick& yardstick) {
     return gain_p_value((misfit(smaller, yardstick) - misfit(larger, yardstick)) * yardstick.share,
                         static_cast<int>(larger.parameters.size()) -
                             static_cast<int>(smaller.parameters.size()));
 }
 
-bool is_rival(const FitSummary& fit, const std::string& effect) {
+bool is_rival(const fit::Fit& fit, const std::string& effect) {
     if (!fit.is_fitted())
         return false;
     bool has_size = false;
     bool is_there = false;
-    for (const calibrate::FittedParameter& parameter : fit.parameters) {
+    for (const fit::FittedParameter& parameter : fit.parameters) {
         if (!parameter.name.starts_with(effect + ".") || parameter.is_place)
             continue;
         has_size = true;
@@ -84,16 +84,16 @@ bool is_rival(const FitSummary& fit, const std::string& effect) {
     return is_there || !has_size;
 }
 
-std::string naming_obstacle(const FitSummary& fit, const std::string& effect) {
-    if (!fit.failure.empty())
-        return fit.failure;
-    if (!fit.moves)
+std::string naming_obstacle(const fit::Fit& fit, const std::string& effect) {
+    if (fit.failed())
+        return fit.reason;
+    if (!fit.moves())
         return "nothing moves the stem in this model";
     bool has_size = false;
     bool is_there = false;
     std::string bound;
     std::string absent;
-    for (const calibrate::FittedParameter& parameter : fit.parameters) {
+    for (const fit::FittedParameter& parameter : fit.parameters) {
         if (!parameter.name.starts_with(effect + "."))
             continue;
         const bool is_size = !parameter.is_place;

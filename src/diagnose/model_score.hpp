@@ -2,7 +2,7 @@
 // What decides between fitted models: evidence that pays for every fitted number.
 #pragma once
 
-#include "diagnose/fit_summary.hpp"
+#include "fit/fit_numbers.hpp"
 
 #include <span>
 #include <string>
@@ -19,33 +19,33 @@ struct Yardstick {
 };
 
 /// From the model that fits best, whose residuals are closest to the noise.
-[[nodiscard]] Yardstick yardstick(std::span<const FitSummary> models, bool is_noise_known);
+[[nodiscard]] Yardstick yardstick(std::span<const fit::Fit> models, bool is_noise_known);
 
 /// Bayesian information criterion, χ²/s · n/N + k ln n: N readings of which n count as independent,
 /// k fitted numbers, s the yardstick's inflation: what the best model misses is noise to all.
-[[nodiscard]] double bic(const FitSummary& model, const Yardstick& yardstick);
+[[nodiscard]] double bic(const fit::Fit& model, const Yardstick& yardstick);
 
 /// Probability of a fall of χ² at least as large by numbers that mean nothing.
-[[nodiscard]] double gain_p_value(const FitSummary& smaller, const FitSummary& larger,
+[[nodiscard]] double gain_p_value(const fit::Fit& smaller, const fit::Fit& larger,
                                   const Yardstick& yardstick);
 [[nodiscard]] double gain_p_value(double gain, int added);
 
 /// Half of a parameter's 95 % interval.
-[[nodiscard]] double interval_half_width(const calibrate::FittedParameter& parameter);
+[[nodiscard]] double interval_half_width(const fit::FittedParameter& parameter);
 
 /// Does that interval contain the value at which the effect is absent?
-[[nodiscard]] bool is_absent(const calibrate::FittedParameter& parameter);
+[[nodiscard]] bool is_absent(const fit::FittedParameter& parameter);
 
 /// "tip_mass.mass_kg stands at its bound, 0 kg".
-[[nodiscard]] std::string bound_text(const calibrate::FittedParameter& parameter);
+[[nodiscard]] std::string bound_text(const fit::FittedParameter& parameter);
 
 /// Why the effect cannot be named with this fit, whatever it gains: it failed, a parameter stands
 /// at a bound, or none of its sizes is known to be there. Empty if it can. Where recordings have
 /// sizes of their own, one that is there is enough.
-[[nodiscard]] std::string naming_obstacle(const FitSummary& fit, const std::string& effect);
+[[nodiscard]] std::string naming_obstacle(const fit::Fit& fit, const std::string& effect);
 
 /// Could the effect stand in another's place? Also where a parameter ended at a bound, which
 /// forbids to name it but does not rule it out, if only it is there at all.
-[[nodiscard]] bool is_rival(const FitSummary& fit, const std::string& effect);
+[[nodiscard]] bool is_rival(const fit::Fit& fit, const std::string& effect);
 
 } // namespace culm::diagnose

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/naming.hpp"
 
-#include "diagnose/coarse_image.hpp"
+#include "fit/coarse_image.hpp"
 #include "diagnose/swing.hpp"
 
 #include <algorithm>
@@ -39,7 +39,7 @@ HeldOutPart held_out_from(const std::string& text) {
 
 } // namespace
 
-std::string step_obstacle(const FitSummary& smaller, const FitSummary& larger, const Yardstick& by,
+std::string step_obstacle(const fit::Fit& smaller, const fit::Fit& larger, const Yardstick& by,
                           std::size_t tried) {
     const double gain = bic(smaller, by) - bic(larger, by);
     if (!(gain >= naming_gain))
@@ -55,12 +55,12 @@ std::string step_obstacle(const FitSummary& smaller, const FitSummary& larger, c
     return {};
 }
 
-bool acts_for_certain(const FitSummary& smaller, const FitSummary& larger) {
+bool acts_for_certain(const fit::Fit& smaller, const fit::Fit& larger) {
     return larger.parameters.size() <= smaller.parameters.size() &&
            larger.chi_squared < certain_share * smaller.chi_squared;
 }
 
-bool promises_significant_gain(const std::vector<EffectScore>& scores, const FitSummary& fit,
+bool promises_significant_gain(const std::vector<EffectScore>& scores, const fit::Fit& fit,
                                bool is_noise_known) {
     const Yardstick own = yardstick(std::vector{fit}, is_noise_known);
     return std::ranges::any_of(scores, [&](const EffectScore& score) {
@@ -70,20 +70,20 @@ bool promises_significant_gain(const std::vector<EffectScore>& scores, const Fit
     });
 }
 
-bool explains(const FitSummary& smaller, const FitSummary& larger, double share) {
+bool explains(const fit::Fit& smaller, const fit::Fit& larger, double share) {
     const auto readings = static_cast<double>(smaller.readings);
     return larger.is_fitted() && !larger.out_of_reach &&
            larger.chi_squared - readings < (1.0 - share) * (smaller.chi_squared - readings);
 }
 
-double step_limit(const FitSummary& smaller, std::size_t added) {
+double step_limit(const fit::Fit& smaller, std::size_t added) {
     const auto readings = static_cast<double>(smaller.readings);
     const double share = least_share * static_cast<double>(added);
     return std::max(glaring_misfit * readings,
                     smaller.chi_squared - share * (smaller.chi_squared - readings));
 }
 
-SetVerdict judge(const ModelFit& fit, std::span<const measure::Measurement> recordings) {
+SetVerdict judge(const fit::Fit& fit, std::span<const measure::Measurement> recordings) {
     SetVerdict out;
     out.finding = Finding::Adequate;
     bool can_tell = false;
@@ -112,21 +112,21 @@ SetVerdict judge(const ModelFit& fit, std::span<const measure::Measurement> reco
     return out;
 }
 
-HeldOutGain held_out_gain(const ModelFit& smaller, const ModelFit& larger,
+HeldOutGain held_out_gain(const fit::Fit& smaller, const fit::Fit& larger,
                           std::span<const measure::Measurement> recordings,
-                          const CandidateOptions& options, const WorkMap& map) {
+                          const fit::FitOptions& options, const fit::WorkMap& map) {
     std::vector<HoldOut> hold_out;
     for (std::size_t m = 0; m < recordings.size(); ++m)
         hold_out.push_back(hold_out_of(row_to_leave_out(smaller.parts[m]), larger.parts[m]));
-    const CoarseImage smaller_image(smaller, recordings, options);
-    const CoarseImage larger_image(larger, recordings, options);
+    const fit::CoarseImage smaller_image(smaller, recordings, options);
+    const fit::CoarseImage larger_image(larger, recordings, options);
     const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
-        CandidateOptions own = options;
+        fit::FitOptions own = options;
         own.heartbeat = heartbeat;
-        const CoarseImage& image = item < 2 ? smaller_image : larger_image;
+        const fit::CoarseImage& image = item < 2 ? smaller_image : larger_image;
         return to_text(predict_held_out(
             item % 2 == 0 ? HeldOutReadings::LastThird : HeldOutReadings::OneHeight,
-            image.fit().parts, hold_out, image.recordings(), belongs_to_recording, own));
+            image.fit().parts, hold_out, image.recordings(), fit::belongs_to_recording, own));
     };
     const std::vector<std::string> answers = map({1.0, 1.0, 2.0, 2.0}, work);
     const HeldOut before{held_out_from(answers[0]), held_out_from(answers[1])};

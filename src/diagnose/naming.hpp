@@ -6,7 +6,7 @@
 #include "diagnose/model_score.hpp"
 #include "diagnose/score_test.hpp"
 #include "diagnose/verdict.hpp"
-#include "diagnose/work_map.hpp"
+#include "fit/work_map.hpp"
 
 #include <span>
 #include <string>
@@ -32,23 +32,23 @@ inline constexpr double clear_failure_level = 1e-4;
 
 /// Why `larger` is no step forward from `smaller` where `tried` candidates were looked at; empty if
 /// it is: its gain is small or not significant, or it leaves a glaring misfit hardly touched.
-[[nodiscard]] std::string step_obstacle(const FitSummary& smaller, const FitSummary& larger,
+[[nodiscard]] std::string step_obstacle(const fit::Fit& smaller, const fit::Fit& larger,
                                         const Yardstick& by, std::size_t tried);
 
 /// Has `larger` no number to fit that `smaller` has not, and takes it away nearly all of the
 /// misfit?
-[[nodiscard]] bool acts_for_certain(const FitSummary& smaller, const FitSummary& larger);
+[[nodiscard]] bool acts_for_certain(const fit::Fit& smaller, const fit::Fit& larger);
 
 /// Before anything is named: does a candidate promise more than noise would, for as many as there
 /// are? The tests for lack of fit look at everything and so miss a weak trace of one effect.
 [[nodiscard]] bool promises_significant_gain(const std::vector<EffectScore>& scores,
-                                             const FitSummary& fit, bool is_noise_known);
+                                             const fit::Fit& fit, bool is_noise_known);
 
 /// Has the larger model, fitted to its end, taken away this share of the misfit above the noise?
-[[nodiscard]] bool explains(const FitSummary& smaller, const FitSummary& larger, double share);
+[[nodiscard]] bool explains(const fit::Fit& smaller, const fit::Fit& larger, double share);
 
 /// χ² above which a step that adds so many effects leaves a glaring misfit hardly touched.
-[[nodiscard]] double step_limit(const FitSummary& smaller, std::size_t added);
+[[nodiscard]] double step_limit(const fit::Fit& smaller, std::size_t added);
 
 /// The tests for lack of fit of every recording, adjusted for their number.
 struct SetVerdict {
@@ -56,7 +56,7 @@ struct SetVerdict {
     double p_value = 1.0;
     std::string reason;
 };
-[[nodiscard]] SetVerdict judge(const ModelFit& fit,
+[[nodiscard]] SetVerdict judge(const fit::Fit& fit,
                                std::span<const measure::Measurement> recordings);
 
 /// Root mean squares of the readings that were held out, over the noise, by both models.
@@ -68,8 +68,8 @@ struct HeldOutGain {
 
 /// Both models refitted without the last third of the time and without one height, in every
 /// recording.
-[[nodiscard]] HeldOutGain held_out_gain(const ModelFit& smaller, const ModelFit& larger,
+[[nodiscard]] HeldOutGain held_out_gain(const fit::Fit& smaller, const fit::Fit& larger,
                                         std::span<const measure::Measurement> recordings,
-                                        const CandidateOptions& options, const WorkMap& map);
+                                        const fit::FitOptions& options, const fit::WorkMap& map);
 
 } // namespace culm::diagnose

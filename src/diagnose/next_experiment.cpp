@@ -102,7 +102,7 @@ std::vector<Change> changes_for(const std::vector<std::pair<Rival, Rival>>& pair
     return changes;
 }
 
-std::vector<double> frames_of(const calibrate::ChainFit& fit, const Change& change) {
+std::vector<double> frames_of(const fit::RecordingFit& fit, const Change& change) {
     const auto count = static_cast<double>(fit.times.size() - 1);
     const double first = fit.times.front();
     const double interval = (fit.times.back() - first) / count / change.rate;
@@ -115,7 +115,7 @@ std::vector<double> frames_of(const calibrate::ChainFit& fit, const Change& chan
 
 /// Information of the record at hand about all but the release, whose numbers are new each time:
 /// (parameters, parameters), over the noise.
-Eigen::MatrixXd information_without_release(const calibrate::ChainFit& fit) {
+Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
     const auto count = static_cast<Eigen::Index>(fit.prediction.parameters);
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
     for (std::size_t k = 0; k < fit.residuals.size(); ++k) {
@@ -129,7 +129,7 @@ Eigen::MatrixXd information_without_release(const calibrate::ChainFit& fit) {
     std::vector<Eigen::Index> release;
     const std::vector<std::string> names = fit.model.free_names();
     for (std::size_t k = 0; k < names.size(); ++k)
-        (names[k] == "tip_deflection" || names[k] == calibrate::release_time_name ? release : kept)
+        (names[k] == "tip_deflection" || names[k] == fit::release_time_name ? release : kept)
             .push_back(static_cast<Eigen::Index>(k));
     const Eigen::MatrixXd cross = sum(kept, release);
     Eigen::MatrixXd out = Eigen::MatrixXd::Zero(count, count);
@@ -140,57 +140,60 @@ Eigen::MatrixXd information_without_release(const calibrate::ChainFit& fit) {
 }
 
 /// The numbers of each rival, those beside an assumed effect fitted again.
-std::vector<FitSummary> refitted(const std::vector<Rival>& rivals,
+std::vector<fit::Fit> refitted(const std::vector<Rival>& rivals,
                                  std::span<const measure::Measurement> alone,
-                                 const CandidateOptions& options, const WorkMap& map) {
+                                 const fit::FitOptions& options, const fit::WorkMap& map) {
     std::vector<std::size_t> assuming;
     for (std::size_t k = 0; k < rivals.size(); ++k)
         if (!rivals[k].assumed.empty())
             assuming.push_back(k);
     const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
         const Rival& rival = rivals[assuming[item]];
-        const calibrate::ChainFit fit =
-            restored(rival.fit, rival.effects, alone, options).parts.front();
+        const fit::RecordingFit fit =
+            fit::restored(rival.fit, alone, options).parts.front();
         std::vector<bool> is_held;
         for (const std::string& name : fit.model.free_names())
             is_held.push_back(name.starts_with(rival.assumed + "."));
-        calibrate::ChainFitOptions again;
+        fit::SolveOptions again;
         again.window = options.window;
         again.heartbeat = heartbeat;
-        const calibrate::ChainFit beside =
-            calibrate::fit_chain_with_held(fit.model, alone.front(), is_held, again);
-        FitSummary told = rival.fit;
-        for (calibrate::FittedParameter& parameter : told.parameters)
-            if (const calibrate::FittedParameter* const found = beside.find(parameter.name))
+        const fit::RecordingFit beside =
+            fit::fit_chain_with_held(fit.model, alone.front(), is_held, again);
+        fit::Fit told = rival.fit;
+        for (fit::FittedParameter& parameter : told.parameters)
+            if (const fit::FittedParameter* const found = beside.find(parameter.name))
                 parameter.value = found->value;
         return to_text(told);
     };
-    std::vector<FitSummary> out(rivals.size());
+    std::vector<fit::Fit> out(rivals.size());
     std::ranges::transform(rivals, out.begin(), &Rival::fit);
     if (assuming.empty())
         return out;
     const std::vector<std::string> answers = map(std::vector<double>(assuming.size(), 1.0), work);
     for (std::size_t k = 0; k < assuming.size(); ++k)
         if (!answers[k].empty())
-            out[assuming[k]] = summary_from_text(answers[k]);
+        {
+            out[assuming[k]] = fit::fit_from_text(answers[k]);
+            out[assuming[k]].effects = rivals[assuming[k]].fit.effects;
+        }
     return out;
 }
 
 /// The smallest square of the distance, over the noise, that `other` can come to what `truth`
 /// shows.
-double gap(const calibrate::ChainFit& truth, const calibrate::ChainFit& other, const Change& change,
+double gap(const fit::RecordingFit& truth, const fit::RecordingFit& other, const Change& change,
            const run::Heartbeat& heartbeat) {
     const std::vector<double> times = frames_of(truth, change);
-    calibrate::StemModel first = truth.model;
-    calibrate::StemModel second = other.model;
-    for (calibrate::StemModel* model : {&first, &second}) {
+    fit::StemModel first = truth.model;
+    fit::StemModel second = other.model;
+    for (fit::StemModel* model : {&first, &second}) {
         change.apply(model->spec);
         model->spec.sample_interval /= change.rate;
     }
     first.parameters.clear(); // only the other's derivatives are needed
-    const calibrate::ChainPrediction wanted = calibrate::predict_readings(first, times, heartbeat);
-    const calibrate::ChainPrediction offered =
-        calibrate::predict_readings(second, times, heartbeat);
+    const fit::ChainPrediction wanted = fit::predict_readings(first, times, heartbeat);
+    const fit::ChainPrediction offered =
+        fit::predict_readings(second, times, heartbeat);
     const auto count = static_cast<Eigen::Index>(offered.parameters);
     Eigen::MatrixXd normal = information_without_release(other);
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(count);
@@ -221,7 +224,7 @@ double gap(const calibrate::ChainFit& truth, const calibrate::ChainFit& other, c
 
 std::vector<Experiment> next_experiments(const std::vector<std::pair<Rival, Rival>>& pairs,
                                          std::span<const measure::Measurement> recordings,
-                                         const CandidateOptions& options, const WorkMap& map) {
+                                         const fit::FitOptions& options, const fit::WorkMap& map) {
     std::vector<Rival> rivals;
     rivals.reserve(2 * pairs.size());
     for (const auto& [truth, other] : pairs) {
@@ -229,11 +232,11 @@ std::vector<Experiment> next_experiments(const std::vector<std::pair<Rival, Riva
         rivals.push_back(other);
     }
     const std::span<const measure::Measurement> alone = recordings.first(1);
-    const std::vector<FitSummary> summaries = refitted(rivals, alone, options, map);
-    std::vector<calibrate::ChainFit> sides; // two for each pair
+    const std::vector<fit::Fit> summaries = refitted(rivals, alone, options, map);
+    std::vector<fit::RecordingFit> sides; // two for each pair
     for (std::size_t k = 0; k < rivals.size(); ++k)
         sides.push_back(
-            std::move(restored(summaries[k], rivals[k].effects, alone, options).parts.front()));
+            std::move(fit::restored(summaries[k], alone, options).parts.front()));
     const std::vector<Change> changes = changes_for(pairs, sides.front().model.spec);
     const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
         const std::size_t pair = item % pairs.size();

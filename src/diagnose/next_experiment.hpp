@@ -2,8 +2,8 @@
 // The experiment that would tell effects apart which this recording cannot.
 #pragma once
 
-#include "diagnose/fit_summary.hpp"
-#include "diagnose/work_map.hpp"
+#include "fit/fit_numbers.hpp"
+#include "fit/work_map.hpp"
 
 #include <span>
 #include <string>
@@ -22,8 +22,7 @@ struct Experiment {
 
 /// A model of the recording at hand that others cannot be told from.
 struct Rival {
-    SelectedEffects effects;
-    FitSummary fit;
+    fit::Fit fit;
     /// An effect whose size is assumed: the other numbers are fitted again beside it.
     std::string assumed;
 };
@@ -34,7 +33,7 @@ struct Rival {
 /// recording at hand allows and its release free, stays away from the first. Best first.
 [[nodiscard]] std::vector<Experiment>
 next_experiments(const std::vector<std::pair<Rival, Rival>>& pairs,
-                 std::span<const measure::Measurement> recordings, const CandidateOptions& options,
-                 const WorkMap& map);
+                 std::span<const measure::Measurement> recordings, const fit::FitOptions& options,
+                 const fit::WorkMap& map);
 
 } // namespace culm::diagnose

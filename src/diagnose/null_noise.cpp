@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/null_noise.hpp"
 
-#include "diagnose/residual_table.hpp"
+#include "fit/residual_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -58,10 +58,10 @@ double frame_correlation(const Eigen::MatrixXd& whitened, Eigen::Index row) {
 
 } // namespace
 
-Eigen::MatrixXd null_noise(const ModelFit& fit, int draws) {
+Eigen::MatrixXd null_noise(const fit::Fit& fit, int draws) {
     std::vector<std::vector<double>> correlations; // (recordings)(rows)
     Eigen::Index readings = 0;
-    for (const calibrate::ChainFit& part : fit.parts) {
+    for (const fit::RecordingFit& part : fit.parts) {
         const Eigen::MatrixXd whitened = whitened_residuals(part);
         std::vector<double>& rows = correlations.emplace_back();
         for (Eigen::Index j = 0; j < whitened.cols(); ++j)

@@ -2,7 +2,7 @@
 // Noise as a fit's residuals have it, drawn at random.
 #pragma once
 
-#include "diagnose/model_fit.hpp"
+#include "fit/fit_model.hpp"
 
 #include <Eigen/Core>
 
@@ -11,6 +11,6 @@ namespace culm::diagnose {
 /// Noise over itself, (readings of all recordings, draws): Gaussian, and in every row correlated
 /// from frame to frame as the residuals of `fit` are where that is more than chance (first-order
 /// autoregression). Zero where nothing was seen. The same on every rank.
-[[nodiscard]] Eigen::MatrixXd null_noise(const ModelFit& fit, int draws);
+[[nodiscard]] Eigen::MatrixXd null_noise(const fit::Fit& fit, int draws);
 
 } // namespace culm::diagnose

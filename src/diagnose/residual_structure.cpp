@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/residual_structure.hpp"
 
-#include "diagnose/residual_table.hpp"
+#include "fit/residual_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -151,7 +151,7 @@ SwingPower swing_power(const Swing& swing) {
 
 } // namespace
 
-ResidualStructure residual_structure(const calibrate::ChainFit& fit, const Swing& swing) {
+ResidualStructure residual_structure(const fit::RecordingFit& fit, const Swing& swing) {
     ResidualStructure structure;
     for (std::size_t third = 0; third < structure.thirds.size(); ++third)
         structure.thirds[third] = error_in_third(swing, third);

@@ -3,7 +3,7 @@
 // shape of their own.
 #pragma once
 
-#include "calibrate/chain_fit.hpp"
+#include "fit/fit.hpp"
 #include "diagnose/swing.hpp"
 
 #include <array>
@@ -39,7 +39,7 @@ struct ResidualStructure {
 
 /// The residual of the swing in windows of two cycles is a sum of the modelled swing (amplitude),
 /// its speed (phase) and a constant (rest), by least squares.
-[[nodiscard]] ResidualStructure residual_structure(const calibrate::ChainFit& fit,
+[[nodiscard]] ResidualStructure residual_structure(const fit::RecordingFit& fit,
                                                    const Swing& swing);
 
 } // namespace culm::diagnose

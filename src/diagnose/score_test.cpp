@@ -2,7 +2,7 @@
 #include "diagnose/score_test.hpp"
 
 #include "core/error.hpp"
-#include "diagnose/fit_starts.hpp"
+#include "fit/starts.hpp"
 #include "diagnose/null_noise.hpp"
 #include "diagnose/stacked_readings.hpp"
 #include "diagnose/visible_size.hpp"
@@ -21,8 +21,8 @@ constexpr double largest_modulus_change = 0.1;
 
 class ScoreTest {
   public:
-    ScoreTest(const ModelFit& base, const physics::SelectedEffect& effect,
-              std::span<const measure::Measurement> recordings, const CandidateOptions& options)
+    ScoreTest(const fit::Fit& base, const physics::SelectedEffect& effect,
+              std::span<const measure::Measurement> recordings, const fit::FitOptions& options)
         : base_(base), effect_(effect), recordings_(recordings), options_(options),
           fitted_(stacked_readings(base, recordings)),
           size_(base, fitted_, recordings, options, score_) {
@@ -36,10 +36,10 @@ class ScoreTest {
             judge_fixed(draws);
             return score_;
         }
-        std::vector<JointStart> absent = starts(StartSize::Absent);
+        std::vector<fit::StartModels> absent = starts(fit::StartSize::Absent);
         if (has_own_sizes(models_.front(), base_.parts.front()))
             absent.resize(1); // its places say nothing while it is absent
-        for (const JointStart& start : absent)
+        for (const fit::StartModels& start : absent)
             judge_start(start, draws);
         const bool vanishes = !size_.is_known();
         if (vanishes || draws > 0)
@@ -50,7 +50,7 @@ class ScoreTest {
     }
 
   private:
-    [[nodiscard]] StackedReadings compute(const JointStart& models) const {
+    [[nodiscard]] StackedReadings compute(const fit::StartModels& models) const {
         return stacked_readings(models, recordings_, base_, options_.heartbeat);
     }
     [[nodiscard]] bool is_new(const std::string& column) const {
@@ -61,10 +61,10 @@ class ScoreTest {
     }
 
     /// The k-th start of every recording together.
-    [[nodiscard]] std::vector<JointStart> starts(StartSize size) const {
-        std::vector<JointStart> all;
+    [[nodiscard]] std::vector<fit::StartModels> starts(fit::StartSize size) const {
+        std::vector<fit::StartModels> all;
         for (std::size_t m = 0; m < models_.size(); ++m) {
-            JointStart own = fit_starts(models_[m], base_.parts[m], size);
+            fit::StartModels own = fit_starts(models_[m], base_.parts[m], size);
             all.resize(m == 0 ? own.size() : std::min(all.size(), own.size()));
             for (std::size_t k = 0; k < all.size(); ++k)
                 all[k].push_back(std::move(own[k]));
@@ -73,23 +73,23 @@ class ScoreTest {
     }
 
     void judge_told_starts() {
-        const std::vector<JointStart> told = starts(StartSize::Told);
+        const std::vector<fit::StartModels> told = starts(fit::StartSize::Told);
         // Where the readings show beats, a step from no split at all promises what no split keeps.
         if (effect_.effect->dimensions() > 2 && !told.empty())
             score_.gain = 0.0;
-        for (const JointStart& start : told)
+        for (const fit::StartModels& start : told)
             judge_gain(compute(start), start);
     }
 
     void make_sure_of_size() {
         try {
-            size_.settle(size_.is_known() ? JointStart{} : starts(StartSize::Default).front());
+            size_.settle(size_.is_known() ? fit::StartModels{} : starts(fit::StartSize::Default).front());
         } catch (const core::NumericalError&) {
             // A chain with so much of it cannot be computed: what is known stays.
         }
     }
 
-    void judge_start(const JointStart& start, int draws) {
+    void judge_start(const fit::StartModels& start, int draws) {
         const StackedReadings stacked = compute(start);
         judge_gain(stacked, start);
         // Only beside the model as it is; a clamp as soft as its friction would need is another.
@@ -101,7 +101,7 @@ class ScoreTest {
     }
 
     /// The gain of one linear step from here that stays within the effect's bounds.
-    void judge_gain(const StackedReadings& stacked, const JointStart& start) {
+    void judge_gain(const StackedReadings& stacked, const fit::StartModels& start) {
         std::vector<bool> is_held(stacked.names.size(), false);
         LinearSolution solution = solve_linear(stacked, is_held);
         for (int pass = 0; pass < most_bounded; ++pass) {
@@ -122,10 +122,10 @@ class ScoreTest {
         score_.gain = std::max(score_.gain, fitted_.residual.squaredNorm() - solution.left);
     }
 
-    [[nodiscard]] static bool leaves_bounds(const JointStart& start, const std::string& column,
+    [[nodiscard]] static bool leaves_bounds(const fit::StartModels& start, const std::string& column,
                                             double change) {
-        const calibrate::StemModel& model = start.front();
-        const calibrate::FreeParameter* const parameter = parameter_of(model, column);
+        const fit::StemModel& model = start.front();
+        const fit::FreeParameter* const parameter = parameter_of(model, column);
         if (parameter == nullptr || parameter->is_place)
             return false;
         const double value = parameter->access.get(model.spec);
@@ -134,10 +134,10 @@ class ScoreTest {
     }
 
     /// A step from a size of its own that would end beyond the bounds, at a negative mass say.
-    [[nodiscard]] static bool oversteps(const JointStart& start, const std::string& column,
+    [[nodiscard]] static bool oversteps(const fit::StartModels& start, const std::string& column,
                                         double change) {
-        const calibrate::StemModel& model = start.front();
-        const calibrate::FreeParameter* const parameter = parameter_of(model, column);
+        const fit::StemModel& model = start.front();
+        const fit::FreeParameter* const parameter = parameter_of(model, column);
         if (parameter == nullptr || parameter->is_place ||
             parameter->fitted_as != physics::FittedAs::Itself)
             return false;
@@ -146,7 +146,7 @@ class ScoreTest {
                (value + change < parameter->lower || value + change > parameter->upper);
     }
 
-    void judge_noise(const StackedReadings& stacked, const JointStart& start, int draws) {
+    void judge_noise(const StackedReadings& stacked, const fit::StartModels& start, int draws) {
         if (draws == 0)
             return;
         const Eigen::MatrixXd old = columns_of(fitted_, stacked);
@@ -185,7 +185,7 @@ class ScoreTest {
 
     /// An effect without a number to fit: there, or not.
     void judge_fixed(int draws) {
-        const StackedReadings with = compute(starts(StartSize::Default).front());
+        const StackedReadings with = compute(starts(fit::StartSize::Default).front());
         score_.gain =
             std::max(0.0, fitted_.residual.squaredNorm() -
                               solve_linear(with, std::vector<bool>(with.names.size())).left);
@@ -203,12 +203,12 @@ class ScoreTest {
             score_.null_gains.assign(static_cast<std::size_t>(draws), 0.0);
     }
 
-    const ModelFit& base_;
+    const fit::Fit& base_;
     const physics::SelectedEffect& effect_;
     std::span<const measure::Measurement> recordings_;
-    const CandidateOptions& options_;
+    const fit::FitOptions& options_;
     StackedReadings fitted_;
-    JointStart models_;
+    fit::StartModels models_;
     Eigen::MatrixXd noise_; ///< (readings, draws); drawn when the first start needs it
     EffectScore score_;
     VisibleSize size_; ///< writes into the score
@@ -216,9 +216,9 @@ class ScoreTest {
 
 } // namespace
 
-EffectScore score_effect(const ModelFit& base, const physics::SelectedEffect& effect,
+EffectScore score_effect(const fit::Fit& base, const physics::SelectedEffect& effect,
                          std::span<const measure::Measurement> recordings,
-                         const CandidateOptions& options, int draws) {
+                         const fit::FitOptions& options, int draws) {
     EffectScore failed;
     failed.effect = effect.effect->name();
     try {

@@ -2,7 +2,7 @@
 // What an effect would gain, and how large it must be to be seen, from a run or a few.
 #pragma once
 
-#include "diagnose/model_fit.hpp"
+#include "fit/fit_model.hpp"
 
 #include <span>
 #include <string>
@@ -36,9 +36,9 @@ struct EffectScore {
 /// and projects off what the model's own parameters can do [Rao's score test]. Effects whose first
 /// order vanishes are judged by a finite size. `draws` of noise with the correlation from frame to
 /// frame that the residuals of `base` have; the same draws for every effect.
-[[nodiscard]] EffectScore score_effect(const ModelFit& base, const physics::SelectedEffect& effect,
+[[nodiscard]] EffectScore score_effect(const fit::Fit& base, const physics::SelectedEffect& effect,
                                        std::span<const measure::Measurement> recordings,
-                                       const CandidateOptions& options, int draws = 0);
+                                       const fit::FitOptions& options, int draws = 0);
 
 /// As text and back.
 [[nodiscard]] std::string to_text(const EffectScore& score);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/stacked_readings.hpp"
 
-#include "calibrate/free_parameter.hpp"
+#include "fit/parameter.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -27,20 +27,20 @@ Eigen::VectorXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::Vector
 
 class Stack {
   public:
-    Stack(const ModelFit& base, std::span<const measure::Measurement> recordings)
+    Stack(const fit::Fit& base, std::span<const measure::Measurement> recordings)
         : base_(base), recordings_(recordings) {}
 
-    void make_room(const calibrate::JointLayout& layout) {
+    void make_room(const fit::JointLayout& layout) {
         layout_ = layout;
         out_.names = layout.names;
-        for (const calibrate::ChainFit& part : base_.parts)
+        for (const fit::RecordingFit& part : base_.parts)
             readings_ += static_cast<Eigen::Index>(part.residuals.size());
         out_.jacobian =
             Eigen::MatrixXd::Zero(readings_, static_cast<Eigen::Index>(out_.names.size()));
         out_.residual = Eigen::VectorXd::Zero(readings_);
         out_.predicted = Eigen::VectorXd::Zero(readings_);
     }
-    void add_rows(std::size_t part, const calibrate::ChainPrediction& prediction) {
+    void add_rows(std::size_t part, const fit::ChainPrediction& prediction) {
         for (std::size_t k = 0; k < prediction.readings.size(); ++k, ++row_) {
             const std::size_t j = k % prediction.rows;
             const double measured = recordings_[part].deflection(k / prediction.rows, j);
@@ -59,63 +59,63 @@ class Stack {
     [[nodiscard]] StackedReadings take() { return std::move(out_); }
 
   private:
-    void add_derivative(const calibrate::JointLayout::Share& share, double derivative) {
+    void add_derivative(const fit::JointLayout::Share& share, double derivative) {
         out_.jacobian(row_, static_cast<Eigen::Index>(share.place)) = share.factor * derivative;
     }
 
-    const ModelFit& base_;
+    const fit::Fit& base_;
     std::span<const measure::Measurement> recordings_;
     StackedReadings out_;
-    calibrate::JointLayout layout_;
+    fit::JointLayout layout_;
     Eigen::Index readings_ = 0;
     Eigen::Index row_ = 0;
 };
 
 /// Free parameter `k`, in its own unit, as far as the bounds allow.
-void move(calibrate::StemModel& model, std::size_t k, double change) {
+void move(fit::StemModel& model, std::size_t k, double change) {
     if (k >= model.parameters.size()) {
         model.release_time = std::clamp(model.release_time + change, -model.release_time_bound,
                                         model.release_time_bound);
         return;
     }
-    const calibrate::FreeParameter& parameter = model.parameters[k];
+    const fit::FreeParameter& parameter = model.parameters[k];
     const double value = parameter.access.get(model.spec);
-    const double internal = calibrate::to_internal(parameter, model.spec, value) +
-                            change / calibrate::value_per_internal(parameter, model.spec, value);
+    const double internal = fit::to_internal(parameter, model.spec, value) +
+                            change / fit::value_per_internal(parameter, model.spec, value);
     parameter.access.set(model.spec,
-                         std::clamp(calibrate::from_internal(parameter, model.spec, internal),
+                         std::clamp(fit::from_internal(parameter, model.spec, internal),
                                     parameter.lower, parameter.upper));
 }
 
 } // namespace
 
-StackedReadings stacked_readings(std::span<const calibrate::StemModel> models,
+StackedReadings stacked_readings(std::span<const fit::StemModel> models,
                                  std::span<const measure::Measurement> recordings,
-                                 const ModelFit& base, const run::Heartbeat& heartbeat) {
+                                 const fit::Fit& base, const run::Heartbeat& heartbeat) {
     Stack stack(base, recordings);
-    stack.make_room(calibrate::joint_layout(models, recordings, belongs_to_recording));
+    stack.make_room(fit::joint_layout(models, recordings, fit::belongs_to_recording));
     for (std::size_t m = 0; m < models.size(); ++m)
-        stack.add_rows(m, calibrate::predict_readings(models[m], base.parts[m].times, heartbeat));
+        stack.add_rows(m, fit::predict_readings(models[m], base.parts[m].times, heartbeat));
     return stack.take();
 }
 
-StackedReadings stacked_readings(const ModelFit& base,
+StackedReadings stacked_readings(const fit::Fit& base,
                                  std::span<const measure::Measurement> recordings) {
     Stack stack(base, recordings);
-    std::vector<calibrate::StemModel> models;
-    for (const calibrate::ChainFit& part : base.parts)
+    std::vector<fit::StemModel> models;
+    for (const fit::RecordingFit& part : base.parts)
         models.push_back(part.model);
-    stack.make_room(calibrate::joint_layout(models, recordings, belongs_to_recording));
+    stack.make_room(fit::joint_layout(models, recordings, fit::belongs_to_recording));
     for (std::size_t m = 0; m < base.parts.size(); ++m)
         stack.add_rows(m, base.parts[m].prediction);
     return stack.take();
 }
 
-JointStart moved(JointStart models, const calibrate::JointLayout& layout,
+fit::StartModels moved(fit::StartModels models, const fit::JointLayout& layout,
                  const Eigen::VectorXd& change) {
     for (std::size_t m = 0; m < models.size(); ++m)
         for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
-            const calibrate::JointLayout::Share& share = layout.shares[m][k];
+            const fit::JointLayout::Share& share = layout.shares[m][k];
             move(models[m], k, share.factor * change(static_cast<Eigen::Index>(share.place)));
         }
     return models;

@@ -2,9 +2,8 @@
 // Readings of one or several recordings over their noise, one below the other.
 #pragma once
 
-#include "calibrate/joint_layout.hpp"
-#include "diagnose/best_fit.hpp"
-#include "diagnose/model_fit.hpp"
+#include "fit/layout.hpp"
+#include "fit/fit_model.hpp"
 
 #include <span>
 #include <string>
@@ -16,7 +15,7 @@ namespace culm::diagnose {
 
 /// A model at a point of its parameters, as the linear problem residual = jacobian · change.
 struct StackedReadings {
-    std::vector<std::string> names; ///< of the columns; "name@id" as in ModelFit
+    std::vector<std::string> names; ///< of the columns; "name@id" as in fit::Fit
     Eigen::MatrixXd jacobian;       ///< (readings, parameters), by the parameters' own units
     Eigen::VectorXd residual;       ///< (readings), measured − predicted
     Eigen::VectorXd predicted;      ///< (readings)
@@ -24,17 +23,17 @@ struct StackedReadings {
 
 /// `models`, `recordings` and `base` (whose times and noise count) belong together; readings that
 /// were not seen are rows of zeros. Throws core::NumericalError if a model cannot be computed.
-[[nodiscard]] StackedReadings stacked_readings(std::span<const calibrate::StemModel> models,
+[[nodiscard]] StackedReadings stacked_readings(std::span<const fit::StemModel> models,
                                                std::span<const measure::Measurement> recordings,
-                                               const ModelFit& base,
+                                               const fit::Fit& base,
                                                const run::Heartbeat& heartbeat);
 
 /// The fit itself, without a run.
-[[nodiscard]] StackedReadings stacked_readings(const ModelFit& base,
+[[nodiscard]] StackedReadings stacked_readings(const fit::Fit& base,
                                                std::span<const measure::Measurement> recordings);
 
 /// The models after this change of the parameters in their joint list, each within its bounds.
-[[nodiscard]] JointStart moved(JointStart models, const calibrate::JointLayout& layout,
+[[nodiscard]] fit::StartModels moved(fit::StartModels models, const fit::JointLayout& layout,
                                const Eigen::VectorXd& change);
 
 /// Change of the parameters that minimises the square of what is left.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/swing.hpp"
 
-#include "physics/effects/stem_scales.hpp"
 #include "run/modes.hpp"
+#include "physics/effects/stem_scales.hpp"
 
 #include <cmath>
 #include <limits>
@@ -13,7 +13,7 @@ namespace culm::diagnose {
 namespace {
 
 /// Σ over the frames after the release of readings of two rows over their noise.
-Eigen::MatrixXd row_products(const calibrate::ChainFit& fit, const std::vector<double>& readings) {
+Eigen::MatrixXd row_products(const fit::RecordingFit& fit, const std::vector<double>& readings) {
     const auto rows = static_cast<Eigen::Index>(fit.prediction.rows);
     Eigen::MatrixXd products = Eigen::MatrixXd::Zero(rows, rows);
     for (std::size_t i = 0; i < fit.times.size(); ++i) {
@@ -31,7 +31,7 @@ Eigen::MatrixXd row_products(const calibrate::ChainFit& fit, const std::vector<d
     return products;
 }
 
-std::vector<double> strongest_shape(const calibrate::ChainFit& fit,
+std::vector<double> strongest_shape(const fit::RecordingFit& fit,
                                     const measure::Measurement& measurement) {
     Eigen::MatrixXd products = row_products(fit, fit.prediction.readings);
     if (!(products.trace() > 0.0))
@@ -53,7 +53,7 @@ std::vector<double> strongest_shape(const calibrate::ChainFit& fit,
 /// Least-squares coordinate of one frame in the shape, over the rows that both tables have.
 class SwingProjection {
   public:
-    SwingProjection(const calibrate::ChainFit& fit, const std::vector<double>& shape)
+    SwingProjection(const fit::RecordingFit& fit, const std::vector<double>& shape)
         : fit_(fit), shape_(shape) {}
 
     template <class Reading>
@@ -71,13 +71,13 @@ class SwingProjection {
     }
 
   private:
-    const calibrate::ChainFit& fit_;
+    const fit::RecordingFit& fit_;
     const std::vector<double>& shape_;
 };
 
 } // namespace
 
-Swing swing_of(const calibrate::ChainFit& fit, const measure::Measurement& measurement) {
+Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measurement) {
     Swing swing;
     swing.shape = strongest_shape(fit, measurement);
     swing.times = fit.times;
@@ -98,7 +98,7 @@ Swing swing_of(const calibrate::ChainFit& fit, const measure::Measurement& measu
     for (std::size_t j = 0; j < swing.shape.size(); ++j)
         precision += std::pow(swing.shape[j] / fit.noise[j], 2);
     swing.noise = precision > 0.0 ? 1.0 / std::sqrt(precision) : 0.0;
-    const auto modes = chain_modes(fit.model.spec, 1);
+    const auto modes = run::chain_modes(fit.model.spec, 1);
     swing.frequency =
         modes.empty() ? physics::first_frequency(fit.model.spec.stem) : modes.front().frequency;
     return swing;

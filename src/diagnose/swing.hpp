@@ -2,7 +2,7 @@
 // The strongest shape of the motion over the heights, and its coordinate in measurement and model.
 #pragma once
 
-#include "calibrate/chain_fit.hpp"
+#include "fit/fit.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <vector>
@@ -24,7 +24,7 @@ struct Swing {
 
 /// The shape is the first right singular vector of the predicted readings after the release (of the
 /// measured ones, if the model does not move), weighted by the noise.
-[[nodiscard]] Swing swing_of(const calibrate::ChainFit& fit,
+[[nodiscard]] Swing swing_of(const fit::RecordingFit& fit,
                              const measure::Measurement& measurement);
 
 } // namespace culm::diagnose

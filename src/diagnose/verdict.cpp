@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/verdict.hpp"
 
-#include "diagnose/residual_correlation.hpp"
-#include "diagnose/residual_table.hpp"
+#include "fit/residual_statistics.hpp"
 #include "reduce/population_statistics.hpp"
 
 #include <algorithm>
@@ -19,7 +18,7 @@ constexpr double smallest_swing = 3.0; ///< over its noise, root mean square
 constexpr std::size_t fewest_frames = 30;
 
 /// Why the record cannot tell; empty if it can.
-std::string what_is_too_little(const calibrate::ChainFit& fit, const Swing& swing) {
+std::string what_is_too_little(const fit::RecordingFit& fit, const Swing& swing) {
     double squares = 0.0;
     std::size_t frames = 0;
     for (std::size_t i = 0; i < swing.times.size(); ++i)
@@ -41,7 +40,7 @@ std::string what_is_too_little(const calibrate::ChainFit& fit, const Swing& swin
     return {};
 }
 
-std::size_t lags_over_a_period(const calibrate::ChainFit& fit, const Swing& swing) {
+std::size_t lags_over_a_period(const fit::RecordingFit& fit, const Swing& swing) {
     const std::size_t frames = fit.times.size();
     if (frames < 10)
         return 1;
@@ -81,7 +80,7 @@ std::string_view to_string(Finding finding) {
     return "undecided";
 }
 
-Verdict judge(const calibrate::ChainFit& fit, const Swing& swing) {
+Verdict judge(const fit::RecordingFit& fit, const Swing& swing) {
     Verdict verdict;
     verdict.rmse = fit.rmse;
     verdict.noise = typical_noise(fit);
@@ -97,7 +96,7 @@ Verdict judge(const calibrate::ChainFit& fit, const Swing& swing) {
             test.p_value =
                 chi_squared_tail(verdict.effective_degrees_of_freedom * fit.reduced_chi_squared,
                                  verdict.effective_degrees_of_freedom);
-    const SpatialPattern pattern = spatial_pattern(whitened);
+    const fit::SpatialPattern pattern = spatial_pattern(whitened);
     verdict.tests.push_back({"pattern over the heights", pattern.p_value, pattern.p_value});
     verdict.spatial_share = pattern.share;
     const double size = std::sqrt(pattern.share * whitened.squaredNorm() /

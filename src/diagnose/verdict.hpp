@@ -38,6 +38,6 @@ struct Verdict {
 /// freedom of the residuals' own correlation, and the spatial pattern; together by Holm's
 /// adjustment at 1 %. Undecided: fewer than two cycles, a swing below three times its noise, fewer
 /// than 30 frames.
-[[nodiscard]] Verdict judge(const calibrate::ChainFit& fit, const Swing& swing);
+[[nodiscard]] Verdict judge(const fit::RecordingFit& fit, const Swing& swing);
 
 } // namespace culm::diagnose

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/visible_size.hpp"
 
-#include "calibrate/joint_layout.hpp"
+#include "fit/layout.hpp"
 #include "core/error.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ constexpr double visible_at = 3.0; ///< standard deviations
 constexpr int most_runs = 6;       ///< to make sure of it
 constexpr double same_size = 0.2;  ///< of its logarithm
 
-bool is_factor(const calibrate::FreeParameter& parameter) {
+bool is_factor(const fit::FreeParameter& parameter) {
     return parameter.absent > parameter.lower && parameter.absent > 0.0;
 }
 
@@ -25,10 +25,10 @@ bool is_among(const std::string& column, const StackedReadings& fitted) {
 
 } // namespace
 
-const calibrate::FreeParameter* parameter_of(const calibrate::StemModel& model,
+const fit::FreeParameter* parameter_of(const fit::StemModel& model,
                                              const std::string& column) {
     const std::string name = column.substr(0, column.find('@'));
-    for (const calibrate::FreeParameter& parameter : model.parameters)
+    for (const fit::FreeParameter& parameter : model.parameters)
         if (parameter.access.name == name)
             return &parameter;
     return nullptr;
@@ -42,13 +42,13 @@ Eigen::MatrixXd columns_of(const StackedReadings& fitted, const StackedReadings&
     return stacked.jacobian(Eigen::all, old);
 }
 
-void VisibleSize::judge(const StackedReadings& stacked, const JointStart& start) {
+void VisibleSize::judge(const StackedReadings& stacked, const fit::StartModels& start) {
     if (absent_.empty()) {
         absent_ = start;
         absent_predicted_ = stacked.predicted;
     }
     for (std::size_t k = 0; k < stacked.names.size(); ++k) {
-        const calibrate::FreeParameter* const parameter =
+        const fit::FreeParameter* const parameter =
             parameter_of(start.front(), stacked.names[k]);
         if (is_among(stacked.names[k], fitted_) || parameter == nullptr || parameter->is_place)
             continue;
@@ -74,14 +74,14 @@ void VisibleSize::judge(const StackedReadings& stacked, const JointStart& start)
     }
 }
 
-void VisibleSize::settle(const JointStart& default_start) {
+void VisibleSize::settle(const fit::StartModels& default_start) {
     if (absent_.empty())
         return;
-    const calibrate::FreeParameter* const found =
+    const fit::FreeParameter* const found =
         parameter_of(absent_.front(), score_.effect + "." + score_.parameter);
     if (found == nullptr)
         return;
-    const calibrate::FreeParameter own = *found;
+    const fit::FreeParameter own = *found;
     absent_at_ = own.access.get(absent_.front().spec);
     double power = 1.0;
     double size = size_;
@@ -133,7 +133,7 @@ void VisibleSize::keep_fixed(const physics::EffectParameter& parameter, double v
 
 /// `size`: how far from its absence the effect is seen; `imitated`: the change of what is fitted
 /// without it that does most of the same.
-void VisibleSize::keep(const calibrate::FreeParameter& parameter, double size,
+void VisibleSize::keep(const fit::FreeParameter& parameter, double size,
                        const Projection& projection, const Eigen::VectorXd& imitated) {
     name(parameter);
     size_ = size;
@@ -143,7 +143,7 @@ void VisibleSize::keep(const calibrate::FreeParameter& parameter, double size,
     keep_direction(projection, imitated);
 }
 
-void VisibleSize::name(const calibrate::FreeParameter& parameter) {
+void VisibleSize::name(const fit::FreeParameter& parameter) {
     score_.parameter = parameter.access.name.substr(score_.effect.size() + 1);
     score_.unit = parameter.unit;
     score_.smallest_visible = std::numeric_limits<double>::infinity();
@@ -163,7 +163,7 @@ void VisibleSize::keep_direction(const Projection& projection, const Eigen::Vect
 
 double VisibleSize::bias(const char* name) const {
     const auto found = std::ranges::find(fitted_.names, name);
-    const calibrate::FittedParameter* const value = base_.parts.front().find(name);
+    const fit::FittedParameter* const value = base_.parts.front().find(name);
     return found == fitted_.names.end() || value == nullptr
                ? 0.0
                : imitated_(found - fitted_.names.begin()) / value->value;
@@ -171,10 +171,10 @@ double VisibleSize::bias(const char* name) const {
 
 /// What a run with this value leaves once the other numbers are back where the fit without the
 /// effect has moved them from, without derivatives, which take most of the time.
-Projection VisibleSize::trace(const calibrate::FreeParameter& parameter, double value,
+Projection VisibleSize::trace(const fit::FreeParameter& parameter, double value,
                               const Eigen::VectorXd& imitated) const {
-    JointStart models = without_imitation(imitated);
-    for (calibrate::StemModel& model : models) {
+    fit::StartModels models = without_imitation(imitated);
+    for (fit::StemModel& model : models) {
         parameter.access.set(model.spec, value);
         model.parameters.clear();
     }
@@ -182,9 +182,9 @@ Projection VisibleSize::trace(const calibrate::FreeParameter& parameter, double 
     return project_off(fitted_.jacobian, with.predicted - absent_predicted_);
 }
 
-JointStart VisibleSize::without_imitation(const Eigen::VectorXd& imitated) const {
-    const calibrate::JointLayout layout =
-        calibrate::joint_layout(absent_, recordings_, belongs_to_recording);
+fit::StartModels VisibleSize::without_imitation(const Eigen::VectorXd& imitated) const {
+    const fit::JointLayout layout =
+        fit::joint_layout(absent_, recordings_, fit::belongs_to_recording);
     Eigen::VectorXd change = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(layout.names.size()));
     for (std::size_t k = 0; k < layout.names.size(); ++k)
         if (const auto old = std::ranges::find(fitted_.names, layout.names[k]);
@@ -194,13 +194,13 @@ JointStart VisibleSize::without_imitation(const Eigen::VectorXd& imitated) const
 }
 
 /// Of a stiffness the compliance is the size; a factor that is 1 without the effect is weakened.
-double VisibleSize::value_of(const calibrate::FreeParameter& parameter, double size) const {
+double VisibleSize::value_of(const fit::FreeParameter& parameter, double size) const {
     if (parameter.fitted_as == physics::FittedAs::Inverse)
         return 1.0 / (1.0 / absent_at_ + size);
     return is_factor(parameter) ? parameter.absent * std::exp(-size) : parameter.absent + size;
 }
 
-double VisibleSize::size_of(const calibrate::FreeParameter& parameter, double value) const {
+double VisibleSize::size_of(const fit::FreeParameter& parameter, double value) const {
     if (parameter.fitted_as == physics::FittedAs::Inverse)
         return 1.0 / value - 1.0 / absent_at_;
     return is_factor(parameter) ? -std::log(value / parameter.absent) : value - parameter.absent;

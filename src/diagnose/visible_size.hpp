@@ -15,7 +15,7 @@
 namespace culm::diagnose {
 
 /// The free parameter that a column of readings belongs to; null if it is no effect's or stem's.
-[[nodiscard]] const calibrate::FreeParameter* parameter_of(const calibrate::StemModel& model,
+[[nodiscard]] const fit::FreeParameter* parameter_of(const fit::StemModel& model,
                                                            const std::string& column);
 
 /// Part of a derivative that nothing imitates; less is rounding and the runs' own noise.
@@ -24,45 +24,45 @@ constexpr double least_standing_out = 1e-4;
 class VisibleSize {
   public:
     /// All must outlive this; `fitted` of `base`. Writes into `score`, whose effect is named.
-    VisibleSize(const ModelFit& base, const StackedReadings& fitted,
-                std::span<const measure::Measurement> recordings, const CandidateOptions& options,
+    VisibleSize(const fit::Fit& base, const StackedReadings& fitted,
+                std::span<const measure::Measurement> recordings, const fit::FitOptions& options,
                 EffectScore& score)
         : base_(base), fitted_(fitted), recordings_(recordings), options_(options), score_(score) {}
 
     /// The size at which the first of the effect's sizes is seen, if its first order tells; the
     /// smallest of several calls. `start`: where the effect is absent, `stacked` its readings.
-    void judge(const StackedReadings& stacked, const JointStart& start);
+    void judge(const StackedReadings& stacked, const fit::StartModels& start);
 
     [[nodiscard]] bool is_known() const { return size_ < std::numeric_limits<double>::infinity(); }
 
     /// Runs of the size at which the effect should be seen: its trace need not grow in proportion,
     /// as that of two planes of bending, which grows with the square. Where the first order tells
     /// nothing, from `default_start` on, which else may be empty.
-    void settle(const JointStart& default_start);
+    void settle(const fit::StartModels& default_start);
 
     /// Of an effect without a number to fit: its trace for `value` of the parameter.
     void keep_fixed(const physics::EffectParameter& parameter, double value,
                     const Projection& projection);
 
   private:
-    void keep(const calibrate::FreeParameter& parameter, double size, const Projection& projection,
+    void keep(const fit::FreeParameter& parameter, double size, const Projection& projection,
               const Eigen::VectorXd& imitated);
-    void name(const calibrate::FreeParameter& parameter);
+    void name(const fit::FreeParameter& parameter);
     void keep_direction(const Projection& projection, const Eigen::VectorXd& imitated);
     [[nodiscard]] double bias(const char* name) const;
-    [[nodiscard]] JointStart without_imitation(const Eigen::VectorXd& imitated) const;
-    [[nodiscard]] Projection trace(const calibrate::FreeParameter& parameter, double value,
+    [[nodiscard]] fit::StartModels without_imitation(const Eigen::VectorXd& imitated) const;
+    [[nodiscard]] Projection trace(const fit::FreeParameter& parameter, double value,
                                    const Eigen::VectorXd& imitated) const;
-    [[nodiscard]] double value_of(const calibrate::FreeParameter& parameter, double size) const;
-    [[nodiscard]] double size_of(const calibrate::FreeParameter& parameter, double value) const;
+    [[nodiscard]] double value_of(const fit::FreeParameter& parameter, double size) const;
+    [[nodiscard]] double size_of(const fit::FreeParameter& parameter, double value) const;
 
-    const ModelFit& base_;
+    const fit::Fit& base_;
     const StackedReadings& fitted_;
     std::span<const measure::Measurement> recordings_;
-    const CandidateOptions& options_;
+    const fit::FitOptions& options_;
     EffectScore& score_;
     double size_ = std::numeric_limits<double>::infinity(); ///< away from its absence
-    JointStart absent_;      ///< the start that has told it, else the first
+    fit::StartModels absent_;      ///< the start that has told it, else the first
     double absent_at_ = 0.0; ///< its value there
     Eigen::VectorXd absent_predicted_;
     Eigen::VectorXd imitated_; ///< change of what is fitted without the effect that hides the size

@@ -2,8 +2,9 @@
 // Two models of one stem that share no line: what the beam records, the chain of spheres explains.
 #include "beam_generator/random_case.hpp"
 #include "beam_generator/recording.hpp"
-#include "calibrate/stem_chain.hpp"
-#include "diagnose/candidate_fit.hpp"
+#include "fit/stem_chain.hpp"
+#include "fit/fit_model.hpp"
+#include "support/single_fit.hpp"
 
 #include <string>
 
@@ -24,13 +25,13 @@ RecordingSpec recording(std::vector<HiddenEffect> effects, double noise) {
 
 TEST(Chain, FitsABeamThatLacksNothingAndReturnsItsModulusAndDamping) {
     const RecordingSpec spec = recording({}, 0.0);
-    const diagnose::CandidateFit fit = diagnose::fit_baseline(record(spec));
-    ASSERT_TRUE(fit.fit) << fit.failure;
+    const fit::Fit fit = tests::fit_baseline(record(spec));
+    ASSERT_FALSE(fit.failed()) << fit.reason;
     // 56 spheres at 20 mm: seen 0.2 µm, Y + 0.06 %, τ + 0.01 %. Noise is a hundred times that.
-    EXPECT_LT(fit.fit->rmse, 1e-6);
-    const run::CaseSpec& found = fit.fit->model.spec;
+    EXPECT_LT(fit.parts.front().rmse, 1e-6);
+    const run::CaseSpec& found = fit.parts.front().model.spec;
     EXPECT_NEAR(found.stem.bond_youngs_modulus / spec.stem.youngs_modulus, 1.0, 2e-3);
-    EXPECT_NEAR(calibrate::damping_time(found) / spec.stem.damping_time, 1.0, 2e-3);
+    EXPECT_NEAR(fit::damping_time(found) / spec.stem.damping_time, 1.0, 2e-3);
     EXPECT_NEAR(found.tip_deflection, spec.tip_deflection, 1e-6);
 }
 
@@ -38,15 +39,15 @@ TEST(Chain, FitsABeamThatLacksNothingAndReturnsItsModulusAndDamping) {
 void expect_found(const HiddenEffect& effect, const std::string& parameter, double tolerance) {
     const RecordingSpec spec = recording({effect}, 5e-5);
     const measure::Measurement measurement = record(spec);
-    const diagnose::CandidateFit baseline = diagnose::fit_baseline(measurement);
-    ASSERT_TRUE(baseline.fit) << baseline.failure;
-    EXPECT_GT(baseline.fit->rmse, 1.3 * spec.errors.noise) << effect.name;
-    const diagnose::CandidateFit fit =
-        diagnose::fit_candidate(physics::parse_effects(effect.name, {}), baseline, measurement);
-    ASSERT_TRUE(fit.fit) << effect.name << ": " << fit.failure;
+    const fit::Fit baseline = tests::fit_baseline(measurement);
+    ASSERT_FALSE(baseline.failed()) << baseline.reason;
+    EXPECT_GT(baseline.parts.front().rmse, 1.3 * spec.errors.noise) << effect.name;
+    const fit::Fit fit =
+        tests::fit_candidate(physics::parse_effects(effect.name, {}), baseline, measurement);
+    ASSERT_FALSE(fit.failed()) << effect.name << ": " << fit.reason;
     // 2000 readings: their root mean square has a standard error of 1.6 %.
-    EXPECT_LT(fit.fit->rmse, 1.05 * spec.errors.noise) << effect.name;
-    const auto* const found = fit.fit->find(effect.name + "." + parameter);
+    EXPECT_LT(fit.parts.front().rmse, 1.05 * spec.errors.noise) << effect.name;
+    const auto* const found = fit.parts.front().find(effect.name + "." + parameter);
     ASSERT_NE(found, nullptr);
     const double truth = effect.value(parameter);
     EXPECT_NEAR(found->value / truth, 1.0, tolerance) << effect.name;
@@ -78,16 +79,16 @@ TEST(Chain, EndsAtTheBestMassAtTheTipAndNotInTheValleyBeforeIt) {
     const RecordingSpec spec = random_case(1, CaseKind::Single, 30).spec;
     const double truth = spec.effects.front().value("mass_kg");
     const measure::Measurement measurement = record(spec);
-    const diagnose::CandidateFit baseline = diagnose::fit_baseline(measurement);
+    const fit::Fit baseline = tests::fit_baseline(measurement);
     const auto fitted = [&](const std::string& effect) {
-        return diagnose::fit_candidate(physics::parse_effects(effect, {}), baseline, measurement);
+        return tests::fit_candidate(physics::parse_effects(effect, {}), baseline, measurement);
     };
-    const diagnose::CandidateFit free = fitted("tip_mass");
-    const diagnose::CandidateFit fixed = fitted(fmt::format("tip_mass(mass_kg={:.12g})", truth));
-    ASSERT_TRUE(free.fit && fixed.fit) << free.failure << fixed.failure;
+    const fit::Fit free = fitted("tip_mass");
+    const fit::Fit fixed = fitted(fmt::format("tip_mass(mass_kg={:.12g})", truth));
+    ASSERT_FALSE(free.failed() || fixed.failed()) << free.reason << fixed.reason;
     // A free number cannot fit worse; Huber's loss and the noise of the runs blur that by ~ 1.
-    EXPECT_LT(free.fit->chi_squared, fixed.fit->chi_squared + 1.0);
-    const auto* const mass = free.fit->find("tip_mass.mass_kg");
+    EXPECT_LT(free.parts.front().chi_squared, fixed.parts.front().chi_squared + 1.0);
+    const auto* const mass = free.parts.front().find("tip_mass.mass_kg");
     ASSERT_NE(mass, nullptr);
     EXPECT_LT(std::abs(mass->value - truth), 3.0 * mass->standard_error);
 }

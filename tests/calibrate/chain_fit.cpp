@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibrate/chain_fit.hpp"
+#include "fit/fit.hpp"
 
 #include "calibrate/profile_likelihood.hpp"
 #include "calibrate/simulated_measurement.hpp"
@@ -13,19 +13,19 @@ namespace {
 
 using namespace culm;
 
-calibrate::ChainFit fitted(const measure::Measurement& measurement,
-                           const calibrate::ChainFitOptions& options = {}) {
-    return calibrate::fit_chain(calibrate::baseline_model(measurement), measurement, options);
+fit::RecordingFit fitted(const measure::Measurement& measurement,
+                           const fit::SolveOptions& options = {}) {
+    return fit::fit_chain(fit::baseline_model(measurement), measurement, options);
 }
 
-double deviation(const calibrate::ChainFit& fit, const char* name, double truth) {
-    const calibrate::FittedParameter* found = fit.find(name);
+double deviation(const fit::RecordingFit& fit, const char* name, double truth) {
+    const fit::FittedParameter* found = fit.find(name);
     return (found->value - truth) / found->standard_error;
 }
 
-TEST(ChainFit, FindsTheValuesThatMadeTheRecordWithinTheirErrors) {
+TEST(RecordingFit, FindsTheValuesThatMadeTheRecordWithinTheirErrors) {
     const tests::TrueValues truth;
-    const calibrate::ChainFit fit = fitted(tests::simulated_measurement(truth));
+    const fit::RecordingFit fit = fitted(tests::simulated_measurement(truth));
     ASSERT_TRUE(fit.has_converged) << fit.reason;
     // Four standard errors: one false alarm in 4000 for the four together.
     EXPECT_LT(std::abs(deviation(fit, "bond_youngs_modulus", truth.bond_youngs_modulus)), 4.0);
@@ -38,12 +38,12 @@ TEST(ChainFit, FindsTheValuesThatMadeTheRecordWithinTheirErrors) {
     EXPECT_EQ(fit.degrees_of_freedom, fit.readings - 4);
 }
 
-TEST(ChainFit, StandardErrorsAreTheScatterOverManyRecords) {
+TEST(RecordingFit, StandardErrorsAreTheScatterOverManyRecords) {
     const tests::TrueValues truth;
     double sum = 0.0;
     constexpr int records = 16;
     for (unsigned seed = 1; seed <= records; ++seed) {
-        const calibrate::ChainFit fit = fitted(tests::simulated_measurement(truth, seed));
+        const fit::RecordingFit fit = fitted(tests::simulated_measurement(truth, seed));
         const double scaled = deviation(fit, "bond_youngs_modulus", truth.bond_youngs_modulus);
         sum += scaled * scaled;
     }
@@ -52,15 +52,15 @@ TEST(ChainFit, StandardErrorsAreTheScatterOverManyRecords) {
     EXPECT_LT(sum, 36.0);
 }
 
-TEST(ChainFit, JacobianIsTheDifferenceOfPredictions) {
+TEST(RecordingFit, JacobianIsTheDifferenceOfPredictions) {
     const measure::Measurement measurement = tests::empty_measurement();
-    calibrate::StemModel model = tests::true_model(measurement, {});
-    const auto base = calibrate::predict_readings(model, measurement.times);
+    fit::StemModel model = tests::true_model(measurement, {});
+    const auto base = fit::predict_readings(model, measurement.times);
     const double change = 1e-4;
     model.spec.stem.bond_youngs_modulus *= 1.0 + change;
-    const auto above = calibrate::predict_readings(model, measurement.times);
+    const auto above = fit::predict_readings(model, measurement.times);
     model.spec.stem.bond_youngs_modulus *= (1.0 - change) / (1.0 + change);
-    const auto below = calibrate::predict_readings(model, measurement.times);
+    const auto below = fit::predict_readings(model, measurement.times);
     double largest = 0.0;
     double error = 0.0;
     for (std::size_t k = 0; k < base.readings.size(); ++k) {
@@ -73,12 +73,12 @@ TEST(ChainFit, JacobianIsTheDifferenceOfPredictions) {
     EXPECT_LT(error, 0.02 * largest);
 }
 
-TEST(ChainFit, DerivativeByTheReleaseTimeIsMinusTheVelocity) {
+TEST(RecordingFit, DerivativeByTheReleaseTimeIsMinusTheVelocity) {
     const measure::Measurement measurement = tests::empty_measurement();
-    calibrate::StemModel model = tests::true_model(measurement, {});
-    const auto base = calibrate::predict_readings(model, measurement.times);
+    fit::StemModel model = tests::true_model(measurement, {});
+    const auto base = fit::predict_readings(model, measurement.times);
     model.release_time += 1e-6;
-    const auto later = calibrate::predict_readings(model, measurement.times);
+    const auto later = fit::predict_readings(model, measurement.times);
     for (std::size_t k = 0; k < base.readings.size(); ++k) {
         // 10 m/s² … 1e4 m/s² of acceleration over half the shift: 5e-3 m/s.
         const double difference = (later.readings[k] - base.readings[k]) / 1e-6;
@@ -86,29 +86,29 @@ TEST(ChainFit, DerivativeByTheReleaseTimeIsMinusTheVelocity) {
     }
 }
 
-TEST(ChainFit, HasTheStaticShapeBeforeTheRelease) {
+TEST(RecordingFit, HasTheStaticShapeBeforeTheRelease) {
     const measure::Measurement measurement = tests::empty_measurement();
     const auto prediction =
-        calibrate::predict_readings(tests::true_model(measurement, {}), measurement.times);
+        fit::predict_readings(tests::true_model(measurement, {}), measurement.times);
     for (std::size_t j = 0; j < 4; ++j)
         EXPECT_EQ(prediction.readings[j], prediction.readings[4 * 4 + j]); // frames 0 and 4
 }
 
-TEST(ChainFit, GapsAreLeftOut) {
+TEST(RecordingFit, GapsAreLeftOut) {
     measure::Measurement measurement = tests::simulated_measurement();
     for (std::size_t k = 0; k < measurement.deflections.size(); k += 3)
         measurement.deflections[k] = std::nan("");
-    const calibrate::ChainFit fit = fitted(measurement);
+    const fit::RecordingFit fit = fitted(measurement);
     EXPECT_EQ(fit.readings, 155U * 4U - 207U);
     EXPECT_TRUE(std::isnan(fit.residuals[0]));
     EXPECT_LT(std::abs(deviation(fit, "bond_youngs_modulus", 1.3e9)), 4.0); // as above
 }
 
-TEST(ChainFit, RobustLossShrugsOffWrongReadings) {
+TEST(RecordingFit, RobustLossShrugsOffWrongReadings) {
     measure::Measurement measurement = tests::simulated_measurement();
     for (std::size_t k = 7; k < measurement.deflections.size(); k += 40)
         measurement.deflections[k] += 5e-3;
-    calibrate::ChainFitOptions robust;
+    fit::SolveOptions robust;
     robust.is_robust = true;
     const double plain_error = std::abs(fitted(measurement).find("tip_deflection")->value - 15e-3);
     const double robust_error =
@@ -117,41 +117,41 @@ TEST(ChainFit, RobustLossShrugsOffWrongReadings) {
     EXPECT_LT(robust_error, 30e-6); // 16 of 620 readings wrong by 100 σ
 }
 
-TEST(ChainFit, RecoversFromAModulusThatIsATenthTooLarge) {
+TEST(RecordingFit, RecoversFromAModulusThatIsATenthTooLarge) {
     const measure::Measurement measurement = tests::simulated_measurement();
-    calibrate::StemModel model = calibrate::baseline_model(measurement);
+    fit::StemModel model = fit::baseline_model(measurement);
     model.spec.stem.bond_youngs_modulus *= 1.1; // half a cycle off at the end of the record
-    const calibrate::ChainFit fit = calibrate::fit_chain(model, measurement);
+    const fit::RecordingFit fit = fit::fit_chain(model, measurement);
     EXPECT_LT(std::abs(deviation(fit, "bond_youngs_modulus", 1.3e9)), 4.0);
 }
 
-TEST(ChainFit, SaysWhichParameterEndsAtItsBound) {
+TEST(RecordingFit, SaysWhichParameterEndsAtItsBound) {
     const measure::Measurement measurement = tests::simulated_measurement();
-    calibrate::StemModel model = calibrate::baseline_model(measurement);
+    fit::StemModel model = fit::baseline_model(measurement);
     model.parameters[1].upper = 5.0; // β is 12
     model.spec.stem.bond_damping = 4.0;
-    const calibrate::ChainFit fit = calibrate::fit_chain(model, measurement);
+    const fit::RecordingFit fit = fit::fit_chain(model, measurement);
     EXPECT_TRUE(fit.find("bond_damping")->is_at_bound);
     EXPECT_NE(fit.reason.find("bond_damping is at its bound"), std::string::npos) << fit.reason;
 }
 
-TEST(ChainFit, UnknownNoiseIsTakenFromTheResiduals) {
+TEST(RecordingFit, UnknownNoiseIsTakenFromTheResiduals) {
     measure::Measurement measurement = tests::simulated_measurement();
     measurement.noise.reset();
     measurement.times.erase(measurement.times.begin(), measurement.times.begin() + 5);
     measurement.deflections.erase(measurement.deflections.begin(),
                                   measurement.deflections.begin() + 20);
-    const calibrate::ChainFit fit = fitted(measurement);
+    const fit::RecordingFit fit = fitted(measurement);
     EXPECT_FALSE(fit.is_noise_known);
     EXPECT_DOUBLE_EQ(fit.reduced_chi_squared, 1.0);
     EXPECT_NEAR(fit.noise.front(), 0.05e-3, 0.006e-3); // 600 readings: 2.9 % standard error
 }
 
-TEST(ChainFit, ProfileIntervalsOfANearlyLinearProblemAreThoseOfTheCovariance) {
+TEST(RecordingFit, ProfileIntervalsOfANearlyLinearProblemAreThoseOfTheCovariance) {
     const measure::Measurement measurement = tests::simulated_measurement();
-    const calibrate::ChainFit fit = fitted(measurement);
+    const fit::RecordingFit fit = fitted(measurement);
     for (const auto& interval : calibrate::profile_intervals(fit, measurement)) {
-        const calibrate::FittedParameter* found = fit.find(interval.name);
+        const fit::FittedParameter* found = fit.find(interval.name);
         const double half = 1.96 * found->standard_error;
         // 2 % by the search, some for the curvature of the problem.
         EXPECT_NEAR(found->value - interval.lower, half, 0.1 * half) << interval.name;

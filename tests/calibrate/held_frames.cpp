@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Frames before the release on a support that vibrates.
-#include "calibrate/effect_parameters.hpp"
+#include "fit/stem_model.hpp"
 #include "calibrate/simulated_measurement.hpp"
 
 #include <algorithm>
@@ -19,21 +19,21 @@ constexpr double amplitude = 2e-4;
 constexpr double frequency = 90.0;
 constexpr double phase = 0.7;
 
-calibrate::StemModel on_vibrating_support(const measure::Measurement& measurement) {
+fit::StemModel on_vibrating_support(const measure::Measurement& measurement) {
     const physics::SelectedEffect effect = physics::parse_effect("base_motion", {});
-    calibrate::StemModel model =
-        calibrate::with_effect(tests::true_model(measurement, {}), effect, measurement);
+    fit::StemModel model =
+        fit::with_effect(tests::true_model(measurement, {}), effect, measurement);
     model.spec.effects.front().values = {amplitude, frequency, phase};
     return model;
 }
 
 TEST(HeldFrames, MoveWithTheSupport) {
     const measure::Measurement measurement = tests::empty_measurement();
-    const calibrate::StemModel model = on_vibrating_support(measurement);
+    const fit::StemModel model = on_vibrating_support(measurement);
     std::vector<double> times = measurement.times;
     times.insert(times.begin() + 5, model.release_time); // the frame of the release itself
     std::ranges::sort(times);
-    const auto predicted = calibrate::predict_readings(model, times);
+    const auto predicted = fit::predict_readings(model, times);
     const auto at_release =
         static_cast<std::size_t>(std::ranges::find(times, model.release_time) - times.begin());
     const auto support = [](double since_release) {
@@ -51,27 +51,27 @@ TEST(HeldFrames, MoveWithTheSupport) {
 TEST(HeldFrames, StandStillWithoutASupportThatVibrates) {
     const measure::Measurement measurement = tests::empty_measurement();
     const auto predicted =
-        calibrate::predict_readings(tests::true_model(measurement, {}), measurement.times);
+        fit::predict_readings(tests::true_model(measurement, {}), measurement.times);
     for (std::size_t k = 0; k < 5 * predicted.rows; ++k)
         EXPECT_EQ(predicted.readings[k], predicted.readings[k % predicted.rows]);
 }
 
 TEST(HeldFrames, HaveTheDerivativesOfTheirReadings) {
     const measure::Measurement measurement = tests::empty_measurement();
-    const calibrate::StemModel model = on_vibrating_support(measurement);
+    const fit::StemModel model = on_vibrating_support(measurement);
     const std::vector<double> times(measurement.times.begin(), measurement.times.begin() + 5);
-    const auto predicted = calibrate::predict_readings(model, times);
+    const auto predicted = fit::predict_readings(model, times);
     const auto difference = [&](std::size_t reading, const auto& change, double step) {
-        calibrate::StemModel below = model;
-        calibrate::StemModel above = model;
+        fit::StemModel below = model;
+        fit::StemModel above = model;
         change(below, -step);
         change(above, step);
-        return (calibrate::predict_readings(above, times).readings[reading] -
-                calibrate::predict_readings(below, times).readings[reading]) /
+        return (fit::predict_readings(above, times).readings[reading] -
+                fit::predict_readings(below, times).readings[reading]) /
                (2.0 * step);
     };
     const std::vector<std::string> names = model.free_names();
-    ASSERT_EQ(names.back(), calibrate::release_time_name);
+    ASSERT_EQ(names.back(), fit::release_time_name);
     for (const std::size_t reading : {std::size_t{0}, std::size_t{13}})
         for (std::size_t k = 0; k < names.size(); ++k) {
             const bool is_release = k + 1 == names.size();
@@ -80,7 +80,7 @@ TEST(HeldFrames, HaveTheDerivativesOfTheirReadings) {
                 is_release ? 1e-3 : std::abs(model.parameters[k].access.get(model.spec));
             const double found = difference(
                 reading,
-                [&](calibrate::StemModel& changed, double step) {
+                [&](fit::StemModel& changed, double step) {
                     if (is_release)
                         changed.release_time += step;
                     else

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibrate/joint_fit.hpp"
+#include "fit/fit.hpp"
 
 #include "calibrate/simulated_measurement.hpp"
 
@@ -14,7 +14,7 @@ namespace {
 using namespace culm;
 
 bool is_of_the_release(const std::string& name) {
-    return name == "tip_deflection" || name == calibrate::release_time_name;
+    return name == "tip_deflection" || name == fit::release_time_name;
 }
 
 measure::Measurement with_id(measure::Measurement measurement, const std::string& id) {
@@ -28,60 +28,60 @@ std::array<measure::Measurement, 2> two_releases() {
             with_id(tests::simulated_measurement({1.3e9, 12.0, 10e-3, -0.3e-3}, 2), "b")};
 }
 
-calibrate::JointFit fit_together(std::span<const measure::Measurement> measurements,
-                                 calibrate::JointOptions options = {}) {
-    std::vector<calibrate::StemModel> models;
+fit::Fit fit_together(std::span<const measure::Measurement> measurements,
+                                 fit::JointOptions options = {}) {
+    std::vector<fit::StemModel> models;
     for (const measure::Measurement& measurement : measurements)
-        models.push_back(calibrate::baseline_model(measurement));
+        models.push_back(fit::baseline_model(measurement));
     options.belongs_to_recording = is_of_the_release;
-    return calibrate::fit_jointly(models, measurements, options);
+    return fit::fit_jointly(models, measurements, options);
 }
 
-double value(const calibrate::JointFit& fit, const std::string& name) {
-    return std::ranges::find(fit.parameters, name, &calibrate::FittedParameter::name)->value;
+double value(const fit::Fit& fit, const std::string& name) {
+    return std::ranges::find(fit.parameters, name, &fit::FittedParameter::name)->value;
 }
 
-double error(const calibrate::JointFit& fit, const std::string& name) {
-    return std::ranges::find(fit.parameters, name, &calibrate::FittedParameter::name)
+double error(const fit::Fit& fit, const std::string& name) {
+    return std::ranges::find(fit.parameters, name, &fit::FittedParameter::name)
         ->standard_error;
 }
 
-TEST(JointFit, EndsEarlyWhereItsPaceCannotReachWhatIsWanted) {
+TEST(Fit, EndsEarlyWhereItsPaceCannotReachWhatIsWanted) {
     const measure::Measurement recording = tests::simulated_measurement();
     const double found = fit_together({&recording, 1}).chi_squared;
-    calibrate::JointOptions options;
+    fit::JointOptions options;
     options.chain.is_first_guess = false;
     // With the stiffness held at a wrong value no iteration comes near.
     options.is_held = {true};
     options.chain.wanted_chi_squared = found;
-    calibrate::StemModel start = calibrate::baseline_model(recording);
+    fit::StemModel start = fit::baseline_model(recording);
     options.is_held.resize(start.free_count(), false);
     start.spec.stem.bond_youngs_modulus *= 1.5;
-    const calibrate::JointFit early = calibrate::fit_jointly({&start, 1}, {&recording, 1}, options);
+    const fit::Fit early = fit::fit_jointly({&start, 1}, {&recording, 1}, options);
     ASSERT_TRUE(early.out_of_reach);
     EXPECT_EQ(*early.out_of_reach, found);
     options.chain.wanted_chi_squared.reset();
-    const calibrate::JointFit whole = calibrate::fit_jointly({&start, 1}, {&recording, 1}, options);
+    const fit::Fit whole = fit::fit_jointly({&start, 1}, {&recording, 1}, options);
     EXPECT_FALSE(whole.out_of_reach);
     EXPECT_GT(whole.chi_squared, found);
     EXPECT_LT(early.runs, whole.runs);
 }
 
-TEST(JointFit, GoesOnWhereItsPaceCanReachWhatIsWanted) {
+TEST(Fit, GoesOnWhereItsPaceCanReachWhatIsWanted) {
     const measure::Measurement recording = tests::simulated_measurement();
-    calibrate::JointOptions options;
-    const calibrate::JointFit whole = fit_together({&recording, 1});
+    fit::JointOptions options;
+    const fit::Fit whole = fit_together({&recording, 1});
     options.chain.wanted_chi_squared = whole.chi_squared * 1.001;
-    const calibrate::JointFit wanted = fit_together({&recording, 1}, options);
+    const fit::Fit wanted = fit_together({&recording, 1}, options);
     EXPECT_FALSE(wanted.out_of_reach);
     EXPECT_EQ(wanted.chi_squared, whole.chi_squared);
 }
 
-TEST(JointFit, OneRecordingGivesWhatItsOwnFitGivesBitForBit) {
+TEST(Fit, OneRecordingGivesWhatItsOwnFitGivesBitForBit) {
     const measure::Measurement measurement = tests::simulated_measurement();
-    const calibrate::ChainFit alone =
-        calibrate::fit_chain(calibrate::baseline_model(measurement), measurement);
-    const calibrate::JointFit joint = fit_together({&measurement, 1});
+    const fit::RecordingFit alone =
+        fit::fit_chain(fit::baseline_model(measurement), measurement);
+    const fit::Fit joint = fit_together({&measurement, 1});
     ASSERT_EQ(joint.parameters.size(), alone.parameters.size());
     for (std::size_t k = 0; k < alone.parameters.size(); ++k) {
         EXPECT_EQ(joint.parameters[k].name, alone.parameters[k].name);
@@ -93,12 +93,12 @@ TEST(JointFit, OneRecordingGivesWhatItsOwnFitGivesBitForBit) {
     EXPECT_EQ(joint.runs, alone.runs);
 }
 
-TEST(JointFit, SharesTheMaterialAndNothingOfTheRelease) {
+TEST(Fit, SharesTheMaterialAndNothingOfTheRelease) {
     const auto recordings = two_releases();
-    const calibrate::JointFit fit = fit_together(recordings);
-    ASSERT_TRUE(fit.has_converged) << fit.reason;
+    const fit::Fit fit = fit_together(recordings);
+    ASSERT_TRUE(fit.failed() == false) << fit.reason;
     std::vector<std::string> names;
-    for (const calibrate::FittedParameter& parameter : fit.parameters)
+    for (const fit::FittedParameter& parameter : fit.parameters)
         names.push_back(parameter.name);
     EXPECT_EQ(names,
               (std::vector<std::string>{"bond_youngs_modulus", "bond_damping", "tip_deflection@a",
@@ -113,7 +113,7 @@ TEST(JointFit, SharesTheMaterialAndNothingOfTheRelease) {
     EXPECT_NEAR(value(fit, "release_time@b"), -0.3e-3, 4.0 * error(fit, "release_time@b"));
     // 1234 degrees of freedom: a standard error of 4 %.
     EXPECT_NEAR(fit.reduced_chi_squared, 1.0, 0.16);
-    for (const calibrate::ChainFit& part : fit.parts) {
+    for (const fit::RecordingFit& part : fit.parts) {
         EXPECT_EQ(part.find("bond_youngs_modulus")->value, value(fit, "bond_youngs_modulus"));
         EXPECT_EQ(part.find("bond_youngs_modulus")->standard_error,
                   error(fit, "bond_youngs_modulus"));
@@ -121,12 +121,12 @@ TEST(JointFit, SharesTheMaterialAndNothingOfTheRelease) {
     }
 }
 
-TEST(JointFit, InformationOfTheRecordingsAdds) {
+TEST(Fit, InformationOfTheRecordingsAdds) {
     const auto recordings = two_releases();
-    const calibrate::JointFit together = fit_together(recordings);
+    const fit::Fit together = fit_together(recordings);
     double information = 0.0;
     for (const measure::Measurement& measurement : recordings) {
-        const calibrate::JointFit alone = fit_together({&measurement, 1});
+        const fit::Fit alone = fit_together({&measurement, 1});
         information += std::pow(error(alone, "bond_youngs_modulus"), -2.0);
     }
     // The factor by the reduced χ², which is 1 ± 5.7 % alone, enters the errors by its half.
@@ -134,28 +134,28 @@ TEST(JointFit, InformationOfTheRecordingsAdds) {
                 0.1 / std::sqrt(information));
 }
 
-TEST(JointFit, SharesTheTimeOfTheDampingAndNotBetaBetweenChainsOfOtherLength) {
+TEST(Fit, SharesTheTimeOfTheDampingAndNotBetaBetweenChainsOfOtherLength) {
     measure::Measurement other = tests::empty_measurement();
     other.stem.id = "short";
     other.stem.length = 0.12;
     other.heights = {0.04, 0.06, 0.08, 0.11};
     const tests::TrueValues truth;
-    calibrate::StemModel made = tests::true_model(other, truth);
+    fit::StemModel made = tests::true_model(other, truth);
     const double time =
-        calibrate::damping_time(tests::true_model(tests::empty_measurement(), truth).spec);
-    made.spec.stem.bond_damping *= time / calibrate::damping_time(made.spec);
+        fit::damping_time(tests::true_model(tests::empty_measurement(), truth).spec);
+    made.spec.stem.bond_damping *= time / fit::damping_time(made.spec);
     const double beta = made.spec.stem.bond_damping;
     ASSERT_GT(std::abs(beta / 12.0 - 1.0), 0.2); // else this test could not fail
     const std::array<measure::Measurement, 2> recordings{
         with_id(tests::simulated_measurement(), "long"), tests::read_with_noise(other, made, 3)};
-    const calibrate::JointFit fit = fit_together(recordings);
+    const fit::Fit fit = fit_together(recordings);
     EXPECT_NEAR(fit.parts[0].find("bond_damping")->value, 12.0, 4.0 * error(fit, "bond_damping"));
-    const calibrate::FittedParameter* const shorter = fit.parts[1].find("bond_damping");
+    const fit::FittedParameter* const shorter = fit.parts[1].find("bond_damping");
     EXPECT_NEAR(shorter->value, beta, 4.0 * shorter->standard_error); // as above
     EXPECT_NEAR(fit.reduced_chi_squared, 1.0, 0.16);
 }
 
-TEST(JointFit, AKnownMassOnOneRecordingReachesItsChainAlone) {
+TEST(Fit, AKnownMassOnOneRecordingReachesItsChainAlone) {
     measure::Measurement loaded = tests::empty_measurement();
     loaded.stem.id = "loaded";
     loaded.stem.added_masses.push_back({0.15565, 40e-6}); // half of the stem's mass
@@ -163,34 +163,34 @@ TEST(JointFit, AKnownMassOnOneRecordingReachesItsChainAlone) {
     const std::array<measure::Measurement, 2> recordings{
         with_id(tests::simulated_measurement(), "bare"),
         tests::read_with_noise(loaded, tests::true_model(loaded, truth), 4)};
-    const calibrate::JointFit fit = fit_together(recordings);
+    const fit::Fit fit = fit_together(recordings);
     // Without the mass the frequencies differ by a factor of 1.7, and Y by 3.
     EXPECT_NEAR(value(fit, "bond_youngs_modulus"), 1.3e9, 4.0 * error(fit, "bond_youngs_modulus"));
     EXPECT_NEAR(fit.reduced_chi_squared, 1.0, 0.16);
 }
 
-TEST(JointFit, RecordingsOfTheSameNameKeepTheirOwnReleases) {
+TEST(Fit, RecordingsOfTheSameNameKeepTheirOwnReleases) {
     auto recordings = two_releases();
     recordings[1].stem.id = "a";
-    const calibrate::JointFit fit = fit_together(recordings);
+    const fit::Fit fit = fit_together(recordings);
     EXPECT_NEAR(value(fit, "tip_deflection@a"), 15e-3, 0.1e-3);
     EXPECT_NEAR(value(fit, "tip_deflection@a:2"), 10e-3, 0.1e-3);
 }
 
-TEST(JointFit, HeldParametersStayAndHaveNoError) {
+TEST(Fit, HeldParametersStayAndHaveNoError) {
     const auto recordings = two_releases();
-    calibrate::JointOptions options;
+    fit::JointOptions options;
     options.chain.is_first_guess = false;
     options.is_held = {false, false, true, false, false, false};
-    const double start = calibrate::baseline_model(recordings[0]).spec.tip_deflection;
-    const calibrate::JointFit fit = fit_together(recordings, options);
+    const double start = fit::baseline_model(recordings[0]).spec.tip_deflection;
+    const fit::Fit fit = fit_together(recordings, options);
     // The transformation and back costs a rounding.
     EXPECT_NEAR(value(fit, "tip_deflection@a"), start, 1e-12);
     EXPECT_EQ(error(fit, "tip_deflection@a"), 0.0);
     EXPECT_EQ(fit.degrees_of_freedom, fit.readings - 5);
 }
 
-TEST(JointFit, UnknownNoiseIsTakenFromEachRecordingsOwnResiduals) {
+TEST(Fit, UnknownNoiseIsTakenFromEachRecordingsOwnResiduals) {
     auto recordings = two_releases();
     for (measure::Measurement& measurement : recordings) {
         measurement.noise.reset();
@@ -198,8 +198,8 @@ TEST(JointFit, UnknownNoiseIsTakenFromEachRecordingsOwnResiduals) {
         measurement.deflections.erase(measurement.deflections.begin(),
                                       measurement.deflections.begin() + 20);
     }
-    const calibrate::JointFit fit = fit_together(recordings);
-    for (const calibrate::ChainFit& part : fit.parts) {
+    const fit::Fit fit = fit_together(recordings);
+    for (const fit::RecordingFit& part : fit.parts) {
         EXPECT_DOUBLE_EQ(part.reduced_chi_squared, 1.0);
         EXPECT_NEAR(part.noise.front(), 0.05e-3, 0.006e-3); // 600 readings: 2.9 % standard error
     }

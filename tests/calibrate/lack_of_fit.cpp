@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/lack_of_fit.hpp"
 
-#include "calibrate/effect_parameters.hpp"
+#include "fit/stem_model.hpp"
 #include "calibrate/simulated_measurement.hpp"
 #include "physics/effects/library.hpp"
 
@@ -15,7 +15,7 @@ TEST(LackOfFit, IsNotSeenWhereNothingIsMissing) {
     int alarms = 0;
     for (unsigned seed = 1; seed <= 10; ++seed) {
         const auto measurement = tests::simulated_measurement({}, seed);
-        const auto fit = calibrate::fit_chain(calibrate::baseline_model(measurement), measurement);
+        const auto fit = fit::fit_chain(fit::baseline_model(measurement), measurement);
         alarms += calibrate::test_lack_of_fit(fit).is_adequate ? 0 : 1;
     }
     EXPECT_LE(alarms, 1); // at a rate of 1 %, two of ten have a probability of 0.4 %
@@ -26,11 +26,11 @@ TEST(LackOfFit, SeesTheDragOfTheAir) {
     physics::SelectedEffect drag;
     drag.effect = physics::effect_named("quadratic_drag");
     drag.fixed.assign(drag.effect->parameters().size(), std::nullopt);
-    calibrate::StemModel truth =
-        calibrate::with_effect(tests::true_model(measurement, {}), drag, measurement);
+    fit::StemModel truth =
+        fit::with_effect(tests::true_model(measurement, {}), drag, measurement);
     truth.parameters.resize(3);
     measurement = tests::read_with_noise(measurement, truth, 1);
-    const auto fit = calibrate::fit_chain(calibrate::baseline_model(measurement), measurement);
+    const auto fit = fit::fit_chain(fit::baseline_model(measurement), measurement);
     const calibrate::LackOfFit lack = calibrate::test_lack_of_fit(fit);
     EXPECT_FALSE(lack.is_adequate) << fit.reduced_chi_squared;
     EXPECT_NE(lack.reason.find("correlation of the swing"), std::string::npos) << lack.reason;
@@ -42,15 +42,15 @@ TEST(EffectParameters, AreFoundTogetherWithTheBaselines) {
     drag.effect = physics::effect_named("quadratic_drag");
     drag.fixed = {1.5};
     ASSERT_EQ(drag.effect->parameters().size(), 1U);
-    const calibrate::StemModel truth =
-        calibrate::with_effect(tests::true_model(measurement, {}), drag, measurement);
+    const fit::StemModel truth =
+        fit::with_effect(tests::true_model(measurement, {}), drag, measurement);
     EXPECT_EQ(truth.parameters.size(), 3U); // fixed, so not free
     measurement = tests::read_with_noise(measurement, truth, 2);
     drag.fixed = {std::nullopt};
-    const calibrate::ChainFit fit = calibrate::fit_chain(
-        calibrate::with_effect(calibrate::baseline_model(measurement), drag, measurement),
+    const fit::RecordingFit fit = fit::fit_chain(
+        fit::with_effect(fit::baseline_model(measurement), drag, measurement),
         measurement);
-    const calibrate::FittedParameter* found = fit.find("quadratic_drag.drag_coefficient");
+    const fit::FittedParameter* found = fit.find("quadratic_drag.drag_coefficient");
     ASSERT_NE(found, nullptr);
     EXPECT_LT(std::abs(found->value - 1.5), 4.0 * found->standard_error);
     EXPECT_LT(found->standard_error, 0.5); // it can be told at all

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibrate/out_of_reach.hpp"
+#include "fit/solution.hpp"
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ class Descent {
     [[nodiscard]] bool is_given_up() const { return callback_.is_so(); }
 
   private:
-    calibrate::OutOfReach callback_;
+    fit::OutOfReach callback_;
     int iteration_ = 0;
     double cost_ = 1000.0;
 };

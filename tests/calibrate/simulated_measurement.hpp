@@ -2,7 +2,7 @@
 // Measurements made by the chain itself, with noise of known size.
 #pragma once
 
-#include "calibrate/chain_prediction.hpp"
+#include "fit/prediction.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <random>
@@ -35,10 +35,10 @@ struct TrueValues {
 };
 
 /// The model whose readings `measurement` gets.
-inline calibrate::StemModel true_model(const measure::Measurement& measurement,
+inline fit::StemModel true_model(const measure::Measurement& measurement,
                                        const TrueValues& values) {
-    calibrate::StemModel model{calibrate::chain_of(measurement).spec,
-                               calibrate::baseline_free_parameters(),
+    fit::StemModel model{fit::chain_of(measurement).spec,
+                               fit::baseline_free_parameters(),
                                values.release_time,
                                1.5e-3,
                                {}};
@@ -51,8 +51,8 @@ inline calibrate::StemModel true_model(const measure::Measurement& measurement,
 
 /// Readings of the model with Gaussian noise of the measurement's own size.
 inline measure::Measurement read_with_noise(measure::Measurement measurement,
-                                            const calibrate::StemModel& model, unsigned seed) {
-    const calibrate::ChainPrediction truth = calibrate::predict_readings(model, measurement.times);
+                                            const fit::StemModel& model, unsigned seed) {
+    const fit::ChainPrediction truth = fit::predict_readings(model, measurement.times);
     std::mt19937 generator(seed);
     std::normal_distribution<double> noise(0.0, measurement.noise.value_or(0.05e-3));
     for (std::size_t k = 0; k < truth.readings.size(); ++k)

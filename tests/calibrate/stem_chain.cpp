@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibrate/stem_chain.hpp"
+#include "fit/stem_chain.hpp"
 
+#include "run/modes.hpp"
 #include "calibrate/simulated_measurement.hpp"
 #include "core/error.hpp"
 #include "physics/effects/library.hpp"
@@ -20,7 +21,7 @@ using namespace culm;
 TEST(StemChain, KeepsLengthAndMassPerLengthForAnyNumberOfSpheres) {
     const measure::Measurement measurement = tests::empty_measurement();
     for (const int spheres : {10, 56, 113}) {
-        const auto spec = calibrate::chain_of(measurement, {spheres, {}}).spec;
+        const auto spec = fit::chain_of(measurement, {spheres, {}}).spec;
         // Rounding only.
         EXPECT_NEAR(spec.stem.free_length(), measurement.stem.length, 1e-15);
         EXPECT_NEAR(spec.stem.sphere_mass() / spec.stem.bond_length,
@@ -31,7 +32,7 @@ TEST(StemChain, KeepsLengthAndMassPerLengthForAnyNumberOfSpheres) {
 TEST(StemChain, IsThatOfThePaperForThePapersStem) {
     measure::Measurement measurement = tests::empty_measurement();
     measurement.stem.spheres.reset();
-    const physics::StemParameters<double> stem = calibrate::chain_of(measurement).spec.stem;
+    const physics::StemParameters<double> stem = fit::chain_of(measurement).spec.stem;
     const physics::StemParameters<double> paper;
     EXPECT_EQ(stem.sphere_count, paper.sphere_count);
     EXPECT_NEAR(stem.bond_length, paper.bond_length, 1e-15); // rounding
@@ -42,9 +43,9 @@ TEST(StemChain, IsThatOfThePaperForThePapersStem) {
 TEST(StemChain, FirstModeIsThatOfTheBeamUpToTheSquareOfTheBondLength) {
     const measure::Measurement measurement = tests::empty_measurement();
     const auto error = [&](int spheres) {
-        run::CaseSpec spec = calibrate::chain_of(measurement, {spheres, {}}).spec;
+        run::CaseSpec spec = fit::chain_of(measurement, {spheres, {}}).spec;
         spec.stem.bond_damping = 1e-3;
-        return run::first_mode(spec).natural_frequency() / physics::first_frequency(spec.stem) - 1;
+        return run::first_mode(spec).natural_frequency / physics::first_frequency(spec.stem) - 1;
     };
     // Shear and rotary inertia of the stem itself, (d/L)² and less, are some 1e-4 and do not
     // vanish with the bond length; what does, does so with its square.
@@ -58,11 +59,11 @@ TEST(StemChain, FirstModeIsThatOfTheBeamUpToTheSquareOfTheBondLength) {
 TEST(StemChain, DampingTimeGivesTheDampingRatioUnderBothLaws) {
     const measure::Measurement measurement = tests::empty_measurement();
     for (const auto& law : {physics::consistent_law(), physics::schramm2019_law()}) {
-        run::CaseSpec spec = calibrate::chain_of(measurement, {56, law}).spec;
+        run::CaseSpec spec = fit::chain_of(measurement, {56, law}).spec;
         spec.stem.bond_damping = 20.0;
         const integrate::VibrationMode mode = run::first_mode(spec);
         const double wanted =
-            std::numbers::pi * mode.natural_frequency() * calibrate::damping_time(spec);
+            std::numbers::pi * mode.natural_frequency * fit::damping_time(spec);
         // Dashpots that act on shear and rotary motion beside bending: some 1e-3.
         EXPECT_NEAR(mode.damping_ratio() / wanted, 1.0, 5e-3);
     }
@@ -72,23 +73,23 @@ TEST(StemChain, WithOtherSpheresIsThatOfTheMeasurementAndDampsAlike) {
     const measure::Measurement measurement = tests::empty_measurement();
     for (const physics::BondLawOptions& law :
          {physics::consistent_law(), physics::schramm2019_law()}) {
-        run::CaseSpec fine = calibrate::chain_of(measurement, {56, law}).spec;
+        run::CaseSpec fine = fit::chain_of(measurement, {56, law}).spec;
         fine.stem.bond_damping = 30.0;
-        const run::CaseSpec changed = calibrate::with_spheres(fine, 20);
-        const run::CaseSpec coarse = calibrate::chain_of(measurement, {20, law}).spec;
+        const run::CaseSpec changed = fit::with_spheres(fine, 20);
+        const run::CaseSpec coarse = fit::chain_of(measurement, {20, law}).spec;
         EXPECT_EQ(changed.stem.sphere_count, 20);
         // Rounding only.
         EXPECT_NEAR(changed.stem.bond_length / coarse.stem.bond_length, 1.0, 1e-14);
         EXPECT_NEAR(changed.stem.density / coarse.stem.density, 1.0, 1e-14);
         EXPECT_NEAR(changed.stem.sphere_diameter / coarse.stem.sphere_diameter, 1.0, 1e-14);
-        EXPECT_NEAR(calibrate::damping_time(changed) / calibrate::damping_time(fine), 1.0, 1e-14);
+        EXPECT_NEAR(fit::damping_time(changed) / fit::damping_time(fine), 1.0, 1e-14);
     }
 }
 
 TEST(StemChain, SquareSectionBecomesTheRingOfTheSameAreaAndSecondMoment) {
     measure::Measurement measurement = tests::empty_measurement();
     measurement.stem.section = measure::RectangularSection{3e-3, 3e-3};
-    const calibrate::StemChain chain = calibrate::chain_of(measurement);
+    const fit::StemChain chain = fit::chain_of(measurement);
     EXPECT_NEAR(chain.spec.stem.section_area(), 9e-6, 1e-18); // rounding
     EXPECT_NEAR(chain.spec.stem.second_moment_of_area(), 81e-12 / 12, 1e-24);
     EXPECT_TRUE(chain.remarks.empty());
@@ -97,18 +98,18 @@ TEST(StemChain, SquareSectionBecomesTheRingOfTheSameAreaAndSecondMoment) {
 TEST(StemChain, FlatSectionKeepsItsSecondMomentAndSaysWhatItLoses) {
     measure::Measurement measurement = tests::empty_measurement();
     measurement.stem.section = measure::RectangularSection{20e-3, 1e-3};
-    const calibrate::StemChain chain = calibrate::chain_of(measurement);
+    const fit::StemChain chain = fit::chain_of(measurement);
     EXPECT_NEAR(chain.spec.stem.second_moment_of_area(), 20e-12 / 12, 1e-24); // rounding
     EXPECT_EQ(chain.remarks.size(), 1U);
 }
 
 TEST(StemChain, OfARectangleFacesTheAirWithTheWidthAcrossTheMotion) {
     measure::Measurement measurement = tests::empty_measurement();
-    EXPECT_EQ(calibrate::chain_of(measurement).spec.stem.width_in_air(),
+    EXPECT_EQ(fit::chain_of(measurement).spec.stem.width_in_air(),
               std::get<measure::CircularSection>(measurement.stem.section).diameter);
     for (const double depth : {1e-3, 3e-3, 20e-3}) {
         measurement.stem.section = measure::RectangularSection{6e-3, depth};
-        run::CaseSpec spec = calibrate::chain_of(measurement).spec;
+        run::CaseSpec spec = fit::chain_of(measurement).spec;
         spec.effects = {{physics::effect_named("quadratic_drag"), {1.5}}};
         const auto model = run::case_model(spec);
         // ½ ρ C_d w; rounding.
@@ -118,7 +119,7 @@ TEST(StemChain, OfARectangleFacesTheAirWithTheWidthAcrossTheMotion) {
 
 TEST(StemChain, RefusesAChainOfFourSpheres) {
     measure::Measurement measurement = tests::empty_measurement();
-    EXPECT_THROW(static_cast<void>(calibrate::chain_of(measurement, {4, {}})), core::InputError);
+    EXPECT_THROW(static_cast<void>(fit::chain_of(measurement, {4, {}})), core::InputError);
 }
 
 } // namespace

@@ -28,7 +28,7 @@ calibrate::StudyForCalibration exact_study() {
         }
     calibrate::StudyForCalibration study;
     study.name = "study";
-    study.base = calibrate::chain_of(tests::empty_measurement()).spec;
+    study.base = fit::chain_of(tests::empty_measurement()).spec;
     study.base.duration = 0.1;
     study.regression = reduce::regress_study({moduli, dampings, decays, frequencies});
     study.bond_youngs_modulus = {0.5e9, 4e9};

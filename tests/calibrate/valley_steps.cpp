@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps that keep the frequency where a straight step would put it to first order.
-#include "calibrate/valley_steps.hpp"
+#include "fit/valley_steps.hpp"
 
-#include "calibrate/effect_parameters.hpp"
-#include "calibrate/joint_fit.hpp"
+#include "fit/stem_model.hpp"
+#include "run/modes.hpp"
+#include "fit/fit.hpp"
 #include "calibrate/simulated_measurement.hpp"
 #include "run/modes.hpp"
 
@@ -24,13 +25,13 @@ using namespace culm;
 class WithTipMass {
   public:
     WithTipMass()
-        : measurement_(tests::empty_measurement()), models_{calibrate::with_effect(
+        : measurement_(tests::empty_measurement()), models_{fit::with_effect(
                                                         tests::true_model(measurement_, {}),
                                                         physics::parse_effect("tip_mass", {}),
                                                         measurement_)},
-          layout_(calibrate::joint_layout(models_, {&measurement_, 1}, {})) {
+          layout_(fit::joint_layout(models_, {&measurement_, 1}, {})) {
         models_.front().spec.effects.front().values = {1e-6};
-        std::vector<calibrate::ReadingResiduals> parts;
+        std::vector<fit::ReadingResiduals> parts;
         parts.emplace_back(models_.front(), measurement_,
                            std::vector<double>(measurement_.heights.size(), 5e-5), 1.0,
                            run::Heartbeat{});
@@ -41,26 +42,26 @@ class WithTipMass {
         return static_cast<std::size_t>(std::ranges::find(layout_.names, name) -
                                         layout_.names.begin());
     }
-    [[nodiscard]] const calibrate::JointLayout& layout() const { return layout_; }
-    [[nodiscard]] const calibrate::JointResiduals& residuals() const { return *residuals_; }
+    [[nodiscard]] const fit::JointLayout& layout() const { return layout_; }
+    [[nodiscard]] const fit::JointResiduals& residuals() const { return *residuals_; }
     [[nodiscard]] std::vector<double> point() const {
         return {residuals_->internal(), residuals_->internal() + residuals_->parameter_count()};
     }
     [[nodiscard]] double log_square(const std::vector<double>& internal) const {
-        return 2.0 *
-               std::log(run::lowest_frequency_with_effects(residuals_->case_at(internal.data())));
+        return 2.0 * std::log(fit::lowest_frequency_with_effects(
+                         residuals_->case_at(internal.data())));
     }
 
   private:
     measure::Measurement measurement_;
-    std::vector<calibrate::StemModel> models_;
-    calibrate::JointLayout layout_;
-    std::optional<calibrate::JointResiduals> residuals_;
+    std::vector<fit::StemModel> models_;
+    fit::JointLayout layout_;
+    std::optional<fit::JointResiduals> residuals_;
 };
 
 TEST(ValleySteps, KeepTheFrequencyOfTheFirstOrder) {
     const WithTipMass problem;
-    const calibrate::ValleySteps valley(problem.residuals(), problem.layout(), {});
+    const fit::ValleySteps valley(problem.residuals(), problem.layout(), {});
     const std::size_t mass = problem.place("tip_mass.mass_kg");
     const std::size_t modulus = problem.place("bond_youngs_modulus");
     const std::vector<double> point = problem.point();
@@ -92,7 +93,7 @@ TEST(ValleySteps, AreStraightToFirstOrderAndLeaveWhatIsHeld) {
     const std::size_t count = problem.point().size();
     std::vector<bool> is_held(count, false);
     is_held[problem.place("bond_damping")] = true;
-    const calibrate::ValleySteps valley(problem.residuals(), problem.layout(), is_held);
+    const fit::ValleySteps valley(problem.residuals(), problem.layout(), is_held);
     ASSERT_EQ(valley.TangentSize(), static_cast<int>(count) - 1);
     const std::vector<double> point = problem.point();
     std::vector<double> jacobian(count * (count - 1));
@@ -112,21 +113,21 @@ TEST(ValleySteps, AreStraightToFirstOrderAndLeaveWhatIsHeld) {
 
 TEST(ValleySteps, LeadToAMassThatWasNotThereInFewRuns) {
     const measure::Measurement empty = tests::empty_measurement();
-    calibrate::StemModel truth = calibrate::with_effect(
+    fit::StemModel truth = fit::with_effect(
         tests::true_model(empty, {}), physics::parse_effect("tip_mass", {}), empty);
     const double mass = truth.spec.stem.sphere_mass() * 19.0 * 0.3;
     truth.spec.effects.front().values = {mass};
     const measure::Measurement measurement = tests::read_with_noise(empty, truth, 3);
-    calibrate::StemModel start = truth;
+    fit::StemModel start = truth;
     start.spec.effects.front().values = {0.0};
     // Y as one would have it that takes the stem for bare: the frequency is right.
     const double f_truth = run::lowest_frequency_with_effects(truth.spec);
     const double f_bare = run::lowest_frequency_with_effects(start.spec);
     start.spec.stem.bond_youngs_modulus *= std::pow(f_truth / f_bare, 2);
-    const calibrate::JointFit fit = calibrate::fit_jointly({&start, 1}, {&measurement, 1}, {});
+    const fit::Fit fit = fit::fit_jointly({&start, 1}, {&measurement, 1}, {});
     ASSERT_TRUE(fit.has_converged) << fit.reason;
     const auto found =
-        std::ranges::find(fit.parameters, "tip_mass.mass_kg", &calibrate::FittedParameter::name);
+        std::ranges::find(fit.parameters, "tip_mass.mass_kg", &fit::FittedParameter::name);
     ASSERT_NE(found, fit.parameters.end());
     EXPECT_NEAR(found->value, mass, 4.0 * found->standard_error);
     RecordProperty("runs", fit.runs);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/beat.hpp"
+#include "fit/beat.hpp"
 
 #include "beam_generator/recording.hpp"
-#include "calibrate/chain_prediction.hpp"
-#include "diagnose/candidate_model.hpp"
-#include "diagnose/model_fit.hpp"
+#include "fit/prediction.hpp"
+#include "fit/stem_model.hpp"
+#include "fit/fit_model.hpp"
 #include "physics/effects/library.hpp"
 
 #include <algorithm>
@@ -23,11 +23,11 @@ constexpr double decay_rate = 8.0;
 
 /// Three rows that were fitted by a plain swing, and what was measured.
 template <class Motion>
-calibrate::ChainFit fit_of_plain_swing(const Motion& measured, double noise) {
+fit::RecordingFit fit_of_plain_swing(const Motion& measured, double noise) {
     constexpr std::array<double, 3> shape{2e-3, 8e-3, 20e-3};
     std::mt19937_64 engine(5);
     std::normal_distribution<double> error(0.0, noise);
-    calibrate::ChainFit fit;
+    fit::RecordingFit fit;
     fit.prediction.rows = shape.size();
     for (int i = -5; i < 300; ++i) {
         const double time = 1e-3 * i;
@@ -53,7 +53,7 @@ TEST(RecordedBeats, FindsTheSplitAndTheAngleOfABeat) {
                        (along * std::cos(402.0 * std::sqrt(1.0 + 0.5 * split) * time) +
                         (1.0 - along) * std::cos(402.0 * std::sqrt(1.0 - 0.5 * split) * time));
             };
-            const auto beats = diagnose::recorded_beats(fit_of_plain_swing(beat, 2e-5),
+            const auto beats = fit::recorded_beats(fit_of_plain_swing(beat, 2e-5),
                                                         angular_frequency, decay_rate, 2);
             ASSERT_FALSE(beats.empty()) << split << ' ' << angle;
             // The noise is a thousandth of the swing, over 300 frames.
@@ -70,14 +70,14 @@ TEST(RecordedBeats, FindsNoneInAPlainSwing) {
         return std::exp(-decay_rate * time) * std::cos(angular_frequency * time);
     };
     EXPECT_TRUE(
-        diagnose::recorded_beats(fit_of_plain_swing(plain, 5e-5), angular_frequency, decay_rate, 2)
+        fit::recorded_beats(fit_of_plain_swing(plain, 5e-5), angular_frequency, decay_rate, 2)
             .empty());
 }
 
 TEST(RecordedBeats, FindsNoneInAStemThatWasReleasedStraight) {
-    calibrate::ChainFit fit = fit_of_plain_swing([](double) { return 0.0; }, 5e-5);
+    fit::RecordingFit fit = fit_of_plain_swing([](double) { return 0.0; }, 5e-5);
     std::ranges::fill(fit.prediction.readings, 0.0);
-    EXPECT_TRUE(diagnose::recorded_beats(fit, angular_frequency, decay_rate, 2).empty());
+    EXPECT_TRUE(fit::recorded_beats(fit, angular_frequency, decay_rate, 2).empty());
 }
 
 beam::RecordingSpec beating_recording() {
@@ -94,11 +94,11 @@ beam::RecordingSpec beating_recording() {
 TEST(SpatialPrediction, HasTheDerivativesThatShorterStepsGive) {
     const measure::Measurement recording = beam::record(beating_recording());
     const auto effects = physics::parse_effects("out_of_plane", {});
-    calibrate::StemModel model =
-        diagnose::candidate_model(calibrate::baseline_model(recording, {}), effects, recording);
-    const auto usual = calibrate::predict_readings(model, recording.times, {});
+    fit::StemModel model =
+        fit::candidate_model(fit::baseline_model(recording, {}), effects, recording);
+    const auto usual = fit::predict_readings(model, recording.times, {});
     model.spec.integrator.relative_tolerance = 1e-8;
-    const auto exact = calibrate::predict_readings(model, recording.times, {});
+    const auto exact = fit::predict_readings(model, recording.times, {});
     for (std::size_t k = 0; k < usual.parameters; ++k) {
         double difference = 0.0;
         double size = 0.0;
@@ -113,15 +113,15 @@ TEST(SpatialPrediction, HasTheDerivativesThatShorterStepsGive) {
 // From the fit of the plain chain, of which the beat left most.
 TEST(SpatialFit, ComesFromTheBeatToTheTruth) {
     const std::vector<measure::Measurement> recordings{beam::record(beating_recording())};
-    const diagnose::ModelFit plain = diagnose::fit_model({}, {}, recordings);
-    const diagnose::ModelFit fit =
-        diagnose::fit_model(physics::parse_effects("out_of_plane", {}), plain, recordings);
-    ASSERT_TRUE(fit.is_fitted()) << fit.failure;
+    const fit::Fit plain = fit::fit_model({}, {}, recordings);
+    const fit::Fit fit =
+        fit::fit_model(physics::parse_effects("out_of_plane", {}), plain, recordings);
+    ASSERT_FALSE(fit.failed()) << fit.reason;
     EXPECT_GT(plain.reduced_chi_squared, 10.0);
     EXPECT_LT(fit.reduced_chi_squared, 1.1);
     EXPECT_LT(fit.runs, 20); // ten times as many where steps are too long for the stem's twist
     const auto value = [&](const std::string& name) {
-        return std::ranges::find(fit.parameters, name, &calibrate::FittedParameter::name)->value;
+        return std::ranges::find(fit.parameters, name, &fit::FittedParameter::name)->value;
     };
     // Three standard errors are 0.0005 and 0.2 degrees; chain and beam differ by a few thousandths.
     EXPECT_NEAR(value("out_of_plane.stiffness_split"), 0.1, 0.002);

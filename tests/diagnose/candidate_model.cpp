@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/candidate_model.hpp"
+#include "fit/stem_model.hpp"
 
 #include "core/error.hpp"
-#include "diagnose/fit_starts.hpp"
+#include "fit/starts.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
 
@@ -18,16 +18,16 @@ measure::Measurement quadratic_drag_record() {
                                      "T2-quadratic_drag");
 }
 
-diagnose::SelectedEffects effects(const char* text) {
+fit::SelectedEffects effects(const char* text) {
     return physics::parse_effects(text, {});
 }
 
 TEST(CandidateModel, DoesNotDependOnTheOrderOfNames) {
     const measure::Measurement measurement = quadratic_drag_record();
-    const calibrate::StemModel baseline = calibrate::baseline_model(measurement);
-    const auto one = diagnose::candidate_model(
+    const fit::StemModel baseline = fit::baseline_model(measurement);
+    const auto one = fit::candidate_model(
         baseline, effects("quadratic_drag,clamp_compliance,taper"), measurement);
-    const auto other = diagnose::candidate_model(
+    const auto other = fit::candidate_model(
         baseline, effects("taper,clamp_compliance,quadratic_drag"), measurement);
     EXPECT_EQ(one.free_names(), other.free_names());
     ASSERT_EQ(one.spec.effects.size(), 3u);
@@ -40,12 +40,12 @@ TEST(CandidateModel, DoesNotDependOnTheOrderOfNames) {
 TEST(CandidateModel, KeepsFixedValuesAndFreesTheOthersWithinBoundsOfTheStem) {
     const measure::Measurement measurement = quadratic_drag_record();
     const auto model =
-        diagnose::candidate_model(calibrate::baseline_model(measurement),
+        fit::candidate_model(fit::baseline_model(measurement),
                                   effects("clamp_friction(moment_nm=3e-4)"), measurement);
     EXPECT_EQ(model.spec.effects.front().values.front(), 3e-4);
-    for (const calibrate::FreeParameter& parameter : model.parameters)
+    for (const fit::FreeParameter& parameter : model.parameters)
         EXPECT_NE(parameter.access.name, "clamp_friction.moment_nm");
-    const calibrate::FreeParameter& stiffness = model.parameters.back();
+    const fit::FreeParameter& stiffness = model.parameters.back();
     EXPECT_EQ(stiffness.access.name, "clamp_friction.stiffness_nm_rad");
     // The library's bounds for all stems are 1e-8 and 1e8.
     EXPECT_GT(stiffness.lower, 1e-5);
@@ -55,7 +55,7 @@ TEST(CandidateModel, KeepsFixedValuesAndFreesTheOthersWithinBoundsOfTheStem) {
 TEST(CandidateModel, TakesTheTimeOfTheHoldFromTheMeasurementUnlessItIsFixed) {
     measure::Measurement measurement = quadratic_drag_record();
     const auto hold_time = [&](const char* text) {
-        return diagnose::candidate_model(calibrate::baseline_model(measurement), effects(text),
+        return fit::candidate_model(fit::baseline_model(measurement), effects(text),
                                          measurement)
             .spec.effects.front()
             .values.at(2);
@@ -68,9 +68,9 @@ TEST(CandidateModel, TakesTheTimeOfTheHoldFromTheMeasurementUnlessItIsFixed) {
 
 TEST(CandidateModel, RefusesEffectsThatCannotBeCombined) {
     const measure::Measurement measurement = quadratic_drag_record();
-    diagnose::SelectedEffects both = effects("clamp_friction");
+    fit::SelectedEffects both = effects("clamp_friction");
     both.push_back(effects("clamp_compliance").front());
-    EXPECT_THROW(static_cast<void>(diagnose::candidate_model(calibrate::baseline_model(measurement),
+    EXPECT_THROW(static_cast<void>(fit::candidate_model(fit::baseline_model(measurement),
                                                              both, measurement)),
                  core::InputError);
 }
@@ -78,12 +78,12 @@ TEST(CandidateModel, RefusesEffectsThatCannotBeCombined) {
 TEST(CandidateModel, KnowsWhatMovesAStemThatIsHeldStraight) {
     measure::Measurement measurement = quadratic_drag_record();
     measurement.gravity_direction = measure::GravityDirection::Transverse;
-    const calibrate::StemModel baseline = calibrate::baseline_model(measurement);
-    EXPECT_TRUE(diagnose::can_move(baseline, measurement)); // it was pulled aside
+    const fit::StemModel baseline = fit::baseline_model(measurement);
+    EXPECT_TRUE(fit::can_move(baseline, measurement)); // it was pulled aside
     measurement.release = measure::ReleaseKind::HeldStraight;
-    EXPECT_FALSE(diagnose::can_move(baseline, measurement));
+    EXPECT_FALSE(fit::can_move(baseline, measurement));
     const auto moves = [&](const char* text) {
-        return diagnose::can_move(diagnose::candidate_model(baseline, effects(text), measurement),
+        return fit::can_move(fit::candidate_model(baseline, effects(text), measurement),
                                   measurement);
     };
     EXPECT_TRUE(moves("gravity"));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/coarse_image.hpp"
+#include "fit/coarse_image.hpp"
 
 #include "beam_generator/recording.hpp"
-#include "diagnose/fit_plan.hpp"
+#include "fit/fit_model.hpp"
 #include "diagnose/stacked_readings.hpp"
 #include "physics/effects/library.hpp"
 
@@ -33,20 +33,20 @@ Recordings stem_in_a_soft_clamp(int spheres) {
     return recordings;
 }
 
-diagnose::SelectedEffects clamp_compliance() {
+fit::SelectedEffects clamp_compliance() {
     const physics::EffectPointer effect = physics::effect_named("clamp_compliance");
     return {{effect, std::vector<std::optional<double>>(effect->parameters().size())}};
 }
 
-double value(const std::vector<calibrate::FittedParameter>& parameters, const std::string& name) {
-    const auto found = std::ranges::find(parameters, name, &calibrate::FittedParameter::name);
+double value(const std::vector<fit::FittedParameter>& parameters, const std::string& name) {
+    const auto found = std::ranges::find(parameters, name, &fit::FittedParameter::name);
     return found == parameters.end() ? std::nan("") : found->value;
 }
 
-TEST(CoarseImage, LeavesWhatTheFitLeavesAndChangesAsItDoes) {
+TEST(fit::CoarseImage, LeavesWhatTheFitLeavesAndChangesAsItDoes) {
     const Recordings recordings = stem_in_a_soft_clamp(56);
-    const diagnose::ModelFit fine = diagnose::fit_model({}, {}, recordings);
-    const diagnose::CoarseImage image(fine, recordings, {});
+    const fit::Fit fine = fit::fit_model({}, {}, recordings);
+    const fit::CoarseImage image(fine, recordings, {});
     ASSERT_TRUE(image.is_coarser());
     EXPECT_LT(2 * image.fit().parts.front().model.spec.stem.sphere_count, 56);
 
@@ -70,21 +70,21 @@ TEST(CoarseImage, LeavesWhatTheFitLeavesAndChangesAsItDoes) {
     }
 }
 
-TEST(CoarseImage, OfAFitOfSeveralRecordingsKeepsOneMaterial) {
+TEST(fit::CoarseImage, OfAFitOfSeveralRecordingsKeepsOneMaterial) {
     Recordings recordings = stem_in_a_soft_clamp(56);
     recordings.push_back(recordings.front());
     recordings.back().stem.id = "other";
     recordings.back().stem.spheres = 40;
-    const diagnose::ModelFit fine = diagnose::fit_model({}, {}, recordings);
-    ASSERT_TRUE(fine.is_fitted()) << fine.failure;
-    const diagnose::CoarseImage image(fine, recordings, {});
+    const fit::Fit fine = fit::fit_model({}, {}, recordings);
+    ASSERT_FALSE(fine.failed()) << fine.reason;
+    const fit::CoarseImage image(fine, recordings, {});
     ASSERT_TRUE(image.is_coarser());
     for (std::size_t m = 0; m < recordings.size(); ++m) {
         const run::CaseSpec& coarse = image.fit().parts[m].model.spec;
         const run::CaseSpec& own = fine.parts[m].model.spec;
         // The square of a bond length over the stem's, 1/15.
         EXPECT_NEAR(coarse.stem.bond_youngs_modulus / own.stem.bond_youngs_modulus, 1.0, 0.01);
-        EXPECT_NEAR(calibrate::damping_time(coarse) / calibrate::damping_time(own), 1.0, 0.03);
+        EXPECT_NEAR(fit::damping_time(coarse) / fit::damping_time(own), 1.0, 0.03);
     }
     // Chains of equally many spheres have the same β, the first one's counted here.
     EXPECT_NEAR(image.fit().parts[0].model.spec.stem.bond_damping /
@@ -94,37 +94,37 @@ TEST(CoarseImage, OfAFitOfSeveralRecordingsKeepsOneMaterial) {
               image.fit().parts.front().find("bond_damping")->value);
 }
 
-TEST(CoarseImage, LeadsToWhereTheFineChainEnds) {
+TEST(fit::CoarseImage, LeadsToWhereTheFineChainEnds) {
     const Recordings recordings = stem_in_a_soft_clamp(56);
-    const diagnose::ModelFit smaller = diagnose::fit_model({}, {}, recordings);
-    const diagnose::ModelFit fine = diagnose::fit_model(clamp_compliance(), smaller, recordings);
-    const diagnose::CoarseImage image(smaller, recordings, {});
-    const diagnose::FitSummary found = image.as_fine(summary_of(diagnose::fit_model(
+    const fit::Fit smaller = fit::fit_model({}, {}, recordings);
+    const fit::Fit fine = fit::fit_model(clamp_compliance(), smaller, recordings);
+    const fit::CoarseImage image(smaller, recordings, {});
+    const fit::Fit found = image.as_fine(fit::numbers_of(fit::fit_model(
         clamp_compliance(), image.fit(), image.recordings(), image.options({}))));
-    ASSERT_TRUE(fine.is_fitted() && found.is_fitted()) << fine.failure << found.failure;
+    ASSERT_TRUE(fine.is_fitted() && found.is_fitted()) << fine.reason << found.reason;
     // The clamp takes most of the misfit; what is left of the coarse chain's error is of second
     // order in what it changes.
     EXPECT_GT(smaller.chi_squared, 5.0 * fine.chi_squared);
     EXPECT_NEAR(found.chi_squared, fine.chi_squared,
                 0.02 * (smaller.chi_squared - fine.chi_squared));
-    for (const calibrate::FittedParameter& parameter : fine.parameters)
+    for (const fit::FittedParameter& parameter : fine.parameters)
         EXPECT_NEAR(value(found.parameters, parameter.name), parameter.value,
                     std::max(0.03 * std::abs(parameter.value), 3.0 * parameter.standard_error))
             << parameter.name;
 
-    const diagnose::ModelFit refined =
-        diagnose::refined(diagnose::models_of(found, clamp_compliance(), recordings),
+    const fit::Fit refined =
+        fit::refined(fit::models_of(found, clamp_compliance(), recordings),
                           clamp_compliance(), smaller, recordings, {});
-    ASSERT_TRUE(refined.is_fitted()) << refined.failure;
+    ASSERT_FALSE(refined.failed()) << refined.reason;
     // Solutions end where an iteration gains less than 0.005 of what one standard error makes.
     EXPECT_NEAR(refined.chi_squared, fine.chi_squared, 0.2);
     EXPECT_LT(refined.runs, fine.runs);
 }
 
-TEST(CoarseImage, OfAChainThatIsNoFinerIsTheFitItself) {
+TEST(fit::CoarseImage, OfAChainThatIsNoFinerIsTheFitItself) {
     const Recordings recordings = stem_in_a_soft_clamp(20);
-    const diagnose::ModelFit fit = diagnose::fit_model({}, {}, recordings);
-    const diagnose::CoarseImage image(fit, recordings, {});
+    const fit::Fit fit = fit::fit_model({}, {}, recordings);
+    const fit::CoarseImage image(fit, recordings, {});
     EXPECT_FALSE(image.is_coarser());
     EXPECT_EQ(&image.fit(), &fit);
     EXPECT_EQ(image.recordings().data(), recordings.data());

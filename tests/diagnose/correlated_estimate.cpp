@@ -2,7 +2,7 @@
 #include "diagnose/correlated_estimate.hpp"
 
 #include "beam_generator/recording.hpp"
-#include "diagnose/candidate_model.hpp"
+#include "fit/stem_model.hpp"
 #include "diagnose/correlated_noise.hpp"
 #include "physics/effects/library.hpp"
 
@@ -122,12 +122,12 @@ beam::RecordingSpec beam_recording() {
     return spec;
 }
 
-diagnose::ModelFit fitted(const std::vector<measure::Measurement>& recordings) {
-    return diagnose::fit_model({}, {}, recordings);
+fit::Fit fitted(const std::vector<measure::Measurement>& recordings) {
+    return fit::fit_model({}, {}, recordings);
 }
 
-const calibrate::FittedParameter& modulus(const std::vector<calibrate::FittedParameter>& all) {
-    return *std::ranges::find(all, "bond_youngs_modulus", &calibrate::FittedParameter::name);
+const fit::FittedParameter& modulus(const std::vector<fit::FittedParameter>& all) {
+    return *std::ranges::find(all, "bond_youngs_modulus", &fit::FittedParameter::name);
 }
 
 TEST(CorrelatedEstimate, SaysNothingWhereTheMissesAreIndependent) {
@@ -144,13 +144,13 @@ std::vector<measure::Measurement> creeping_recording(double youngs_modulus) {
     spec.gravity_direction = measure::GravityDirection::Transverse;
     measure::Measurement recording = beam::record(spec);
     recording.release = measure::ReleaseKind::HeldStraight;
-    calibrate::StemChain chain = calibrate::chain_of(recording, {});
+    fit::StemChain chain = fit::chain_of(recording, {});
     chain.spec.stem.bond_youngs_modulus = youngs_modulus;
     chain.spec.stem.bond_damping = 200.0;
     chain.spec.sample_interval = 1e-3;
-    const calibrate::StemModel model = diagnose::candidate_model(
+    const fit::StemModel model = fit::candidate_model(
         {chain.spec, {}, 0.0, 0.0, {}}, physics::parse_effects("gravity", {}), recording);
-    const auto seen = calibrate::predict_readings(model, recording.times, {});
+    const auto seen = fit::predict_readings(model, recording.times, {});
     std::mt19937_64 engine(11);
     std::normal_distribution<double> noise(0.0, 0.02e-3);
     const std::size_t rows = recording.heights.size();
@@ -171,14 +171,14 @@ std::vector<measure::Measurement> creeping_recording(double youngs_modulus) {
 TEST(CorrelatedEstimate, LetsASwingTellWhatACreepingZeroHides) {
     const double truth = 30e6;
     const auto recordings = creeping_recording(truth);
-    const diagnose::ModelFit fit =
-        diagnose::fit_model(physics::parse_effects("gravity", {}), fitted(recordings), recordings);
-    ASSERT_TRUE(fit.is_fitted()) << fit.failure;
+    const fit::Fit fit =
+        fit::fit_model(physics::parse_effects("gravity", {}), fitted(recordings), recordings);
+    ASSERT_FALSE(fit.failed()) << fit.reason;
     const auto estimate = diagnose::correlated_estimate(fit, recordings);
     ASSERT_TRUE(estimate.has_value());
     EXPECT_GT(estimate->correlation.front().back(), 0.9);
-    const calibrate::FittedParameter& counted = modulus(fit.parameters);
-    const calibrate::FittedParameter& weighed = modulus(estimate->parameters);
+    const fit::FittedParameter& counted = modulus(fit.parameters);
+    const fit::FittedParameter& weighed = modulus(estimate->parameters);
     EXPECT_GT(std::abs(counted.value - truth), 5.0 * counted.standard_error);
     EXPECT_LT(std::abs(weighed.value - truth), 3.0 * weighed.standard_error);
     EXPECT_LT(std::abs(weighed.value - truth), 0.3 * std::abs(counted.value - truth));

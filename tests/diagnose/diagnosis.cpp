@@ -13,9 +13,9 @@ namespace {
 
 using diagnose::Conclusion;
 
-const calibrate::FittedParameter& parameter(const diagnose::FitSummary& fit,
+const fit::FittedParameter& parameter(const fit::Fit& fit,
                                             const std::string& name) {
-    return *std::ranges::find(fit.parameters, name, &calibrate::FittedParameter::name);
+    return *std::ranges::find(fit.parameters, name, &fit::FittedParameter::name);
 }
 
 TEST(Diagnosis, NamesNothingWhereNothingIsMissing) {
@@ -60,7 +60,7 @@ TEST(Diagnosis, DoesNotDependOnTheOrderOfCandidatesOrOfTheWork) {
     const diagnose::Diagnosis one =
         diagnose::diagnose(recordings, quick_diagnosis("taper,quadratic_drag,viscous_drag"));
     diagnose::DiagnosisOptions other = quick_diagnosis("viscous_drag,taper,quadratic_drag");
-    other.map = [](const std::vector<double>& costs, const diagnose::ItemWork& work) {
+    other.map = [](const std::vector<double>& costs, const fit::ItemWork& work) {
         std::vector<std::string> answers(costs.size());
         for (std::size_t item = costs.size(); item-- > 0;)
             answers[item] = work(item, {});
@@ -101,8 +101,8 @@ TEST(Diagnosis, ReportsACandidateThatWasLostAndGoesOn) {
     const auto recordings = recording("T2-quadratic_drag");
     diagnose::DiagnosisOptions options = quick_diagnosis("taper,viscous_drag,quadratic_drag");
     options.null_draws = 0;
-    options.map = [](const std::vector<double>& costs, const diagnose::ItemWork& work) {
-        std::vector<std::string> answers = diagnose::one_after_the_other(costs, work);
+    options.map = [](const std::vector<double>& costs, const fit::ItemWork& work) {
+        std::vector<std::string> answers = fit::one_after_the_other(costs, work);
         if (costs.size() == 3) // the candidates' scores: taper's rank dies
             answers.front().clear();
         return answers;

@@ -8,8 +8,8 @@
 namespace culm::tests {
 namespace {
 
-diagnose::FitSummary fit(double chi_squared, std::size_t effects) {
-    diagnose::FitSummary out;
+fit::Fit fit(double chi_squared, std::size_t effects) {
+    fit::Fit out;
     out.names.assign(1 + effects, "name");
     out.parameters.resize(4 + effects);
     out.readings = 4000;
@@ -20,8 +20,8 @@ diagnose::FitSummary fit(double chi_squared, std::size_t effects) {
     return out;
 }
 
-std::string obstacle(const diagnose::FitSummary& smaller, const diagnose::FitSummary& larger) {
-    const std::vector<diagnose::FitSummary> both{smaller, larger};
+std::string obstacle(const fit::Fit& smaller, const fit::Fit& larger) {
+    const std::vector<fit::Fit> both{smaller, larger};
     return diagnose::step_obstacle(smaller, larger, diagnose::yardstick(both, true), 18);
 }
 
@@ -47,7 +47,7 @@ TEST(Explains, CountsWhatIsAboveTheNoiseAndOnlyFitsThatWereFollowed) {
     EXPECT_TRUE(diagnose::explains(fit(104000.0, 0), fit(5900.0, 1), diagnose::nearly_all));
     EXPECT_FALSE(diagnose::explains(fit(104000.0, 0), fit(5900.0, 1), diagnose::all_but_a_trace));
     EXPECT_FALSE(diagnose::explains(fit(104000.0, 0), fit(6100.0, 1), diagnose::nearly_all));
-    diagnose::FitSummary given_up = fit(5900.0, 1);
+    fit::Fit given_up = fit(5900.0, 1);
     given_up.out_of_reach = 5000.0;
     EXPECT_FALSE(diagnose::explains(fit(104000.0, 0), given_up, diagnose::nearly_all));
 }

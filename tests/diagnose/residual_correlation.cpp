@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/residual_correlation.hpp"
+#include "fit/residual_statistics.hpp"
 
 #include <cmath>
 #include <random>
@@ -9,9 +9,9 @@
 namespace culm::tests {
 namespace {
 
-using diagnose::effective_degrees_of_freedom;
-using diagnose::effective_readings;
-using diagnose::spatial_pattern;
+using fit::effective_degrees_of_freedom;
+using fit::effective_readings;
+using fit::spatial_pattern;
 
 /// First-order autoregressive columns of unit variance.
 Eigen::MatrixXd correlated_noise(Eigen::Index frames, Eigen::Index rows, double correlation,
@@ -85,16 +85,16 @@ TEST(SpatialPattern, ThatIsAsStrongAsAThirdOfTheNoiseIsSeenWithItsShape) {
     Eigen::MatrixXd table = correlated_noise(400, 8, 0.0, 7);
     const Eigen::VectorXd shape = Eigen::VectorXd::LinSpaced(8, 0.0, 1.0).normalized();
     table += correlated_noise(400, 1, 0.0, 8) * shape.transpose();
-    const diagnose::SpatialPattern pattern = spatial_pattern(table);
+    const fit::SpatialPattern pattern = spatial_pattern(table);
     EXPECT_LT(pattern.p_value, 1e-4);
     // A signal of the noise's size in one direction: the angle's scatter is √(8/400)/1 or so.
     EXPECT_GT(std::abs(pattern.shape.dot(shape)), 0.95);
 }
 
 TEST(ChiSquaredTail, AgreesWithTablesAndTakesFractions) {
-    EXPECT_NEAR(diagnose::chi_squared_tail(18.307, 10.0), 0.05, 1e-5); // five figures printed
-    EXPECT_NEAR(diagnose::chi_squared_tail(6.635, 1.0), 0.01, 1e-5);
-    EXPECT_GT(diagnose::chi_squared_tail(10.0, 10.5), diagnose::chi_squared_tail(10.0, 10.0));
+    EXPECT_NEAR(fit::chi_squared_tail(18.307, 10.0), 0.05, 1e-5); // five figures printed
+    EXPECT_NEAR(fit::chi_squared_tail(6.635, 1.0), 0.01, 1e-5);
+    EXPECT_GT(fit::chi_squared_tail(10.0, 10.5), fit::chi_squared_tail(10.0, 10.0));
 }
 
 } // namespace

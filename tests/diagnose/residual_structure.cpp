@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/residual_structure.hpp"
 
-#include "calibrate/stem_model.hpp"
+#include "fit/stem_model.hpp"
 
 #include <cmath>
 #include <functional>
@@ -18,7 +18,7 @@ constexpr double noise = 0.02e-3;
 
 /// A model that swings as 10 mm exp(−6t) cos(2π 50 t) in one row, and the measured swing beside it.
 struct Example {
-    calibrate::ChainFit fit;
+    fit::RecordingFit fit;
     diagnose::Swing swing;
 
     explicit Example(const std::function<double(double time, double modelled)>& measured) {

@@ -12,8 +12,8 @@ namespace {
 
 diagnose::EffectScore score_of(const std::string& name, const std::string& effect, int draws = 0) {
     const auto recordings = recording(name);
-    const diagnose::CandidateOptions options = quick_diagnosis(effect).candidate;
-    const diagnose::ModelFit base = diagnose::fit_model({}, {}, recordings, options);
+    const fit::FitOptions options = quick_diagnosis(effect).candidate;
+    const fit::Fit base = fit::fit_model({}, {}, recordings, options);
     return diagnose::score_effect(base, physics::parse_effects(effect, {}).front(), recordings,
                                   options, draws);
 }
@@ -21,19 +21,19 @@ diagnose::EffectScore score_of(const std::string& name, const std::string& effec
 TEST(ScoreTest, PromisesNearlyTheGainThatARefitBrings) {
     const auto recordings = recording("T2-quadratic_drag");
     const auto effects = physics::parse_effects("quadratic_drag", {});
-    const diagnose::CandidateOptions options = quick_diagnosis("quadratic_drag").candidate;
-    const diagnose::ModelFit base = diagnose::fit_model({}, {}, recordings, options);
+    const fit::FitOptions options = quick_diagnosis("quadratic_drag").candidate;
+    const fit::Fit base = fit::fit_model({}, {}, recordings, options);
     const diagnose::EffectScore score =
         diagnose::score_effect(base, effects.front(), recordings, options);
-    const diagnose::ModelFit larger = diagnose::fit_model(effects, base, recordings, options);
-    ASSERT_TRUE(larger.is_fitted()) << larger.failure;
+    const fit::Fit larger = fit::fit_model(effects, base, recordings, options);
+    ASSERT_FALSE(larger.failed()) << larger.reason;
     // One linear step over so large a change (half of the damping) is right to a few per cent.
     EXPECT_NEAR(score.gain / (base.chi_squared - larger.chi_squared), 1.0, 0.1);
     EXPECT_EQ(score.added, 1);
     EXPECT_EQ(score.parameter, "drag_coefficient");
     // 3 σ of what a refit cannot tell, and the refit's own standard error, are the same thing.
-    const calibrate::FittedParameter& drag = *std::ranges::find(
-        larger.parameters, "quadratic_drag.drag_coefficient", &calibrate::FittedParameter::name);
+    const fit::FittedParameter& drag = *std::ranges::find(
+        larger.parameters, "quadratic_drag.drag_coefficient", &fit::FittedParameter::name);
     EXPECT_NEAR(score.smallest_visible / (3.0 * drag.standard_error), 1.0, 0.3);
     // Drag that goes unseen is taken for damping of the bonds.
     EXPECT_GT(score.damping_bias, 0.0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The size at which an effect is seen, against refits of recordings that contain just that much.
-#include "calibrate/chain_prediction.hpp"
+#include "fit/prediction.hpp"
 #include "diagnose/score_test.hpp"
 #include "diagnosis_records.hpp"
 
@@ -14,13 +14,13 @@ namespace {
 
 /// What the published chain would have shown with the effect, without noise.
 std::vector<measure::Measurement> recording_with(const std::string& effect, const std::string& of,
-                                                 double value, const diagnose::ModelFit& base,
+                                                 double value, const fit::Fit& base,
                                                  std::vector<measure::Measurement> recordings) {
-    calibrate::StemModel model = diagnose::candidate_model(
+    fit::StemModel model = fit::candidate_model(
         base.parts.front().model, physics::parse_effects(effect, {}), recordings.front());
     // The places where the score looks for them first and sees them best.
     const double near_the_clamp = 0.1 * model.spec.stem.free_length();
-    for (const calibrate::FreeParameter& parameter : model.parameters) {
+    for (const fit::FreeParameter& parameter : model.parameters) {
         if (parameter.access.name == effect + "." + of)
             parameter.access.set(model.spec, value);
         if (parameter.access.name == "local_defect.position_m")
@@ -29,11 +29,11 @@ std::vector<measure::Measurement> recording_with(const std::string& effect, cons
             parameter.access.set(model.spec, 25.0);
     }
     recordings.front().deflections =
-        calibrate::predict_readings(model, recordings.front().times).readings;
+        fit::predict_readings(model, recordings.front().times).readings;
     return recordings;
 }
 
-double youngs_modulus(const diagnose::ModelFit& fit) {
+double youngs_modulus(const fit::Fit& fit) {
     return fit.parts.front().find("bond_youngs_modulus")->value;
 }
 
@@ -42,15 +42,15 @@ class VisibleSize : public testing::TestWithParam<const char*> {};
 TEST_P(VisibleSize, IsWhereARefitWithoutTheEffectMissesThreeSigma) {
     const std::string effect = GetParam();
     const auto recordings = recording("T1-null");
-    const diagnose::CandidateOptions options = quick_diagnosis(effect).candidate;
-    const diagnose::ModelFit base = diagnose::fit_model({}, {}, recordings, options);
+    const fit::FitOptions options = quick_diagnosis(effect).candidate;
+    const fit::Fit base = fit::fit_model({}, {}, recordings, options);
     const diagnose::EffectScore score = diagnose::score_effect(
         base, physics::parse_effects(effect, {}).front(), recordings, options, 20);
     ASSERT_TRUE(score.failure.empty()) << score.failure;
     const auto shown =
         recording_with(effect, score.parameter, score.smallest_visible, base, recordings);
-    const diagnose::ModelFit hidden = diagnose::fit_model({}, {}, shown, options);
-    ASSERT_TRUE(hidden.is_fitted()) << hidden.failure;
+    const fit::Fit hidden = fit::fit_model({}, {}, shown, options);
+    ASSERT_FALSE(hidden.failed()) << hidden.reason;
     // The size is sought to 20 %, the trace grows with its square at most.
     EXPECT_NEAR(std::sqrt(hidden.chi_squared) / 3.0, 1.0, 0.4);
     const double bias = youngs_modulus(hidden) / youngs_modulus(base) - 1.0;

@@ -21,10 +21,11 @@ ALLOWED: dict[str, set[str]] = {
     "run": {"core", "physics", "integrate", "measure"},
     "reduce": {"core"},
     "study": {"core", "physics", "archive", "farm", "measure", "run", "reduce"},
-    "calibrate": {"core", "physics", "archive", "farm", "integrate", "measure", "run", "reduce"},
+    "fit": {"core", "physics", "farm", "integrate", "measure", "run", "reduce"},
 }
+ALLOWED["calibrate"] = ALLOWED["fit"] | {"fit"}
 ALLOWED["cluster"] = {"core", "farm", "study"}
-ALLOWED["diagnose"] = ALLOWED["calibrate"] | {"calibrate", "study"}
+ALLOWED["diagnose"] = ALLOWED["calibrate"] | {"archive", "calibrate", "study"}
 ALLOWED["present"] = (ALLOWED["diagnose"] | {"diagnose"}) - {"farm"}
 ALLOWED["cli"] = ALLOWED["diagnose"] | {"diagnose", "cluster", "present"}
 

@@ -1,0 +1,467 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/fit.hpp"
+
+#include "core/error.hpp"
+#include "run/modes.hpp"
+#include "fit/information.hpp"
+#include "fit/solution.hpp"
+#include "physics/effects/library.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Core>
+#include <fmt/core.h>
+
+namespace culm::fit {
+
+/// Fills `fit` from the model, times, prediction, noise (by which the residuals were weighted) and
+/// is_noise_known of its parts. Held parameters get a standard error of 0. Where the noise of a
+/// part is not known it becomes the residuals' own, and the part's reduced χ² 1.
+void add_statistics(std::span<const measure::Measurement> measurements, const JointLayout& layout,
+                    const std::vector<bool>& is_held, Fit& fit);
+
+namespace {
+
+/// Distance from a bound, relative to the range or (logarithmic) to the value, that counts as none.
+constexpr double nearness = 1e-6;
+
+/// Returns their sum of squares.
+double add_residuals(const measure::Measurement& measurement, RecordingFit& fit) {
+    const std::size_t rows = fit.prediction.rows;
+    fit.residuals.resize(fit.times.size() * rows);
+    double sum_of_squares = 0.0;
+    for (std::size_t i = 0; i < fit.times.size(); ++i)
+        for (std::size_t j = 0; j < rows; ++j) {
+            double& residual = fit.residuals[i * rows + j];
+            residual = measurement.deflection(i, j) - fit.prediction.readings[i * rows + j];
+            if (std::isnan(residual))
+                continue;
+            ++fit.readings;
+            sum_of_squares += residual * residual;
+            fit.chi_squared += residual * residual / (fit.noise[j] * fit.noise[j]);
+        }
+    if (fit.readings > 0)
+        fit.rmse = std::sqrt(sum_of_squares / static_cast<double>(fit.readings));
+    return sum_of_squares;
+}
+
+/// Jᵀ W J over the readings that were seen.
+Eigen::MatrixXd information(const RecordingFit& fit) {
+    const auto count = static_cast<Eigen::Index>(fit.prediction.parameters);
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
+    for (std::size_t place = 0; place < fit.residuals.size(); ++place) {
+        if (std::isnan(fit.residuals[place]))
+            continue;
+        const Eigen::Map<const Eigen::VectorXd> gradient(
+            fit.prediction.jacobian.data() + place * fit.prediction.parameters, count);
+        if (!gradient.allFinite())
+            continue;
+        const double noise = fit.noise[place % fit.prediction.rows];
+        sum += gradient * gradient.transpose() / (noise * noise);
+    }
+    return sum;
+}
+
+/// Inverse of a symmetric matrix that may not have one: directions without information get an
+/// infinite variance wherever they take part.
+Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& matrix) {
+    const InformationDirections told = information_directions(matrix);
+    const Eigen::Index count = matrix.rows();
+    Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(count, count);
+    Eigen::VectorXd unknown = Eigen::VectorXd::Zero(count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+        const Eigen::VectorXd direction = told.directions.col(k);
+        if (told.is_known(k))
+            inverse += direction * direction.transpose() / told.information(k);
+        else
+            unknown += direction.cwiseAbs2();
+    }
+    inverse =
+        told.scale.cwiseInverse().asDiagonal() * inverse * told.scale.cwiseInverse().asDiagonal();
+    for (Eigen::Index k = 0; k < count; ++k)
+        if (unknown(k) > 1e-6)
+            inverse(k, k) = std::numeric_limits<double>::infinity();
+    return inverse;
+}
+
+/// Of all parts, by the joint parameters.
+Eigen::MatrixXd joint_information(const JointLayout& layout, const Fit& fit) {
+    const auto count = static_cast<Eigen::Index>(layout.names.size());
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        const Eigen::MatrixXd own = information(fit.parts[m]);
+        const std::vector<JointLayout::Share>& shares = layout.shares[m];
+        for (std::size_t a = 0; a < shares.size(); ++a)
+            for (std::size_t b = 0; b < shares.size(); ++b)
+                sum(static_cast<Eigen::Index>(shares[a].place),
+                    static_cast<Eigen::Index>(shares[b].place)) +=
+                    shares[a].factor * shares[b].factor *
+                    own(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+    }
+    return sum;
+}
+
+/// Covariance of the parameters that are not held; rows and columns of the others are 0.
+void add_covariance(const JointLayout& layout, const std::vector<bool>& is_held, Fit& fit) {
+    const auto count = static_cast<Eigen::Index>(layout.names.size());
+    std::vector<Eigen::Index> free;
+    for (Eigen::Index k = 0; k < count; ++k)
+        if (!is_held[static_cast<std::size_t>(k)])
+            free.push_back(k);
+    fit.covariance = Eigen::MatrixXd::Zero(count, count);
+    if (free.empty())
+        return;
+    const Eigen::MatrixXd all = joint_information(layout, fit);
+    const double factor = std::max(1.0, fit.reduced_chi_squared);
+    const Eigen::MatrixXd inverse = inverse_information(all(free, free));
+    fit.covariance(free, free) = factor * inverse;
+}
+
+/// What of the joint covariance concerns one part, by the part's own values.
+void add_covariance(const std::vector<JointLayout::Share>& shares,
+                    const Eigen::MatrixXd& covariance, RecordingFit& part) {
+    const auto count = static_cast<Eigen::Index>(shares.size());
+    part.covariance.resize(count, count);
+    part.correlation = Eigen::MatrixXd::Identity(count, count);
+    const auto share = [&](Eigen::Index k) { return shares[static_cast<std::size_t>(k)]; };
+    for (Eigen::Index a = 0; a < count; ++a)
+        for (Eigen::Index b = 0; b < count; ++b)
+            part.covariance(a, b) = share(a).factor * share(b).factor *
+                                    covariance(static_cast<Eigen::Index>(share(a).place),
+                                               static_cast<Eigen::Index>(share(b).place));
+    for (Eigen::Index a = 0; a < count; ++a)
+        for (Eigen::Index b = 0; b < count; ++b) {
+            const double scale = std::sqrt(part.covariance(a, a) * part.covariance(b, b));
+            if (a != b)
+                part.correlation(a, b) = scale > 0.0 ? part.covariance(a, b) / scale : 0.0;
+        }
+}
+
+bool is_near(const FreeParameter& parameter, double value, double bound) {
+    switch (parameter.fitted_as) {
+    case physics::FittedAs::Logarithm:
+        return std::abs(std::log(value / bound)) < nearness;
+    case physics::FittedAs::Inverse:
+        return std::abs(1.0 / value - 1.0 / bound) < nearness / parameter.lower;
+    case physics::FittedAs::Itself:
+        break;
+    }
+    return std::abs(value - bound) < nearness * (parameter.upper - parameter.lower);
+}
+
+void add_parameters(RecordingFit& fit) {
+    for (const FreeParameter& parameter : fit.model.parameters) {
+        const double value = parameter.access.get(fit.model.spec);
+        const bool at_bound = is_near(parameter, value, parameter.lower) ||
+                              is_near(parameter, value, parameter.upper);
+        fit.parameters.push_back({parameter.access.name, parameter.unit, value, 0.0, at_bound,
+                                  parameter.lower, parameter.upper, parameter.fitted_as,
+                                  parameter.is_place, parameter.absent});
+    }
+    if (const double bound = fit.model.release_time_bound; bound > 0.0)
+        fit.parameters.push_back({release_time_name, "s", fit.model.release_time, 0.0,
+                                  bound - std::abs(fit.model.release_time) < nearness * bound,
+                                  -bound, bound});
+    for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
+        const auto place = static_cast<Eigen::Index>(k);
+        fit.parameters[k].standard_error = std::sqrt(fit.covariance(place, place));
+    }
+}
+
+void say_bounds(const std::vector<FittedParameter>& parameters, const std::vector<bool>& is_held,
+                std::string& reason) {
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+        if (const FittedParameter& parameter = parameters[k]; parameter.is_at_bound && !is_held[k])
+            reason += fmt::format("{}{} is at its bound, {:.6g}{}{}", reason.empty() ? "" : "; ",
+                                  parameter.name, parameter.value,
+                                  parameter.unit.empty() ? "" : " ", parameter.unit);
+}
+
+/// Degrees of freedom and χ², after the noise where only the residuals tell it.
+void add_chi_squared(std::size_t free, RecordingFit& part) {
+    part.degrees_of_freedom = part.readings > free ? part.readings - free : 0;
+    const auto degrees = static_cast<double>(std::max<std::size_t>(part.degrees_of_freedom, 1));
+    if (!part.is_noise_known) {
+        const double factor = std::sqrt(part.chi_squared / degrees);
+        for (double& noise : part.noise)
+            noise *= factor;
+        part.chi_squared = degrees;
+    }
+    part.reduced_chi_squared = part.chi_squared / degrees;
+}
+
+std::vector<bool> held_of(const std::vector<JointLayout::Share>& shares,
+                          const std::vector<bool>& is_held) {
+    std::vector<bool> own;
+    for (const JointLayout::Share& share : shares)
+        own.push_back(is_held[share.place]);
+    return own;
+}
+
+std::size_t free_count(const std::vector<bool>& is_held) {
+    return static_cast<std::size_t>(std::ranges::count(is_held, false));
+}
+
+/// Sums over the parts, whose residuals are known.
+void add_sums(const JointLayout& layout, const std::vector<bool>& is_held, double sum_of_squares,
+              Fit& fit) {
+    double weighted = 0.0;
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        RecordingFit& part = fit.parts[m];
+        fit.readings += part.readings;
+        fit.weights.push_back(part.noise);
+        weighted += part.chi_squared;
+        add_chi_squared(free_count(held_of(layout.shares[m], is_held)), part);
+        fit.chi_squared += part.chi_squared;
+    }
+    const auto readings = static_cast<double>(std::max<std::size_t>(fit.readings, 1));
+    fit.rmse = std::sqrt(sum_of_squares / readings);
+    fit.weighted_rms = std::sqrt(weighted / readings);
+    const std::size_t free = free_count(is_held);
+    fit.degrees_of_freedom = fit.readings > free ? fit.readings - free : 0;
+    fit.reduced_chi_squared =
+        fit.chi_squared / static_cast<double>(std::max<std::size_t>(fit.degrees_of_freedom, 1));
+}
+
+} // namespace
+
+void add_statistics(std::span<const measure::Measurement> measurements, const JointLayout& layout,
+                    const std::vector<bool>& is_held, Fit& fit) {
+    double sum_of_squares = 0.0;
+    for (std::size_t m = 0; m < fit.parts.size(); ++m)
+        sum_of_squares += add_residuals(measurements[m], fit.parts[m]);
+    add_sums(layout, is_held, sum_of_squares, fit);
+    add_covariance(layout, is_held, fit);
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        RecordingFit& part = fit.parts[m];
+        add_covariance(layout.shares[m], fit.covariance, part);
+        add_parameters(part);
+        say_bounds(part.parameters, held_of(layout.shares[m], is_held), part.reason);
+        std::vector<std::size_t>& places = fit.places.emplace_back();
+        for (const JointLayout::Share& share : layout.shares[m])
+            places.push_back(share.place);
+    }
+    for (std::size_t k = 0; k < layout.names.size(); ++k) {
+        const auto [model, parameter] = layout.owners[k];
+        fit.parameters.push_back(fit.parts[model].parameters[parameter]);
+        fit.parameters.back().name = layout.names[k];
+    }
+    say_bounds(fit.parameters, is_held, fit.reason);
+}
+
+namespace {
+
+RecordingFit only_part(const StemModel& model, const measure::Measurement& measurement,
+                   const JointOptions& options) {
+    return std::move(fit_jointly({&model, 1}, {&measurement, 1}, options).parts.front());
+}
+
+} // namespace
+
+const FittedParameter* RecordingFit::find(const std::string& name) const {
+    const auto found = std::ranges::find(parameters, name, &FittedParameter::name);
+    return found == parameters.end() ? nullptr : &*found;
+}
+
+RecordingFit fit_chain(const StemModel& model, const measure::Measurement& measurement,
+                   const SolveOptions& options) {
+    return only_part(model, measurement, {options, {}, {}, {}});
+}
+
+RecordingFit fit_chain_with_held(const StemModel& model, const measure::Measurement& measurement,
+                             const std::vector<bool>& is_held, const SolveOptions& options) {
+    JointOptions held{options, {}, is_held, {}};
+    held.chain.is_first_guess = false;
+    return only_part(model, measurement, held);
+}
+
+StemModel started_from(StemModel model, const RecordingFit& fit) {
+    for (const FreeParameter& parameter : model.parameters)
+        if (const FittedParameter* found = fit.find(parameter.access.name))
+            parameter.access.set(model.spec, found->value);
+    model.release_time = fit.model.release_time;
+    return model;
+}
+
+namespace {
+
+constexpr std::array<double, 3> first_windows{2.0, 5.0, 12.0}; // cycles
+/// Factors on Y about its start. Within two cycles a frequency that is wrong by a quarter still
+/// leads downhill; 6 % of Y is 3 % of it.
+constexpr std::array<double, 3> first_moduli{1.0, 0.94, 1.06};
+/// A fit that leaves less of the motion than this has found it.
+constexpr double small_remainder = 0.2;
+
+/// Of recordings whose noise is not known, until their residuals tell it.
+constexpr double provisional_noise = 1e-3; // m
+
+/// Share of the motion that a solution leaves: rms residual over rms reading after the release.
+double remainder(const JointSolution& solution,
+                 std::span<const measure::Measurement> measurements) {
+    double left = 0.0;
+    double all = 0.0;
+    for (std::size_t m = 0; m < measurements.size(); ++m) {
+        const std::size_t rows = measurements[m].heights.size();
+        for (std::size_t i = 0; i < solution.times[m].size(); ++i)
+            for (std::size_t j = 0; j < rows && solution.times[m][i] >= 0.0; ++j) {
+                const double reading = measurements[m].deflection(i, j);
+                const double predicted = solution.predictions[m].readings[i * rows + j];
+                if (std::isnan(reading) || std::isnan(predicted))
+                    continue;
+                left += (reading - predicted) * (reading - predicted);
+                all += reading * reading;
+            }
+    }
+    return all > 0.0 ? std::sqrt(left / all) : 1.0;
+}
+
+void add_runs(const std::vector<int>& runs, std::vector<int>& sum) {
+    sum.resize(runs.size(), 0);
+    for (std::size_t m = 0; m < runs.size(); ++m)
+        sum[m] += runs[m];
+}
+
+/// The growing window, from one modulus.
+JointSolution grow(const JointProblem& problem, std::vector<StemModel> models,
+                   const std::vector<double>& last_times) {
+    std::vector<int> runs;
+    std::vector<double> periods;
+    for (const StemModel& model : models)
+        periods.push_back(1.0 / run::natural_frequency(model.spec));
+    for (const double cycles : first_windows) {
+        std::vector<double> window;
+        for (std::size_t m = 0; m < models.size(); ++m)
+            window.push_back(std::min(cycles * periods[m], last_times[m]));
+        if (window == last_times)
+            break;
+        JointSolution part = problem.solve(models, window, Purpose::Passing);
+        add_runs(part.runs, runs);
+        models = std::move(part.models);
+    }
+    JointSolution solution = problem.solve(models, last_times, Purpose::Final);
+    add_runs(runs, solution.runs);
+    return solution;
+}
+
+/// The best of several starts; the others are tried only if the first does not find the motion.
+JointSolution search(const JointProblem& problem, const std::vector<StemModel>& models,
+                     std::span<const measure::Measurement> measurements,
+                     const std::vector<double>& last_times) {
+    JointSolution best;
+    std::vector<int> runs;
+    std::string reason;
+    for (const double factor : first_moduli) {
+        std::vector<StemModel> start = models;
+        for (StemModel& model : start)
+            model.spec.stem.bond_youngs_modulus *= factor;
+        try {
+            JointSolution solution = grow(problem, std::move(start), last_times);
+            add_runs(solution.runs, runs);
+            if (solution.cost < best.cost)
+                best = std::move(solution);
+        } catch (const core::NumericalError& error) {
+            reason = error.what();
+        }
+        if (std::isfinite(best.cost) && remainder(best, measurements) < small_remainder)
+            break;
+    }
+    if (!std::isfinite(best.cost))
+        throw core::NumericalError(core::FailureKind::FitFailed, reason);
+    best.runs = runs;
+    return best;
+}
+
+/// What the solution of each recording is weighted by.
+std::vector<ReadingNoise> noises_of(std::span<const measure::Measurement> measurements,
+                                    const JointOptions& options) {
+    std::vector<ReadingNoise> noises;
+    for (std::size_t m = 0; m < measurements.size(); ++m) {
+        noises.push_back(reading_noise(measurements[m]));
+        if (!noises.back().by_row.empty())
+            continue;
+        noises.back() = {m < options.weights.size()
+                             ? options.weights[m]
+                             : std::vector(measurements[m].heights.size(), provisional_noise),
+                         "residuals"};
+    }
+    return noises;
+}
+
+RecordingFit part_of(JointSolution& solution, std::size_t m, ReadingNoise noise, bool is_noise_known) {
+    RecordingFit part;
+    part.model = std::move(solution.models[m]);
+    part.prediction = std::move(solution.predictions[m]);
+    part.times = std::move(solution.times[m]);
+    part.noise = std::move(noise.by_row);
+    part.noise_source = std::move(noise.source);
+    part.is_noise_known = is_noise_known;
+    part.runs = solution.runs[m];
+    part.has_converged = solution.has_converged;
+    if (!solution.has_converged)
+        part.reason = fmt::format("not converged: {}", solution.message);
+    return part;
+}
+
+} // namespace
+
+Fit fit_jointly(std::span<const StemModel> models,
+                     std::span<const measure::Measurement> measurements,
+                     const JointOptions& options) {
+    const JointLayout layout = joint_layout(models, measurements, options.belongs_to_recording);
+    const std::vector<StemModel> starts =
+        reconciled(std::vector(models.begin(), models.end()), layout);
+    std::vector<ReadingNoise> noises = noises_of(measurements, options);
+    std::vector<std::vector<double>> weights;
+    std::vector<double> last_times;
+    for (std::size_t m = 0; m < measurements.size(); ++m) {
+        weights.push_back(noises[m].by_row);
+        last_times.push_back(
+            std::min(options.chain.window.value_or(std::numeric_limits<double>::infinity()),
+                     measurements[m].times.back()));
+    }
+    std::vector<bool> is_held = options.is_held;
+    is_held.resize(layout.names.size(), false);
+    const JointProblem problem(measurements, layout, weights, is_held, options.chain);
+    JointSolution solution = options.chain.is_first_guess
+                                 ? search(problem, starts, measurements, last_times)
+                                 : problem.solve(starts, last_times, Purpose::Final);
+    Fit fit;
+    fit.status = !solution.has_converged ? FitStatus::NotConverged
+                 : solution.is_cut_short ? FitStatus::Stopped
+                                         : FitStatus::Fitted;
+    if (solution.is_cut_short)
+        fit.out_of_reach = options.chain.wanted_chi_squared;
+    if (!solution.has_converged)
+        fit.reason = fmt::format("not converged: {}", solution.message);
+    for (std::size_t m = 0; m < measurements.size(); ++m) {
+        fit.runs += solution.runs[m];
+        const bool is_known = noises[m].source != "residuals";
+        fit.parts.push_back(part_of(solution, m, std::move(noises[m]), is_known));
+    }
+    add_statistics(measurements, layout, is_held, fit);
+    return fit;
+}
+
+StartModels start_from(const Fit& fit) {
+    StartModels start;
+    for (const RecordingFit& part : fit.parts)
+        start.push_back(part.model);
+    return start;
+}
+
+FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat) {
+    if (heartbeat)
+        options.heartbeat = heartbeat;
+    return options;
+}
+
+bool belongs_to_recording(const std::string& parameter) {
+    return parameter == "tip_deflection" || parameter == release_time_name ||
+           physics::belongs_to(parameter) == physics::BelongsTo::Recording;
+}
+
+} // namespace culm::fit

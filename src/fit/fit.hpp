@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A model fitted to every height and frame of one or several recordings at once.
+#pragma once
+
+#include "fit/layout.hpp"
+#include "fit/prediction.hpp"
+#include "fit/reading_noise.hpp"
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace culm::fit {
+
+struct SolveOptions {
+    /// Only frames up to here, s after the release; empty: all. Frames before the release count.
+    std::optional<double> window;
+    /// Readings that deviate by more than 2 σ count less and less (Huber's loss), so that a few
+    /// wrong ones do no harm.
+    bool is_robust = false;
+    /// True: from the model's values as a first guess, with several moduli about it and a window
+    /// that grows from 2 to 5 and 12 cycles to all, so that no cycle is skipped. False: the values
+    /// are near the solution (a refit with an effect added), all frames at once.
+    bool is_first_guess = true;
+    int largest_iterations = 50; ///< of each window
+    /// A solution whose pace would not bring χ² down to this within the iterations ends early, as
+    /// Fit::out_of_reach says; empty: none does.
+    std::optional<double> wanted_chi_squared;
+    run::Heartbeat heartbeat;
+};
+
+struct FittedParameter {
+    std::string name;
+    std::string unit;
+    double value = 0.0;
+    double standard_error = 0.0; ///< infinite where the data do not tell
+    bool is_at_bound = false;
+    double lower = 0.0; ///< allowed range
+    double upper = 0.0;
+    physics::FittedAs fitted_as = physics::FittedAs::Itself;
+    bool is_place = false; ///< as physics::EffectParameter's
+    double absent = 0.0;   ///< likewise
+};
+
+/// The result; everything in SI units and for the readings as they are, without transformation.
+struct RecordingFit {
+    StemModel model;                         ///< with the fitted values
+    std::vector<FittedParameter> parameters; ///< as StemModel::free_names
+    Eigen::MatrixXd covariance;              ///< (parameters, parameters)
+    Eigen::MatrixXd correlation;
+
+    std::vector<double> times;     ///< (frames) used, s
+    ChainPrediction prediction;    ///< readings and Jacobian at the solution
+    std::vector<double> residuals; ///< (frames, rows), measured − predicted, m; NaN where not seen
+    std::vector<double> noise;     ///< (rows), by which the residuals were weighted, m
+    std::string noise_source;      ///< as ReadingNoise::source; "residuals": it was not known
+    bool is_noise_known = false;
+
+    std::size_t readings = 0; ///< used
+    std::size_t degrees_of_freedom = 0;
+    double chi_squared = 0.0; ///< Σ (residual/noise)²
+    double reduced_chi_squared = 0.0;
+    double rmse = 0.0; ///< root mean square of the residuals, m
+
+    int runs = 0; ///< of the chain with all its derivatives
+    bool has_converged = false;
+    std::string reason; ///< one sentence if it has not, or ends at a bound
+
+    [[nodiscard]] const FittedParameter* find(const std::string& name) const;
+};
+
+/// Least squares by Levenberg and Marquardt's method with bounds (Ceres) and the sensitivities of
+/// run::simulate_with_sensitivities. The covariance is (JᵀWJ)⁻¹, times the reduced χ² where that is
+/// above 1: what a model lacks makes its parameters less sure. A fit that ends at a bound or does
+/// not converge comes back with its reason; one that cannot even start throws
+/// core::NumericalError. run::Abandoned if the heartbeat says so.
+[[nodiscard]] RecordingFit fit_chain(const StemModel& model, const measure::Measurement& measurement,
+                                 const SolveOptions& options = {});
+
+/// The fit with some parameters held at the model's values; `is_held` in the order of free_names.
+/// Starts there without growing windows. For profile likelihoods and constrained comparisons.
+[[nodiscard]] RecordingFit fit_chain_with_held(const StemModel& model,
+                                           const measure::Measurement& measurement,
+                                           const std::vector<bool>& is_held,
+                                           const SolveOptions& options = {});
+
+/// `model` with the values that `fit` found for parameters of the same name.
+[[nodiscard]] StemModel started_from(StemModel model, const RecordingFit& fit);
+
+struct JointOptions {
+    SolveOptions chain;                   ///< windows count from each recording's own release
+    BelongsToRecording belongs_to_recording; ///< empty: everything is shared
+    std::vector<bool> is_held;               ///< (joint parameters); empty: none
+    /// (recordings)(rows), m: by what the residuals of recordings of unknown noise are weighted
+    /// until they tell it; empty: all alike.
+    std::vector<std::vector<double>> weights;
+};
+
+enum class FitStatus {
+    Fitted,
+    Stopped,      ///< given up on the way: it could not have matched what was wanted
+    Motionless,   ///< nothing in the model moves the stem: the readings are its residuals
+    NotConverged, ///< of a solution; a fit that ends like that is Failed
+    Failed
+};
+
+/// A model fitted to one or several recordings at once. They share the material and all that acts on
+/// the stem; what belongs to one recording (belongs_to_recording) has a value for each. SI units.
+struct Fit {
+    SelectedEffects effects;        ///< beside the published chain
+    std::vector<std::string> names; ///< "baseline" and the effects, in the library's order
+    FitStatus status = FitStatus::Failed;
+    std::string reason; ///< why it failed; of a fit, what stands at a bound
+
+    std::vector<FittedParameter> parameters; ///< every number once, as JointLayout names them
+    double chi_squared = 0.0;
+    double reduced_chi_squared = 0.0;
+    double rmse = 0.0; ///< m, over all readings
+    std::size_t readings = 0;
+    std::size_t degrees_of_freedom = 0;
+    /// Readings that count as independent where a mean is concerned; by numbers_of().
+    double effective_readings = 0.0;
+    std::optional<double> out_of_reach; ///< Stopped: χ² to which its pace would not have led
+    int starts = 0;
+    int runs = 0; ///< of chains with all their derivatives
+
+    /// (recordings) each with its own numbers, residuals and χ²; covariance and standard errors are
+    /// those of the joint solution, restricted to the part's parameters. Empty: the numbers alone.
+    std::vector<RecordingFit> parts;
+    std::vector<std::vector<std::size_t>> places; ///< (recordings)(parameters of the part)
+    Eigen::MatrixXd covariance;                   ///< (parameters, parameters)
+    double weighted_rms = 0.0;                    ///< of residual over weight: what was minimised
+    std::vector<std::vector<double>> weights; ///< (recordings)(rows), m: noise or JointOptions'
+
+    [[nodiscard]] bool failed() const {
+        return status == FitStatus::Failed || status == FitStatus::NotConverged;
+    }
+    [[nodiscard]] bool moves() const { return status != FitStatus::Motionless; }
+    /// Were its numbers fitted?
+    [[nodiscard]] bool is_fitted() const {
+        return status == FitStatus::Fitted || status == FitStatus::Stopped;
+    }
+};
+
+/// One model for each recording.
+using StartModels = std::vector<StemModel>;
+
+/// The models of a fit's parts.
+[[nodiscard]] StartModels start_from(const Fit& fit);
+
+/// Which model is fitted to what, and how long.
+struct FitOptions {
+    ChainOptions chain;
+    std::optional<double> window; ///< only frames up to here, s after the release; empty: all
+    run::Heartbeat heartbeat;
+    std::optional<double> wanted_chi_squared = std::nullopt; ///< as SolveOptions'
+};
+
+/// `options` with this heartbeat; with its own if this one is empty.
+[[nodiscard]] FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat);
+
+/// Has the parameter a value for each recording: tip deflection, release time, and those of effects
+/// that belong to a recording?
+[[nodiscard]] bool belongs_to_recording(const std::string& parameter);
+
+/// Least squares over all recordings, each with a model of its own (length, section, known masses,
+/// frame rate, rows), by the method of fit_chain, which is the same with one recording. Starts from
+/// the models' values, shared ones from the first model that has them. The covariance is the
+/// inverse of the summed information, times the reduced χ² where that is above 1. Errors and
+/// failures as fit_chain's.
+[[nodiscard]] Fit fit_jointly(std::span<const StemModel> models,
+                                   std::span<const measure::Measurement> measurements,
+                                   const JointOptions& options = {});
+
+} // namespace culm::fit

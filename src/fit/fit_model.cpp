@@ -1,0 +1,507 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/fit_model.hpp"
+
+#include "core/error.hpp"
+#include "fit/starts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+namespace culm::fit {
+namespace {
+
+using nlohmann::json;
+
+/// A larger model may end this much above the one that it contains: the runs have noise.
+constexpr double allowed_excess = 1.001;
+constexpr int screening_iterations = 3;
+constexpr int most_restarts = 2;
+/// Of χ², in units of the reduced χ²: worth another solution.
+constexpr double needed_gain = 0.5;
+
+/// Root mean square of residual over weight.
+double weighted_rms(std::span<const RecordingFit> parts,
+                    const std::vector<std::vector<double>>& weights) {
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (std::size_t m = 0; m < parts.size(); ++m)
+        for (std::size_t place = 0; place < parts[m].residuals.size(); ++place)
+            if (const double residual = parts[m].residuals[place]; !std::isnan(residual)) {
+                const double scaled = residual / weights[m][place % parts[m].prediction.rows];
+                sum += scaled * scaled;
+                ++count;
+            }
+    return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
+}
+
+/// Of the residuals, m.
+double rms(std::span<const RecordingFit> parts) {
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (const RecordingFit& part : parts) {
+        sum += part.rmse * part.rmse * static_cast<double>(part.readings);
+        count += part.readings;
+    }
+    return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
+}
+
+/// Where some iterations from a start have led.
+struct BegunFit {
+    StartModels models;
+    double weighted_rms = 0.0; ///< as Fit's
+    double chi_squared = 0.0;
+};
+
+class BestFit {
+  public:
+    /// All must outlive this; `weights` as JointOptions'.
+    BestFit(std::span<const measure::Measurement> recordings, const FitOptions& options,
+            std::vector<std::vector<double>> weights = {});
+
+    /// Goes all the way from a start.
+    void try_start(const StartModels& start, bool is_first_guess);
+
+    /// Some iterations from a start, with its places (angles, time scales) held. Throws
+    /// core::NumericalError if they lead nowhere.
+    [[nodiscard]] BegunFit begin(const StartModels& start, bool is_first_guess);
+
+    /// Goes all the way from the best of those begun, and from the next if it was better then than
+    /// that one is in the end.
+    void go_on(std::vector<BegunFit> begun);
+
+    /// Begins from all of them and goes on; with a single one, all the way from there.
+    void try_starts(const std::vector<StartModels>& starts, bool is_first_guess);
+
+    /// The same for a model that is larger than that of `smaller` (a part for each recording) and,
+    /// if `is_nested`, contains it; `begun` from `starts`, empty: not yet. If it then fits worse
+    /// the solution has missed a cycle, and growing windows are tried; what stays worse is a
+    /// failure and no result.
+    void try_larger(const std::vector<StartModels>& starts,
+                    std::optional<std::vector<BegunFit>> begun,
+                    std::span<const RecordingFit> smaller, bool is_nested);
+
+    [[nodiscard]] std::optional<Fit> take() { return std::move(best_); }
+    [[nodiscard]] const std::string& failure() const { return failure_; } ///< of the last that did
+    [[nodiscard]] int starts() const { return starts_; }
+    [[nodiscard]] int runs() const { return runs_; } ///< of chains with all their derivatives
+
+  private:
+    /// By the weights of the best.
+    [[nodiscard]] bool is_as_good_as(std::span<const RecordingFit> smaller) const;
+    [[nodiscard]] Fit solved(const StartModels& start,
+                                             const JointOptions& options);
+    [[nodiscard]] JointOptions joint_options(bool is_first_guess) const;
+    [[nodiscard]] std::vector<bool> places(const StartModels& start) const;
+    [[nodiscard]] Fit settled(Fit fit);
+
+    std::span<const measure::Measurement> recordings_;
+    const FitOptions& options_;
+    std::vector<std::vector<double>> weights_;
+    std::optional<Fit> best_;
+    std::string failure_;
+    int starts_ = 0;
+    int runs_ = 0;
+};
+
+BestFit::BestFit(std::span<const measure::Measurement> recordings, const FitOptions& options,
+                 std::vector<std::vector<double>> weights)
+    : recordings_(recordings), options_(options), weights_(std::move(weights)) {}
+
+void BestFit::try_start(const StartModels& start, bool is_first_guess) {
+    ++starts_;
+    try {
+        Fit fit = solved(start, joint_options(is_first_guess));
+        if (fit.status == FitStatus::NotConverged) // a long valley: half-way is no end
+            fit = solved(start_from(fit), joint_options(false));
+        fit = settled(std::move(fit));
+        if (fit.failed())
+            failure_ = fit.reason;
+        else if (!best_ || fit.weighted_rms < best_->weighted_rms)
+            best_ = std::move(fit);
+    } catch (const core::NumericalError& error) {
+        failure_ = error.what();
+    }
+}
+
+BegunFit BestFit::begin(const StartModels& start, bool is_first_guess) {
+    JointOptions few = joint_options(is_first_guess);
+    few.chain.largest_iterations = screening_iterations;
+    few.is_held = places(start);
+    const Fit fit = solved(start, few);
+    return {start_from(fit), fit.weighted_rms, fit.chi_squared};
+}
+
+void BestFit::go_on(std::vector<BegunFit> begun) {
+    std::ranges::stable_sort(begun, {}, &BegunFit::weighted_rms);
+    starts_ += static_cast<int>(begun.size());
+    for (const BegunFit& fit : begun) {
+        if (best_ &&
+            !(fit.chi_squared <
+              best_->chi_squared - needed_gain * std::max(1.0, best_->reduced_chi_squared)))
+            break;
+        try_start(fit.models, false);
+        --starts_;
+    }
+}
+
+void BestFit::try_starts(const std::vector<StartModels>& starts, bool is_first_guess) {
+    if (starts.size() == 1)
+        return try_start(starts.front(), is_first_guess);
+    std::vector<BegunFit> begun;
+    for (const StartModels& start : starts)
+        try {
+            begun.push_back(begin(start, is_first_guess));
+        } catch (const core::NumericalError& error) {
+            failure_ = error.what();
+            ++starts_;
+        }
+    go_on(std::move(begun));
+}
+
+void BestFit::try_larger(const std::vector<StartModels>& starts,
+                         std::optional<std::vector<BegunFit>> begun,
+                         std::span<const RecordingFit> smaller, bool is_nested) {
+    if (begun)
+        go_on(std::move(*begun));
+    else
+        try_starts(starts, false);
+    if (best_ && best_->out_of_reach)
+        return; // wherever it ends is too far off
+    if (!is_nested || !is_as_good_as(smaller))
+        try_starts(starts, true);
+    if (!is_nested || !best_ || is_as_good_as(smaller))
+        return;
+    failure_ = fmt::format("no start leads to a fit as good as that of the model it contains (rms "
+                           "{:.4g} mm, without it {:.4g} mm)",
+                           1e3 * best_->rmse, 1e3 * rms(smaller));
+    best_.reset();
+}
+
+bool BestFit::is_as_good_as(std::span<const RecordingFit> smaller) const {
+    return best_ && best_->weighted_rms <= allowed_excess * weighted_rms(smaller, best_->weights);
+}
+
+Fit BestFit::solved(const StartModels& start,
+                                    const JointOptions& options) {
+    Fit fit = fit_jointly(start, recordings_, options);
+    runs_ += fit.runs;
+    return fit;
+}
+
+/// Places, angles and time scales: while an effect has hardly any size they have hardly any
+/// derivative, and a first step would throw them far away.
+std::vector<bool> BestFit::places(const StartModels& start) const {
+    const JointLayout layout =
+        joint_layout(start, recordings_, belongs_to_recording);
+    std::vector<bool> held;
+    for (const JointLayout::Owner& owner : layout.owners) {
+        const std::vector<FreeParameter>& parameters = start[owner.model].parameters;
+        held.push_back(owner.parameter < parameters.size() && parameters[owner.parameter].is_place);
+    }
+    return held;
+}
+
+JointOptions BestFit::joint_options(bool is_first_guess) const {
+    JointOptions joint;
+    joint.chain.window = options_.window;
+    joint.chain.is_first_guess = is_first_guess;
+    joint.chain.wanted_chi_squared = options_.wanted_chi_squared;
+    joint.chain.heartbeat = options_.heartbeat;
+    joint.belongs_to_recording = belongs_to_recording;
+    joint.weights = weights_;
+    return joint;
+}
+
+/// A solution can end early where its steps meet a bound: it begins again from there, with the
+/// parameters at a bound held, until that gains nothing.
+Fit BestFit::settled(Fit fit) {
+    for (int again = 0; again < most_restarts && !fit.out_of_reach; ++again) {
+        JointOptions options = joint_options(false);
+        for (const FittedParameter& parameter : fit.parameters)
+            options.is_held.push_back(parameter.is_at_bound);
+        if (std::ranges::none_of(options.is_held, [](bool held) { return held; }))
+            break; // nothing was in the way of the steps
+        Fit next = solved(start_from(fit), options);
+        const double gain = fit.chi_squared - next.chi_squared;
+        const bool is_settled = !(gain > needed_gain * std::max(1.0, next.reduced_chi_squared));
+        // What is held has no covariance: the last solution without held ones is kept.
+        if (!next.failed() && !is_settled)
+            fit = std::move(next);
+        if (is_settled)
+            break;
+    }
+    return fit;
+}
+
+constexpr std::size_t most_reconciling = 4;
+
+std::vector<std::vector<double>> noises(std::span<const RecordingFit> fits) {
+    std::vector<std::vector<double>> out;
+    for (const RecordingFit& fit : fits)
+        out.push_back(fit.noise);
+    return out;
+}
+
+/// A single recording's own noise says it all.
+std::vector<std::vector<double>> weights_beside(const Fit& smaller) {
+    return smaller.parts.size() > 1 ? noises(smaller.parts) : std::vector<std::vector<double>>{};
+}
+
+/// The readings of a stem that nothing moves are its residuals.
+Fit motionless(const StemModel& model, const measure::Measurement& recording,
+               const FitOptions& options) {
+    JointOptions held;
+    held.chain.window = options.window;
+    held.chain.is_first_guess = false;
+    held.chain.heartbeat = options.heartbeat;
+    held.is_held.assign(model.free_count(), true);
+    Fit fit = fit_jointly({&model, 1}, {&recording, 1}, held);
+    fit.status = FitStatus::Motionless;
+    fit.starts = 1;
+    return fit;
+}
+
+/// The best fit, or why there is none.
+Fit result_of(BestFit& best) {
+    Fit fit;
+    if (std::optional<Fit> found = best.take())
+        fit = std::move(*found);
+    else
+        fit.reason = best.failure();
+    fit.starts = best.starts();
+    fit.runs = best.runs();
+    return fit;
+}
+
+/// What a model or its fit throws if it cannot be; empty if it can.
+template <class Work>
+std::string failure_of(const Work& work) {
+    try {
+        work();
+        return {};
+    } catch (const core::InputError& error) {
+        return error.what();
+    } catch (const core::NumericalError& error) {
+        return error.what();
+    }
+}
+
+std::string to_text(const BegunFit& begun, int runs) {
+    json values = json::array();
+    for (const StemModel& model : begun.models) {
+        json own = json::array({model.release_time});
+        for (const FreeParameter& parameter : model.parameters)
+            own.push_back(parameter.access.get(model.spec));
+        values.push_back(std::move(own));
+    }
+    return json{std::move(values), begun.weighted_rms, begun.chi_squared, runs}.dump();
+}
+
+/// Adds to `runs` those that the text tells of.
+BegunFit begun_from(const std::string& text, const StartModels& start, int& runs) {
+    const json read = json::parse(text);
+    BegunFit begun{start, read[1], read[2]};
+    for (std::size_t m = 0; m < begun.models.size(); ++m) {
+        StemModel& model = begun.models[m];
+        model.release_time = read[0][m][0];
+        for (std::size_t k = 0; k < model.parameters.size(); ++k)
+            model.parameters[k].access.set(model.spec, read[0][m][k + 1]);
+    }
+    runs += read[3].get<int>();
+    return begun;
+}
+
+} // namespace
+
+FitPlan::FitPlan(const SelectedEffects& effects, const Fit& smaller,
+                 std::span<const measure::Measurement> recordings, const FitOptions& options)
+    : effects_(effects), smaller_(smaller), recordings_(recordings) {
+    failure_ = failure_of([&] {
+        for (const measure::Measurement& recording : recordings)
+            models_.push_back(candidate_model(baseline_model(recording, options.chain),
+                                              effects, recording));
+        if (recordings.size() > 1)
+            for (const measure::Measurement& recording : recordings)
+                swings_.push_back(recorded_swing(recording, options));
+        if (!effects_.empty() && !smaller.failed() && moves() && !moves_more())
+            starts_ = larger_starts();
+    });
+}
+
+std::string FitPlan::begin(std::size_t k, const FitOptions& options) const {
+    std::string text;
+    (void)failure_of([&] { // the other starts may lead somewhere
+        BestFit best(recordings_, options, weights_beside(smaller_));
+        const BegunFit begun = best.begin(starts_[k], false);
+        text = to_text(begun, best.runs());
+    });
+    return text;
+}
+
+double FitPlan::chi_squared_of(const std::string& begun) {
+    return begun.empty() ? std::numeric_limits<double>::infinity()
+                         : json::parse(begun)[2].get<double>();
+}
+
+Fit FitPlan::finish(const std::vector<std::string>& begun, const FitOptions& options) const {
+    Fit fit;
+    fit.reason = failure_;
+    if (failure_.empty())
+        if (std::string failure = failure_of([&] { fit = fitted(begun, options); });
+            !failure.empty()) {
+            fit.status = FitStatus::Failed;
+            fit.reason = std::move(failure);
+        }
+    if (!fit.failed() && !moves())
+        fit.status = FitStatus::Motionless;
+    fit.effects = effects_;
+    fit.names = model_names(in_library_order(effects_));
+    return fit;
+}
+
+Fit FitPlan::fitted(const std::vector<std::string>& begun,
+                         const FitOptions& options) const {
+    if (effects_.empty())
+        return recordings_.size() > 1 ? fit_from_own(options) : fit_alone(0, options);
+    if (smaller_.failed()) {
+        Fit none;
+        none.reason = "the model that it contains could not be fitted: " + smaller_.reason;
+        return none;
+    }
+    if (!moves())
+        return smaller_;
+    if (!starts_.empty())
+        return fit_from_starts(begun, options);
+    return recordings_.size() > 1 ? fit_from_own(options) : fit_alone(0, options);
+}
+
+bool FitPlan::moves() const {
+    for (std::size_t m = 0; m < models_.size(); ++m)
+        if (can_move(models_[m], recordings_[m]))
+            return true;
+    return false;
+}
+
+/// Does a recording move that stood still in `smaller`?
+bool FitPlan::moves_more() const {
+    for (std::size_t m = 0; m < models_.size(); ++m)
+        if (can_move(models_[m], recordings_[m]) &&
+            !can_move(smaller_.parts[m].model, recordings_[m]))
+            return true;
+    return false;
+}
+
+/// candidate_starts of each recording side by side, then those that reconcile recordings which
+/// disagree.
+std::vector<StartModels> FitPlan::larger_starts() const {
+    std::vector<std::vector<StemModel>> own;
+    std::size_t count = 0;
+    for (std::size_t m = 0; m < models_.size(); ++m) {
+        own.push_back(candidate_starts(models_[m], smaller_.parts[m]));
+        count = std::max(count, own.back().size());
+    }
+    std::vector<StartModels> starts;
+    std::vector<StartModels> reconciling;
+    for (std::size_t k = 0; k < count; ++k) {
+        StartModels& start = starts.emplace_back();
+        for (const std::vector<StemModel>& each : own)
+            start.push_back(each[k % each.size()]);
+        if (recordings_.size() > 1 && reconciling.size() < most_reconciling)
+            for (StartModels& other : reconciling_starts(start, smaller_.parts, swings_))
+                reconciling.push_back(std::move(other));
+    }
+    std::ranges::move(reconciling, std::back_inserter(starts));
+    return starts;
+}
+
+/// One recording by itself: the chain, or what makes it move where it stood still without it.
+Fit FitPlan::fit_alone(std::size_t recording, const FitOptions& options) const {
+    const std::span<const measure::Measurement> own(&recordings_[recording], 1);
+    FitOptions to_the_end = options; // what is wanted is wanted of all recordings
+    if (!effects_.empty())
+        to_the_end.wanted_chi_squared.reset();
+    if (!can_move(models_[recording], own.front())) {
+        if (effects_.empty())
+            return motionless(models_[recording], own.front(), options);
+        Fit still;
+        still.status = FitStatus::Motionless;
+        still.parts = {smaller_.parts[recording]};
+        return still;
+    }
+    BestFit best(own, to_the_end);
+    if (!effects_.empty() && can_move(smaller_.parts[recording].model, own.front())) {
+        std::vector<StartModels> starts;
+        for (StemModel& start : candidate_starts(models_[recording], smaller_.parts[recording]))
+            starts.push_back({std::move(start)});
+        best.try_larger(starts, std::nullopt, {&smaller_.parts[recording], 1},
+                        is_nested(models_[recording]));
+    } else {
+        best.try_start({models_[recording]}, true);
+    }
+    return result_of(best);
+}
+
+/// From each recording's own fit.
+Fit FitPlan::fit_from_own(const FitOptions& options) const {
+    std::vector<RecordingFit> alone;
+    int runs = 0;
+    for (std::size_t m = 0; m < recordings_.size(); ++m) {
+        Fit own = fit_alone(m, options);
+        runs += own.runs;
+        if (own.failed()) {
+            own.reason = recordings_[m].stem.id + " alone: " + own.reason;
+            own.runs = runs;
+            return own;
+        }
+        alone.push_back(std::move(own.parts.front()));
+    }
+    BestFit best(recordings_, options, noises(alone));
+    best.try_starts(shared_starts(models_, alone, swings_), false);
+    Fit fit = result_of(best);
+    fit.runs += runs;
+    return fit;
+}
+
+Fit FitPlan::fit_from_starts(const std::vector<std::string>& begun,
+                                  const FitOptions& options) const {
+    std::optional<std::vector<BegunFit>> from;
+    int runs = 0;
+    if (start_count() > 0) {
+        from.emplace();
+        for (std::size_t k = 0; k < begun.size(); ++k)
+            if (!begun[k].empty())
+                from->push_back(begun_from(begun[k], starts_[k], runs));
+    }
+    BestFit best(recordings_, options, weights_beside(smaller_));
+    best.try_larger(starts_, std::move(from), smaller_.parts, is_nested(models_.front()));
+    Fit fit = result_of(best);
+    fit.runs += runs;
+    return fit;
+}
+
+Fit refined(const StartModels& start, const SelectedEffects& effects, const Fit& smaller,
+            std::span<const measure::Measurement> recordings, const FitOptions& options) {
+    BestFit best(recordings, options, weights_beside(smaller));
+    best.try_larger({start}, std::nullopt, smaller.parts, is_nested(start.front()));
+    Fit fit = result_of(best);
+    fit.effects = effects;
+    fit.names = model_names(in_library_order(effects));
+    return fit;
+}
+
+Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
+              std::span<const measure::Measurement> recordings, const FitOptions& options) {
+    const FitPlan plan(effects, smaller, recordings, options);
+    std::vector<std::string> begun;
+    for (std::size_t k = 0; k < plan.start_count(); ++k)
+        begun.push_back(plan.begin(k, options));
+    return plan.finish(begun, options);
+}
+
+} // namespace culm::fit

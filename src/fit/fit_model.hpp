@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The one policy by which a model is fitted: where a fit starts, when it starts again, when it fails.
+#pragma once
+
+#include "fit/joint_starts.hpp"
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::fit {
+
+/// `effects` beside the published chain (none: the chain itself), fitted to all recordings at once.
+/// `smaller`: a fit with some or none of the effects; only the chain itself needs none.
+///
+/// 1. The chain itself, and a model that sets a stem in motion which stood still without its effects:
+///    from each recording's own fit, with windows that grow so that no cycle is skipped. What several
+///    recordings share starts from the mean of their own values and, where these would put the
+///    recordings out of phase, from each of them.
+/// 2. A larger model: from starts() about `smaller`, and for several recordings that disagree from
+///    reconciling_starts(). Some iterations from each start; the best goes on to its end, and the next
+///    one if it was better then.
+/// 3. A fit that has not converged goes on once. One whose steps met a bound starts again from there.
+/// 4. A larger model that contains the smaller one and fits worse has skipped a cycle: windows grow
+///    from the same starts. If that does not help the fit has failed.
+/// 5. A model in which nothing moves the stem leaves the readings as they are (FitStatus::Motionless).
+///
+/// Never throws for a model that cannot be fitted or combined: FitStatus::Failed with the reason.
+/// run::Abandoned if the heartbeat says so.
+[[nodiscard]] Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
+                            std::span<const measure::Measurement> recordings,
+                            const FitOptions& options = {});
+
+/// The same from given models, which lie near the end: all the way from there.
+[[nodiscard]] Fit refined(const StartModels& start, const SelectedEffects& effects,
+                          const Fit& smaller, std::span<const measure::Measurement> recordings,
+                          const FitOptions& options);
+
+/// fit_model() in two parts that can be spread over ranks: start() for every start, then finish().
+class FitPlan {
+  public:
+    /// `smaller` and the recordings must outlive this.
+    FitPlan(const SelectedEffects& effects, const Fit& smaller,
+            std::span<const measure::Measurement> recordings, const FitOptions& options);
+
+    /// Starts to choose between; 0 where there is nothing to choose.
+    [[nodiscard]] std::size_t start_count() const {
+        return starts_.size() > 1 ? starts_.size() : 0;
+    }
+    /// Where some iterations from start `k` lead, as text that keeps every bit; empty if nowhere.
+    [[nodiscard]] std::string begin(std::size_t k, const FitOptions& options) const;
+    /// χ² that begin() reached; infinite if the start led nowhere.
+    [[nodiscard]] static double chi_squared_of(const std::string& begun);
+    /// `begun`: the text of begin() for each start. As fit_model().
+    [[nodiscard]] Fit finish(const std::vector<std::string>& begun,
+                             const FitOptions& options) const;
+
+  private:
+    [[nodiscard]] Fit fitted(const std::vector<std::string>& begun,
+                             const FitOptions& options) const;
+    [[nodiscard]] bool moves() const;
+    [[nodiscard]] bool moves_more() const;
+    [[nodiscard]] std::vector<StartModels> larger_starts() const;
+    [[nodiscard]] Fit fit_alone(std::size_t recording, const FitOptions& options) const;
+    [[nodiscard]] Fit fit_from_own(const FitOptions& options) const;
+    [[nodiscard]] Fit fit_from_starts(const std::vector<std::string>& begun,
+                                      const FitOptions& options) const;
+
+    std::string failure_; ///< why there is no plan
+    SelectedEffects effects_;
+    const Fit& smaller_;
+    std::span<const measure::Measurement> recordings_;
+    StartModels models_;
+    std::vector<RecordedSwing> swings_; ///< of several recordings
+    std::vector<StartModels> starts_;   ///< from `smaller`, if it has a fit and moves as much
+};
+
+} // namespace culm::fit

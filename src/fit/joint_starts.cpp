@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/joint_starts.hpp"
+
+#include "core/error.hpp"
+#include "fit/fit_model.hpp"
+#include "run/modes.hpp"
+#include "fit/parameter.hpp"
+#include "fit/starts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace culm::fit {
+
+/// Of chain_modes, Hz; NaN if the chain does not vibrate.
+[[nodiscard]] double first_frequency(const run::CaseSpec& spec);
+
+/// Y (Pa) at which the case's first mode has this frequency (Hz).
+[[nodiscard]] double matching_modulus(run::CaseSpec spec, double frequency);
+
+/// Sets `size` in `spec` to where `excess` vanishes, sought from where its effect is absent in
+/// steps that double, both ways within its bounds; where it vanishes nowhere, to where it is
+/// smallest.
+void match(const FreeParameter& size, run::CaseSpec& spec,
+           const std::function<double(const run::CaseSpec&)>& excess);
+
+namespace {
+
+constexpr int modulus_passes = 3;         // f² is nearly a straight line in Y
+constexpr double first_step = 1.0 / 16.0; ///< of the size's scale
+constexpr int most_doublings = 20;
+constexpr int halvings = 12;
+/// An excess that moves by no more than this share over a scale does not depend on the size.
+constexpr double least_influence = 1e-3;
+
+/// A point of the search: the size as it is fitted, and what is to vanish there.
+struct Trial {
+    double internal = 0.0;
+    double excess = 0.0;
+};
+
+class ModulusSearch {
+  public:
+    ModulusSearch(const FreeParameter& size, const run::CaseSpec& spec,
+                  const std::function<double(const run::CaseSpec&)>& excess)
+        : size_(size), spec_(spec), excess_(excess) {
+        std::tie(lower_, upper_) = std::minmax({to_internal(size, spec, size.lower),
+                                                to_internal(size, spec, size.upper)});
+        absent_ = at(to_internal(size, spec, absent_value(size)));
+        best_ = absent_;
+    }
+
+    [[nodiscard]] double run() {
+        const double least = least_influence * std::abs(absent_.excess);
+        for (const double direction : {1.0, -1.0}) {
+            const Trial far = at(std::clamp(absent_.internal + direction, lower_, upper_));
+            if (std::abs(far.excess - absent_.excess) > least && go(direction))
+                break;
+        }
+        return from_internal(size_, spec_, best_.internal);
+    }
+
+  private:
+    [[nodiscard]] Trial at(double internal) const {
+        run::CaseSpec spec = spec_;
+        size_.access.set(spec, from_internal(size_, spec_, internal));
+        return {internal, excess_(spec)};
+    }
+    void take(const Trial& trial) {
+        if (std::abs(trial.excess) < std::abs(best_.excess))
+            best_ = trial;
+    }
+    [[nodiscard]] bool go(double direction) {
+        Trial last = absent_;
+        double step = first_step;
+        for (int k = 0; k < most_doublings; ++k, step *= 2.0) {
+            const Trial next = at(std::clamp(absent_.internal + direction * step, lower_, upper_));
+            if (!std::isfinite(next.excess) || next.internal == last.internal)
+                return false;
+            take(next);
+            if (std::signbit(next.excess) != std::signbit(last.excess)) {
+                halve(last, next);
+                return true;
+            }
+            last = next;
+        }
+        return false;
+    }
+    void halve(Trial left, Trial right) {
+        for (int k = 0; k < halvings; ++k) {
+            const Trial middle = at(0.5 * (left.internal + right.internal));
+            take(middle);
+            (std::signbit(middle.excess) == std::signbit(left.excess) ? left : right) = middle;
+        }
+    }
+
+    const FreeParameter& size_;
+    const run::CaseSpec& spec_;
+    const std::function<double(const run::CaseSpec&)>& excess_;
+    double lower_ = 0.0;
+    double upper_ = 0.0;
+    Trial absent_;
+    Trial best_;
+};
+
+} // namespace
+
+double first_frequency(const run::CaseSpec& spec) {
+    try {
+        const auto modes = run::chain_modes(spec, 1);
+        if (!modes.empty())
+            return modes.front().frequency;
+    } catch (const core::NumericalError&) {
+        // Far from any stem a chain may be beyond what eigenvalues can be computed of.
+    }
+    return std::numeric_limits<double>::quiet_NaN();
+}
+
+double matching_modulus(run::CaseSpec spec, double frequency) {
+    for (int pass = 0; pass < modulus_passes; ++pass) {
+        const double own = first_frequency(spec);
+        if (!std::isfinite(own))
+            break;
+        spec.stem.bond_youngs_modulus *= (frequency / own) * (frequency / own);
+    }
+    return spec.stem.bond_youngs_modulus;
+}
+
+void match(const FreeParameter& size, run::CaseSpec& spec,
+           const std::function<double(const run::CaseSpec&)>& excess) {
+    const double value = ModulusSearch(size, spec, excess).run();
+    size.access.set(spec, value);
+}
+
+namespace {
+
+/// Phases that differ by less at the end of the record are no different start.
+constexpr double same_phase = 0.1; // cycles
+/// A size that leaves more than this of the disagreement does not reconcile the recordings.
+constexpr double needed_share = 0.5;
+
+const FreeParameter* find(const StemModel& model, const std::string& name) {
+    const auto found = std::ranges::find_if(
+        model.parameters, [&](const auto& parameter) { return parameter.access.name == name; });
+    return found == model.parameters.end() ? nullptr : &*found;
+}
+
+/// The phase by which the recordings differ at their ends beside what they all miss.
+double disagreement(const StartModels& models, std::span<const RecordedSwing> swings) {
+    double lowest = std::numeric_limits<double>::infinity();
+    double highest = -lowest;
+    double cycles = 0.0;
+    for (std::size_t m = 0; m < models.size(); ++m) {
+        const double ratio = std::log(swings[m].mode.frequency / first_frequency(models[m].spec));
+        lowest = std::min(lowest, ratio); // false for NaN: such a part says nothing
+        highest = std::max(highest, ratio);
+        cycles = std::max(cycles, swings[m].cycles);
+    }
+    return (highest - lowest) * cycles;
+}
+
+/// Mean of a shared value over the fits that tell it, on the scale on which it is fitted.
+double weighted_mean(const std::string& name, std::span<const RecordingFit> alone,
+                     double otherwise) {
+    double sum = 0.0;
+    double weights = 0.0;
+    bool is_logarithm = false;
+    for (const RecordingFit& fit : alone) {
+        const FittedParameter* const found = fit.find(name);
+        if (found == nullptr || !(found->standard_error > 0.0) ||
+            !std::isfinite(found->standard_error))
+            continue;
+        is_logarithm = found->fitted_as != physics::FittedAs::Itself && found->value > 0.0;
+        const double value = is_logarithm ? std::log(found->value) : found->value;
+        const double error =
+            is_logarithm ? found->standard_error / found->value : found->standard_error;
+        sum += value / (error * error);
+        weights += 1.0 / (error * error);
+    }
+    if (!(weights > 0.0))
+        return otherwise;
+    return is_logarithm ? std::exp(sum / weights) : sum / weights;
+}
+
+/// β such that the recordings' first modes decay as they do, in the mean.
+void keep_decay(std::span<const RecordedSwing> swings, StartModels& start) {
+    double sum = 0.0;
+    for (std::size_t m = 0; m < start.size(); ++m) {
+        StemModel own = start[m];
+        keep_first_mode(swings[m].mode, own);
+        sum += std::log(own.spec.stem.bond_damping);
+    }
+    for (StemModel& model : start)
+        model.spec.stem.bond_damping = std::exp(sum / static_cast<double>(start.size()));
+}
+
+void set_modulus(double youngs_modulus, StartModels& start) {
+    for (StemModel& model : start)
+        model.spec.stem.bond_youngs_modulus = youngs_modulus;
+}
+
+/// The moduli that give each recording its frequency.
+std::vector<double> apparent_moduli(const StartModels& models,
+                                    std::span<const RecordedSwing> swings) {
+    std::vector<double> moduli;
+    for (std::size_t m = 0; m < models.size(); ++m)
+        moduli.push_back(matching_modulus(models[m].spec, swings[m].mode.frequency));
+    return moduli;
+}
+
+/// Each recording with a size of its own beside one modulus.
+StartModels with_own_sizes(StartModels start, const std::string& name, double youngs_modulus,
+                          std::span<const RecordedSwing> swings) {
+    set_modulus(youngs_modulus, start);
+    for (std::size_t m = 0; m < start.size(); ++m)
+        if (const FreeParameter* const size = find(start[m], name)) {
+            const double wanted = std::log(swings[m].mode.frequency);
+            match(*size, start[m].spec, [&](const run::CaseSpec& spec) {
+                return std::log(first_frequency(spec)) - wanted;
+            });
+        }
+    return start;
+}
+
+/// All recordings with the size at which the highest and the lowest modulus become one.
+StartModels with_shared_size(StartModels start, const std::string& name,
+                            std::span<const RecordedSwing> swings) {
+    const std::vector<double> moduli = apparent_moduli(start, swings);
+    const auto [low, high] = std::ranges::minmax_element(moduli);
+    const auto lowest = static_cast<std::size_t>(low - moduli.begin());
+    const auto highest = static_cast<std::size_t>(high - moduli.begin());
+    const FreeParameter* const size = find(start[lowest], name);
+    const FreeParameter* const other = find(start[highest], name);
+    if (size == nullptr || other == nullptr)
+        return start;
+    match(*size, start[lowest].spec, [&](const run::CaseSpec& spec) {
+        run::CaseSpec second = start[highest].spec;
+        other->access.set(second, size->access.get(spec));
+        return std::log(matching_modulus(second, swings[highest].mode.frequency) /
+                        matching_modulus(spec, swings[lowest].mode.frequency));
+    });
+    const double value = size->access.get(start[lowest].spec);
+    for (StemModel& model : start)
+        if (const FreeParameter* const own = find(model, name))
+            own->access.set(model.spec, value);
+    double sum = 0.0;
+    for (const double modulus : apparent_moduli(start, swings))
+        sum += std::log(modulus);
+    set_modulus(std::exp(sum / static_cast<double>(start.size())), start);
+    return start;
+}
+
+std::set<std::string> new_sizes(const StartModels& models,
+                                std::span<const RecordingFit> smaller) {
+    std::set<std::string> names;
+    for (const StemModel& model : models)
+        for (const FreeParameter& parameter : model.parameters)
+            if (!parameter.is_place && parameter.access.name.find('.') != std::string::npos &&
+                std::ranges::all_of(smaller, [&](const RecordingFit& fit) {
+                    return fit.find(parameter.access.name) == nullptr;
+                }))
+                names.insert(parameter.access.name);
+    return names;
+}
+
+} // namespace
+
+RecordedSwing recorded_swing(const measure::Measurement& measurement,
+                             const FitOptions& options) {
+    const StemModel model = baseline_model(measurement, options.chain);
+    const double natural = run::natural_frequency(model.spec);
+    const double ratio =
+        std::min(std::numbers::pi * natural * damping_time(model.spec), 0.99);
+    const double share = std::sqrt(1.0 - ratio * ratio);
+    RecordedSwing swing;
+    swing.mode.frequency = natural * share;
+    swing.mode.decay_per_cycle = -2.0 * std::numbers::pi * ratio / share;
+    swing.mode.decay_rate = swing.mode.decay_per_cycle * swing.mode.frequency;
+    swing.cycles = swing.mode.frequency * measurement.times.back();
+    swing.tip_deflection = model.spec.tip_deflection;
+    return swing;
+}
+
+std::vector<StartModels> shared_starts(const StartModels& models,
+                                      std::span<const RecordingFit> alone,
+                                      std::span<const RecordedSwing> swings) {
+    StartModels own;
+    for (std::size_t m = 0; m < models.size(); ++m)
+        own.push_back(started_from(models[m], alone[m]));
+    const auto with_value_of = [&](const auto& value_of) {
+        StartModels start = own;
+        for (StemModel& model : start)
+            for (const FreeParameter& parameter : model.parameters)
+                if (!belongs_to_recording(parameter.access.name))
+                    parameter.access.set(model.spec, value_of(parameter));
+        return start;
+    };
+    std::vector<StartModels> starts{with_value_of([&](const FreeParameter& parameter) {
+        return weighted_mean(parameter.access.name, alone, parameter.access.get(own.front().spec));
+    })};
+    if (disagreement(starts.front(), swings) < same_phase)
+        return starts;
+    for (const StemModel& one : own)
+        starts.push_back(with_value_of([&](const FreeParameter& parameter) {
+            const FreeParameter* const found = find(one, parameter.access.name);
+            return (found != nullptr ? *found : parameter).access.get(one.spec);
+        }));
+    return starts;
+}
+
+std::vector<StartModels> reconciling_starts(const StartModels& models,
+                                           std::span<const RecordingFit> smaller,
+                                           std::span<const RecordedSwing> swings) {
+    const double before = disagreement(models, swings);
+    std::vector<StartModels> starts;
+    if (!(before >= same_phase))
+        return starts;
+    StartModels start = models;
+    for (std::size_t m = 0; m < start.size(); ++m) {
+        // A joint fit that misses cycles bends these too.
+        start[m].release_time = 0.0;
+        if (find(start[m], "tip_deflection") != nullptr)
+            start[m].spec.tip_deflection = swings[m].tip_deflection;
+    }
+    const auto keep_if_reconciled = [&](StartModels candidate) {
+        if (!(disagreement(candidate, swings) < needed_share * before))
+            return;
+        try {
+            keep_decay(swings, candidate);
+        } catch (const core::NumericalError&) {
+            return; // no chain that vibrates: a fit could not begin there either
+        }
+        starts.push_back(std::move(candidate));
+    };
+    for (const std::string& name : new_sizes(models, smaller)) {
+        if (!belongs_to_recording(name)) {
+            keep_if_reconciled(with_shared_size(start, name, swings));
+            continue;
+        }
+        std::vector<double> moduli = apparent_moduli(start, swings);
+        std::ranges::sort(moduli, std::greater{});
+        for (const double modulus : {moduli.front(), moduli.back()})
+            keep_if_reconciled(with_own_sizes(start, name, modulus, swings));
+    }
+    return starts;
+}
+
+} // namespace culm::fit

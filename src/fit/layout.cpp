@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/layout.hpp"
+
+#include "core/error.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include <fmt/core.h>
+
+namespace culm::fit {
+
+namespace {
+
+constexpr const char* damping_name = "bond_damping";
+
+/// The recordings' ids, made unique.
+std::vector<std::string> unique_ids(std::span<const measure::Measurement> measurements) {
+    std::vector<std::string> ids;
+    std::map<std::string, int> seen;
+    for (const measure::Measurement& measurement : measurements) {
+        const int count = ++seen[measurement.stem.id];
+        ids.push_back(count == 1 ? measurement.stem.id
+                                 : fmt::format("{}:{}", measurement.stem.id, count));
+    }
+    return ids;
+}
+
+/// τ per β; chains differ in it by a factor that depends on geometry and mass alone, so that both
+/// are asked with the same modulus.
+double damping_time_per_beta(const StemModel& model, double youngs_modulus) {
+    run::CaseSpec spec = model.spec;
+    spec.stem.bond_youngs_modulus = youngs_modulus;
+    spec.stem.bond_damping = 1.0;
+    return damping_time(spec);
+}
+
+double factor_of(const std::string& name, const StemModel& model, const StemModel& owner) {
+    if (name != damping_name)
+        return 1.0;
+    const double modulus = owner.spec.stem.bond_youngs_modulus;
+    return damping_time_per_beta(owner, modulus) / damping_time_per_beta(model, modulus);
+}
+
+/// A number of a model that others have too.
+struct Shared {
+    StemModel* model = nullptr;
+    FreeParameter* parameter = nullptr;
+    double factor = 1.0;
+};
+
+/// Of the joint parameter at `place`, the owner's first; none for release times.
+std::vector<Shared> shared_by(std::vector<StemModel>& models, const JointLayout& layout,
+                              std::size_t place) {
+    std::vector<Shared> all;
+    for (std::size_t m = 0; m < models.size(); ++m)
+        for (std::size_t k = 0; k < models[m].parameters.size(); ++k)
+            if (const auto [shared, factor] = layout.shares[m][k]; shared == place)
+                all.push_back({&models[m], &models[m].parameters[k], factor});
+    return all;
+}
+
+void reconcile(const std::vector<Shared>& all) {
+    if (all.size() < 2)
+        return;
+    const FreeParameter& owner = *all.front().parameter;
+    double lower = owner.lower;
+    double upper = owner.upper;
+    for (const Shared& each : all) {
+        lower = std::max(lower, each.parameter->lower / each.factor);
+        upper = std::min(upper, each.parameter->upper / each.factor);
+    }
+    if (lower > upper)
+        throw core::NumericalError(
+            core::FailureKind::FitFailed,
+            fmt::format("no value of {} suits all recordings", owner.access.name));
+    const double value = std::clamp(owner.access.get(all.front().model->spec), lower, upper);
+    for (const Shared& each : all) {
+        each.parameter->lower = each.factor * lower;
+        each.parameter->upper = each.factor * upper;
+        each.parameter->access.set(each.model->spec, each.factor * value);
+    }
+}
+
+} // namespace
+
+JointLayout joint_layout(std::span<const StemModel> models,
+                         std::span<const measure::Measurement> measurements,
+                         const BelongsToRecording& belongs_to_recording) {
+    const std::vector<std::string> ids = unique_ids(measurements);
+    JointLayout layout;
+    for (std::size_t m = 0; m < models.size(); ++m) {
+        std::vector<JointLayout::Share>& shares = layout.shares.emplace_back();
+        for (const std::string& name : models[m].free_names()) {
+            const bool has_own =
+                models.size() > 1 && belongs_to_recording && belongs_to_recording(name);
+            const std::string joint_name = has_own ? fmt::format("{}@{}", name, ids[m]) : name;
+            const auto found = std::ranges::find(layout.names, joint_name);
+            const auto place = static_cast<std::size_t>(found - layout.names.begin());
+            if (found == layout.names.end()) {
+                layout.names.push_back(joint_name);
+                layout.owners.push_back({m, shares.size()});
+            }
+            const StemModel& owner = models[layout.owners[place].model];
+            shares.push_back({place, factor_of(name, models[m], owner)});
+        }
+    }
+    return layout;
+}
+
+std::vector<StemModel> reconciled(std::vector<StemModel> models, const JointLayout& layout) {
+    for (std::size_t place = 0; place < layout.owners.size(); ++place)
+        reconcile(shared_by(models, layout, place));
+    return models;
+}
+
+} // namespace culm::fit

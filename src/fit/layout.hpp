@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which free parameters of several models are one number.
+#pragma once
+
+#include "fit/stem_model.hpp"
+#include "measure/folder/measurement.hpp"
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::fit {
+
+/// Has the parameter of that name a value for each recording?
+using BelongsToRecording = std::function<bool(const std::string&)>;
+
+/// The free parameters of several models in one list: those of the first model, then what the
+/// others have beside them.
+struct JointLayout {
+    /// One free parameter as one of the models knows it.
+    struct Share {
+        std::size_t place = 0; ///< in the joint list
+        double factor = 1.0;   ///< the model's value over the joint one
+    };
+    /// Where the joint value is read and how it is transformed.
+    struct Owner {
+        std::size_t model = 0;
+        std::size_t parameter = 0; ///< among the model's free ones
+    };
+
+    std::vector<std::string> names; ///< "name", or "name@id" of what each recording has for itself
+    std::vector<Owner> owners;      ///< (names) the first model that has it
+    std::vector<std::vector<Share>> shares; ///< (models)(free parameters)
+};
+
+/// Parameters of the same name are one, unless they belong to the recording. Damping is one
+/// material's time τ, M = E I (κ + τ κ̇): β, which depends on the chain, follows from the first
+/// model's by a factor (1 for equal chains). Recordings of the same id get ":2", … behind it. One
+/// recording alone keeps its names.
+[[nodiscard]] JointLayout joint_layout(std::span<const StemModel> models,
+                                       std::span<const measure::Measurement> measurements,
+                                       const BelongsToRecording& belongs_to_recording);
+
+/// The models with every shared parameter at its first owner's value and within the bounds that
+/// suit all of them. Throws core::NumericalError (FitFailed) if nothing suits all of them.
+[[nodiscard]] std::vector<StemModel> reconciled(std::vector<StemModel> models,
+                                                const JointLayout& layout);
+
+} // namespace culm::fit

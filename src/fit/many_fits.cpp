@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/many_fits.hpp"
+
+#include "fit/coarse_image.hpp"
+#include "fit/fit_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace culm::fit {
+namespace {
+
+/// Of what a fit gains, that may be missing on a coarse chain: of the fits to two hidden effects at
+/// most 0.1 % was with 20 spheres and 0.3 % with 14.
+constexpr double image_error = 0.005;
+
+/// χ² so far above `best` that a model that does not come down to it is neither better nor a rival:
+/// what decides is a few dozen, counted by the best model's reduced χ² and by the share of the
+/// readings that are independent.
+double within_reach(double best, std::size_t readings) {
+    constexpr double generous = 300.0;
+    return best +
+           generous * std::max(1.0, best / static_cast<double>(std::max<std::size_t>(readings, 1)));
+}
+
+double smallest_begun(const std::vector<std::vector<std::string>>& begun) {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const std::vector<std::string>& starts : begun)
+        for (const std::string& start : starts)
+            smallest = std::min(smallest, FitPlan::chi_squared_of(start));
+    return smallest;
+}
+
+class CandidateFits {
+  public:
+    CandidateFits(const std::vector<SelectedEffects>& models, const Fit& smaller,
+                  std::span<const measure::Measurement> recordings, const FitOptions& options,
+                  const WorkMap& map)
+        : models_(models), smaller_(smaller), recordings_(recordings), options_(options), map_(map),
+          image_(smaller, recordings, options) {
+        for (const SelectedEffects& effects : models)
+            costs_.push_back(relative_cost(effects));
+    }
+
+    [[nodiscard]] std::vector<Fit> run(const FitGoal& goal) {
+        fit_image(goal);
+        if (image_.is_coarser())
+            refine();
+        for (std::size_t k = 0; k < fits_.size(); ++k)
+            if (fits_[k].names.empty()) // its rank was lost
+                fits_[k].names = model_names(in_library_order(models_[k]));
+        return std::move(fits_);
+    }
+
+  private:
+    /// (plans)(starts), as FitPlan::begin().
+    [[nodiscard]] std::vector<std::vector<std::string>>
+    begun(const std::vector<FitPlan>& plans) const {
+        std::vector<std::pair<std::size_t, std::size_t>> items; // plan and start
+        std::vector<double> costs;
+        for (std::size_t k = 0; k < plans.size(); ++k)
+            for (std::size_t start = 0; start < plans[k].start_count(); ++start) {
+                items.emplace_back(k, start);
+                costs.push_back(costs_[k]);
+            }
+        std::vector<std::vector<std::string>> begun(plans.size());
+        if (items.empty())
+            return begun;
+        const std::vector<std::string> answers =
+            map_(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
+                const auto [plan, start] = items[item];
+                return plans[plan].begin(start, image_.options(with_heartbeat(options_, heartbeat)));
+            });
+        for (std::size_t item = 0; item < items.size(); ++item)
+            begun[items[item].first].push_back(answers[item]);
+        return begun;
+    }
+
+    void set_reach(const FitGoal& goal, double smallest_begun) {
+        const double aim =
+            goal.is_of_best ? std::min(goal.chi_squared, smallest_begun) : goal.chi_squared;
+        if (!std::isfinite(aim) || smaller_.failed() || !smaller_.parts.front().is_noise_known)
+            return;
+        reach_ = goal.is_of_best ? within_reach(aim, smaller_.readings) : aim;
+        if (image_.is_coarser())
+            *reach_ += image_error * std::max(0.0, smaller_.chi_squared - aim);
+    }
+
+    void fit_image(const FitGoal& goal) {
+        std::vector<FitPlan> plans;
+        for (const SelectedEffects& effects : models_)
+            plans.emplace_back(effects, image_.fit(), image_.recordings(),
+                               image_.options(options_));
+        const std::vector<std::vector<std::string>> starts = begun(plans);
+        set_reach(goal, smallest_begun(starts));
+        const std::vector<std::string> answers =
+            map_(costs_, [&](std::size_t item, const run::Heartbeat& heartbeat) {
+                FitOptions own = image_.options(with_heartbeat(options_, heartbeat));
+                own.wanted_chi_squared = reach_;
+                return to_text(image_.as_fine(numbers_of(plans[item].finish(starts[item], own))));
+            });
+        for (std::size_t k = 0; k < models_.size(); ++k) {
+            fits_.push_back(fit_from_text(answers[k]));
+            fits_.back().effects = models_[k];
+        }
+    }
+
+    /// From where the coarse chain has ended; all the way if it has failed.
+    [[nodiscard]] Fit refined_fit(std::size_t k, const FitOptions& options) const {
+        const SelectedEffects& effects = models_[k];
+        return fits_[k].is_fitted() ? refined(models_of(fits_[k], recordings_, options),
+                                              effects, smaller_, recordings_, options)
+                                    : fit_model(effects, smaller_, recordings_, options);
+    }
+
+    void refine() {
+        std::vector<std::size_t> places;
+        std::vector<double> costs;
+        for (std::size_t k = 0; k < fits_.size(); ++k) {
+            if (fits_[k].is_fitted() && reach_ && fits_[k].chi_squared > *reach_) {
+                fits_[k].status = FitStatus::Stopped;
+                fits_[k].out_of_reach = reach_;
+            }
+            if (fits_[k].out_of_reach || !fits_[k].moves())
+                continue;
+            places.push_back(k);
+            costs.push_back(costs_[k]);
+        }
+        if (places.empty())
+            return;
+        const std::vector<std::string> answers =
+            map_(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
+                return to_text(numbers_of(refined_fit(places[item], with_heartbeat(options_, heartbeat))));
+            });
+        for (std::size_t item = 0; item < places.size(); ++item) {
+            Fit& fit = fits_[places[item]];
+            const int before = fit.runs;
+            fit = fit_from_text(answers[item]);
+            fit.effects = models_[places[item]];
+            fit.runs += before;
+        }
+    }
+
+    const std::vector<SelectedEffects>& models_;
+    const Fit& smaller_;
+    std::span<const measure::Measurement> recordings_;
+    const FitOptions& options_;
+    const WorkMap& map_;
+    CoarseImage image_;
+    std::vector<double> costs_;   ///< (models)
+    std::optional<double> reach_; ///< χ² that a fit must come below to be followed
+    std::vector<Fit> fits_;
+};
+
+} // namespace
+
+std::vector<Fit> fit_candidates(const std::vector<SelectedEffects>& models,
+                                       const Fit& smaller,
+                                       std::span<const measure::Measurement> recordings,
+                                       const FitOptions& options, const WorkMap& map,
+                                       const FitGoal& goal) {
+    if (models.empty())
+        return {};
+    return CandidateFits(models, smaller, recordings, options, map).run(goal);
+}
+
+double relative_cost(const SelectedEffects& effects) {
+    constexpr double of_spatial = 6.0;
+    return std::ranges::any_of(effects,
+                               [](const auto& each) { return each.effect->dimensions() > 2; })
+               ? of_spatial
+               : 1.0;
+}
+
+} // namespace culm::fit

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/parameter.hpp"
+
+#include <cmath>
+
+namespace culm::fit {
+
+namespace {
+
+using physics::FittedAs;
+
+double size_of(const FreeParameter& parameter, const run::CaseSpec& start) {
+    if (parameter.access.scale > 0.0)
+        return parameter.access.scale;
+    const double value = std::abs(parameter.access.get(start));
+    return value > 0.0 ? value : 1.0;
+}
+
+} // namespace
+
+std::vector<FreeParameter> baseline_free_parameters() {
+    std::vector<run::CaseParameter> baseline = run::baseline_parameters();
+    // Wide enough for anything between gelatine and diamond: a fit that ends there has failed.
+    return {{std::move(baseline[0]), "Pa", 1e3, 1e13, FittedAs::Logarithm},
+            {std::move(baseline[1]), "", 1e-4, 1e6, FittedAs::Logarithm},
+            {std::move(baseline[2]), "m", -10.0, 10.0}};
+}
+
+double to_internal(const FreeParameter& parameter, const run::CaseSpec& start, double value) {
+    switch (parameter.fitted_as) {
+    case FittedAs::Logarithm:
+        return std::log(value);
+    case FittedAs::Inverse:
+        return size_of(parameter, start) / value;
+    case FittedAs::Itself:
+        break;
+    }
+    return value / size_of(parameter, start);
+}
+
+double from_internal(const FreeParameter& parameter, const run::CaseSpec& start, double internal) {
+    switch (parameter.fitted_as) {
+    case FittedAs::Logarithm:
+        return std::exp(internal);
+    case FittedAs::Inverse:
+        return size_of(parameter, start) / internal;
+    case FittedAs::Itself:
+        break;
+    }
+    return internal * size_of(parameter, start);
+}
+
+double value_per_internal(const FreeParameter& parameter, const run::CaseSpec& start,
+                          double value) {
+    switch (parameter.fitted_as) {
+    case FittedAs::Logarithm:
+        return value;
+    case FittedAs::Inverse:
+        return -value * value / size_of(parameter, start);
+    case FittedAs::Itself:
+        break;
+    }
+    return size_of(parameter, start);
+}
+
+run::CaseParameter differentiated_by(const FreeParameter& parameter) {
+    if (parameter.fitted_as != FittedAs::Inverse)
+        return parameter.access;
+    return {parameter.access.name,
+            [get = parameter.access.get](const run::CaseSpec& spec) { return 1.0 / get(spec); },
+            [set = parameter.access.set](run::CaseSpec& spec, double inverse) {
+                set(spec, 1.0 / inverse);
+            },
+            1.0 / parameter.access.scale};
+}
+
+double derivative_by_value(const FreeParameter& parameter, double value, double derivative) {
+    return parameter.fitted_as == FittedAs::Inverse ? -derivative / (value * value) : derivative;
+}
+
+} // namespace culm::fit

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The readings that a model predicts, and their derivatives by its free parameters.
+#pragma once
+
+#include "fit/stem_model.hpp"
+#include "run/simulate.hpp"
+
+#include <span>
+#include <vector>
+
+namespace culm::fit {
+
+struct ChainPrediction {
+    std::size_t frames = 0;
+    std::size_t rows = 0;
+    std::size_t parameters = 0;
+    std::vector<double> readings; ///< (frames, rows), m; NaN where the model's stem is not
+    std::vector<double> jacobian; ///< (frames, rows, parameters), m per unit of each free parameter
+};
+
+/// Readings at `times` (s, ascending, 0 about the release) and the case's heights: the chain is
+/// sampled in time and the readings are a cubic through four samples (measure::time_stencil), from
+/// which the derivative by the release time comes too. Before the release they are those of the
+/// held stem (HeldFrames). Throws core::NumericalError if the case cannot be computed;
+/// run::Abandoned if the heartbeat says so.
+[[nodiscard]] ChainPrediction predict_readings(const StemModel& model,
+                                               std::span<const double> times,
+                                               const run::Heartbeat& heartbeat = {});
+
+} // namespace culm::fit

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/reading_noise.hpp"
+
+#include <cmath>
+#include <cstddef>
+
+#include <fmt/core.h>
+
+namespace culm::fit {
+
+namespace {
+
+constexpr std::size_t fewest_degrees_of_freedom = 20;
+
+/// A sum of squares with the degrees of freedom behind it.
+struct Scatter {
+    double sum_of_squares = 0.0;
+    std::size_t degrees_of_freedom = 0;
+
+    [[nodiscard]] double deviation() const {
+        return std::sqrt(sum_of_squares / static_cast<double>(degrees_of_freedom));
+    }
+};
+
+/// About the mean of each row, frames [begin, end).
+Scatter scatter_about_means(const measure::Measurement& measurement, std::size_t begin,
+                            std::size_t end) {
+    Scatter scatter;
+    for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
+        double sum = 0.0;
+        double sum_of_squares = 0.0;
+        std::size_t count = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const double reading = measurement.deflection(i, j);
+            if (std::isnan(reading))
+                continue;
+            const double mean = count == 0 ? reading : sum / static_cast<double>(count);
+            sum += reading;
+            ++count;
+            sum_of_squares += (reading - mean) * (reading - sum / static_cast<double>(count));
+        }
+        if (count > 1) {
+            scatter.sum_of_squares += sum_of_squares;
+            scatter.degrees_of_freedom += count - 1;
+        }
+    }
+    return scatter;
+}
+
+/// Of the second differences, which hardly feel a slow motion; white noise has 6 times its variance
+/// in them.
+Scatter scatter_of_second_differences(const measure::Measurement& measurement, std::size_t begin,
+                                      std::size_t end) {
+    Scatter scatter;
+    for (std::size_t j = 0; j < measurement.heights.size(); ++j)
+        for (std::size_t i = begin + 2; i < end; ++i) {
+            const double difference = measurement.deflection(i, j) -
+                                      2.0 * measurement.deflection(i - 1, j) +
+                                      measurement.deflection(i - 2, j);
+            if (std::isnan(difference))
+                continue;
+            scatter.sum_of_squares += difference * difference / 6.0;
+            ++scatter.degrees_of_freedom;
+        }
+    return scatter;
+}
+
+} // namespace
+
+ReadingNoise reading_noise(const measure::Measurement& measurement) {
+    const std::size_t rows = measurement.heights.size();
+    const std::size_t frames = measurement.times.size();
+    ReadingNoise noise;
+    for (std::size_t j = 0; j < rows; ++j)
+        if (const auto stated = measurement.noise_at(j); stated && *stated > 0.0)
+            noise.by_row.push_back(*stated);
+    if (noise.by_row.size() == rows && rows > 0) {
+        noise.source =
+            measurement.noise_source.empty() ? "stated" : "stated: " + measurement.noise_source;
+        return noise;
+    }
+    noise.by_row.clear();
+
+    // The frame at the release itself, and the one before it, may already have moved.
+    std::size_t held = 0;
+    while (held < frames && measurement.times[held] < 0.0)
+        ++held;
+    held -= held > 0 ? 1 : 0;
+    const Scatter before = scatter_about_means(measurement, 0, held);
+    if (before.degrees_of_freedom >= fewest_degrees_of_freedom && before.sum_of_squares > 0.0) {
+        noise.by_row.assign(rows, before.deviation());
+        noise.source = fmt::format("{} frames while the stem was held", held);
+        return noise;
+    }
+    const std::size_t tail = frames / 10;
+    const Scatter about_mean = scatter_about_means(measurement, frames - tail, frames);
+    const Scatter differences = scatter_of_second_differences(measurement, frames - tail, frames);
+    if (differences.degrees_of_freedom >= 2 * fewest_degrees_of_freedom &&
+        differences.sum_of_squares > 0.0 &&
+        about_mean.deviation() < 1.2 * differences.deviation()) {
+        noise.by_row.assign(rows, about_mean.deviation());
+        noise.source = fmt::format("the last {} frames, at rest", tail);
+    }
+    return noise;
+}
+
+} // namespace culm::fit

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/residual_spectrum.hpp"
+
+#include "core/error.hpp"
+#include "run/modes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+namespace culm::fit {
+
+namespace {
+
+constexpr std::size_t most_frequencies = 2000;
+constexpr std::size_t mode_count = 3;
+constexpr double half_band = 0.25;
+
+/// Frames after the release, and their weights under Hann's window.
+struct WindowedFrames {
+    std::vector<std::size_t> frames;
+    std::vector<double> weights;
+};
+
+WindowedFrames windowed_frames(const RecordingFit& fit) {
+    WindowedFrames windowed;
+    const double last = fit.times.back();
+    for (std::size_t i = 0; i < fit.times.size(); ++i) {
+        if (fit.times[i] < 0.0)
+            continue;
+        windowed.frames.push_back(i);
+        const double phase = std::numbers::pi * fit.times[i] / last;
+        windowed.weights.push_back(std::pow(std::sin(phase), 2));
+    }
+    return windowed;
+}
+
+/// |Σ w r e^(−iωt)|² / (σ² Σ w²) summed over the rows, divided by their number.
+double power_at(const RecordingFit& fit, const WindowedFrames& windowed, double frequency) {
+    const std::size_t rows = fit.prediction.rows;
+    std::vector<std::complex<double>> sums(rows);
+    std::vector<double> norms(rows, 0.0);
+    for (std::size_t k = 0; k < windowed.frames.size(); ++k) {
+        const std::size_t i = windowed.frames[k];
+        const double weight = windowed.weights[k];
+        const std::complex<double> turn =
+            std::polar(weight, -2.0 * std::numbers::pi * frequency * fit.times[i]);
+        for (std::size_t j = 0; j < rows; ++j) {
+            const double residual = fit.residuals[i * rows + j];
+            if (std::isnan(residual))
+                continue;
+            sums[j] += turn * (residual / fit.noise[j]);
+            norms[j] += weight * weight;
+        }
+    }
+    double power = 0.0;
+    std::size_t seen = 0;
+    for (std::size_t j = 0; j < rows; ++j)
+        if (norms[j] > 0.0) {
+            power += std::norm(sums[j]) / norms[j];
+            ++seen;
+        }
+    return seen == 0 ? 0.0 : power / static_cast<double>(seen);
+}
+
+/// Power above the noise's in a band.
+double excess_in(const ResidualSpectrum& spectrum, const SpectrumBand& band) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < spectrum.frequencies.size(); ++k)
+        if (spectrum.frequencies[k] >= band.lower && spectrum.frequencies[k] < band.upper)
+            sum += std::max(spectrum.power[k] - 1.0, 0.0);
+    return sum;
+}
+
+SpectrumBand band_about(std::string name, double frequency) {
+    return {std::move(name), (1.0 - half_band) * frequency, (1.0 + half_band) * frequency, 0.0};
+}
+
+void add_bands(ResidualSpectrum& spectrum) {
+    if (spectrum.mode_frequencies.empty())
+        return;
+    const double first = spectrum.mode_frequencies.front();
+    spectrum.bands.push_back({"below half of mode 1", 0.0, 0.5 * first, 0.0});
+    for (std::size_t k = 0; k < spectrum.mode_frequencies.size(); ++k)
+        spectrum.bands.push_back(
+            band_about("mode " + std::to_string(k + 1), spectrum.mode_frequencies[k]));
+    spectrum.bands.push_back({"twice mode 1", 1.75 * first, 2.25 * first, 0.0});
+    spectrum.bands.push_back({"three times mode 1", 2.75 * first, 3.25 * first, 0.0});
+    double all = 0.0;
+    for (const double power : spectrum.power)
+        all += std::max(power - 1.0, 0.0);
+    for (SpectrumBand& band : spectrum.bands)
+        band.share = all > 0.0 ? excess_in(spectrum, band) / all : 0.0;
+}
+
+} // namespace
+
+ResidualSpectrum residual_spectrum(const RecordingFit& fit) {
+    ResidualSpectrum spectrum;
+    const WindowedFrames windowed = windowed_frames(fit);
+    if (windowed.frames.size() < 4)
+        return spectrum;
+    const double duration = fit.times.back();
+    spectrum.resolution = 1.0 / duration;
+    const double half_rate = 0.5 * static_cast<double>(windowed.frames.size() - 1) /
+                             (duration - fit.times[windowed.frames.front()]);
+    const auto count =
+        std::min(static_cast<std::size_t>(half_rate * duration) + 1, most_frequencies);
+    for (std::size_t k = 0; k < count; ++k) {
+        spectrum.frequencies.push_back(static_cast<double>(k) * spectrum.resolution);
+        // A real constant has all its power at one frequency, a vibration half of it at −f.
+        spectrum.power.push_back(power_at(fit, windowed, spectrum.frequencies.back()));
+    }
+    for (const integrate::VibrationMode& mode : run::chain_modes(fit.model.spec, mode_count))
+        if (mode.frequency < half_rate)
+            spectrum.mode_frequencies.push_back(mode.frequency);
+    add_bands(spectrum);
+    return spectrum;
+}
+
+} // namespace culm::fit

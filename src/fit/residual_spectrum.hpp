@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Spectrum of the residuals of a fit.
+#pragma once
+
+#include "fit/fit.hpp"
+
+#include <string>
+#include <vector>
+
+namespace culm::fit {
+
+struct SpectrumBand {
+    std::string name;   ///< "mode 1", "twice mode 1", "below half of mode 1", …
+    double lower = 0.0; ///< Hz
+    double upper = 0.0;
+    double share = 0.0; ///< of the power of all bands together, less the noise's; 0 … 1
+};
+
+struct ResidualSpectrum {
+    std::vector<double> frequencies; ///< Hz, ascending from 0
+    std::vector<double> power; ///< mean over the rows, in units of the noise's: 1 for white noise
+    double resolution = 0.0;   ///< 1/duration, Hz
+    std::vector<double> mode_frequencies; ///< of the fitted chain below half the frame rate, Hz
+    std::vector<SpectrumBand> bands;      ///< about the modes and multiples of the first one
+};
+
+/// Of the frames after the release, under Hann's window, by direct summation: gaps and uneven times
+/// do no harm. Bands reach a quarter of a frequency to either side.
+[[nodiscard]] ResidualSpectrum residual_spectrum(const RecordingFit& fit);
+
+} // namespace culm::fit

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/residual_statistics.hpp"
+
+#include "reduce/residual_tests.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+#include <boost/math/special_functions/gamma.hpp>
+
+namespace culm::fit {
+
+namespace {
+
+/// Adds up readings.
+class GroupSum {
+  public:
+    void add_frame(const RecordingFit& fit, std::size_t frame) {
+        for (std::size_t j = 0; j < fit.prediction.rows; ++j)
+            add(fit, frame, j);
+    }
+    void add(const RecordingFit& fit, std::size_t frame, std::size_t row) {
+        const double residual = fit.residuals[frame * fit.prediction.rows + row];
+        if (std::isnan(residual))
+            return;
+        ++readings_;
+        sum_ += residual;
+        squares_ += residual * residual;
+        whitened_ += std::pow(residual / fit.noise[row], 2);
+    }
+    [[nodiscard]] ResidualGroup group(double lower, double upper) const {
+        const auto count = static_cast<double>(std::max<std::size_t>(readings_, 1));
+        return {lower,        upper,
+                readings_,    std::sqrt(squares_ / count),
+                sum_ / count, std::sqrt(whitened_ / count)};
+    }
+
+  private:
+    std::size_t readings_ = 0;
+    double sum_ = 0.0;
+    double squares_ = 0.0;
+    double whitened_ = 0.0;
+};
+
+} // namespace
+
+Eigen::MatrixXd whitened_residuals(const RecordingFit& fit) {
+    const std::size_t rows = fit.prediction.rows;
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(fit.times.size()),
+                                                   static_cast<Eigen::Index>(rows));
+    for (std::size_t i = 0; i < fit.times.size(); ++i)
+        for (std::size_t j = 0; j < rows; ++j)
+            if (const double residual = fit.residuals[i * rows + j]; !std::isnan(residual))
+                matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+                    residual / fit.noise[j];
+    return matrix;
+}
+
+std::vector<ResidualGroup> residuals_by_height(const RecordingFit& fit) {
+    std::vector<ResidualGroup> groups;
+    for (std::size_t j = 0; j < fit.prediction.rows; ++j) {
+        GroupSum sum;
+        for (std::size_t i = 0; i < fit.times.size(); ++i)
+            sum.add(fit, i, j);
+        const double height = fit.model.spec.heights[j];
+        groups.push_back(sum.group(height, height));
+    }
+    return groups;
+}
+
+std::vector<ResidualGroup> residuals_by_time(const RecordingFit& fit, std::size_t parts) {
+    std::vector<GroupSum> sums(parts);
+    const double last = fit.times.back();
+    for (std::size_t i = 0; i < fit.times.size(); ++i) {
+        if (fit.times[i] < 0.0)
+            continue;
+        const auto part =
+            static_cast<std::size_t>(fit.times[i] / last * static_cast<double>(parts));
+        sums[std::min(part, parts - 1)].add_frame(fit, i);
+    }
+    std::vector<ResidualGroup> groups;
+    for (std::size_t k = 0; k < parts; ++k)
+        groups.push_back(
+            sums[k].group(last * static_cast<double>(k) / static_cast<double>(parts),
+                          last * static_cast<double>(k + 1) / static_cast<double>(parts)));
+    return groups;
+}
+
+std::vector<ResidualGroup> residuals_by_amplitude(const RecordingFit& fit,
+                                                  const std::vector<double>& envelope,
+                                                  std::size_t parts) {
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < envelope.size(); ++i)
+        if (!std::isnan(envelope[i]))
+            order.push_back(i);
+    std::ranges::stable_sort(order, std::greater{}, [&](std::size_t i) { return envelope[i]; });
+    std::vector<ResidualGroup> groups;
+    for (std::size_t k = 0; k < parts && order.size() >= parts; ++k) {
+        GroupSum sum;
+        const std::size_t begin = order.size() * k / parts;
+        const std::size_t end = order.size() * (k + 1) / parts;
+        for (std::size_t place = begin; place < end; ++place)
+            sum.add_frame(fit, order[place]);
+        groups.push_back(sum.group(envelope[order[end - 1]], envelope[order[begin]]));
+    }
+    return groups;
+}
+
+double typical_noise(const RecordingFit& fit) {
+    double sum = 0.0;
+    for (const double noise : fit.noise)
+        sum += noise * noise;
+    return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(fit.noise.size(), 1)));
+}
+
+namespace {
+
+constexpr double largest_residual_correlation = 0.99;
+
+std::vector<double> column(const Eigen::MatrixXd& table, Eigen::Index j) {
+    const Eigen::VectorXd values = table.col(j);
+    return {values.begin(), values.end()};
+}
+
+/// P(TW1 ≥ x) by the gamma distribution with the same first three moments (Chiani 2014, J.
+/// Multivariate Anal. 129:69-81, Table 1).
+double tracy_widom_tail(double x) {
+    constexpr double shape = 46.446;
+    constexpr double scale = 0.186054;
+    constexpr double shift = 9.84801;
+    const double place = (x + shift) / scale;
+    return place <= 0.0 ? 1.0 : boost::math::gamma_q(shape, place);
+}
+
+} // namespace
+
+double effective_degrees_of_freedom(const Eigen::MatrixXd& whitened, std::size_t lags) {
+    const Eigen::Index frames = whitened.rows();
+    const Eigen::Index rows = whitened.cols();
+    const double entries = static_cast<double>(frames * rows);
+    double share = 0.0; // of independent frames, weighted by the rows' variances
+    double weights = 0.0;
+    for (Eigen::Index j = 0; j < rows; ++j) {
+        const std::vector<double> covariance = reduce::autocovariance(column(whitened, j), lags);
+        if (!(covariance.front() > 0.0))
+            continue;
+        double sum = 0.0;
+        for (std::size_t k = 1; k < covariance.size(); ++k)
+            sum +=
+                std::pow(covariance[k] / covariance.front(), 2) - 1.0 / static_cast<double>(frames);
+        share += covariance.front() / (1.0 + 2.0 * std::max(sum, 0.0));
+        weights += covariance.front();
+    }
+    if (!(weights > 0.0))
+        return std::max(entries, 1.0);
+    const Eigen::MatrixXd between = whitened.transpose() * whitened;
+    const double trace = between.trace();
+    // White noise itself scatters the eigenvalues: (Σλ)²/Σλ² = m/(1 + m/n) on the average.
+    const double noise_spread = 1.0 + static_cast<double>(rows) / static_cast<double>(frames);
+    const double independent_rows =
+        std::min(static_cast<double>(rows), noise_spread * trace * trace / between.squaredNorm());
+    return std::clamp(share / weights * static_cast<double>(frames) * independent_rows, 1.0,
+                      std::max(entries, 1.0));
+}
+
+double effective_readings(const Eigen::MatrixXd& whitened) {
+    double sum = 0.0;
+    for (Eigen::Index j = 0; j < whitened.cols(); ++j) {
+        const std::vector<double> values = column(whitened, j);
+        const std::vector<double> covariance = reduce::autocovariance(values, 1);
+        const double correlation = covariance.front() > 0.0
+                                       ? std::clamp(covariance.back() / covariance.front(), 0.0,
+                                                    largest_residual_correlation)
+                                       : 0.0;
+        sum += static_cast<double>(values.size()) * (1.0 - correlation) / (1.0 + correlation);
+    }
+    return sum;
+}
+
+SpatialPattern spatial_pattern(const Eigen::MatrixXd& whitened) {
+    SpatialPattern pattern;
+    pattern.shape = Eigen::VectorXd::Zero(whitened.cols());
+    const double total = whitened.squaredNorm();
+    if (whitened.cols() < 2 || whitened.rows() < 10 || !(total > 0.0))
+        return pattern;
+    const auto n = static_cast<double>(whitened.rows());
+    const auto m = static_cast<double>(whitened.cols());
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(whitened.transpose() * whitened);
+    const double largest = solver.eigenvalues()(whitened.cols() - 1);
+    pattern.shape = solver.eigenvectors().col(whitened.cols() - 1);
+    pattern.share = largest / total;
+    const double root = std::sqrt(n - 1.0) + std::sqrt(m);
+    const double centre = root * root;
+    const double width = root * std::cbrt(1.0 / std::sqrt(n - 1.0) + 1.0 / std::sqrt(m));
+    pattern.p_value = tracy_widom_tail((pattern.share * n * m - centre) / width);
+    return pattern;
+}
+
+double chi_squared_tail(double value, double degrees_of_freedom) {
+    return value <= 0.0 ? 1.0 : boost::math::gamma_q(0.5 * degrees_of_freedom, 0.5 * value);
+}
+
+} // namespace culm::fit

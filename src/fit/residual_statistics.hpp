@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Residuals of a fit by height, time and amplitude, and how far they are correlated.
+#pragma once
+
+#include "fit/fit.hpp"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace culm::fit {
+
+/// Residuals over the noise, (frames, rows); 0 where nothing was seen.
+[[nodiscard]] Eigen::MatrixXd whitened_residuals(const RecordingFit& fit);
+
+/// Residuals of one height, of a part of the record, or of a range of amplitudes.
+struct ResidualGroup {
+    double lower = 0.0; ///< of the range: m, s, or m of the swing's amplitude
+    double upper = 0.0; ///< equal to lower for a height
+    std::size_t readings = 0;
+    double rms = 0.0;        ///< m
+    double mean = 0.0;       ///< m
+    double over_noise = 0.0; ///< root mean square of residual over noise
+};
+
+[[nodiscard]] std::vector<ResidualGroup> residuals_by_height(const RecordingFit& fit);
+
+/// Parts of equal length of the time after the release.
+[[nodiscard]] std::vector<ResidualGroup> residuals_by_time(const RecordingFit& fit,
+                                                           std::size_t parts);
+
+/// `envelope`: (frames), amplitude of the swing in every frame, m; NaN for frames that do not
+/// count. Groups of equal numbers of frames, the largest amplitudes first.
+[[nodiscard]] std::vector<ResidualGroup> residuals_by_amplitude(const RecordingFit& fit,
+                                                                const std::vector<double>& envelope,
+                                                                std::size_t parts);
+
+/// Root mean square of the noise of the rows, m.
+[[nodiscard]] double typical_noise(const RecordingFit& fit);
+
+/// Degrees of freedom of the sum of squares of a (frames, rows) table of residuals over the noise:
+/// a sum of squares of Gaussian numbers with the same variance. In time n/(1 + 2 Σ r_k²) over lags
+/// to `lags` (Bartlett 1946), with what white noise would give for the sum taken off; over the rows
+/// (Σ λ)²/Σ λ² of the rows' covariance. At most the number of entries, at least 1.
+[[nodiscard]] double effective_degrees_of_freedom(const Eigen::MatrixXd& whitened,
+                                                  std::size_t lags);
+
+/// Sum over the rows of n (1 − ρ)/(1 + ρ), with ρ the correlation of neighbouring frames, from 0 to
+/// 0.99: independent readings as far as a mean is concerned. For information criteria.
+[[nodiscard]] double effective_readings(const Eigen::MatrixXd& whitened);
+
+struct SpatialPattern {
+    double p_value = 1.0;  ///< of a first singular value at least as large, if all is white noise
+    double share = 0.0;    ///< of the first singular value's square in the sum of all
+    Eigen::VectorXd shape; ///< (rows), of length 1: the pattern over the heights, over the noise
+};
+
+/// The first singular value of the table against that of white noise of the same overall size:
+/// Johnstone's (2001) centring and scaling, and the Tracy-Widom law of order 1 as a shifted gamma
+/// distribution (Chiani 2014), good to 1e-3. Needs two rows or more.
+[[nodiscard]] SpatialPattern spatial_pattern(const Eigen::MatrixXd& whitened);
+
+/// P(χ² ≥ value) for any positive number of degrees of freedom.
+[[nodiscard]] double chi_squared_tail(double value, double degrees_of_freedom);
+
+} // namespace culm::fit

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/residuals.hpp"
+
+#include "core/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace culm::fit {
+
+ReadingResiduals::ReadingResiduals(const StemModel& model, const measure::Measurement& measurement,
+                                   const std::vector<double>& noise, double last_time,
+                                   run::Heartbeat heartbeat)
+    : model_(model), heartbeat_(std::move(heartbeat)) {
+    const std::size_t rows = measurement.heights.size();
+    for (std::size_t i = 0; i < measurement.times.size() && measurement.times[i] <= last_time;
+         ++i) {
+        times_.push_back(measurement.times[i]);
+        for (std::size_t j = 0; j < rows; ++j)
+            if (const double reading = measurement.deflection(i, j); !std::isnan(reading))
+                places_.push_back({i * rows + j, reading, 1.0 / noise[j]});
+    }
+}
+
+void ReadingResiduals::prepare(const std::vector<double>& values) {
+    if (values_ == values && runs_ > 0)
+        return;
+    values_ = values;
+    prediction_.reset();
+    ++runs_;
+    try {
+        prediction_ = predict_readings(current_model(), times_, heartbeat_);
+    } catch (const core::NumericalError& error) {
+        failure_ = error.what();
+    }
+}
+
+bool ReadingResiduals::evaluate(const Place& place, double* residual) const {
+    if (!prediction_)
+        return false;
+    const double predicted = prediction_->readings[place.reading];
+    // The model's stem may just not reach the row: the reading then tells it nothing.
+    *residual = std::isnan(predicted) ? 0.0 : (predicted - place.measured) * place.inverse_noise;
+    return true;
+}
+
+double ReadingResiduals::derivative(const Place& place, std::size_t parameter) const {
+    const double derivative =
+        prediction_->jacobian[place.reading * prediction_->parameters + parameter];
+    const bool is_seen = !std::isnan(prediction_->readings[place.reading]);
+    return is_seen && std::isfinite(derivative) ? derivative : 0.0;
+}
+
+StemModel ReadingResiduals::current_model() const {
+    StemModel current = model_;
+    for (std::size_t k = 0; k < values_.size(); ++k)
+        if (k < model_.parameters.size())
+            model_.parameters[k].access.set(current.spec, values_[k]);
+        else
+            current.release_time = values_[k];
+    return current;
+}
+
+const ChainPrediction& ReadingResiduals::prediction() const {
+    if (!prediction_)
+        throw core::NumericalError(core::FailureKind::FitFailed, failure_);
+    return *prediction_;
+}
+
+JointResiduals::JointResiduals(const std::vector<StemModel>& models, const JointLayout& layout,
+                               std::vector<ReadingResiduals> parts)
+    : models_(models), layout_(layout), parts_(std::move(parts)) {
+    for (std::size_t k = 0; k < layout.names.size(); ++k) {
+        const StemModel& model = start(k);
+        internal_.push_back(owner(k) != nullptr ? to_internal(*owner(k), model.spec,
+                                                              owner(k)->access.get(model.spec))
+                                                : model.release_time / model.release_time_bound);
+    }
+    per_internal_.resize(internal_.size());
+}
+
+const StemModel& JointResiduals::start(std::size_t parameter) const {
+    return models_[layout_.owners[parameter].model];
+}
+
+const FreeParameter* JointResiduals::owner(std::size_t parameter) const {
+    const std::vector<FreeParameter>& free = start(parameter).parameters;
+    const std::size_t place = layout_.owners[parameter].parameter;
+    return place < free.size() ? &free[place] : nullptr;
+}
+
+double JointResiduals::value_of(std::size_t parameter, double internal) const {
+    const FreeParameter* const free = owner(parameter);
+    return free != nullptr ? from_internal(*free, start(parameter).spec, internal)
+                           : internal * start(parameter).release_time_bound;
+}
+
+double JointResiduals::value(std::size_t parameter) const {
+    return value_of(parameter, internal_[parameter]);
+}
+
+run::CaseSpec JointResiduals::case_at(const double* internal) const {
+    const StemModel& model = models_.front();
+    run::CaseSpec spec = model.spec;
+    const std::vector<JointLayout::Share>& shares = layout_.shares.front();
+    for (std::size_t k = 0; k < model.parameters.size(); ++k) {
+        const std::size_t place = shares[k].place;
+        const double within = std::clamp(internal[place], lower(place), upper(place));
+        model.parameters[k].access.set(spec, shares[k].factor * value_of(place, within));
+    }
+    return spec;
+}
+
+double JointResiduals::natural_per_internal(std::size_t parameter) const {
+    const FreeParameter* const free = owner(parameter);
+    return free != nullptr ? value_per_internal(*free, start(parameter).spec, value(parameter))
+                           : start(parameter).release_time_bound;
+}
+
+std::pair<double, double> JointResiduals::bounds(std::size_t parameter) const {
+    const FreeParameter* const free = owner(parameter);
+    if (free == nullptr)
+        return {-1.0, 1.0};
+    const run::CaseSpec& spec = start(parameter).spec;
+    return std::minmax(
+        {to_internal(*free, spec, free->lower), to_internal(*free, spec, free->upper)});
+}
+
+double JointResiduals::lower(std::size_t parameter) const {
+    return bounds(parameter).first;
+}
+
+double JointResiduals::upper(std::size_t parameter) const {
+    return bounds(parameter).second;
+}
+
+void JointResiduals::PrepareForEvaluation(bool, bool) {
+    for (std::size_t k = 0; k < internal_.size(); ++k)
+        per_internal_[k] = natural_per_internal(k);
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+        std::vector<double> values;
+        for (const JointLayout::Share& share : layout_.shares[part])
+            values.push_back(share.factor * value(share.place));
+        parts_[part].prepare(values);
+    }
+}
+
+bool JointResiduals::evaluate(std::size_t part, const ReadingResiduals::Place& place,
+                              double* residual, double* gradient) const {
+    const ReadingResiduals& own = parts_[part];
+    if (!own.evaluate(place, residual))
+        return false;
+    if (gradient == nullptr)
+        return true;
+    std::fill_n(gradient, internal_.size(), 0.0);
+    const std::vector<JointLayout::Share>& shares = layout_.shares[part];
+    for (std::size_t k = 0; k < shares.size(); ++k)
+        gradient[shares[k].place] = own.derivative(place, k) *
+                                    (shares[k].factor * per_internal_[shares[k].place]) *
+                                    place.inverse_noise;
+    return true;
+}
+
+} // namespace culm::fit

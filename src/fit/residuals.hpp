@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The weighted residuals of one or several recordings as one least-squares problem.
+#pragma once
+
+#include "fit/layout.hpp"
+#include "fit/prediction.hpp"
+#include "measure/folder/measurement.hpp"
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <ceres/evaluation_callback.h>
+
+namespace culm::fit {
+
+/// Runs the chain once per point, values and derivatives together, because the derivatives come
+/// along in the SIMD lanes.
+class ReadingResiduals {
+  public:
+    /// One reading that was seen.
+    struct Place {
+        std::size_t reading = 0;    ///< in the (frames, rows) table of the prediction
+        double measured = 0.0;      ///< m
+        double inverse_noise = 0.0; ///< 1/m
+    };
+
+    /// Frames up to `last_time`; `noise` per row, m. `model` must outlive this.
+    ReadingResiduals(const StemModel& model, const measure::Measurement& measurement,
+                     const std::vector<double>& noise, double last_time, run::Heartbeat heartbeat);
+
+    [[nodiscard]] const std::vector<Place>& places() const { return places_; }
+    [[nodiscard]] const std::vector<double>& times() const { return times_; }
+    [[nodiscard]] int runs() const { return runs_; }
+
+    /// Computes the chain at these values of the free parameters if they have changed. Where it
+    /// cannot be computed evaluate() says so.
+    void prepare(const std::vector<double>& values);
+
+    /// Predicted − measured over the noise at the prepared point; false if the chain could not be
+    /// computed there.
+    [[nodiscard]] bool evaluate(const Place& place, double* residual) const;
+    /// Derivative of the predicted reading by a free parameter, m per unit; 0 where it is not seen.
+    [[nodiscard]] double derivative(const Place& place, std::size_t parameter) const;
+
+    [[nodiscard]] StemModel current_model() const; ///< with the prepared values
+    /// Throws core::NumericalError if the chain cannot be computed there.
+    [[nodiscard]] const ChainPrediction& prediction() const;
+
+  private:
+    const StemModel& model_;
+    run::Heartbeat heartbeat_;
+    std::vector<double> times_;
+    std::vector<Place> places_;
+    std::vector<double> values_;                ///< of prediction_
+    std::optional<ChainPrediction> prediction_; ///< empty: could not be computed
+    std::string failure_;
+    int runs_ = 0;
+};
+
+/// Numbers that Ceres works on: joint parameters as FreeParameter transforms them, release times in
+/// units of their bounds.
+class JointResiduals : public ceres::EvaluationCallback {
+  public:
+    /// Both must outlive this; the parts are those of the models, in their order.
+    JointResiduals(const std::vector<StemModel>& models, const JointLayout& layout,
+                   std::vector<ReadingResiduals> parts);
+
+    [[nodiscard]] std::size_t parameter_count() const { return internal_.size(); }
+    /// Ceres's parameter block: (parameters).
+    [[nodiscard]] double* internal() { return internal_.data(); }
+    [[nodiscard]] const double* internal() const { return internal_.data(); }
+    [[nodiscard]] double lower(std::size_t parameter) const; ///< bounds, internal
+    [[nodiscard]] double upper(std::size_t parameter) const;
+    [[nodiscard]] const std::vector<ReadingResiduals>& parts() const { return parts_; }
+
+    /// The first recording's case at other internal parameters, within their bounds.
+    [[nodiscard]] run::CaseSpec case_at(const double* internal) const;
+
+    /// Computes the chains if the parameters have changed.
+    void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
+
+    /// Residual and gradient of one place of a part at the prepared point; false if its chain could
+    /// not be computed there. `gradient` may be null.
+    [[nodiscard]] bool evaluate(std::size_t part, const ReadingResiduals::Place& place,
+                                double* residual, double* gradient) const;
+
+  private:
+    /// The owner's parameter; null for a release time.
+    [[nodiscard]] const FreeParameter* owner(std::size_t parameter) const;
+    [[nodiscard]] const StemModel& start(std::size_t parameter) const;
+    [[nodiscard]] double value(std::size_t parameter) const; ///< natural units
+    [[nodiscard]] double value_of(std::size_t parameter, double internal) const;
+    [[nodiscard]] double natural_per_internal(std::size_t parameter) const;
+    [[nodiscard]] std::pair<double, double> bounds(std::size_t parameter) const; ///< internal
+
+    const std::vector<StemModel>& models_;
+    const JointLayout& layout_;
+    std::vector<ReadingResiduals> parts_;
+    std::vector<double> internal_;
+    std::vector<double> per_internal_; ///< natural_per_internal at the prepared point
+};
+
+} // namespace culm::fit

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/solution.hpp"
+
+#include "fit/information.hpp"
+#include "fit/residuals.hpp"
+#include "fit/valley_steps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+#include <ceres/ceres.h>
+#include <glog/logging.h>
+
+namespace culm::fit {
+
+/// By how much the sum of squares over the noise would fall in one Gauss-Newton step from the
+/// prepared point, gᵀ (Jᵀ J)⁻¹ g over the parameters that can move: those that are not held
+/// (`is_held`; missing entries are false) and do not stand at a bound that the step would cross.
+/// Residuals beyond `robust_width` weigh as in Huber's loss. A step that a trust region shortens
+/// promises less than this in directions that the readings hardly tell apart, and may end a
+/// solution many standard errors away from the best one.
+[[nodiscard]] double remaining_gain(const JointResiduals& residuals,
+                                    const std::vector<bool>& is_held,
+                                    std::optional<double> robust_width);
+
+namespace {
+
+/// Jᵀ W J and Jᵀ W r.
+struct NormalEquations {
+    Eigen::MatrixXd information;
+    Eigen::VectorXd gradient;
+};
+
+NormalEquations normal_equations(const JointResiduals& residuals,
+                                 std::optional<double> robust_width) {
+    const auto count = static_cast<Eigen::Index>(residuals.parameter_count());
+    NormalEquations sums{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count)};
+    Eigen::VectorXd slope(count);
+    for (std::size_t part = 0; part < residuals.parts().size(); ++part)
+        for (const ReadingResiduals::Place& place : residuals.parts()[part].places()) {
+            double residual = 0.0;
+            if (!residuals.evaluate(part, place, &residual, slope.data()) || !slope.allFinite())
+                continue;
+            const double weight = robust_width && std::abs(residual) > *robust_width
+                                      ? *robust_width / std::abs(residual)
+                                      : 1.0;
+            sums.information.selfadjointView<Eigen::Lower>().rankUpdate(slope, weight);
+            sums.gradient += weight * residual * slope;
+        }
+    sums.information = sums.information.selfadjointView<Eigen::Lower>();
+    return sums;
+}
+
+/// Downhill is where the gradient does not point.
+bool can_move(const JointResiduals& residuals, std::size_t k, double gradient) {
+    const double internal = residuals.internal()[k];
+    return gradient > 0.0 ? internal > residuals.lower(k) : internal < residuals.upper(k);
+}
+
+} // namespace
+
+double remaining_gain(const JointResiduals& residuals, const std::vector<bool>& is_held,
+                      std::optional<double> robust_width) {
+    const NormalEquations sums = normal_equations(residuals, robust_width);
+    std::vector<Eigen::Index> moving;
+    for (std::size_t k = 0; k < residuals.parameter_count(); ++k) {
+        const auto at = static_cast<Eigen::Index>(k);
+        const bool is_free = k >= is_held.size() || !is_held[k];
+        if (is_free && sums.information(at, at) > 0.0 && can_move(residuals, k, sums.gradient(at)))
+            moving.push_back(at);
+    }
+    if (moving.empty())
+        return 0.0;
+    const InformationDirections told = information_directions(sums.information(moving, moving));
+    const Eigen::VectorXd gradient = sums.gradient(moving).cwiseQuotient(told.scale);
+    double gain = 0.0;
+    for (Eigen::Index k = 0; k < told.information.size(); ++k)
+        if (told.is_known(k))
+            gain += std::pow(told.directions.col(k).dot(gradient), 2) / told.information(k);
+    return gain;
+}
+
+namespace {
+
+constexpr double robust_width = 2.0; // standard deviations
+
+/// The end of a solution, in units of the χ² that one standard error of a parameter makes (so
+/// divided by the reduced χ² of the solution): an improvement below this is not worth a run.
+constexpr double final_improvement = 0.005;
+/// A window that only leads to the next one need not be as good.
+constexpr double passing_improvement = 5.0;
+/// The integrator's choice of steps follows the parameters, which leaves that much noise on the
+/// sum; a step that fails by no more than this has met the noise and not a wrong model.
+constexpr double noise_of_runs = 0.2;
+/// One after the other: a region that is 2 million times narrower should hold a better point.
+constexpr int most_vain_steps = 6;
+
+/// Parameters that the data hardly tell apart would begin with wild steps in a wider region.
+constexpr double first_trust_region = 100.0;
+/// Wide enough to leave steps alone near the end, where a narrow region ends a solution early: in a
+/// valley whose floor has a millionth of its walls' curvature, shortened steps promise nothing.
+constexpr double last_trust_region = 1e10;
+constexpr int most_refinements = 3;
+
+/// One reading as Ceres sees it.
+class ReadingCost : public ceres::CostFunction {
+  public:
+    ReadingCost(const JointResiduals& residuals, std::size_t part,
+                const ReadingResiduals::Place& place)
+        : residuals_(residuals), part_(part), place_(place) {
+        set_num_residuals(1);
+        mutable_parameter_block_sizes()->push_back(
+            static_cast<std::int32_t>(residuals.parameter_count()));
+    }
+    bool Evaluate(const double* const*, double* residuals, double** jacobians) const override {
+        return residuals_.evaluate(part_, place_, residuals,
+                                   jacobians == nullptr ? nullptr : jacobians[0]);
+    }
+
+  private:
+    const JointResiduals& residuals_;
+    std::size_t part_;
+    const ReadingResiduals::Place& place_;
+};
+
+/// Ends the solution where a step promised less than `improvement`, at the noise of the runs, where
+/// Ceres would shorten its steps in vain, and where it has done so for long.
+class EnoughGained : public ceres::IterationCallback {
+  public:
+    EnoughGained(double readings, double improvement)
+        : readings_(readings), improvement_(improvement) {}
+    ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
+        if (iteration.iteration == 0 || iteration.step_is_successful)
+            vain_steps_ = 0;
+        else if (++vain_steps_ == most_vain_steps)
+            return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+        if (iteration.iteration == 0 || !iteration.step_is_valid)
+            return ceres::SOLVER_CONTINUE;
+        const double gain = iteration.cost_change / iteration.cost * readings_;
+        const double promised = gain / iteration.relative_decrease;
+        const bool is_noise =
+            !iteration.step_is_successful && -gain < noise_of_runs && promised < noise_of_runs;
+        return is_noise || std::abs(promised) < improvement_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+                                                             : ceres::SOLVER_CONTINUE;
+    }
+
+  private:
+    double readings_;
+    double improvement_;
+    int vain_steps_ = 0;
+};
+
+void bound(const JointLayout& layout, const std::vector<bool>& is_held, ceres::Problem& problem,
+           JointResiduals& residuals) {
+    double* const block = residuals.internal();
+    for (std::size_t k = 0; k < residuals.parameter_count(); ++k) {
+        problem.SetParameterLowerBound(block, static_cast<int>(k), residuals.lower(k));
+        problem.SetParameterUpperBound(block, static_cast<int>(k), residuals.upper(k));
+    }
+    if (std::ranges::count(is_held, true) ==
+        static_cast<std::ptrdiff_t>(residuals.parameter_count()))
+        problem.SetParameterBlockConstant(block);
+    else
+        problem.SetManifold(block, new ValleySteps(residuals, layout, is_held));
+}
+
+ceres::Solver::Options solver_settings(int largest_iterations, double trust_region) {
+    ceres::Solver::Options settings;
+    settings.linear_solver_type = ceres::DENSE_QR;
+    settings.max_num_iterations = largest_iterations;
+    settings.initial_trust_region_radius = trust_region;
+    // Steps are projected onto the bounds; a search along each would cost more runs than it saves.
+    settings.max_num_line_search_step_size_iterations = 0;
+    settings.parameter_tolerance = 1e-9;
+    settings.gradient_tolerance = 1e-14;
+    settings.logging_type = ceres::SILENT;
+    return settings;
+}
+
+bool has_converged(const ceres::Solver::Summary& summary) {
+    return summary.termination_type == ceres::CONVERGENCE ||
+           summary.termination_type == ceres::USER_SUCCESS;
+}
+
+/// Did shortened steps stop it?
+bool is_far_from_the_end(const ceres::Solver::Summary& summary, const std::vector<bool>& is_held,
+                         std::optional<double> width, double readings, JointResiduals& residuals) {
+    if (!has_converged(summary))
+        return false;
+    residuals.PrepareForEvaluation(true, true);
+    const double reduced = 2.0 * summary.final_cost / readings;
+    return remaining_gain(residuals, is_held, width) > noise_of_runs * std::max(1.0, reduced);
+}
+
+JointSolution solution_of(JointResiduals& residuals) {
+    residuals.PrepareForEvaluation(true, true);
+    JointSolution solution;
+    for (const ReadingResiduals& part : residuals.parts()) {
+        solution.models.push_back(part.current_model());
+        solution.predictions.push_back(part.prediction());
+        solution.times.push_back(part.times());
+        solution.runs.push_back(part.runs());
+    }
+    return solution;
+}
+
+} // namespace
+
+JointProblem::JointProblem(std::span<const measure::Measurement> measurements,
+                           const JointLayout& layout, const std::vector<std::vector<double>>& noise,
+                           const std::vector<bool>& is_held, const SolveOptions& options)
+    : measurements_(measurements), layout_(layout), noise_(noise), is_held_(is_held),
+      options_(options) {}
+
+JointSolution JointProblem::solve(const std::vector<StemModel>& models,
+                                  const std::vector<double>& last_times, Purpose purpose) const {
+    std::vector<ReadingResiduals> parts;
+    std::size_t readings = 0;
+    for (std::size_t m = 0; m < models.size(); ++m) {
+        parts.emplace_back(models[m], measurements_[m], noise_[m], last_times[m],
+                           options_.heartbeat);
+        readings += parts.back().places().size();
+    }
+    JointResiduals residuals(models, layout_, std::move(parts));
+    ceres::Problem::Options ownership;
+    ownership.evaluation_callback = &residuals;
+    ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    ceres::Problem problem(ownership);
+    ceres::HuberLoss huber(robust_width);
+    for (std::size_t m = 0; m < models.size(); ++m)
+        for (const ReadingResiduals::Place& place : residuals.parts()[m].places())
+            problem.AddResidualBlock(new ReadingCost(residuals, m, place),
+                                     options_.is_robust ? &huber : nullptr, residuals.internal());
+    bound(layout_, is_held_, problem, residuals);
+
+    const double improvement = purpose == Purpose::Final ? final_improvement : passing_improvement;
+    const auto count = static_cast<double>(std::max<std::size_t>(readings, 1));
+    EnoughGained enough_gained(count, improvement);
+    const bool has_goal = purpose == Purpose::Final && options_.wanted_chi_squared;
+    OutOfReach out_of_reach(has_goal ? 0.5 * *options_.wanted_chi_squared
+                                     : std::numeric_limits<double>::infinity(),
+                            options_.largest_iterations);
+    FLAGS_minloglevel = google::GLOG_FATAL; // what fails comes back as a reason
+    const auto solved_within = [&](double trust_region) {
+        ceres::Solver::Options settings =
+            solver_settings(options_.largest_iterations, trust_region);
+        settings.function_tolerance = improvement / count;
+        settings.callbacks = {&enough_gained, &out_of_reach};
+        ceres::Solver::Summary summary;
+        ceres::Solve(settings, &problem, &summary);
+        return summary;
+    };
+    ceres::Solver::Summary summary = solved_within(first_trust_region);
+    const bool is_solved = has_converged(summary);
+    const auto width = options_.is_robust ? std::optional(robust_width) : std::nullopt;
+    for (int again = 0;
+         again < most_refinements && purpose == Purpose::Final && !out_of_reach.is_so() &&
+         is_far_from_the_end(summary, is_held_, width, count, residuals);
+         ++again) {
+        summary = solved_within(last_trust_region);
+        if (!(summary.final_cost < summary.initial_cost))
+            break; // what the derivatives promise is not there
+    }
+    JointSolution solution = solution_of(residuals);
+    solution.cost = summary.final_cost;
+    solution.has_converged = is_solved;
+    solution.is_cut_short = out_of_reach.is_so();
+    solution.message = summary.message;
+    return solution;
+}
+
+} // namespace culm::fit

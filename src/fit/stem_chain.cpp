@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/stem_chain.hpp"
+
+#include "core/error.hpp"
+#include "physics/bond_coefficients.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <fmt/core.h>
+
+namespace culm::fit {
+
+namespace {
+
+constexpr int fewest_spheres = 5; // a cubic through four of them, and the clamp
+constexpr int most_spheres = 1000;
+
+/// Outer and inner diameter of the bonds, and the width that faces the air.
+void set_section(const measure::MeasuredStem& measured, StemChain& chain) {
+    physics::StemParameters<double>& stem = chain.spec.stem;
+    if (const auto* circle = std::get_if<measure::CircularSection>(&measured.section)) {
+        stem.bond_outer_diameter = circle->diameter;
+        stem.bond_inner_diameter = circle->wall ? circle->diameter - 2.0 * *circle->wall : 0.0;
+        return;
+    }
+    if (const auto* rectangle = std::get_if<measure::RectangularSection>(&measured.section))
+        stem.width_across_motion = rectangle->width;
+    // A ring has A = π(d_o² − d_i²)/4 and I = A (d_o² + d_i²)/16.
+    const double area = measure::section_area(measured.section);
+    const double second_moment = measure::second_moment_of_area(measured.section);
+    const double sum = 16.0 * second_moment / area;
+    const double difference = 4.0 * area / std::numbers::pi;
+    if (sum >= difference) {
+        stem.bond_outer_diameter = std::sqrt(0.5 * (sum + difference));
+        stem.bond_inner_diameter = std::sqrt(0.5 * (sum - difference));
+        return;
+    }
+    stem.bond_outer_diameter = std::pow(64.0 * second_moment / std::numbers::pi, 0.25);
+    stem.bond_inner_diameter = 0.0;
+    chain.remarks.push_back(
+        fmt::format("{}: a section this flat has no ring of the same area and second moment; the "
+                    "bonds have its second moment and {:.2g} of its area, on which only stretching "
+                    "and shear depend",
+                    measured.id, stem.section_area() / area));
+}
+
+int checked_spheres(const measure::MeasuredStem& measured, int spheres) {
+    if (spheres < fewest_spheres || spheres > most_spheres)
+        throw core::InputError(fmt::format("{}: a chain of {} spheres; {} … {} are allowed",
+                                           measured.id, spheres, fewest_spheres, most_spheres));
+    return spheres;
+}
+
+void divide(double length, double mass_per_length, int spheres,
+            physics::StemParameters<double>& stem) {
+    stem.sphere_count = spheres;
+    stem.bond_length = length / (spheres - 1);
+    stem.sphere_diameter = stem.bond_length;
+    stem.density = mass_per_length * 6.0 / (std::numbers::pi * stem.bond_length * stem.bond_length);
+}
+
+} // namespace
+
+StemChain chain_of(const measure::Measurement& measurement, const ChainOptions& options) {
+    const measure::MeasuredStem& measured = measurement.stem;
+    const int spheres = checked_spheres(
+        measured, options.spheres.value_or(measured.spheres.value_or(default_sphere_count)));
+    StemChain chain;
+    physics::StemParameters<double>& stem = chain.spec.stem;
+    divide(measured.length, measure::mass_per_length(measured), spheres, stem);
+    stem.tip_mass_share = 0.5;
+    stem.poissons_ratio = measured.poissons_ratio.value_or(stem.poissons_ratio);
+    set_section(measured, chain);
+    chain.spec.law = options.law;
+    chain.spec.store = run::StoreLevel::Heights;
+    chain.spec.heights = measurement.heights;
+    chain.spec.reading = measurement.reading;
+    chain.spec.release = measurement.release == measure::ReleaseKind::HeldStraight
+                             ? run::Release::HeldStraight
+                             : run::Release::TipPull;
+    for (const measure::AddedMass& mass : measured.added_masses)
+        chain.spec.added_masses.push_back({mass.height, mass.mass});
+    return chain;
+}
+
+run::CaseSpec with_spheres(run::CaseSpec spec, int spheres) {
+    physics::StemParameters<double>& stem = spec.stem;
+    const double wanted = damping_time(spec);
+    divide(stem.free_length(), stem.sphere_mass() / stem.bond_length, spheres, stem);
+    if (wanted > 0.0)
+        stem.bond_damping *= wanted / damping_time(spec); // which is in proportion to it
+    return spec;
+}
+
+double damping_time(const run::CaseSpec& spec) {
+    const auto bond = physics::make_bond_coefficients(spec.stem, spec.law);
+    const double bending = bond.bending_damping / bond.bending_stiffness;
+    return spec.law.shear_damping_torque ? bending
+                                         : bending + bond.shear_damping / bond.shear_stiffness;
+}
+
+} // namespace culm::fit

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/stem_model.hpp"
+
+#include "core/error.hpp"
+#include "run/modes.hpp"
+#include "measure/folder/measurement.hpp"
+#include "physics/effects/library.hpp"
+#include "reduce/population_statistics.hpp"
+#include "reduce/ring_down_analysis.hpp"
+#include "run/case_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <fmt/core.h>
+
+namespace culm::fit {
+
+/// From the camera's rate if that is known, else the median distance of the times, s.
+[[nodiscard]] double frame_period(const measure::Measurement& measurement);
+
+double frame_period(const measure::Measurement& measurement) {
+    if (measurement.frames_per_second)
+        return 1.0 / *measurement.frames_per_second;
+    std::vector<double> distances;
+    for (std::size_t i = 1; i < measurement.times.size(); ++i)
+        distances.push_back(measurement.times[i] - measurement.times[i - 1]);
+    if (distances.empty())
+        return 0.0;
+    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+    std::ranges::nth_element(distances, middle);
+    return *middle;
+}
+
+namespace {
+
+/// Samples in a cycle of the first mode: 19 in one of the second, whose interpolation then errs by
+/// 3e-4 of its amplitude.
+constexpr double samples_per_cycle = 120.0;
+constexpr double largest_release_shift = 1.5; // frames
+
+struct MeasuredMode {
+    double natural_frequency = 0.0; ///< undamped, Hz
+    double damping_ratio = 0.0;
+};
+
+/// Eq. 1 at the height that swings most of those where it can be fitted.
+MeasuredMode measured_mode(const measure::Measurement& measurement) {
+    std::optional<reduce::RingDownAnalysis> best;
+    std::string reason;
+    reduce::RingDownAnalysisOptions options;
+    options.has_phase = true;
+    options.has_offset = measurement.release == measure::ReleaseKind::HeldStraight;
+    // The upper half of the heights is enough: the lower ones swing less.
+    for (std::size_t j = measurement.heights.size() / 2; j < measurement.heights.size(); ++j) {
+        try {
+            reduce::RingDownAnalysis fit =
+                reduce::analyse_ring_down(measurement.times, measurement.history(j), options);
+            if (!best ||
+                fit.largest_deflection * fit.r_squared > best->largest_deflection * best->r_squared)
+                best = std::move(fit);
+        } catch (const core::NumericalError& error) {
+            reason = error.what();
+        }
+    }
+    if (!best)
+        throw core::NumericalError(
+            core::FailureKind::FitFailed,
+            fmt::format("{}: Eq. 1 cannot be fitted at any height, so there is nothing to start "
+                        "from: {}",
+                        measurement.stem.id, reason));
+    const double decay = std::max(-best->decay_per_cycle.value, 0.0) / (2.0 * std::numbers::pi);
+    return {best->frequency.value * std::hypot(1.0, decay), decay / std::hypot(1.0, decay)};
+}
+
+/// Median of the tip's deflection as each reading near the release tells it, through the shape of
+/// a cantilever under a force at its tip: x²(3 − x)/2.
+double released_deflection(const measure::Measurement& measurement) {
+    std::vector<double> deflections;
+    const auto first = std::ranges::lower_bound(measurement.times, 0.0);
+    const auto release = static_cast<std::size_t>(first - measurement.times.begin());
+    for (std::size_t i = 0; i < std::min(release + 1, measurement.times.size()); ++i)
+        for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
+            const double x = measurement.heights[j] / measurement.stem.length;
+            const double reading = measurement.deflection(i, j);
+            if (x > 0.5 && !std::isnan(reading))
+                deflections.push_back(reading / (0.5 * x * x * (3.0 - x)));
+        }
+    std::ranges::sort(deflections);
+    if (!deflections.empty() && reduce::quantile(deflections, 0.5) != 0.0)
+        return reduce::quantile(deflections, 0.5);
+    double largest = 0.0;
+    for (const double reading : measurement.deflections)
+        if (std::abs(reading) > std::abs(largest)) // false for NaN
+            largest = reading;
+    return largest;
+}
+
+} // namespace
+
+std::vector<std::string> StemModel::free_names() const {
+    std::vector<std::string> names;
+    for (const FreeParameter& parameter : parameters)
+        names.push_back(parameter.access.name);
+    if (release_time_bound > 0.0)
+        names.emplace_back(release_time_name);
+    return names;
+}
+
+StemModel baseline_model(const measure::Measurement& measurement, const ChainOptions& options) {
+    StemChain chain = chain_of(measurement, options);
+    StemModel model{chain.spec, baseline_free_parameters(), 0.0, 0.0, std::move(chain.remarks)};
+    model.release_time_bound = largest_release_shift * frame_period(measurement);
+
+    const MeasuredMode vibration = measured_mode(measurement);
+    run::CaseSpec& spec = model.spec;
+    const double ratio = vibration.natural_frequency / run::natural_frequency(spec);
+    spec.stem.bond_youngs_modulus *= ratio * ratio;
+    spec.stem.bond_damping = 1.0;
+    // M = E I (κ + τ κ̇) damps a mode of angular frequency ω by ζ = ωτ/2.
+    const double wanted =
+        vibration.damping_ratio / (std::numbers::pi * vibration.natural_frequency);
+    spec.stem.bond_damping = std::max(wanted / damping_time(spec), 1e-3);
+    spec.sample_interval = 1.0 / (samples_per_cycle * vibration.natural_frequency);
+    if (measurement.release == measure::ReleaseKind::HeldStraight) {
+        model.parameters.pop_back(); // the tip's deflection before the release
+        spec.tip_deflection = 0.0;
+        return model;
+    }
+    spec.tip_deflection = released_deflection(measurement);
+    FreeParameter& deflection = model.parameters.back();
+    deflection.upper = 0.95 * measurement.stem.length;
+    deflection.lower = -deflection.upper;
+    return model;
+}
+
+namespace {
+
+constexpr double standard_gravity = 9.80665; // m/s²
+
+/// The effect of that name among a case's.
+template <class Spec>
+auto& active_values(Spec& spec, const std::string& name) {
+    const auto found = std::ranges::find_if(
+        spec.effects, [&name](const auto& active) { return active.effect->name() == name; });
+    if (found == spec.effects.end())
+        throw core::InputError(fmt::format("the model does not contain the effect {}", name));
+    return found->values;
+}
+
+bool is_gravity(physics::StatedBy stated_by) {
+    return stated_by == physics::StatedBy::AxialGravity ||
+           stated_by == physics::StatedBy::TransverseGravity;
+}
+
+double stated_gravity(physics::StatedBy component, const measure::Measurement& measurement) {
+    const bool is_axial = component == physics::StatedBy::AxialGravity;
+    switch (measurement.gravity_direction) {
+    case measure::GravityDirection::Axial:
+        return is_axial ? -standard_gravity : 0.0;
+    case measure::GravityDirection::Transverse:
+        return is_axial ? 0.0 : standard_gravity;
+    case measure::GravityDirection::None:
+        break;
+    }
+    throw core::InputError(
+        fmt::format("{}: gravity has no direction; write gravity_direction = \"axial\" or "
+                    "\"transverse\" in [measurement] of stem.toml",
+                    measurement.stem.id));
+}
+
+/// Sets what the measurement states and the user does not fix. Who fixes one component of gravity
+/// means all of it.
+void set_stated_values(const physics::SelectedEffect& selected,
+                       const measure::Measurement& measurement, physics::ActiveEffect& active) {
+    const std::vector<physics::EffectParameter> parameters = selected.effect->parameters();
+    bool is_gravity_fixed = false;
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+        is_gravity_fixed |= is_gravity(parameters[k].stated_by) && selected.fixed[k].has_value();
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+        if (is_gravity(parameters[k].stated_by) && !is_gravity_fixed)
+            active.values[k] = stated_gravity(parameters[k].stated_by, measurement);
+        else if (parameters[k].stated_by == physics::StatedBy::HoldTime && !selected.fixed[k])
+            active.values[k] = measurement.hold_time.value_or(active.values[k]);
+}
+
+} // namespace
+
+FreeParameter effect_parameter(const physics::Effect& effect,
+                               const physics::StemParameters<double>& stem, std::size_t parameter) {
+    const physics::EffectParameter described = effect.parameters_for(stem).at(parameter);
+    const std::string name = effect.name();
+    run::CaseParameter access{
+        fmt::format("{}.{}", name, described.name),
+        [name, parameter](const run::CaseSpec& spec) {
+            return active_values(spec, name)[parameter];
+        },
+        [name, parameter](run::CaseSpec& spec, double value) {
+            active_values(spec, name)[parameter] = value;
+        },
+        described.fitted_as == physics::FittedAs::Logarithm ? 0.0 : described.scale};
+    return {std::move(access),   described.unit,     described.lower, described.upper,
+            described.fitted_as, described.is_place, described.absent};
+}
+
+StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
+                      const measure::Measurement& measurement) {
+    physics::ActiveEffect active = physics::with_defaults(selected, model.spec.stem);
+    set_stated_values(selected, measurement, active);
+    model.spec.effects.push_back(std::move(active));
+    std::vector<physics::EffectPointer> effects;
+    for (const physics::ActiveEffect& each : model.spec.effects)
+        effects.push_back(each.effect);
+    physics::check_combination(effects);
+    const std::vector<physics::EffectParameter> parameters = selected.effect->parameters();
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+        if (parameters[k].calibrated && !selected.fixed[k])
+            model.parameters.push_back(effect_parameter(*selected.effect, model.spec.stem, k));
+    return model;
+}
+
+namespace {
+
+/// Place in the library; behind its end for a user's effect.
+std::size_t library_place(const physics::Effect& effect) {
+    const std::vector<std::string> names = physics::effect_names();
+    return static_cast<std::size_t>(std::ranges::find(names, effect.name()) - names.begin());
+}
+
+} // namespace
+
+SelectedEffects in_library_order(SelectedEffects effects) {
+    std::ranges::stable_sort(effects, {}, [](const physics::SelectedEffect& selected) {
+        return std::pair(library_place(*selected.effect), selected.effect->name());
+    });
+    return effects;
+}
+
+std::vector<std::string> model_names(const SelectedEffects& effects) {
+    std::vector<std::string> names{"baseline"};
+    for (const physics::SelectedEffect& selected : effects)
+        names.push_back(selected.effect->name());
+    return names;
+}
+
+StemModel candidate_model(const StemModel& baseline,
+                                     const SelectedEffects& effects,
+                                     const measure::Measurement& measurement) {
+    StemModel model = baseline;
+    for (const physics::SelectedEffect& selected : in_library_order(effects))
+        if (std::ranges::find(selected.absent_from, measurement.stem.id) ==
+            selected.absent_from.end())
+            model = with_effect(std::move(model), selected, measurement);
+    return model;
+}
+
+bool is_nested(const StemModel& model) {
+    return std::ranges::all_of(model.spec.effects, [&model](const auto& active) {
+        const std::string beginning = active.effect->name() + ".";
+        return std::ranges::any_of(model.parameters, [&](const auto& parameter) {
+            return parameter.access.name.starts_with(beginning) && !parameter.is_place;
+        });
+    });
+}
+
+bool can_move(const StemModel& model, const measure::Measurement& recording) {
+    if (recording.release != measure::ReleaseKind::HeldStraight)
+        return true;
+    const physics::ChainModel<double> chain = run::case_model(model.spec).chain;
+    return chain.gravity[1] != 0.0 || !chain.straight_moments.empty() || chain.base_motion ||
+           !chain.user_laws.empty();
+}
+
+bool has_fitted_number(const physics::Effect& effect) {
+    return std::ranges::any_of(effect.parameters(),
+                               [](const auto& parameter) { return parameter.calibrated; });
+}
+
+SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings) {
+    SelectedEffects candidates;
+    for (const physics::EffectPointer& effect : physics::all_effects()) {
+        if (!effect->is_default_candidate())
+            continue;
+        const bool needs_direction = std::ranges::any_of(effect->parameters(), [](const auto& of) {
+            return of.stated_by == physics::StatedBy::AxialGravity ||
+                   of.stated_by == physics::StatedBy::TransverseGravity;
+        });
+        if (needs_direction &&
+            std::ranges::any_of(recordings, [](const measure::Measurement& recording) {
+                return recording.gravity_direction == measure::GravityDirection::None;
+            }))
+            continue;
+        candidates.push_back(
+            {effect, std::vector<std::optional<double>>(effect->parameters().size())});
+    }
+    return candidates;
+}
+
+} // namespace culm::fit

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A model of a measured stem: a case with its effects, and which of its numbers may be fitted.
+#pragma once
+
+#include "fit/parameter.hpp"
+#include "fit/stem_chain.hpp"
+#include "measure/folder/measurement.hpp"
+#include "physics/effects/selection.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::fit {
+
+/// Whatever physics the case contains, the fit only knows its free parameters. The moment of the
+/// release is known to about a frame, so it is one of them: the case runs from release_time on and
+/// is held before.
+struct StemModel {
+    run::CaseSpec spec;                    ///< with the values from which a fit starts
+    std::vector<FreeParameter> parameters; ///< of the case, in the order of all results
+    double release_time = 0.0;             ///< on the measurement's clock, s
+    double release_time_bound = 0.0;       ///< |release_time| stays within; 0: it is not free
+    std::vector<std::string> remarks;      ///< what the model leaves out, one sentence each
+
+    /// Names of what is fitted: the parameters', then "release_time" if that is free.
+    [[nodiscard]] std::vector<std::string> free_names() const;
+    [[nodiscard]] std::size_t free_count() const {
+        return parameters.size() + (release_time_bound > 0.0 ? 1 : 0);
+    }
+};
+
+inline constexpr const char* release_time_name = "release_time";
+
+/// The published chain of a measured stem with Y, β, tip deflection (of one that was held straight:
+/// not) and release time free. Start
+/// values: Y and β from Eq. 1 (with a free phase) through the formulas of a slender beam, the tip
+/// deflection from the frames about the release through a cantilever's shape. Throws
+/// core::InputError if the stem cannot be a chain, core::NumericalError (FitFailed) if Eq. 1 finds
+/// no vibration at any height.
+[[nodiscard]] StemModel baseline_model(const measure::Measurement& measurement,
+                                       const ChainOptions& options = {});
+
+/// The number `parameter` of the effect of that name in a case, called "effect.parameter", with the
+/// bounds and the scale that suit the stem: those for any stem span so many decades that a value
+/// which is small for all of them would count as lying at a bound. The case must contain the effect
+/// when it is read or set.
+[[nodiscard]] FreeParameter effect_parameter(const physics::Effect& effect,
+                                             const physics::StemParameters<double>& stem,
+                                             std::size_t parameter);
+
+/// Appends the effect to the model's case with the user's fixed values and, for the rest, the
+/// defaults that suit the stem; parameters that are calibrated and not fixed become free. What
+/// the measurement states (direction of gravity, time of the hold) comes from it where the user
+/// does not fix it. Throws core::InputError if the effects cannot be combined, or gravity has no
+/// direction.
+[[nodiscard]] StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
+                                    const measure::Measurement& measurement);
+
+using SelectedEffects = std::vector<physics::SelectedEffect>;
+
+/// The same effects in the library's order, users' behind them by name: nothing that is found
+/// depends on the order in which effects are named.
+[[nodiscard]] SelectedEffects in_library_order(SelectedEffects effects);
+
+/// "baseline", then the effects' names in the given order.
+[[nodiscard]] std::vector<std::string> model_names(const SelectedEffects& effects);
+
+/// `baseline`, with its values, and the effects, with the defaults that suit the stem; their
+/// parameters are free unless the user fixed them, within the bounds that suit the stem. Throws
+/// core::InputError if the effects cannot be combined, or gravity has no direction.
+[[nodiscard]] StemModel candidate_model(const StemModel& baseline,
+                                                   const SelectedEffects& effects,
+                                                   const measure::Measurement& measurement);
+
+/// Has every effect a size that a fit can make vanish, so that the model contains the one without?
+[[nodiscard]] bool is_nested(const StemModel& model);
+
+/// Was the stem pulled aside, or do these effects move one that is held straight: gravity across
+/// it, a curvature of its own, a moving support, or a user's law?
+[[nodiscard]] bool can_move(const StemModel& model,
+                            const measure::Measurement& recording);
+
+/// Is there a number of it that a fit can change?
+[[nodiscard]] bool has_fitted_number(const physics::Effect& effect);
+
+/// The candidates that make sense: gravity only where its direction is known.
+[[nodiscard]] SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings);
+
+} // namespace culm::fit

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Fits to one recording.
+#pragma once
+
+#include "fit/fit_model.hpp"
+
+#include <span>
+
+namespace culm::tests {
+
+/// The published chain.
+inline fit::Fit fit_baseline(const measure::Measurement& measurement,
+                             const fit::FitOptions& options = {}) {
+    return fit::fit_model({}, {}, std::span(&measurement, 1), options);
+}
+
+/// The chain with these effects, from `smaller`, a fit with some or none of them.
+inline fit::Fit fit_candidate(const fit::SelectedEffects& effects, const fit::Fit& smaller,
+                              const measure::Measurement& measurement,
+                              const fit::FitOptions& options = {}) {
+    return fit::fit_model(effects, smaller, std::span(&measurement, 1), options);
+}
+
+} // namespace culm::tests
