@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/calibration.hpp"
 
-#include "fit/stem_model.hpp"
 #include "core/error.hpp"
+#include "fit/stem_model.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>
@@ -33,7 +33,7 @@ reduce::RingDownAnalysisOptions check_options(const measure::Measurement& measur
 } // namespace
 
 fit::StemModel model_with_effects(const measure::Measurement& measurement,
-                             const CalibrationOptions& options) {
+                                  const CalibrationOptions& options) {
     refuse_motionless(measurement, options.effects);
     fit::StemModel model = baseline_model(measurement, options.chain);
     for (const physics::SelectedEffect& effect : options.effects)
@@ -50,7 +50,7 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
         throw core::NumericalError(core::FailureKind::FitFailed,
                                    fmt::format("{}: {}", result.id, result.fit.reason));
     result.mode = run::first_mode(result.fit.model.spec);
-    result.damping_time = damping_time(result.fit.model.spec);
+    result.damping_time = fit::damping_time(result.fit.model.spec);
     result.lack_of_fit = test_lack_of_fit(result.fit);
     if (options.with_profiles)
         result.profiles = profile_intervals(result.fit, measurement, options.fit);

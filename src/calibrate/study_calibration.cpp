@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/study_calibration.hpp"
 
-#include "fit/stem_chain.hpp"
 #include "core/error.hpp"
+#include "fit/stem_chain.hpp"
 
 #include <cmath>
 #include <functional>
@@ -113,7 +113,7 @@ StudyCalibration calibrate_by_study(const measure::Measurement& measurement,
                  "", result.warnings);
     warn_parameters(result.prediction, study, result.warnings);
     run::CaseSpec chain =
-        chain_of(measurement, {study.base.stem.sphere_count, study.base.law}).spec;
+        fit::chain_of(measurement, {study.base.stem.sphere_count, study.base.law}).spec;
     chain.tip_deflection = row.fit.largest_deflection;
     if (const std::vector<std::string> texts = differences(chain, study.base); !texts.empty())
         result.warnings.push_back(fmt::format("the study {} is about ANOTHER STEM: {}; Y and beta "

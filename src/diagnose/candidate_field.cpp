@@ -21,7 +21,8 @@ constexpr double least_spatial_share = 0.6;
 constexpr double overtaking_share = 0.9;
 /// Of χ², in units of the best model's reduced χ²: where so little decides, a step says too little.
 constexpr double overtaking_slack = 50.0;
-const EffectScore* score_of(const fit::SelectedEffects& model, const std::vector<EffectScore>& scores) {
+const EffectScore* score_of(const fit::SelectedEffects& model,
+                            const std::vector<EffectScore>& scores) {
     const auto found = std::ranges::find(scores, model.back().effect->name(), &EffectScore::effect);
     return found == scores.end() || !found->failure.empty() ? nullptr : &*found;
 }
@@ -47,8 +48,7 @@ bool can_be_combined(const fit::SelectedEffects& effects) {
 
 std::vector<fit::SelectedEffects> pairs_of_best(std::vector<fit::Fit> singles, std::size_t count) {
     std::erase_if(singles, [](const fit::Fit& model) { return !model.is_fitted(); });
-    std::ranges::stable_sort(singles, {},
-                             [](const fit::Fit& model) { return model.rmse; });
+    std::ranges::stable_sort(singles, {}, [](const fit::Fit& model) { return model.rmse; });
     singles.resize(std::min(singles.size(), count));
     std::vector<fit::SelectedEffects> pairs;
     for (std::size_t a = 0; a < singles.size(); ++a)
@@ -62,7 +62,7 @@ std::vector<fit::SelectedEffects> pairs_of_best(std::vector<fit::Fit> singles, s
 }
 
 const fit::Fit* single_of(const std::vector<fit::Fit>& models, const std::string& effect,
-                               std::size_t known) {
+                          std::size_t known) {
     const auto found = std::ranges::find_if(models, [&](const fit::Fit& model) {
         return model.effects.size() == known + 1 && model.effects.back().effect->name() == effect;
     });
@@ -72,8 +72,8 @@ const fit::Fit* single_of(const std::vector<fit::Fit>& models, const std::string
 CandidateField::CandidateField(std::span<const measure::Measurement> recordings,
                                const DiagnosisOptions& options)
     : recordings_(recordings), options_(options),
-      candidates_(in_library_order(options.candidates.empty() ? candidate_effects(recordings)
-                                                              : options.candidates)) {
+      candidates_(fit::in_library_order(
+          options.candidates.empty() ? fit::candidate_effects(recordings) : options.candidates)) {
     std::erase_if(candidates_,
                   [&](const auto& candidate) { return contains(options.known, candidate); });
 }
@@ -102,7 +102,7 @@ fit::Fit CandidateField::recall(const fit::SelectedEffects& effects, const fit::
 /// A larger model that was met on another way may have ended above this smaller one, or was not
 /// followed as far as what is wanted now.
 const fit::Fit* CandidateField::remembered(const fit::SelectedEffects& effects,
-                                             const fit::Fit& smaller, double wanted) const {
+                                           const fit::Fit& smaller, double wanted) const {
     const fit::Fit* const known = memory_.fit_of(effects);
     const bool is_usable = known != nullptr && known->chi_squared <= smaller.chi_squared &&
                            (!known->out_of_reach || wanted <= *known->out_of_reach);
@@ -115,8 +115,8 @@ fit::Fit CandidateField::restore(const fit::Fit& model) {
     return fit;
 }
 
-std::vector<EffectScore> CandidateField::score(const fit::Fit& base, const fit::SelectedEffects& effects,
-                                               int draws) {
+std::vector<EffectScore> CandidateField::score(const fit::Fit& base,
+                                               const fit::SelectedEffects& effects, int draws) {
     if (const auto* const known = memory_.scores_beside(effects); known != nullptr && draws == 0)
         return *known;
     fit::SelectedEffects wanted;
@@ -132,8 +132,9 @@ std::vector<EffectScore> CandidateField::score(const fit::Fit& base, const fit::
     const fit::CoarseImage image(base, recordings_, options_.candidate);
     const std::vector<std::string> answers =
         options_.map(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
-            return to_text(score_effect(image.fit(), wanted[item], image.recordings(),
-                                        image.options(with_heartbeat(options_.candidate, heartbeat)), draws));
+            return to_text(
+                score_effect(image.fit(), wanted[item], image.recordings(),
+                             image.options(with_heartbeat(options_.candidate, heartbeat)), draws));
         });
     std::vector<EffectScore> scores;
     for (std::size_t k = 0; k < wanted.size(); ++k) {
@@ -145,8 +146,9 @@ std::vector<EffectScore> CandidateField::score(const fit::Fit& base, const fit::
 }
 
 std::vector<fit::SelectedEffects> CandidateField::one_more(const fit::SelectedEffects& effects,
-                                                      const std::vector<EffectScore>& scores,
-                                                      double least_gain, bool only_best) const {
+                                                           const std::vector<EffectScore>& scores,
+                                                           double least_gain,
+                                                           bool only_best) const {
     double best = 0.0;
     for (const EffectScore& score : scores)
         best = std::max(best, score.gain);
@@ -167,8 +169,8 @@ std::vector<fit::SelectedEffects> CandidateField::one_more(const fit::SelectedEf
     return models;
 }
 
-std::vector<fit::SelectedEffects> CandidateField::in_fewer_recordings(const fit::SelectedEffects& effects,
-                                                                 std::size_t count) const {
+std::vector<fit::SelectedEffects>
+CandidateField::in_fewer_recordings(const fit::SelectedEffects& effects, std::size_t count) const {
     std::vector<fit::SelectedEffects> models;
     for (std::size_t k = count; k < effects.size(); ++k) {
         const std::vector<std::string>& absent = effects[k].absent_from;
@@ -183,8 +185,8 @@ std::vector<fit::SelectedEffects> CandidateField::in_fewer_recordings(const fit:
 }
 
 std::vector<fit::Fit> CandidateField::fit_promising(const std::vector<fit::SelectedEffects>& models,
-                                                         const std::vector<EffectScore>& scores,
-                                                         const fit::Fit& smaller, double gained) {
+                                                    const std::vector<EffectScore>& scores,
+                                                    const fit::Fit& smaller, double gained) {
     std::vector<fit::SelectedEffects> spatial;
     std::vector<fit::SelectedEffects> planar;
     for (const fit::SelectedEffects& model : models)
@@ -206,8 +208,7 @@ std::vector<fit::Fit> CandidateField::fit_promising(const std::vector<fit::Selec
 }
 
 std::vector<fit::Fit> CandidateField::fit_all(const std::vector<fit::SelectedEffects>& models,
-                                                   const fit::Fit& smaller,
-                                                   double wanted_chi_squared) {
+                                              const fit::Fit& smaller, double wanted_chi_squared) {
     std::vector<fit::Fit> fitted;
     std::vector<fit::SelectedEffects> unmet;
     std::vector<std::size_t> places;
@@ -228,8 +229,8 @@ std::vector<fit::Fit> CandidateField::fit_all(const std::vector<fit::SelectedEff
 }
 
 std::vector<fit::Fit> CandidateField::followed(std::vector<fit::Fit> models,
-                                                    const fit::Fit& smaller,
-                                                    double largest_chi_squared) {
+                                               const fit::Fit& smaller,
+                                               double largest_chi_squared) {
     const auto may_come_below = [&](const fit::Fit& model) {
         return model.out_of_reach && *model.out_of_reach < largest_chi_squared;
     };
@@ -246,7 +247,7 @@ std::vector<fit::Fit> CandidateField::followed(std::vector<fit::Fit> models,
 }
 
 std::vector<fit::Fit> CandidateField::fit_anew(const std::vector<fit::SelectedEffects>& models,
-                                                    const fit::Fit& smaller, const fit::FitGoal& goal) {
+                                               const fit::Fit& smaller, const fit::FitGoal& goal) {
     std::vector<fit::Fit> fits =
         fit::fit_candidates(models, smaller, recordings_, options_.candidate, options_.map, goal);
     for (std::size_t k = 0; k < models.size(); ++k) {

@@ -33,12 +33,11 @@ class Search {
         for (const measure::Measurement& recording : recordings_)
             refuse_mere_noise(recording, options_.candidate.window);
         tell("fitting the published chain");
-                fit_ = field_.fit({}, {});
+        fit_ = field_.fit({}, {});
         result_.baseline = fit_;
         if (!options_.known.empty())
             fit_ = field_.fit(options_.known, fit_);
         current_ = fit::numbers_of(fit_);
-        is_noise_known_ = fit_.parts.front().is_noise_known;
         add_rung({});
         while (goes_on()) {
         }
@@ -90,9 +89,8 @@ class Search {
         // Where a step will hardly fail there is no need yet of what could not be seen.
         are_scores_final_ = is_full || !fails_clearly();
         scores_ = field_.score(fit_, current_.effects, are_scores_final_ ? options_.null_draws : 0);
-        if (is_full ||
-            (finding() == Finding::Adequate &&
-             (added() > 0 || !promises_significant_gain(scores_, current_, is_noise_known_))))
+        if (is_full || (finding() == Finding::Adequate &&
+                        (added() > 0 || !promises_significant_gain(scores_, current_))))
             return false;
         return step();
     }
@@ -121,8 +119,7 @@ class Search {
     }
 
     /// The candidates that promise most, or something, as far as they are not among `done`.
-    [[nodiscard]] std::vector<fit::Fit> fitted(bool only_best,
-                                                    const std::vector<fit::Fit>& done) {
+    [[nodiscard]] std::vector<fit::Fit> fitted(bool only_best, const std::vector<fit::Fit>& done) {
         std::vector<fit::SelectedEffects> models =
             field_.one_more(current_.effects, scores_, promising_gain, only_best);
         std::erase_if(models, [&](const fit::SelectedEffects& effects) {
@@ -140,7 +137,7 @@ class Search {
         std::vector<fit::Fit> fits{current_};
         for (const fit::Fit& model : models)
             fits.push_back(model);
-        return yardstick(fits, is_noise_known_);
+        return yardstick(fits);
     }
 
     /// Why this larger model is no step; empty if it is.
@@ -178,12 +175,10 @@ class Search {
         std::erase_if(models, [&](const fit::Fit& model) {
             return refused_models_.contains(model.names) || !obstacle(model, by).empty();
         });
-        std::ranges::stable_sort(models, {},
-                                 [&](const fit::Fit& model) { return bic(model, by); });
+        std::ranges::stable_sort(models, {}, [&](const fit::Fit& model) { return bic(model, by); });
         // What acts for certain, with nothing to fit, goes before what would have to be assumed.
-        std::ranges::stable_partition(models, [&](const fit::Fit& model) {
-            return acts_for_certain(current_, model);
-        });
+        std::ranges::stable_partition(
+            models, [&](const fit::Fit& model) { return acts_for_certain(current_, model); });
         for (const fit::Fit& model : models) {
             if (model.out_of_reach)
                 return false;
@@ -238,7 +233,7 @@ class Search {
             rivals_.clear();
             bool has_changed = false;
             for (std::size_t k = options_.known.size(); k < current_.effects.size(); ++k)
-                if (has_fitted_number(*current_.effects[k].effect) && exchange_one(k)) {
+                if (fit::has_fitted_number(*current_.effects[k].effect) && exchange_one(k)) {
                     has_changed = true;
                     break;
                 }
@@ -326,7 +321,7 @@ class Search {
     /// Two effects, each of which alone explains all but a trace, do together what one law between
     /// them would: one of them is missing, and not both.
     void unite_imitators() {
-        if (added() != 2 || !is_noise_known_)
+        if (added() != 2 || !current_.is_noise_known_anywhere())
             return;
         const std::size_t known = options_.known.size();
         const fit::Fit* better =
@@ -340,8 +335,7 @@ class Search {
         const Yardstick by = yardstick_with({*better, *other});
         if (bic(*other, by) < bic(*better, by))
             std::swap(better, other);
-        rivals_ = {
-            {better->effects.back(), {*other}, {bic(*other, by) - bic(*better, by)}}};
+        rivals_ = {{better->effects.back(), {*other}, {bic(*other, by) - bic(*better, by)}}};
         is_one_law_ = true;
         result_.ladder.resize(1);
         take(*better, field_.restore(*better), {});
@@ -358,7 +352,7 @@ class Search {
         result_.blind_spots = scores_;
         complete({recordings_, options_, field_.candidates(), current_, result_.ladder.front().fit,
                   first_step_, first_scores_.empty() ? scores_ : first_scores_, rivals_, refused_,
-                  is_noise_known_, is_one_law_},
+                  is_one_law_},
                  result_);
         if (!result_.effects.empty() && finding() == Finding::Inadequate) {
             tell("weighing what the model misses");
@@ -370,8 +364,7 @@ class Search {
     const DiagnosisOptions& options_;
     CandidateField field_;
     fit::Fit current_;
-    fit::Fit fit_; ///< of the current model
-    bool is_noise_known_ = true;
+    fit::Fit fit_;                    ///< of the current model
     bool is_one_law_ = false;         ///< as Found's
     std::vector<EffectScore> scores_; ///< of the candidates beside the current model
     bool are_scores_final_ = false;   ///< are they?

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/diagnosis_answer.hpp"
 
-#include "fit/coarse_image.hpp"
 #include "diagnose/naming.hpp"
+#include "fit/coarse_image.hpp"
 #include "fit/residual_statistics.hpp"
 
 #include <algorithm>
@@ -33,8 +33,9 @@ std::vector<std::string> named(const Found& found) {
 /// Share of the misfit above the noise that is gone.
 double explained_share(const Found& found) {
     const fit::Fit& end = found.model;
-    if (!found.is_noise_known)
+    if (!end.is_noise_known_anywhere())
         return 1.0 - std::pow(end.rmse / found.start.rmse, 2);
+    // A recording that does not state its noise has no misfit above it: its χ² is its readings.
     const double excess = found.start.chi_squared - static_cast<double>(found.start.readings);
     return excess > 0.0 ? std::min((found.start.chi_squared - end.chi_squared) / excess, 1.0) : 0.0;
 }
@@ -69,8 +70,8 @@ void add_conclusion(const Found& found, Diagnosis& result) {
                             : "no candidate explains what the published chain leaves";
         return;
     }
-    const bool is_clear =
-        found.is_one_law || found.start.reduced_chi_squared > glaring || !found.is_noise_known;
+    const bool is_clear = found.is_one_law || found.start.reduced_chi_squared > glaring ||
+                          !found.start.is_noise_known_anywhere();
     const bool may_leave_structure = is_clear && effects.size() <= most_beside_structure;
     if (!is_adequate && (result.explained < nearly_all || !may_leave_structure)) {
         result.conclusion = Conclusion::Unknown;
@@ -117,7 +118,7 @@ void rank(const Found& found, Diagnosis& result) {
     std::vector<fit::Fit> fits{found.start};
     for (const fit::Fit& model : found.first_step)
         fits.push_back(model);
-    const Yardstick by = yardstick(fits, found.is_noise_known);
+    const Yardstick by = yardstick(fits);
     const auto tried = static_cast<double>(found.first_scores.size());
     for (const EffectScore& score : found.first_scores) {
         RankedEffect entry;
@@ -125,8 +126,8 @@ void rank(const Found& found, Diagnosis& result) {
         const fit::Fit* const model =
             single_of(found.first_step, score.effect, found.options.known.size());
         // A fit that ended early above the model it contains says less than its score.
-        const bool tells = model != nullptr && !(model->out_of_reach &&
-                                                 model->chi_squared > found.start.chi_squared);
+        const bool tells = model != nullptr &&
+                           !(model->out_of_reach && model->chi_squared > found.start.chi_squared);
         if (tells) {
             entry.fit = *model;
             entry.is_refitted = true;
@@ -165,7 +166,7 @@ void rank(const Found& found, Diagnosis& result) {
 }
 
 void count_false_names(const Found& found, Diagnosis& result) {
-    const Yardstick by = yardstick(std::vector{found.model}, found.is_noise_known);
+    const Yardstick by = yardstick(std::vector{found.model});
     const double price = std::log(by.effective_readings);
     const auto tried = static_cast<double>(result.blind_spots.size());
     std::vector<bool> is_named;
@@ -190,10 +191,10 @@ void count_false_names(const Found& found, Diagnosis& result) {
 
 /// A model with a candidate of the size at which the record at hand would just show it.
 fit::Fit just_visible(const Found& found, const physics::SelectedEffect& candidate,
-                           const EffectScore& score) {
+                      const EffectScore& score) {
     fit::Fit model = found.model;
     model.effects.push_back(candidate);
-    model.names = model_names(in_library_order(model.effects));
+    model.names = fit::model_names(fit::in_library_order(model.effects));
     fit::FittedParameter size;
     size.name = score.effect + "." + score.parameter;
     size.value = score.smallest_visible;

@@ -23,12 +23,11 @@ struct Found {
     const DiagnosisOptions& options;
     const fit::SelectedEffects& candidates;
     const fit::Fit& model; ///< that was reached
-    const fit::Fit& start;    ///< from which the search set out
+    const fit::Fit& start; ///< from which the search set out
     const std::vector<fit::Fit>& first_step;
     const std::vector<EffectScore>& first_scores;
     const std::vector<Rivals>& rivals;
     const std::map<std::string, std::string>& refused;
-    bool is_noise_known = true;
     bool is_one_law = false; ///< the rivals do together what one law between them would
 };
 

@@ -44,7 +44,8 @@ EffectCell EffectTable::cell(std::size_t measurement, const fit::SelectedEffects
                 baselines_.emplace(measurement, fit::fit_model({}, {}, alone, options)).first;
         if (effects.empty())
             return cell_of(baseline->second);
-        return cell_of(fit::fit_candidate(effects, baseline->second, measured, options));
+        (void)fit::candidate_model(fit::baseline_model(measured, options.chain), effects, measured);
+        return cell_of(fit::fit_model(effects, baseline->second, alone, options));
     } catch (const core::InputError& error) {
         failed.applies = false;
         failed.failure = error.what();

@@ -109,7 +109,7 @@ class Holder {
 
     /// By a fit to what is not held out.
     [[nodiscard]] HeldOutPart of_refit(const IsHeldOut& is_held_out,
-                                       const fit::BelongsToRecording& fit::belongs_to_recording,
+                                       const fit::BelongsToRecording& belongs_to_recording,
                                        const fit::FitOptions& options) const {
         HeldOutPart failed;
         try {
@@ -120,17 +120,15 @@ class Holder {
             // no better at its end.
             joint.chain.largest_iterations = most_iterations;
             joint.chain.heartbeat = options.heartbeat;
-            joint.belongs_to_recording = fit::belongs_to_recording;
+            joint.belongs_to_recording = belongs_to_recording;
             std::vector<fit::StemModel> models;
             for (const fit::RecordingFit& part : parts_)
                 models.push_back(part.model);
-            const fit::Fit again =
-                fit::fit_jointly(models, what_is_seen(is_held_out), joint);
+            const fit::Fit again = fit::fit_jointly(models, what_is_seen(is_held_out), joint);
             PartSum sum;
             for (std::size_t m = 0; m < parts_.size(); ++m)
                 add(m,
-                    fit::predict_readings(again.parts[m].model, parts_[m].times,
-                                                options.heartbeat),
+                    fit::predict_readings(again.parts[m].model, parts_[m].times, options.heartbeat),
                     is_held_out, sum);
             return sum.part();
         } catch (const core::NumericalError& error) {
@@ -152,8 +150,8 @@ class Holder {
         return seen;
     }
 
-    void add(std::size_t part, const fit::ChainPrediction& prediction,
-             const IsHeldOut& is_held_out, PartSum& sum) const {
+    void add(std::size_t part, const fit::ChainPrediction& prediction, const IsHeldOut& is_held_out,
+             PartSum& sum) const {
         const measure::Measurement& recording = recordings_[part];
         sum.begin_recording(hold_out_[part]);
         for (std::size_t i = 0; i < prediction.frames; ++i) {
@@ -202,15 +200,15 @@ HoldOut hold_out_of(std::size_t row, const fit::RecordingFit& fit) {
 HeldOutPart predict_held_out(HeldOutReadings which, std::span<const fit::RecordingFit> parts,
                              std::span<const HoldOut> hold_out,
                              std::span<const measure::Measurement> recordings,
-                             const fit::BelongsToRecording& fit::belongs_to_recording,
+                             const fit::BelongsToRecording& belongs_to_recording,
                              const fit::FitOptions& options) {
     const Holder holder(parts, hold_out, recordings);
     if (which == HeldOutReadings::LastThird)
-        return holder.of_refit(holder.late_ones(), fit::belongs_to_recording, options);
+        return holder.of_refit(holder.late_ones(), belongs_to_recording, options);
     const bool has_rows = std::ranges::all_of(
         recordings, [](const auto& recording) { return recording.heights.size() > 1; });
     if (has_rows)
-        return holder.of_refit(holder.those_in_row(), fit::belongs_to_recording, options);
+        return holder.of_refit(holder.those_in_row(), belongs_to_recording, options);
     HeldOutPart none;
     none.failure = "there is only one height";
     return none;

@@ -49,12 +49,12 @@ enum class HeldOutReadings { LastThird, OneHeight };
 
 /// One of the two, of one model of several recordings, `parts` and `hold_out` one for each: what
 /// they share stays shared, and the held-out readings of all count together.
-[[nodiscard]] HeldOutPart
-predict_held_out(HeldOutReadings which, std::span<const fit::RecordingFit> parts,
-                 std::span<const HoldOut> hold_out,
-                 std::span<const measure::Measurement> recordings,
-                 const fit::BelongsToRecording& fit::belongs_to_recording,
-                 const fit::FitOptions& options = {});
+[[nodiscard]] HeldOutPart predict_held_out(HeldOutReadings which,
+                                           std::span<const fit::RecordingFit> parts,
+                                           std::span<const HoldOut> hold_out,
+                                           std::span<const measure::Measurement> recordings,
+                                           const fit::BelongsToRecording& belongs_to_recording,
+                                           const fit::FitOptions& options = {});
 
 /// Is the mean of the block-wise differences larger − smaller below 0 by more than 1.96 of its
 /// standard errors? With fewer than four blocks the mean square has to fall by a tenth.

@@ -114,7 +114,7 @@ void score(Ladder& ladder) {
     const fit::RecordingFit* const best = best_fit(ladder);
     if (best == nullptr)
         return;
-    ladder.effective_readings = effective_readings(whitened_residuals(*best));
+    ladder.effective_readings = fit::effective_readings(fit::whitened_residuals(*best));
     for (Rung& rung : ladder.rungs) {
         if (rung.fit.failed())
             continue;
@@ -125,8 +125,7 @@ void score(Ladder& ladder) {
                                 ? fit.chi_squared / std::max(1.0, best->reduced_chi_squared)
                                 : std::pow(fit.rmse, 2) / noise * static_cast<double>(fit.readings);
         const auto count = static_cast<double>(std::max<std::size_t>(fit.readings, 1));
-        const auto numbers =
-            static_cast<double>(rung.fit.moves() ? fit.prediction.parameters : 0);
+        const auto numbers = static_cast<double>(rung.fit.moves() ? fit.prediction.parameters : 0);
         rung.bic = size * ladder.effective_readings / count +
                    numbers * std::log(std::max(ladder.effective_readings, 2.0));
     }
@@ -141,13 +140,13 @@ void judge_step(Rung& rung, const Rung& before, const Rung& below) {
     }
     rung.delta_bic = rung.bic - before.bic;
     if (before.fit.moves()) {
-        rung.modulus_change =
-            relative_change(rung.fit.parts.front(), before.fit.parts.front(), "bond_youngs_modulus");
+        rung.modulus_change = relative_change(rung.fit.parts.front(), before.fit.parts.front(),
+                                              "bond_youngs_modulus");
         rung.damping_change =
             relative_change(rung.fit.parts.front(), before.fit.parts.front(), "bond_damping");
     }
-    rung.why = rung.fit.moves() ? objection(rung, before, below)
-                                    : "nothing moves the stem in this model";
+    rung.why =
+        rung.fit.moves() ? objection(rung, before, below) : "nothing moves the stem in this model";
     rung.is_gain = rung.why.empty();
     if (rung.is_gain)
         rung.why = fmt::format("BIC falls by {:.0f}, {}", -rung.delta_bic,
@@ -191,8 +190,8 @@ void refuse_impossible(const std::vector<fit::SelectedEffects>& models,
 
 } // namespace
 
-Ladder climb(const measure::Measurement& measurement, const std::vector<fit::SelectedEffects>& models,
-             const fit::FitOptions& options) {
+Ladder climb(const measure::Measurement& measurement,
+             const std::vector<fit::SelectedEffects>& models, const fit::FitOptions& options) {
     refuse_mere_noise(measurement, options.window);
     Ladder ladder;
     const std::span<const measure::Measurement> alone(&measurement, 1);

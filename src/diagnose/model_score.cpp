@@ -16,11 +16,22 @@ double readings(const fit::Fit& model) {
     return static_cast<double>(std::max<std::size_t>(model.readings, 1));
 }
 
-/// χ², or what stands for it where only the best model's residuals tell the noise.
+/// Of each recording its χ², or what stands for it where only the residuals of the best model give
+/// the noise: then χ² is the number of its readings whatever the model.
 double misfit(const fit::Fit& model, const Yardstick& yardstick) {
-    if (yardstick.is_noise_known)
+    if (model.misfits.empty())
         return model.chi_squared / yardstick.inflation;
-    return std::pow(model.rmse / yardstick.rmse, 2) * readings(model);
+    double known = 0.0;
+    double unknown = 0.0;
+    for (std::size_t m = 0; m < model.misfits.size(); ++m) {
+        const fit::RecordingMisfit& own = model.misfits[m];
+        const double ratio = m < yardstick.rmse.size() ? own.rmse / yardstick.rmse[m] : 1.0;
+        if (own.is_noise_known)
+            known += own.chi_squared;
+        else
+            unknown += ratio * ratio * static_cast<double>(own.readings);
+    }
+    return known / yardstick.inflation + unknown;
 }
 
 } // namespace
@@ -38,16 +49,16 @@ std::string bound_text(const fit::FittedParameter& parameter) {
                        parameter.unit.empty() ? "" : " ", parameter.unit);
 }
 
-Yardstick yardstick(std::span<const fit::Fit> models, bool is_noise_known) {
+Yardstick yardstick(std::span<const fit::Fit> models) {
     const fit::Fit* best = nullptr;
     for (const fit::Fit& model : models)
         if (model.is_fitted() && (best == nullptr || model.rmse < best->rmse))
             best = &model;
     Yardstick out;
-    out.is_noise_known = is_noise_known;
     if (best == nullptr)
         return out;
-    out.rmse = best->rmse;
+    for (const fit::RecordingMisfit& misfit : best->misfits)
+        out.rmse.push_back(misfit.rmse);
     out.inflation = std::max(1.0, best->reduced_chi_squared);
     out.effective_readings = std::max(best->effective_readings, 2.0);
     out.share = std::min(1.0, out.effective_readings / readings(*best));
@@ -60,11 +71,10 @@ double bic(const fit::Fit& model, const Yardstick& yardstick) {
 }
 
 double gain_p_value(double gain, int added) {
-    return chi_squared_tail(std::max(gain, 0.0), std::max(added, 1));
+    return fit::chi_squared_tail(std::max(gain, 0.0), std::max(added, 1));
 }
 
-double gain_p_value(const fit::Fit& smaller, const fit::Fit& larger,
-                    const Yardstick& yardstick) {
+double gain_p_value(const fit::Fit& smaller, const fit::Fit& larger, const Yardstick& yardstick) {
     return gain_p_value((misfit(smaller, yardstick) - misfit(larger, yardstick)) * yardstick.share,
                         static_cast<int>(larger.parameters.size()) -
                             static_cast<int>(smaller.parameters.size()));

@@ -11,18 +11,19 @@ namespace culm::diagnose {
 
 /// By what the misfits of models that are compared are weighed: all by the same.
 struct Yardstick {
-    double rmse = 0.0; ///< m, of the best model
-    bool is_noise_known = true;
-    double inflation = 1.0; ///< of χ²: the best model's reduced χ² where that is above 1
-    double share = 1.0;     ///< of the readings that count as independent
+    std::vector<double> rmse; ///< (recordings) of the best model, m
+    double inflation = 1.0;   ///< of χ²: the best model's reduced χ² where that is above 1
+    double share = 1.0;       ///< of the readings that count as independent
     double effective_readings = 1.0;
 };
 
 /// From the model that fits best, whose residuals are closest to the noise.
-[[nodiscard]] Yardstick yardstick(std::span<const fit::Fit> models, bool is_noise_known);
+[[nodiscard]] Yardstick yardstick(std::span<const fit::Fit> models);
 
-/// Bayesian information criterion, χ²/s · n/N + k ln n: N readings of which n count as independent,
-/// k fitted numbers, s the yardstick's inflation: what the best model misses is noise to all.
+/// Bayesian information criterion, M · n/N + k ln n, for N readings of which n count as independent
+/// and k fitted numbers. The misfit M is a sum over the recordings: χ²/s where the noise is known,
+/// with the inflation s because what the best model misses is noise to all; where only the
+/// residuals give the noise, their mean square over that of the best model, times the readings.
 [[nodiscard]] double bic(const fit::Fit& model, const Yardstick& yardstick);
 
 /// Probability of a fall of χ² at least as large by numbers that mean nothing.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/naming.hpp"
 
-#include "fit/coarse_image.hpp"
 #include "diagnose/swing.hpp"
+#include "fit/coarse_image.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -48,8 +48,7 @@ std::string step_obstacle(const fit::Fit& smaller, const fit::Fit& larger, const
         gain_p_value(smaller, larger, by) * static_cast<double>(std::max<std::size_t>(tried, 1));
     if (!(p < naming_level))
         return fmt::format("the gain is not significant (p = {:.2g})", p);
-    if (by.is_noise_known &&
-        larger.chi_squared > step_limit(smaller, larger.names.size() - smaller.names.size()))
+    if (larger.chi_squared > step_limit(smaller, larger.names.size() - smaller.names.size()))
         return fmt::format("it takes {:.0f} % of a misfit that stays glaring",
                            100.0 * (1.0 - larger.chi_squared / smaller.chi_squared));
     return {};
@@ -60,9 +59,8 @@ bool acts_for_certain(const fit::Fit& smaller, const fit::Fit& larger) {
            larger.chi_squared < certain_share * smaller.chi_squared;
 }
 
-bool promises_significant_gain(const std::vector<EffectScore>& scores, const fit::Fit& fit,
-                               bool is_noise_known) {
-    const Yardstick own = yardstick(std::vector{fit}, is_noise_known);
+bool promises_significant_gain(const std::vector<EffectScore>& scores, const fit::Fit& fit) {
+    const Yardstick own = yardstick(std::vector{fit});
     return std::ranges::any_of(scores, [&](const EffectScore& score) {
         const double gain = score.gain / own.inflation * own.share;
         return score.failure.empty() &&

@@ -42,7 +42,7 @@ inline constexpr double clear_failure_level = 1e-4;
 /// Before anything is named: does a candidate promise more than noise would, for as many as there
 /// are? The tests for lack of fit look at everything and so miss a weak trace of one effect.
 [[nodiscard]] bool promises_significant_gain(const std::vector<EffectScore>& scores,
-                                             const fit::Fit& fit, bool is_noise_known);
+                                             const fit::Fit& fit);
 
 /// Has the larger model, fitted to its end, taken away this share of the misfit above the noise?
 [[nodiscard]] bool explains(const fit::Fit& smaller, const fit::Fit& larger, double share);

@@ -82,7 +82,7 @@ std::vector<Change> changes_for(const std::vector<std::pair<Rival, Rival>>& pair
     std::vector<physics::EffectPointer> effects;
     for (const auto& [truth, other] : pairs)
         for (const Rival* rival : {&truth, &other})
-            for (const physics::SelectedEffect& selected : rival->effects)
+            for (const physics::SelectedEffect& selected : rival->fit.effects)
                 effects.push_back(selected.effect);
     std::vector<Change> changes{{"release again as before", [](run::CaseSpec&) {}},
                                 known_mass(spec, 0.1),
@@ -141,16 +141,15 @@ Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
 
 /// The numbers of each rival, those beside an assumed effect fitted again.
 std::vector<fit::Fit> refitted(const std::vector<Rival>& rivals,
-                                 std::span<const measure::Measurement> alone,
-                                 const fit::FitOptions& options, const fit::WorkMap& map) {
+                               std::span<const measure::Measurement> alone,
+                               const fit::FitOptions& options, const fit::WorkMap& map) {
     std::vector<std::size_t> assuming;
     for (std::size_t k = 0; k < rivals.size(); ++k)
         if (!rivals[k].assumed.empty())
             assuming.push_back(k);
     const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
         const Rival& rival = rivals[assuming[item]];
-        const fit::RecordingFit fit =
-            fit::restored(rival.fit, alone, options).parts.front();
+        const fit::RecordingFit fit = fit::restored(rival.fit, alone, options).parts.front();
         std::vector<bool> is_held;
         for (const std::string& name : fit.model.free_names())
             is_held.push_back(name.starts_with(rival.assumed + "."));
@@ -171,8 +170,7 @@ std::vector<fit::Fit> refitted(const std::vector<Rival>& rivals,
         return out;
     const std::vector<std::string> answers = map(std::vector<double>(assuming.size(), 1.0), work);
     for (std::size_t k = 0; k < assuming.size(); ++k)
-        if (!answers[k].empty())
-        {
+        if (!answers[k].empty()) {
             out[assuming[k]] = fit::fit_from_text(answers[k]);
             out[assuming[k]].effects = rivals[assuming[k]].fit.effects;
         }
@@ -192,8 +190,7 @@ double gap(const fit::RecordingFit& truth, const fit::RecordingFit& other, const
     }
     first.parameters.clear(); // only the other's derivatives are needed
     const fit::ChainPrediction wanted = fit::predict_readings(first, times, heartbeat);
-    const fit::ChainPrediction offered =
-        fit::predict_readings(second, times, heartbeat);
+    const fit::ChainPrediction offered = fit::predict_readings(second, times, heartbeat);
     const auto count = static_cast<Eigen::Index>(offered.parameters);
     Eigen::MatrixXd normal = information_without_release(other);
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(count);
@@ -235,8 +232,7 @@ std::vector<Experiment> next_experiments(const std::vector<std::pair<Rival, Riva
     const std::vector<fit::Fit> summaries = refitted(rivals, alone, options, map);
     std::vector<fit::RecordingFit> sides; // two for each pair
     for (std::size_t k = 0; k < rivals.size(); ++k)
-        sides.push_back(
-            std::move(fit::restored(summaries[k], alone, options).parts.front()));
+        sides.push_back(std::move(fit::restored(summaries[k], alone, options).parts.front()));
     const std::vector<Change> changes = changes_for(pairs, sides.front().model.spec);
     const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
         const std::size_t pair = item % pairs.size();

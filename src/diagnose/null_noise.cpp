@@ -62,7 +62,7 @@ Eigen::MatrixXd null_noise(const fit::Fit& fit, int draws) {
     std::vector<std::vector<double>> correlations; // (recordings)(rows)
     Eigen::Index readings = 0;
     for (const fit::RecordingFit& part : fit.parts) {
-        const Eigen::MatrixXd whitened = whitened_residuals(part);
+        const Eigen::MatrixXd whitened = fit::whitened_residuals(part);
         std::vector<double>& rows = correlations.emplace_back();
         for (Eigen::Index j = 0; j < whitened.cols(); ++j)
             rows.push_back(frame_correlation(whitened, j));

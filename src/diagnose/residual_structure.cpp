@@ -19,7 +19,7 @@ constexpr std::size_t fewest_structure_frames = 6;
 /// Sums for the regression of the swing's residual on the modelled swing and its speed over ω, both
 /// about their means over the frames, and a constant. About the means, because a stem that sags is
 /// not at rest at zero: its sag is no amplitude.
-class Regression {
+class RateRegression {
   public:
     void add(const Swing& swing, std::size_t i) {
         const double omega = 2.0 * std::numbers::pi * swing.frequency;
@@ -84,7 +84,7 @@ class Amplitude {
 };
 
 SwingError error_in_third(const Swing& swing, std::size_t third) {
-    Regression regression;
+    RateRegression regression;
     Amplitude measured;
     Amplitude modelled;
     for (std::size_t i = 0; i < swing.times.size(); ++i) {
@@ -124,14 +124,14 @@ struct SwingPower {
 
 SwingPower swing_power(const Swing& swing) {
     SwingPower power;
-    std::vector<Regression> windows(
+    std::vector<RateRegression> windows(
         static_cast<std::size_t>(swing.times.back() * swing.frequency / window_cycles) + 1);
     for (std::size_t i = 0; i < swing.times.size(); ++i)
         if (counts(swing, i))
             windows[static_cast<std::size_t>(swing.times[i] * swing.frequency / window_cycles)].add(
                 swing, i);
     const double noise = swing.noise * swing.noise;
-    for (const Regression& window : windows) {
+    for (const RateRegression& window : windows) {
         power.all += window.squares() / noise;
         power.frames += static_cast<double>(window.frames());
         if (!window.is_solvable())

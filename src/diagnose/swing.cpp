@@ -99,8 +99,7 @@ Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measure
         precision += std::pow(swing.shape[j] / fit.noise[j], 2);
     swing.noise = precision > 0.0 ? 1.0 / std::sqrt(precision) : 0.0;
     const auto modes = run::chain_modes(fit.model.spec, 1);
-    swing.frequency =
-        modes.empty() ? physics::first_frequency(fit.model.spec.stem) : modes.front().frequency;
+    swing.frequency = modes.empty() ? physics::first_frequency(fit.model.spec.stem) : modes.front().frequency;
     return swing;
 }
 

@@ -86,17 +86,17 @@ Verdict judge(const fit::RecordingFit& fit, const Swing& swing) {
     verdict.noise = typical_noise(fit);
     verdict.is_noise_known = fit.is_noise_known;
     verdict.reduced_chi_squared = fit.reduced_chi_squared;
-    const Eigen::MatrixXd whitened = whitened_residuals(fit);
+    const Eigen::MatrixXd whitened = fit::whitened_residuals(fit);
     verdict.effective_degrees_of_freedom =
-        std::min(effective_degrees_of_freedom(whitened, lags_over_a_period(fit, swing)),
+        std::min(fit::effective_degrees_of_freedom(whitened, lags_over_a_period(fit, swing)),
                  static_cast<double>(std::max<std::size_t>(fit.degrees_of_freedom, 1)));
     verdict.tests = calibrate::test_lack_of_fit(fit).tests;
     for (calibrate::LackOfFitTest& test : verdict.tests)
         if (test.name == "size")
-            test.p_value =
-                chi_squared_tail(verdict.effective_degrees_of_freedom * fit.reduced_chi_squared,
-                                 verdict.effective_degrees_of_freedom);
-    const fit::SpatialPattern pattern = spatial_pattern(whitened);
+            test.p_value = fit::chi_squared_tail(verdict.effective_degrees_of_freedom *
+                                                     fit.reduced_chi_squared,
+                                                 verdict.effective_degrees_of_freedom);
+    const fit::SpatialPattern pattern = fit::spatial_pattern(whitened);
     verdict.tests.push_back({"pattern over the heights", pattern.p_value, pattern.p_value});
     verdict.spatial_share = pattern.share;
     const double size = std::sqrt(pattern.share * whitened.squaredNorm() /

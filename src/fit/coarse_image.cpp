@@ -21,8 +21,7 @@ bool is_fine(const RecordingFit& part) {
     return searched_spheres(spheres) < spheres;
 }
 
-void scale(const std::string& name, double factor,
-           std::vector<FittedParameter>& parameters) {
+void scale(const std::string& name, double factor, std::vector<FittedParameter>& parameters) {
     for (FittedParameter& parameter : parameters)
         if (parameter.name == name) {
             parameter.value *= factor;
@@ -30,8 +29,7 @@ void scale(const std::string& name, double factor,
         }
 }
 
-void scale_material(double modulus, double damping,
-                    std::vector<FittedParameter>& parameters) {
+void scale_material(double modulus, double damping, std::vector<FittedParameter>& parameters) {
     scale("bond_youngs_modulus", modulus, parameters);
     scale("bond_damping", damping, parameters);
 }

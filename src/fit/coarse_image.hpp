@@ -2,8 +2,8 @@
 // A fit as a chain of few spheres sees it: the search goes on there, for less than half the time.
 #pragma once
 
-#include "fit/fit_numbers.hpp"
 #include "fit/fit_model.hpp"
+#include "fit/fit_numbers.hpp"
 
 #include <span>
 #include <vector>

@@ -217,6 +217,7 @@ void add_sums(const JointLayout& layout, const std::vector<bool>& is_held, doubl
         weighted += part.chi_squared;
         add_chi_squared(free_count(held_of(layout.shares[m], is_held)), part);
         fit.chi_squared += part.chi_squared;
+        fit.misfits.push_back({part.readings, part.chi_squared, part.rmse, part.is_noise_known});
     }
     const auto readings = static_cast<double>(std::max<std::size_t>(fit.readings, 1));
     fit.rmse = std::sqrt(sum_of_squares / readings);
@@ -256,7 +257,7 @@ void add_statistics(std::span<const measure::Measurement> measurements, const Jo
 namespace {
 
 RecordingFit only_part(const StemModel& model, const measure::Measurement& measurement,
-                   const JointOptions& options) {
+                       const JointOptions& options) {
     return std::move(fit_jointly({&model, 1}, {&measurement, 1}, options).parts.front());
 }
 
@@ -268,12 +269,12 @@ const FittedParameter* RecordingFit::find(const std::string& name) const {
 }
 
 RecordingFit fit_chain(const StemModel& model, const measure::Measurement& measurement,
-                   const SolveOptions& options) {
+                       const SolveOptions& options) {
     return only_part(model, measurement, {options, {}, {}, {}});
 }
 
 RecordingFit fit_chain_with_held(const StemModel& model, const measure::Measurement& measurement,
-                             const std::vector<bool>& is_held, const SolveOptions& options) {
+                                 const std::vector<bool>& is_held, const SolveOptions& options) {
     JointOptions held{options, {}, is_held, {}};
     held.chain.is_first_guess = false;
     return only_part(model, measurement, held);
@@ -391,7 +392,8 @@ std::vector<ReadingNoise> noises_of(std::span<const measure::Measurement> measur
     return noises;
 }
 
-RecordingFit part_of(JointSolution& solution, std::size_t m, ReadingNoise noise, bool is_noise_known) {
+RecordingFit part_of(JointSolution& solution, std::size_t m, ReadingNoise noise,
+                     bool is_noise_known) {
     RecordingFit part;
     part.model = std::move(solution.models[m]);
     part.prediction = std::move(solution.predictions[m]);
@@ -409,8 +411,7 @@ RecordingFit part_of(JointSolution& solution, std::size_t m, ReadingNoise noise,
 } // namespace
 
 Fit fit_jointly(std::span<const StemModel> models,
-                     std::span<const measure::Measurement> measurements,
-                     const JointOptions& options) {
+                std::span<const measure::Measurement> measurements, const JointOptions& options) {
     const JointLayout layout = joint_layout(models, measurements, options.belongs_to_recording);
     const std::vector<StemModel> starts =
         reconciled(std::vector(models.begin(), models.end()), layout);

@@ -6,6 +6,7 @@
 #include "fit/prediction.hpp"
 #include "fit/reading_noise.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -78,21 +79,22 @@ struct RecordingFit {
 /// above 1: what a model lacks makes its parameters less sure. A fit that ends at a bound or does
 /// not converge comes back with its reason; one that cannot even start throws
 /// core::NumericalError. run::Abandoned if the heartbeat says so.
-[[nodiscard]] RecordingFit fit_chain(const StemModel& model, const measure::Measurement& measurement,
-                                 const SolveOptions& options = {});
+[[nodiscard]] RecordingFit fit_chain(const StemModel& model,
+                                     const measure::Measurement& measurement,
+                                     const SolveOptions& options = {});
 
 /// The fit with some parameters held at the model's values; `is_held` in the order of free_names.
 /// Starts there without growing windows. For profile likelihoods and constrained comparisons.
 [[nodiscard]] RecordingFit fit_chain_with_held(const StemModel& model,
-                                           const measure::Measurement& measurement,
-                                           const std::vector<bool>& is_held,
-                                           const SolveOptions& options = {});
+                                               const measure::Measurement& measurement,
+                                               const std::vector<bool>& is_held,
+                                               const SolveOptions& options = {});
 
 /// `model` with the values that `fit` found for parameters of the same name.
 [[nodiscard]] StemModel started_from(StemModel model, const RecordingFit& fit);
 
 struct JointOptions {
-    SolveOptions chain;                   ///< windows count from each recording's own release
+    SolveOptions chain;                      ///< windows count from each recording's own release
     BelongsToRecording belongs_to_recording; ///< empty: everything is shared
     std::vector<bool> is_held;               ///< (joint parameters); empty: none
     /// (recordings)(rows), m: by what the residuals of recordings of unknown noise are weighted
@@ -108,8 +110,17 @@ enum class FitStatus {
     Failed
 };
 
-/// A model fitted to one or several recordings at once. They share the material and all that acts on
-/// the stem; what belongs to one recording (belongs_to_recording) has a value for each. SI units.
+/// What a fit leaves of one recording.
+struct RecordingMisfit {
+    std::size_t readings = 0;
+    double chi_squared = 0.0; ///< its degrees of freedom where only the residuals give the noise
+    double rmse = 0.0;        ///< m
+    bool is_noise_known = false;
+};
+
+/// A model fitted to one or several recordings at once. They share the material and all that acts
+/// on the stem; what belongs to one recording (belongs_to_recording) has a value for each. SI
+/// units.
 struct Fit {
     SelectedEffects effects;        ///< beside the published chain
     std::vector<std::string> names; ///< "baseline" and the effects, in the library's order
@@ -124,7 +135,8 @@ struct Fit {
     std::size_t degrees_of_freedom = 0;
     /// Readings that count as independent where a mean is concerned; by numbers_of().
     double effective_readings = 0.0;
-    std::optional<double> out_of_reach; ///< Stopped: χ² to which its pace would not have led
+    std::vector<RecordingMisfit> misfits; ///< (recordings)
+    std::optional<double> out_of_reach;   ///< Stopped: χ² to which its pace would not have led
     int starts = 0;
     int runs = 0; ///< of chains with all their derivatives
 
@@ -134,12 +146,19 @@ struct Fit {
     std::vector<std::vector<std::size_t>> places; ///< (recordings)(parameters of the part)
     Eigen::MatrixXd covariance;                   ///< (parameters, parameters)
     double weighted_rms = 0.0;                    ///< of residual over weight: what was minimised
-    std::vector<std::vector<double>> weights; ///< (recordings)(rows), m: noise or JointOptions'
+    std::vector<std::vector<double>> weights;     ///< (recordings)(rows), m: noise or JointOptions'
 
     [[nodiscard]] bool failed() const {
         return status == FitStatus::Failed || status == FitStatus::NotConverged;
     }
     [[nodiscard]] bool moves() const { return status != FitStatus::Motionless; }
+    /// Does a recording state its noise? All of them: is_noise_known_everywhere().
+    [[nodiscard]] bool is_noise_known_anywhere() const {
+        return std::ranges::any_of(misfits, &RecordingMisfit::is_noise_known);
+    }
+    [[nodiscard]] bool is_noise_known_everywhere() const {
+        return std::ranges::all_of(misfits, &RecordingMisfit::is_noise_known);
+    }
     /// Were its numbers fitted?
     [[nodiscard]] bool is_fitted() const {
         return status == FitStatus::Fitted || status == FitStatus::Stopped;
@@ -173,7 +192,7 @@ struct FitOptions {
 /// inverse of the summed information, times the reduced χ² where that is above 1. Errors and
 /// failures as fit_chain's.
 [[nodiscard]] Fit fit_jointly(std::span<const StemModel> models,
-                                   std::span<const measure::Measurement> measurements,
-                                   const JointOptions& options = {});
+                              std::span<const measure::Measurement> measurements,
+                              const JointOptions& options = {});
 
 } // namespace culm::fit

@@ -94,8 +94,7 @@ class BestFit {
   private:
     /// By the weights of the best.
     [[nodiscard]] bool is_as_good_as(std::span<const RecordingFit> smaller) const;
-    [[nodiscard]] Fit solved(const StartModels& start,
-                                             const JointOptions& options);
+    [[nodiscard]] Fit solved(const StartModels& start, const JointOptions& options);
     [[nodiscard]] JointOptions joint_options(bool is_first_guess) const;
     [[nodiscard]] std::vector<bool> places(const StartModels& start) const;
     [[nodiscard]] Fit settled(Fit fit);
@@ -187,8 +186,7 @@ bool BestFit::is_as_good_as(std::span<const RecordingFit> smaller) const {
     return best_ && best_->weighted_rms <= allowed_excess * weighted_rms(smaller, best_->weights);
 }
 
-Fit BestFit::solved(const StartModels& start,
-                                    const JointOptions& options) {
+Fit BestFit::solved(const StartModels& start, const JointOptions& options) {
     Fit fit = fit_jointly(start, recordings_, options);
     runs_ += fit.runs;
     return fit;
@@ -197,8 +195,7 @@ Fit BestFit::solved(const StartModels& start,
 /// Places, angles and time scales: while an effect has hardly any size they have hardly any
 /// derivative, and a first step would throw them far away.
 std::vector<bool> BestFit::places(const StartModels& start) const {
-    const JointLayout layout =
-        joint_layout(start, recordings_, belongs_to_recording);
+    const JointLayout layout = joint_layout(start, recordings_, belongs_to_recording);
     std::vector<bool> held;
     for (const JointLayout::Owner& owner : layout.owners) {
         const std::vector<FreeParameter>& parameters = start[owner.model].parameters;
@@ -324,8 +321,8 @@ FitPlan::FitPlan(const SelectedEffects& effects, const Fit& smaller,
     : effects_(effects), smaller_(smaller), recordings_(recordings) {
     failure_ = failure_of([&] {
         for (const measure::Measurement& recording : recordings)
-            models_.push_back(candidate_model(baseline_model(recording, options.chain),
-                                              effects, recording));
+            models_.push_back(
+                candidate_model(baseline_model(recording, options.chain), effects, recording));
         if (recordings.size() > 1)
             for (const measure::Measurement& recording : recordings)
                 swings_.push_back(recorded_swing(recording, options));
@@ -365,8 +362,7 @@ Fit FitPlan::finish(const std::vector<std::string>& begun, const FitOptions& opt
     return fit;
 }
 
-Fit FitPlan::fitted(const std::vector<std::string>& begun,
-                         const FitOptions& options) const {
+Fit FitPlan::fitted(const std::vector<std::string>& begun, const FitOptions& options) const {
     if (effects_.empty())
         return recordings_.size() > 1 ? fit_from_own(options) : fit_alone(0, options);
     if (smaller_.failed()) {
@@ -469,7 +465,7 @@ Fit FitPlan::fit_from_own(const FitOptions& options) const {
 }
 
 Fit FitPlan::fit_from_starts(const std::vector<std::string>& begun,
-                                  const FitOptions& options) const {
+                             const FitOptions& options) const {
     std::optional<std::vector<BegunFit>> from;
     int runs = 0;
     if (start_count() > 0) {

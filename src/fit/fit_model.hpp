@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The one policy by which a model is fitted: where a fit starts, when it starts again, when it fails.
+// The one policy by which a model is fitted: where a fit starts, when it starts again, when it
+// fails.
 #pragma once
 
 #include "fit/joint_starts.hpp"
@@ -14,17 +15,20 @@ namespace culm::fit {
 /// `effects` beside the published chain (none: the chain itself), fitted to all recordings at once.
 /// `smaller`: a fit with some or none of the effects; only the chain itself needs none.
 ///
-/// 1. The chain itself, and a model that sets a stem in motion which stood still without its effects:
-///    from each recording's own fit, with windows that grow so that no cycle is skipped. What several
-///    recordings share starts from the mean of their own values and, where these would put the
-///    recordings out of phase, from each of them.
+/// 1. The chain itself, and a model that sets a stem in motion which stood still without its
+/// effects:
+///    from each recording's own fit, with windows that grow so that no cycle is skipped. What
+///    several recordings share starts from the mean of their own values and, where these would put
+///    the recordings out of phase, from each of them.
 /// 2. A larger model: from starts() about `smaller`, and for several recordings that disagree from
-///    reconciling_starts(). Some iterations from each start; the best goes on to its end, and the next
-///    one if it was better then.
-/// 3. A fit that has not converged goes on once. One whose steps met a bound starts again from there.
+///    reconciling_starts(). Some iterations from each start; the best goes on to its end, and the
+///    next one if it was better then.
+/// 3. A fit that has not converged goes on once. One whose steps met a bound starts again from
+/// there.
 /// 4. A larger model that contains the smaller one and fits worse has skipped a cycle: windows grow
 ///    from the same starts. If that does not help the fit has failed.
-/// 5. A model in which nothing moves the stem leaves the readings as they are (FitStatus::Motionless).
+/// 5. A model in which nothing moves the stem leaves the readings as they are
+/// (FitStatus::Motionless).
 ///
 /// Never throws for a model that cannot be fitted or combined: FitStatus::Failed with the reason.
 /// run::Abandoned if the heartbeat says so.

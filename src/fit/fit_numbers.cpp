@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/fit_numbers.hpp"
 
-#include "fit/layout.hpp"
 #include "core/error.hpp"
+#include "fit/layout.hpp"
 #include "fit/residual_statistics.hpp"
 
 #include <algorithm>
@@ -41,8 +41,7 @@ FittedParameter parameter_from(const json& told) {
 }
 
 /// The models with the numbers that `summary` has for them.
-void set_values(const Fit& summary, const JointLayout& layout,
-                std::vector<StemModel>& models) {
+void set_values(const Fit& summary, const JointLayout& layout, std::vector<StemModel>& models) {
     for (std::size_t m = 0; m < models.size(); ++m) {
         const std::vector<std::string> names = models[m].free_names();
         for (std::size_t k = 0; k < names.size(); ++k) {
@@ -79,6 +78,10 @@ std::string to_text(const Fit& numbers) {
     json parameters = json::array();
     for (const FittedParameter& parameter : numbers.parameters)
         parameters.push_back(parameter_json(parameter));
+    json misfits = json::array();
+    for (const RecordingMisfit& misfit : numbers.misfits)
+        misfits.push_back(
+            {misfit.readings, misfit.chi_squared, misfit.rmse, misfit.is_noise_known});
     return json{numbers.names,
                 static_cast<int>(numbers.status),
                 numbers.reason,
@@ -89,7 +92,8 @@ std::string to_text(const Fit& numbers) {
                 numbers.readings,
                 numbers.effective_readings,
                 numbers.runs,
-                numbers.out_of_reach ? json(*numbers.out_of_reach) : json()}
+                numbers.out_of_reach ? json(*numbers.out_of_reach) : json(),
+                std::move(misfits)}
         .dump();
 }
 
@@ -113,6 +117,8 @@ Fit fit_from_text(const std::string& text) {
     out.runs = told[9];
     if (!told[10].is_null())
         out.out_of_reach = told[10].get<double>();
+    for (const json& misfit : told[11])
+        out.misfits.push_back({misfit[0], misfit[1], misfit[2], misfit[3]});
     return out;
 }
 

@@ -2,8 +2,8 @@
 #include "fit/joint_starts.hpp"
 
 #include "core/error.hpp"
-#include "fit/fit_model.hpp"
 #include "run/modes.hpp"
+#include "fit/fit_model.hpp"
 #include "fit/parameter.hpp"
 #include "fit/starts.hpp"
 
@@ -51,8 +51,8 @@ class ModulusSearch {
     ModulusSearch(const FreeParameter& size, const run::CaseSpec& spec,
                   const std::function<double(const run::CaseSpec&)>& excess)
         : size_(size), spec_(spec), excess_(excess) {
-        std::tie(lower_, upper_) = std::minmax({to_internal(size, spec, size.lower),
-                                                to_internal(size, spec, size.upper)});
+        std::tie(lower_, upper_) =
+            std::minmax({to_internal(size, spec, size.lower), to_internal(size, spec, size.upper)});
         absent_ = at(to_internal(size, spec, absent_value(size)));
         best_ = absent_;
     }
@@ -217,7 +217,7 @@ std::vector<double> apparent_moduli(const StartModels& models,
 
 /// Each recording with a size of its own beside one modulus.
 StartModels with_own_sizes(StartModels start, const std::string& name, double youngs_modulus,
-                          std::span<const RecordedSwing> swings) {
+                           std::span<const RecordedSwing> swings) {
     set_modulus(youngs_modulus, start);
     for (std::size_t m = 0; m < start.size(); ++m)
         if (const FreeParameter* const size = find(start[m], name)) {
@@ -231,7 +231,7 @@ StartModels with_own_sizes(StartModels start, const std::string& name, double yo
 
 /// All recordings with the size at which the highest and the lowest modulus become one.
 StartModels with_shared_size(StartModels start, const std::string& name,
-                            std::span<const RecordedSwing> swings) {
+                             std::span<const RecordedSwing> swings) {
     const std::vector<double> moduli = apparent_moduli(start, swings);
     const auto [low, high] = std::ranges::minmax_element(moduli);
     const auto lowest = static_cast<std::size_t>(low - moduli.begin());
@@ -257,8 +257,7 @@ StartModels with_shared_size(StartModels start, const std::string& name,
     return start;
 }
 
-std::set<std::string> new_sizes(const StartModels& models,
-                                std::span<const RecordingFit> smaller) {
+std::set<std::string> new_sizes(const StartModels& models, std::span<const RecordingFit> smaller) {
     std::set<std::string> names;
     for (const StemModel& model : models)
         for (const FreeParameter& parameter : model.parameters)
@@ -272,12 +271,10 @@ std::set<std::string> new_sizes(const StartModels& models,
 
 } // namespace
 
-RecordedSwing recorded_swing(const measure::Measurement& measurement,
-                             const FitOptions& options) {
+RecordedSwing recorded_swing(const measure::Measurement& measurement, const FitOptions& options) {
     const StemModel model = baseline_model(measurement, options.chain);
     const double natural = run::natural_frequency(model.spec);
-    const double ratio =
-        std::min(std::numbers::pi * natural * damping_time(model.spec), 0.99);
+    const double ratio = std::min(std::numbers::pi * natural * damping_time(model.spec), 0.99);
     const double share = std::sqrt(1.0 - ratio * ratio);
     RecordedSwing swing;
     swing.mode.frequency = natural * share;
@@ -289,8 +286,8 @@ RecordedSwing recorded_swing(const measure::Measurement& measurement,
 }
 
 std::vector<StartModels> shared_starts(const StartModels& models,
-                                      std::span<const RecordingFit> alone,
-                                      std::span<const RecordedSwing> swings) {
+                                       std::span<const RecordingFit> alone,
+                                       std::span<const RecordedSwing> swings) {
     StartModels own;
     for (std::size_t m = 0; m < models.size(); ++m)
         own.push_back(started_from(models[m], alone[m]));
@@ -316,8 +313,8 @@ std::vector<StartModels> shared_starts(const StartModels& models,
 }
 
 std::vector<StartModels> reconciling_starts(const StartModels& models,
-                                           std::span<const RecordingFit> smaller,
-                                           std::span<const RecordedSwing> swings) {
+                                            std::span<const RecordingFit> smaller,
+                                            std::span<const RecordedSwing> swings) {
     const double before = disagreement(models, swings);
     std::vector<StartModels> starts;
     if (!(before >= same_phase))

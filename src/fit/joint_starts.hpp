@@ -24,15 +24,15 @@ struct RecordedSwing {
 /// weighted by their information, and, where the recordings' first modes would differ from their
 /// swings by a different share, those of each recording too.
 [[nodiscard]] std::vector<StartModels> shared_starts(const StartModels& models,
-                                                    std::span<const RecordingFit> alone,
-                                                    std::span<const RecordedSwing> swings);
+                                                     std::span<const RecordingFit> alone,
+                                                     std::span<const RecordedSwing> swings);
 
 /// Where one material does not give all recordings their frequencies, a size that `smaller` does
 /// not have may: the mass that each recording needs beside the modulus of the stiffest one, or the
 /// compliance that makes their moduli one. Such starts, made of `models` by the linearised chain;
 /// none if the recordings agree already, or no new size reconciles them.
-[[nodiscard]] std::vector<StartModels>
-reconciling_starts(const StartModels& models, std::span<const RecordingFit> smaller,
-                   std::span<const RecordedSwing> swings);
+[[nodiscard]] std::vector<StartModels> reconciling_starts(const StartModels& models,
+                                                          std::span<const RecordingFit> smaller,
+                                                          std::span<const RecordedSwing> swings);
 
 } // namespace culm::fit

@@ -69,11 +69,11 @@ class CandidateFits {
         std::vector<std::vector<std::string>> begun(plans.size());
         if (items.empty())
             return begun;
-        const std::vector<std::string> answers =
-            map_(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
-                const auto [plan, start] = items[item];
-                return plans[plan].begin(start, image_.options(with_heartbeat(options_, heartbeat)));
-            });
+        const std::vector<std::string> answers = map_(costs, [&](std::size_t item,
+                                                                 const run::Heartbeat& heartbeat) {
+            const auto [plan, start] = items[item];
+            return plans[plan].begin(start, image_.options(with_heartbeat(options_, heartbeat)));
+        });
         for (std::size_t item = 0; item < items.size(); ++item)
             begun[items[item].first].push_back(answers[item]);
         return begun;
@@ -82,7 +82,7 @@ class CandidateFits {
     void set_reach(const FitGoal& goal, double smallest_begun) {
         const double aim =
             goal.is_of_best ? std::min(goal.chi_squared, smallest_begun) : goal.chi_squared;
-        if (!std::isfinite(aim) || smaller_.failed() || !smaller_.parts.front().is_noise_known)
+        if (!std::isfinite(aim) || smaller_.failed() || !smaller_.is_noise_known_everywhere())
             return;
         reach_ = goal.is_of_best ? within_reach(aim, smaller_.readings) : aim;
         if (image_.is_coarser())
@@ -111,8 +111,8 @@ class CandidateFits {
     /// From where the coarse chain has ended; all the way if it has failed.
     [[nodiscard]] Fit refined_fit(std::size_t k, const FitOptions& options) const {
         const SelectedEffects& effects = models_[k];
-        return fits_[k].is_fitted() ? refined(models_of(fits_[k], recordings_, options),
-                                              effects, smaller_, recordings_, options)
+        return fits_[k].is_fitted() ? refined(models_of(fits_[k], recordings_, options), effects,
+                                              smaller_, recordings_, options)
                                     : fit_model(effects, smaller_, recordings_, options);
     }
 
@@ -133,7 +133,8 @@ class CandidateFits {
             return;
         const std::vector<std::string> answers =
             map_(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
-                return to_text(numbers_of(refined_fit(places[item], with_heartbeat(options_, heartbeat))));
+                return to_text(
+                    numbers_of(refined_fit(places[item], with_heartbeat(options_, heartbeat))));
             });
         for (std::size_t item = 0; item < places.size(); ++item) {
             Fit& fit = fits_[places[item]];
@@ -157,11 +158,10 @@ class CandidateFits {
 
 } // namespace
 
-std::vector<Fit> fit_candidates(const std::vector<SelectedEffects>& models,
-                                       const Fit& smaller,
-                                       std::span<const measure::Measurement> recordings,
-                                       const FitOptions& options, const WorkMap& map,
-                                       const FitGoal& goal) {
+std::vector<Fit> fit_candidates(const std::vector<SelectedEffects>& models, const Fit& smaller,
+                                std::span<const measure::Measurement> recordings,
+                                const FitOptions& options, const WorkMap& map,
+                                const FitGoal& goal) {
     if (models.empty())
         return {};
     return CandidateFits(models, smaller, recordings, options, map).run(goal);

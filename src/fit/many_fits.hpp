@@ -23,10 +23,11 @@ struct FitGoal {
 /// for. Fits that slow down and miss the goal, or end above it on the coarse chain, are told of by
 /// where they were then, with Fit::out_of_reach. Where the noise is not known all are
 /// followed. The same on every rank.
-[[nodiscard]] std::vector<Fit>
-fit_candidates(const std::vector<SelectedEffects>& models, const Fit& smaller,
-               std::span<const measure::Measurement> recordings, const FitOptions& options,
-               const WorkMap& map, const FitGoal& goal);
+[[nodiscard]] std::vector<Fit> fit_candidates(const std::vector<SelectedEffects>& models,
+                                              const Fit& smaller,
+                                              std::span<const measure::Measurement> recordings,
+                                              const FitOptions& options, const WorkMap& map,
+                                              const FitGoal& goal);
 
 /// Of a run with these effects, against one of the published chain: spatial chains take six times
 /// as long.

@@ -91,9 +91,8 @@ std::vector<double> residual_peaks(const RecordingFit& fit, std::size_t count) {
 }
 
 /// Of a stem that leaves the plane: what the readings' own beats tell. Empty if they show none.
-std::vector<StemModel> beat_starts(const StemModel& first,
-                                              const RecordingFit& smaller,
-                                              const integrate::VibrationMode& mode) {
+std::vector<StemModel> beat_starts(const StemModel& first, const RecordingFit& smaller,
+                                   const integrate::VibrationMode& mode) {
     std::vector<StemModel> starts;
     const double angular_frequency = 2.0 * std::numbers::pi * mode.frequency;
     if (!(mode.decay_rate < 0.0))
@@ -116,8 +115,8 @@ std::vector<StemModel> beat_starts(const StemModel& first,
     return starts;
 }
 
-std::vector<StemModel> fit_starts(const StemModel& model,
-                                             const RecordingFit& smaller, StartSize size) {
+std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& smaller,
+                                  StartSize size) {
     StemModel first = started_from(model, smaller);
     if (size == StartSize::Absent)
         for (const FreeParameter& parameter : first.parameters)
@@ -164,8 +163,7 @@ bool has_own_sizes(const StemModel& model, const RecordingFit& smaller) {
     });
 }
 
-std::vector<StemModel> candidate_starts(const StemModel& model,
-                                                   const RecordingFit& smaller) {
+std::vector<StemModel> candidate_starts(const StemModel& model, const RecordingFit& smaller) {
     if (has_own_sizes(model, smaller))
         return fit_starts(model, smaller, StartSize::Default);
     std::vector<StemModel> starts = fit_starts(model, smaller, StartSize::Absent);

@@ -32,17 +32,16 @@ enum class StartSize {
 /// mode keeps its frequency and decay: what shifts the frequency would otherwise begin cycles away.
 /// A stem that leaves the plane starts from the beats that the readings show (recorded_beats());
 /// there is none if only those are wanted and they show none.
-[[nodiscard]] std::vector<StemModel>
-fit_starts(const StemModel& model, const RecordingFit& smaller, StartSize size);
+[[nodiscard]] std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& smaller,
+                                                StartSize size);
 
 /// Does the fit of `model` have to begin with sizes of its own, because none leads there from where
 /// its effects are absent?
-[[nodiscard]] bool has_own_sizes(const StemModel& model,
-                                 const RecordingFit& smaller);
+[[nodiscard]] bool has_own_sizes(const StemModel& model, const RecordingFit& smaller);
 
 /// Those with the effects absent; without places to choose from there is room for a start with the
 /// usual sizes too.
-[[nodiscard]] std::vector<StemModel>
-candidate_starts(const StemModel& model, const RecordingFit& smaller);
+[[nodiscard]] std::vector<StemModel> candidate_starts(const StemModel& model,
+                                                      const RecordingFit& smaller);
 
 } // namespace culm::fit

@@ -247,9 +247,8 @@ std::vector<std::string> model_names(const SelectedEffects& effects) {
     return names;
 }
 
-StemModel candidate_model(const StemModel& baseline,
-                                     const SelectedEffects& effects,
-                                     const measure::Measurement& measurement) {
+StemModel candidate_model(const StemModel& baseline, const SelectedEffects& effects,
+                          const measure::Measurement& measurement) {
     StemModel model = baseline;
     for (const physics::SelectedEffect& selected : in_library_order(effects))
         if (std::ranges::find(selected.absent_from, measurement.stem.id) ==

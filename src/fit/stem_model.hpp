@@ -69,17 +69,15 @@ using SelectedEffects = std::vector<physics::SelectedEffect>;
 /// `baseline`, with its values, and the effects, with the defaults that suit the stem; their
 /// parameters are free unless the user fixed them, within the bounds that suit the stem. Throws
 /// core::InputError if the effects cannot be combined, or gravity has no direction.
-[[nodiscard]] StemModel candidate_model(const StemModel& baseline,
-                                                   const SelectedEffects& effects,
-                                                   const measure::Measurement& measurement);
+[[nodiscard]] StemModel candidate_model(const StemModel& baseline, const SelectedEffects& effects,
+                                        const measure::Measurement& measurement);
 
 /// Has every effect a size that a fit can make vanish, so that the model contains the one without?
 [[nodiscard]] bool is_nested(const StemModel& model);
 
 /// Was the stem pulled aside, or do these effects move one that is held straight: gravity across
 /// it, a curvature of its own, a moving support, or a user's law?
-[[nodiscard]] bool can_move(const StemModel& model,
-                            const measure::Measurement& recording);
+[[nodiscard]] bool can_move(const StemModel& model, const measure::Measurement& recording);
 
 /// Is there a number of it that a fit can change?
 [[nodiscard]] bool has_fitted_number(const physics::Effect& effect);
