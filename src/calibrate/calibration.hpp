@@ -3,11 +3,11 @@
 #pragma once
 
 #include "calibrate/calibration_check.hpp"
-#include "fit/fit.hpp"
-#include "run/modes.hpp"
 #include "calibrate/lack_of_fit.hpp"
 #include "calibrate/profile_likelihood.hpp"
 #include "calibrate/study_calibration.hpp"
+#include "run/modes.hpp"
+#include "fit/fit.hpp"
 #include "physics/effects/selection.hpp"
 #include "run/modes.hpp"
 
@@ -44,6 +44,6 @@ struct Calibration {
 
 /// The model that calibrate_stem fits.
 [[nodiscard]] fit::StemModel model_with_effects(const measure::Measurement& measurement,
-                                           const CalibrationOptions& options);
+                                                const CalibrationOptions& options);
 
 } // namespace culm::calibrate

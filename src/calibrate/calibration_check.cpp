@@ -61,7 +61,8 @@ reduce::StemHistories histories_of(const measure::Measurement& measurement) {
     return stem;
 }
 
-CalibrationCheck check_calibration(const fit::RecordingFit& fit, const measure::Measurement& measurement,
+CalibrationCheck check_calibration(const fit::RecordingFit& fit,
+                                   const measure::Measurement& measurement,
                                    const reduce::RingDownAnalysisOptions& options) {
     CalibrationCheck check;
     check.measured = reduce::fit_stem(histories_of(measurement), options);

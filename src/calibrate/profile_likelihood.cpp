@@ -64,7 +64,7 @@ class Profile {
         std::vector<bool> is_held(fit_.parameters.size(), false);
         is_held[parameter] = true;
         const fit::RecordingFit held = fit_chain_with_held(with_value(fit_.model, parameter, value),
-                                                  measurement_, is_held, options_);
+                                                           measurement_, is_held, options_);
         runs_ += held.runs;
         // Without a known noise each fit scales its own; the ratio of the sums is what is left.
         const double excess = fit_.is_noise_known

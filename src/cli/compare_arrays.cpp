@@ -92,8 +92,7 @@ void write_comparison_arrays(const std::filesystem::path& file, const diagnose::
         if (arrays.empty()) // all fits have the same frames
             add_measured(arrays, "", fit.parts.front(), measurement);
         const std::string group = fmt::format("model_{}", k);
-        groups.push_back(
-            {group, {{"model", fmt::format("{}", fmt::join(fit.names, " + "))}}});
+        groups.push_back({group, {{"model", fmt::format("{}", fmt::join(fit.names, " + "))}}});
         add_model(arrays, group, fit.parts.front(), ladder.comparisons[*ladder.comparison[k]]);
     }
     archive::write_array_file(file, groups, arrays);

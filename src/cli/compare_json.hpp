@@ -28,7 +28,6 @@ namespace culm::cli {
 [[nodiscard]] std::string parameter_key(const fit::FittedParameter& parameter);
 
 /// By parameter_key().
-[[nodiscard]] nlohmann::json
-parameters_json(const std::vector<fit::FittedParameter>& parameters);
+[[nodiscard]] nlohmann::json parameters_json(const std::vector<fit::FittedParameter>& parameters);
 
 } // namespace culm::cli

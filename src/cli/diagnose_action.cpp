@@ -50,8 +50,8 @@ DiagnosisPlan make_plan(const DiagnoseArguments& arguments) {
                 fmt::format("two recordings are called \"{}\"; give each its own stem.id in "
                             "stem.toml",
                             recording.stem.id));
-        static_cast<void>(fit::chain_of(
-            recording, {arguments.spheres, *physics::law_by_name(arguments.law)}));
+        static_cast<void>(
+            fit::chain_of(recording, {arguments.spheres, *physics::law_by_name(arguments.law)}));
     }
     plan.effects = effects_for_diagnosis(arguments.candidates, arguments.effect_files,
                                          arguments.known, plan.read.measurements);

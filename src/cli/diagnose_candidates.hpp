@@ -13,8 +13,8 @@
 namespace culm::cli {
 
 struct DiagnosisEffects {
-    fit::SelectedEffects candidates;     ///< in the library's order
-    fit::SelectedEffects known;          ///< likewise
+    fit::SelectedEffects candidates;          ///< in the library's order
+    fit::SelectedEffects known;               ///< likewise
     std::map<std::string, std::string> files; ///< of users' effects, by name
 };
 

@@ -34,8 +34,7 @@ const fit::Fit& best_fit(const diagnose::Diagnosis& diagnosis) {
     return !diagnosis.final_fit.failed() ? diagnosis.final_fit : diagnosis.baseline;
 }
 
-json recordings_json(const fit::Fit& fit,
-                     std::span<const measure::Measurement> recordings) {
+json recordings_json(const fit::Fit& fit, std::span<const measure::Measurement> recordings) {
     json out = json::array();
     for (std::size_t k = 0; k < recordings.size(); ++k) {
         json recording{{"id", recordings[k].stem.id},
@@ -75,8 +74,7 @@ std::string summary_of(const std::string& effect, const fit::SelectedEffects& ca
     return {};
 }
 
-json ranking_json(const diagnose::Diagnosis& diagnosis,
-                  const fit::SelectedEffects& candidates) {
+json ranking_json(const diagnose::Diagnosis& diagnosis, const fit::SelectedEffects& candidates) {
     json out = json::array();
     for (const diagnose::RankedEffect& ranked : diagnosis.ranking) {
         json entry{{"effect", ranked.effect},
@@ -106,8 +104,8 @@ json failed_json(const std::vector<diagnose::RankedEffect>& ranking) {
     json out = json::array();
     for (const diagnose::RankedEffect& ranked : ranking) {
         const std::string& reason = ranked.is_refitted && ranked.fit.failed() ? ranked.fit.reason
-                                    : ranked.is_refitted                        ? std::string()
-                                                                                : ranked.obstacle;
+                                    : ranked.is_refitted                      ? std::string()
+                                                                              : ranked.obstacle;
         if (!reason.empty())
             out.push_back({{"effect", ranked.effect}, {"reason", reason}});
     }
@@ -218,8 +216,7 @@ json against_amplitude(const json& windows, const char* quantity) {
     return out;
 }
 
-json where_of(const fit::Fit& fit, std::size_t part,
-              const measure::Measurement& recording) {
+json where_of(const fit::Fit& fit, std::size_t part, const measure::Measurement& recording) {
     fit::Fit candidate;
     candidate.names = fit.names;
     candidate.status = fit.status;

@@ -42,8 +42,7 @@ std::vector<TableModel> table_models(const CompareArguments& arguments) {
                 {effect->name(),
                  {{effect, std::vector<std::optional<double>>(effect->parameters().size())}}});
     for (const std::string& text : arguments.with) {
-        const fit::SelectedEffects effects =
-            fit::in_library_order(study::effects_from(text));
+        const fit::SelectedEffects effects = fit::in_library_order(study::effects_from(text));
         std::vector<std::string> names = fit::model_names(effects);
         names.erase(names.begin()); // the baseline
         const std::string name = fmt::format("{}", fmt::join(names, ","));

@@ -46,16 +46,15 @@ enum class Chain { AskedFor, Searched };
 
 /// Expected time of a run with derivatives, s; nothing if the recording cannot be such a model.
 std::optional<double> run_seconds(const measure::Measurement& recording,
-                                  const SelectedEffects& effects,
-                                  const fit::FitOptions& options,
+                                  const SelectedEffects& effects, const fit::FitOptions& options,
                                   Chain chain = Chain::AskedFor) {
     try {
         fit::StemModel model = fit::baseline_model(recording, options.chain);
         if (!effects.empty())
             model = fit::candidate_model(model, effects, recording);
         if (chain == Chain::Searched)
-            model.spec = fit::with_spheres(
-                model.spec, fit::searched_spheres(model.spec.stem.sphere_count));
+            model.spec =
+                fit::with_spheres(model.spec, fit::searched_spheres(model.spec.stem.sphere_count));
         if (options.window)
             model.spec.duration = std::min(model.spec.duration, *options.window);
         return (seconds_per_plain_run +
@@ -140,8 +139,8 @@ std::string cost_of_diagnosis(std::span<const measure::Measurement> recordings,
         for (const physics::SelectedEffect& candidate : options.candidates) {
             SelectedEffects effects = options.known;
             effects.push_back(candidate);
-            const std::optional<double> run = run_seconds(
-                recording, fit::in_library_order(effects), options.candidate, Chain::Searched);
+            const std::optional<double> run = run_seconds(recording, fit::in_library_order(effects),
+                                                          options.candidate, Chain::Searched);
             if (!run)
                 continue; // the search says why it cannot be tried
             add(seconds, runs_of_score, run);

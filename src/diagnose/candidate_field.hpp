@@ -2,9 +2,9 @@
 // All candidates beside a model: scored, sifted and fitted, spread over the ranks.
 #pragma once
 
-#include "fit/many_fits.hpp"
 #include "diagnose/diagnosis.hpp"
 #include "diagnose/model_memory.hpp"
+#include "fit/many_fits.hpp"
 
 #include <cstddef>
 #include <limits>
@@ -39,13 +39,14 @@ class CandidateField {
     /// and, if `only_best`, a share of what the best one promises. Where `scores` is empty: for
     /// all.
     [[nodiscard]] std::vector<fit::SelectedEffects> one_more(const fit::SelectedEffects& effects,
-                                                        const std::vector<EffectScore>& scores,
-                                                        double least_gain, bool only_best) const;
+                                                             const std::vector<EffectScore>& scores,
+                                                             double least_gain,
+                                                             bool only_best) const;
 
     /// `effects`, and one of those behind the first `count` that belong to recordings (a mass at
     /// the tip) leaves one more recording, but never all. Empty for a single recording.
-    [[nodiscard]] std::vector<fit::SelectedEffects> in_fewer_recordings(const fit::SelectedEffects& effects,
-                                                                   std::size_t count) const;
+    [[nodiscard]] std::vector<fit::SelectedEffects>
+    in_fewer_recordings(const fit::SelectedEffects& effects, std::size_t count) const;
 
     /// All but the spatial ones that would be fitted in vain: those whose score promises less than
     /// the best of the others gains over `smaller`, and than `gained`. Fits that cannot gain as
@@ -62,15 +63,14 @@ class CandidateField {
 
     /// The same models; those that were not followed to their end are now, as far as they can come
     /// below `largest_chi_squared`.
-    [[nodiscard]] std::vector<fit::Fit> followed(std::vector<fit::Fit> models,
-                                                      const fit::Fit& smaller,
-                                                      double largest_chi_squared);
+    [[nodiscard]] std::vector<fit::Fit>
+    followed(std::vector<fit::Fit> models, const fit::Fit& smaller, double largest_chi_squared);
 
   private:
     [[nodiscard]] const fit::Fit* remembered(const fit::SelectedEffects& effects,
-                                               const fit::Fit& smaller, double wanted) const;
+                                             const fit::Fit& smaller, double wanted) const;
     [[nodiscard]] std::vector<fit::Fit> fit_anew(const std::vector<fit::SelectedEffects>& models,
-                                                      const fit::Fit& smaller, const fit::FitGoal& goal);
+                                                 const fit::Fit& smaller, const fit::FitGoal& goal);
 
     std::span<const measure::Measurement> recordings_;
     const DiagnosisOptions& options_;
@@ -79,14 +79,15 @@ class CandidateField {
     int runs_ = 0;
 };
 
-[[nodiscard]] bool contains(const fit::SelectedEffects& effects, const physics::SelectedEffect& wanted);
+[[nodiscard]] bool contains(const fit::SelectedEffects& effects,
+                            const physics::SelectedEffect& wanted);
 /// All pairs of what the `count` best by their residuals have added last, as far as they go
 /// together.
 [[nodiscard]] std::vector<fit::SelectedEffects> pairs_of_best(std::vector<fit::Fit> singles,
-                                                         std::size_t count);
+                                                              std::size_t count);
 /// The model that adds this one effect to `known` others; null if there is none.
 [[nodiscard]] const fit::Fit* single_of(const std::vector<fit::Fit>& models,
-                                             const std::string& effect, std::size_t known);
+                                        const std::string& effect, std::size_t known);
 [[nodiscard]] bool can_be_combined(const fit::SelectedEffects& effects);
 
 } // namespace culm::diagnose

@@ -23,8 +23,7 @@ reduce::RingDownAnalysisOptions ring_down_options(const measure::Measurement& me
 }
 
 /// The model's readings in place of the measured ones.
-reduce::StemHistories modelled_histories(const fit::RecordingFit& fit,
-                                         reduce::StemHistories stem) {
+reduce::StemHistories modelled_histories(const fit::RecordingFit& fit, reduce::StemHistories stem) {
     const std::size_t rows = fit.prediction.rows;
     stem.times.resize(fit.times.size());
     for (std::size_t j = 0; j < rows; ++j) {

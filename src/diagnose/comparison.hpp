@@ -2,13 +2,13 @@
 // A fitted chain against its measurement: whether, where, when and how it fails.
 #pragma once
 
-#include "fit/fit_model.hpp"
 #include "diagnose/mode_shapes.hpp"
-#include "fit/residual_spectrum.hpp"
 #include "diagnose/residual_structure.hpp"
-#include "fit/residual_statistics.hpp"
 #include "diagnose/swing_windows.hpp"
 #include "diagnose/verdict.hpp"
+#include "fit/fit_model.hpp"
+#include "fit/residual_spectrum.hpp"
+#include "fit/residual_statistics.hpp"
 #include "reduce/stem_ring_downs.hpp"
 
 #include <string>

@@ -45,7 +45,8 @@ std::string whether_it_fits(const Verdict& verdict) {
 std::string where_it_fails(const Comparison& comparison) {
     const auto height =
         std::ranges::max_element(comparison.by_height, {}, &fit::ResidualGroup::over_noise);
-    const auto time = std::ranges::max_element(comparison.by_time, {}, &fit::ResidualGroup::over_noise);
+    const auto time =
+        std::ranges::max_element(comparison.by_time, {}, &fit::ResidualGroup::over_noise);
     if (height == comparison.by_height.end() || time == comparison.by_time.end())
         return {};
     static constexpr std::array<const char*, 3> names{"first", "second", "last"};
@@ -62,7 +63,8 @@ std::string where_it_fails(const Comparison& comparison) {
         if (k != third)
             text += fmt::format(", {} {:.1f}", names[k], comparison.by_time[k].over_noise);
     text += ")";
-    const auto band = std::ranges::max_element(comparison.spectrum.bands, {}, &fit::SpectrumBand::share);
+    const auto band =
+        std::ranges::max_element(comparison.spectrum.bands, {}, &fit::SpectrumBand::share);
     if (band != comparison.spectrum.bands.end() && band->share > 0.0)
         text += fmt::format("; {:.0f} % of its power lies {}{} ({:.3g} … {:.3g} Hz)",
                             100.0 * band->share, band->lower == 0.0 ? "" : "about ", band->name,
@@ -177,8 +179,8 @@ std::string rest_words(const ResidualStructure& structure) {
 
 /// What another shape over the heights looks like, by its spectrum.
 std::string shape_words(const Comparison& comparison) {
-    const auto second =
-        std::ranges::find(comparison.spectrum.bands, std::string("mode 2"), &fit::SpectrumBand::name);
+    const auto second = std::ranges::find(comparison.spectrum.bands, std::string("mode 2"),
+                                          &fit::SpectrumBand::name);
     const bool is_second = second != comparison.spectrum.bands.end() && second->share > 0.5;
     return is_second ? "the second mode, which is not as the model has it"
                      : "a shape over the heights that is not that of the swing: the stem bends "

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/correlated_estimate.hpp"
 
-#include "fit/layout.hpp"
 #include "core/error.hpp"
 #include "diagnose/correlated_noise.hpp"
+#include "fit/layout.hpp"
 
 #include <algorithm>
 #include <cmath>

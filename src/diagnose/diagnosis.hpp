@@ -4,10 +4,10 @@
 
 #include "diagnose/correlated_estimate.hpp"
 #include "diagnose/missing_force.hpp"
-#include "fit/fit_model.hpp"
 #include "diagnose/next_experiment.hpp"
 #include "diagnose/score_test.hpp"
 #include "diagnose/verdict.hpp"
+#include "fit/fit_model.hpp"
 #include "fit/work_map.hpp"
 
 #include <functional>
@@ -31,7 +31,7 @@ enum class Conclusion {
 /// One candidate beside the model of the first step.
 struct RankedEffect {
     std::string effect;
-    fit::Fit fit;           ///< without parameters where the score test left no hope
+    fit::Fit fit;             ///< without parameters where the score test left no hope
     bool is_refitted = false; ///< false: rmse, delta_bic and p_value are the score test's
     double rmse = 0.0;        ///< m
     double delta_bic = 0.0;   ///< against the model without it: negative is better

@@ -18,7 +18,7 @@ struct EffectCell {
     double over_noise = 0.0;
     double reduced_chi_squared = 0.0;
     std::vector<fit::FittedParameter> parameters; ///< the effects' only
-    bool is_at_bound = false;                           ///< one of them
+    bool is_at_bound = false;                     ///< one of them
     int runs = 0;
 };
 

@@ -32,7 +32,7 @@ struct MissingForce {
     std::vector<ForceSample> against_displacement; ///< at the tip, at rest
     std::vector<ForceSample> against_velocity;     ///< at the tip, undeflected
     std::string as_effect_file;                    ///< TOML of a user's effect with these terms
-    fit::Fit fit;                                ///< of the model with this force
+    fit::Fit fit;                                  ///< of the model with this force
 };
 
 /// Regresses what `base` leaves on the traces that simple forces would leave, each computed through

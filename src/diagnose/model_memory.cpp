@@ -18,12 +18,14 @@ void ModelMemory::keep(const fit::SelectedEffects& effects, const fit::Fit& fit)
         place->second = fit;
 }
 
-const std::vector<EffectScore>* ModelMemory::scores_beside(const fit::SelectedEffects& effects) const {
+const std::vector<EffectScore>*
+ModelMemory::scores_beside(const fit::SelectedEffects& effects) const {
     const auto found = scores_.find(key_of(effects));
     return found == scores_.end() ? nullptr : &found->second;
 }
 
-void ModelMemory::keep(const fit::SelectedEffects& effects, const std::vector<EffectScore>& scores) {
+void ModelMemory::keep(const fit::SelectedEffects& effects,
+                       const std::vector<EffectScore>& scores) {
     scores_.insert_or_assign(key_of(effects), scores);
 }
 

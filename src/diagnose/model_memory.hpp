@@ -2,9 +2,9 @@
 // What a search has already found out about sets of effects.
 #pragma once
 
-#include "fit/stem_model.hpp"
-#include "fit/fit_numbers.hpp"
 #include "diagnose/score_test.hpp"
+#include "fit/fit_numbers.hpp"
+#include "fit/stem_model.hpp"
 
 #include <map>
 #include <string>

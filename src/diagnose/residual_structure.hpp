@@ -3,8 +3,8 @@
 // shape of their own.
 #pragma once
 
-#include "fit/fit.hpp"
 #include "diagnose/swing.hpp"
+#include "fit/fit.hpp"
 
 #include <array>
 

@@ -2,10 +2,10 @@
 #include "diagnose/score_test.hpp"
 
 #include "core/error.hpp"
-#include "fit/starts.hpp"
 #include "diagnose/null_noise.hpp"
 #include "diagnose/stacked_readings.hpp"
 #include "diagnose/visible_size.hpp"
+#include "fit/starts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -83,7 +83,8 @@ class ScoreTest {
 
     void make_sure_of_size() {
         try {
-            size_.settle(size_.is_known() ? fit::StartModels{} : starts(fit::StartSize::Default).front());
+            size_.settle(size_.is_known() ? fit::StartModels{}
+                                          : starts(fit::StartSize::Default).front());
         } catch (const core::NumericalError&) {
             // A chain with so much of it cannot be computed: what is known stays.
         }
@@ -122,8 +123,8 @@ class ScoreTest {
         score_.gain = std::max(score_.gain, fitted_.residual.squaredNorm() - solution.left);
     }
 
-    [[nodiscard]] static bool leaves_bounds(const fit::StartModels& start, const std::string& column,
-                                            double change) {
+    [[nodiscard]] static bool leaves_bounds(const fit::StartModels& start,
+                                            const std::string& column, double change) {
         const fit::StemModel& model = start.front();
         const fit::FreeParameter* const parameter = parameter_of(model, column);
         if (parameter == nullptr || parameter->is_place)

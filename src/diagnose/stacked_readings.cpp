@@ -82,9 +82,8 @@ void move(fit::StemModel& model, std::size_t k, double change) {
     const double value = parameter.access.get(model.spec);
     const double internal = fit::to_internal(parameter, model.spec, value) +
                             change / fit::value_per_internal(parameter, model.spec, value);
-    parameter.access.set(model.spec,
-                         std::clamp(fit::from_internal(parameter, model.spec, internal),
-                                    parameter.lower, parameter.upper));
+    parameter.access.set(model.spec, std::clamp(fit::from_internal(parameter, model.spec, internal),
+                                                parameter.lower, parameter.upper));
 }
 
 } // namespace
@@ -112,7 +111,7 @@ StackedReadings stacked_readings(const fit::Fit& base,
 }
 
 fit::StartModels moved(fit::StartModels models, const fit::JointLayout& layout,
-                 const Eigen::VectorXd& change) {
+                       const Eigen::VectorXd& change) {
     for (std::size_t m = 0; m < models.size(); ++m)
         for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
             const fit::JointLayout::Share& share = layout.shares[m][k];

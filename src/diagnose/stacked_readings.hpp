@@ -2,8 +2,8 @@
 // Readings of one or several recordings over their noise, one below the other.
 #pragma once
 
-#include "fit/layout.hpp"
 #include "fit/fit_model.hpp"
+#include "fit/layout.hpp"
 
 #include <span>
 #include <string>
@@ -34,7 +34,7 @@ struct StackedReadings {
 
 /// The models after this change of the parameters in their joint list, each within its bounds.
 [[nodiscard]] fit::StartModels moved(fit::StartModels models, const fit::JointLayout& layout,
-                               const Eigen::VectorXd& change);
+                                     const Eigen::VectorXd& change);
 
 /// Change of the parameters that minimises the square of what is left.
 struct LinearSolution {

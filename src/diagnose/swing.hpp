@@ -24,7 +24,6 @@ struct Swing {
 
 /// The shape is the first right singular vector of the predicted readings after the release (of the
 /// measured ones, if the model does not move), weighted by the noise.
-[[nodiscard]] Swing swing_of(const fit::RecordingFit& fit,
-                             const measure::Measurement& measurement);
+[[nodiscard]] Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measurement);
 
 } // namespace culm::diagnose

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/visible_size.hpp"
 
-#include "fit/layout.hpp"
 #include "core/error.hpp"
+#include "fit/layout.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,8 +25,7 @@ bool is_among(const std::string& column, const StackedReadings& fitted) {
 
 } // namespace
 
-const fit::FreeParameter* parameter_of(const fit::StemModel& model,
-                                             const std::string& column) {
+const fit::FreeParameter* parameter_of(const fit::StemModel& model, const std::string& column) {
     const std::string name = column.substr(0, column.find('@'));
     for (const fit::FreeParameter& parameter : model.parameters)
         if (parameter.access.name == name)
@@ -48,8 +47,7 @@ void VisibleSize::judge(const StackedReadings& stacked, const fit::StartModels& 
         absent_predicted_ = stacked.predicted;
     }
     for (std::size_t k = 0; k < stacked.names.size(); ++k) {
-        const fit::FreeParameter* const parameter =
-            parameter_of(start.front(), stacked.names[k]);
+        const fit::FreeParameter* const parameter = parameter_of(start.front(), stacked.names[k]);
         if (is_among(stacked.names[k], fitted_) || parameter == nullptr || parameter->is_place)
             continue;
         const Eigen::VectorXd derivative = stacked.jacobian.col(static_cast<Eigen::Index>(k));

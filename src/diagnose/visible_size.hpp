@@ -16,7 +16,7 @@ namespace culm::diagnose {
 
 /// The free parameter that a column of readings belongs to; null if it is no effect's or stem's.
 [[nodiscard]] const fit::FreeParameter* parameter_of(const fit::StemModel& model,
-                                                           const std::string& column);
+                                                     const std::string& column);
 
 /// Part of a derivative that nothing imitates; less is rounding and the runs' own noise.
 constexpr double least_standing_out = 1e-4;
@@ -62,8 +62,8 @@ class VisibleSize {
     const fit::FitOptions& options_;
     EffectScore& score_;
     double size_ = std::numeric_limits<double>::infinity(); ///< away from its absence
-    fit::StartModels absent_;      ///< the start that has told it, else the first
-    double absent_at_ = 0.0; ///< its value there
+    fit::StartModels absent_; ///< the start that has told it, else the first
+    double absent_at_ = 0.0;  ///< its value there
     Eigen::VectorXd absent_predicted_;
     Eigen::VectorXd imitated_; ///< change of what is fitted without the effect that hides the size
 };

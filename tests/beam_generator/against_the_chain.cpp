@@ -2,8 +2,8 @@
 // Two models of one stem that share no line: what the beam records, the chain of spheres explains.
 #include "beam_generator/random_case.hpp"
 #include "beam_generator/recording.hpp"
-#include "fit/stem_chain.hpp"
 #include "fit/fit_model.hpp"
+#include "fit/stem_chain.hpp"
 #include "support/single_fit.hpp"
 
 #include <string>

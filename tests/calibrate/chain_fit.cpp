@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/fit.hpp"
-
 #include "calibrate/profile_likelihood.hpp"
 #include "calibrate/simulated_measurement.hpp"
 #include "core/error.hpp"
+#include "fit/fit.hpp"
 
 #include <cmath>
 
@@ -14,7 +13,7 @@ namespace {
 using namespace culm;
 
 fit::RecordingFit fitted(const measure::Measurement& measurement,
-                           const fit::SolveOptions& options = {}) {
+                         const fit::SolveOptions& options = {}) {
     return fit::fit_chain(fit::baseline_model(measurement), measurement, options);
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/fit.hpp"
-
 #include "calibrate/simulated_measurement.hpp"
+#include "fit/fit.hpp"
 
 #include <algorithm>
 #include <array>
@@ -29,7 +28,7 @@ std::array<measure::Measurement, 2> two_releases() {
 }
 
 fit::Fit fit_together(std::span<const measure::Measurement> measurements,
-                                 fit::JointOptions options = {}) {
+                      fit::JointOptions options = {}) {
     std::vector<fit::StemModel> models;
     for (const measure::Measurement& measurement : measurements)
         models.push_back(fit::baseline_model(measurement));
@@ -42,8 +41,7 @@ double value(const fit::Fit& fit, const std::string& name) {
 }
 
 double error(const fit::Fit& fit, const std::string& name) {
-    return std::ranges::find(fit.parameters, name, &fit::FittedParameter::name)
-        ->standard_error;
+    return std::ranges::find(fit.parameters, name, &fit::FittedParameter::name)->standard_error;
 }
 
 TEST(Fit, EndsEarlyWhereItsPaceCannotReachWhatIsWanted) {
@@ -79,8 +77,7 @@ TEST(Fit, GoesOnWhereItsPaceCanReachWhatIsWanted) {
 
 TEST(Fit, OneRecordingGivesWhatItsOwnFitGivesBitForBit) {
     const measure::Measurement measurement = tests::simulated_measurement();
-    const fit::RecordingFit alone =
-        fit::fit_chain(fit::baseline_model(measurement), measurement);
+    const fit::RecordingFit alone = fit::fit_chain(fit::baseline_model(measurement), measurement);
     const fit::Fit joint = fit_together({&measurement, 1});
     ASSERT_EQ(joint.parameters.size(), alone.parameters.size());
     for (std::size_t k = 0; k < alone.parameters.size(); ++k) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/lack_of_fit.hpp"
 
-#include "fit/stem_model.hpp"
 #include "calibrate/simulated_measurement.hpp"
+#include "fit/stem_model.hpp"
 #include "physics/effects/library.hpp"
 
 #include <gtest/gtest.h>
@@ -26,8 +26,7 @@ TEST(LackOfFit, SeesTheDragOfTheAir) {
     physics::SelectedEffect drag;
     drag.effect = physics::effect_named("quadratic_drag");
     drag.fixed.assign(drag.effect->parameters().size(), std::nullopt);
-    fit::StemModel truth =
-        fit::with_effect(tests::true_model(measurement, {}), drag, measurement);
+    fit::StemModel truth = fit::with_effect(tests::true_model(measurement, {}), drag, measurement);
     truth.parameters.resize(3);
     measurement = tests::read_with_noise(measurement, truth, 1);
     const auto fit = fit::fit_chain(fit::baseline_model(measurement), measurement);
@@ -48,8 +47,7 @@ TEST(EffectParameters, AreFoundTogetherWithTheBaselines) {
     measurement = tests::read_with_noise(measurement, truth, 2);
     drag.fixed = {std::nullopt};
     const fit::RecordingFit fit = fit::fit_chain(
-        fit::with_effect(fit::baseline_model(measurement), drag, measurement),
-        measurement);
+        fit::with_effect(fit::baseline_model(measurement), drag, measurement), measurement);
     const fit::FittedParameter* found = fit.find("quadratic_drag.drag_coefficient");
     ASSERT_NE(found, nullptr);
     EXPECT_LT(std::abs(found->value - 1.5), 4.0 * found->standard_error);

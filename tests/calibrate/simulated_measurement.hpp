@@ -36,12 +36,12 @@ struct TrueValues {
 
 /// The model whose readings `measurement` gets.
 inline fit::StemModel true_model(const measure::Measurement& measurement,
-                                       const TrueValues& values) {
+                                 const TrueValues& values) {
     fit::StemModel model{fit::chain_of(measurement).spec,
-                               fit::baseline_free_parameters(),
-                               values.release_time,
-                               1.5e-3,
-                               {}};
+                         fit::baseline_free_parameters(),
+                         values.release_time,
+                         1.5e-3,
+                         {}};
     model.spec.stem.bond_youngs_modulus = values.bond_youngs_modulus;
     model.spec.stem.bond_damping = values.bond_damping;
     model.spec.tip_deflection = values.tip_deflection;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/stem_chain.hpp"
 
-#include "run/modes.hpp"
 #include "calibrate/simulated_measurement.hpp"
 #include "core/error.hpp"
+#include "run/modes.hpp"
 #include "physics/effects/library.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "run/case_model.hpp"
@@ -62,8 +62,7 @@ TEST(StemChain, DampingTimeGivesTheDampingRatioUnderBothLaws) {
         run::CaseSpec spec = fit::chain_of(measurement, {56, law}).spec;
         spec.stem.bond_damping = 20.0;
         const integrate::VibrationMode mode = run::first_mode(spec);
-        const double wanted =
-            std::numbers::pi * mode.natural_frequency * fit::damping_time(spec);
+        const double wanted = std::numbers::pi * mode.natural_frequency * fit::damping_time(spec);
         // Dashpots that act on shear and rotary motion beside bending: some 1e-3.
         EXPECT_NEAR(mode.damping_ratio() / wanted, 1.0, 5e-3);
     }

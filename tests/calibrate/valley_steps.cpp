@@ -2,11 +2,10 @@
 // Steps that keep the frequency where a straight step would put it to first order.
 #include "fit/valley_steps.hpp"
 
-#include "fit/stem_model.hpp"
-#include "run/modes.hpp"
-#include "fit/fit.hpp"
 #include "calibrate/simulated_measurement.hpp"
 #include "run/modes.hpp"
+#include "fit/fit.hpp"
+#include "fit/stem_model.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -48,8 +47,8 @@ class WithTipMass {
         return {residuals_->internal(), residuals_->internal() + residuals_->parameter_count()};
     }
     [[nodiscard]] double log_square(const std::vector<double>& internal) const {
-        return 2.0 * std::log(fit::lowest_frequency_with_effects(
-                         residuals_->case_at(internal.data())));
+        return 2.0 *
+               std::log(run::lowest_frequency_with_effects(residuals_->case_at(internal.data())));
     }
 
   private:
@@ -113,8 +112,8 @@ TEST(ValleySteps, AreStraightToFirstOrderAndLeaveWhatIsHeld) {
 
 TEST(ValleySteps, LeadToAMassThatWasNotThereInFewRuns) {
     const measure::Measurement empty = tests::empty_measurement();
-    fit::StemModel truth = fit::with_effect(
-        tests::true_model(empty, {}), physics::parse_effect("tip_mass", {}), empty);
+    fit::StemModel truth = fit::with_effect(tests::true_model(empty, {}),
+                                            physics::parse_effect("tip_mass", {}), empty);
     const double mass = truth.spec.stem.sphere_mass() * 19.0 * 0.3;
     truth.spec.effects.front().values = {mass};
     const measure::Measurement measurement = tests::read_with_noise(empty, truth, 3);

@@ -2,9 +2,9 @@
 #include "fit/beat.hpp"
 
 #include "beam_generator/recording.hpp"
+#include "fit/fit_model.hpp"
 #include "fit/prediction.hpp"
 #include "fit/stem_model.hpp"
-#include "fit/fit_model.hpp"
 #include "physics/effects/library.hpp"
 
 #include <algorithm>
@@ -54,7 +54,7 @@ TEST(RecordedBeats, FindsTheSplitAndTheAngleOfABeat) {
                         (1.0 - along) * std::cos(402.0 * std::sqrt(1.0 - 0.5 * split) * time));
             };
             const auto beats = fit::recorded_beats(fit_of_plain_swing(beat, 2e-5),
-                                                        angular_frequency, decay_rate, 2);
+                                                   angular_frequency, decay_rate, 2);
             ASSERT_FALSE(beats.empty()) << split << ' ' << angle;
             // The noise is a thousandth of the swing, over 300 frames.
             EXPECT_NEAR(beats.front().split, split, 1e-3);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/stem_model.hpp"
-
 #include "core/error.hpp"
 #include "fit/starts.hpp"
+#include "fit/stem_model.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
 
@@ -39,9 +38,8 @@ TEST(CandidateModel, DoesNotDependOnTheOrderOfNames) {
 
 TEST(CandidateModel, KeepsFixedValuesAndFreesTheOthersWithinBoundsOfTheStem) {
     const measure::Measurement measurement = quadratic_drag_record();
-    const auto model =
-        fit::candidate_model(fit::baseline_model(measurement),
-                                  effects("clamp_friction(moment_nm=3e-4)"), measurement);
+    const auto model = fit::candidate_model(fit::baseline_model(measurement),
+                                            effects("clamp_friction(moment_nm=3e-4)"), measurement);
     EXPECT_EQ(model.spec.effects.front().values.front(), 3e-4);
     for (const fit::FreeParameter& parameter : model.parameters)
         EXPECT_NE(parameter.access.name, "clamp_friction.moment_nm");
@@ -55,8 +53,7 @@ TEST(CandidateModel, KeepsFixedValuesAndFreesTheOthersWithinBoundsOfTheStem) {
 TEST(CandidateModel, TakesTheTimeOfTheHoldFromTheMeasurementUnlessItIsFixed) {
     measure::Measurement measurement = quadratic_drag_record();
     const auto hold_time = [&](const char* text) {
-        return fit::candidate_model(fit::baseline_model(measurement), effects(text),
-                                         measurement)
+        return fit::candidate_model(fit::baseline_model(measurement), effects(text), measurement)
             .spec.effects.front()
             .values.at(2);
     };
@@ -70,8 +67,8 @@ TEST(CandidateModel, RefusesEffectsThatCannotBeCombined) {
     const measure::Measurement measurement = quadratic_drag_record();
     fit::SelectedEffects both = effects("clamp_friction");
     both.push_back(effects("clamp_compliance").front());
-    EXPECT_THROW(static_cast<void>(fit::candidate_model(fit::baseline_model(measurement),
-                                                             both, measurement)),
+    EXPECT_THROW(static_cast<void>(
+                     fit::candidate_model(fit::baseline_model(measurement), both, measurement)),
                  core::InputError);
 }
 
@@ -84,7 +81,7 @@ TEST(CandidateModel, KnowsWhatMovesAStemThatIsHeldStraight) {
     EXPECT_FALSE(fit::can_move(baseline, measurement));
     const auto moves = [&](const char* text) {
         return fit::can_move(fit::candidate_model(baseline, effects(text), measurement),
-                                  measurement);
+                             measurement);
     };
     EXPECT_TRUE(moves("gravity"));
     EXPECT_TRUE(moves("precurvature"));

@@ -2,8 +2,8 @@
 #include "fit/coarse_image.hpp"
 
 #include "beam_generator/recording.hpp"
-#include "fit/fit_model.hpp"
 #include "diagnose/stacked_readings.hpp"
+#include "fit/fit_model.hpp"
 #include "physics/effects/library.hpp"
 
 #include <algorithm>
@@ -99,8 +99,8 @@ TEST(fit::CoarseImage, LeadsToWhereTheFineChainEnds) {
     const fit::Fit smaller = fit::fit_model({}, {}, recordings);
     const fit::Fit fine = fit::fit_model(clamp_compliance(), smaller, recordings);
     const fit::CoarseImage image(smaller, recordings, {});
-    const fit::Fit found = image.as_fine(fit::numbers_of(fit::fit_model(
-        clamp_compliance(), image.fit(), image.recordings(), image.options({}))));
+    const fit::Fit found = image.as_fine(fit::numbers_of(
+        fit::fit_model(clamp_compliance(), image.fit(), image.recordings(), image.options({}))));
     ASSERT_TRUE(fine.is_fitted() && found.is_fitted()) << fine.reason << found.reason;
     // The clamp takes most of the misfit; what is left of the coarse chain's error is of second
     // order in what it changes.
@@ -112,9 +112,8 @@ TEST(fit::CoarseImage, LeadsToWhereTheFineChainEnds) {
                     std::max(0.03 * std::abs(parameter.value), 3.0 * parameter.standard_error))
             << parameter.name;
 
-    const fit::Fit refined =
-        fit::refined(fit::models_of(found, clamp_compliance(), recordings),
-                          clamp_compliance(), smaller, recordings, {});
+    const fit::Fit refined = fit::refined(fit::models_of(found, clamp_compliance(), recordings),
+                                          clamp_compliance(), smaller, recordings, {});
     ASSERT_FALSE(refined.failed()) << refined.reason;
     // Solutions end where an iteration gains less than 0.005 of what one standard error makes.
     EXPECT_NEAR(refined.chi_squared, fine.chi_squared, 0.2);

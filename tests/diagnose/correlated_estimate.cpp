@@ -2,8 +2,8 @@
 #include "diagnose/correlated_estimate.hpp"
 
 #include "beam_generator/recording.hpp"
-#include "fit/stem_model.hpp"
 #include "diagnose/correlated_noise.hpp"
+#include "fit/stem_model.hpp"
 #include "physics/effects/library.hpp"
 
 #include <algorithm>

@@ -13,8 +13,7 @@ namespace {
 
 using diagnose::Conclusion;
 
-const fit::FittedParameter& parameter(const fit::Fit& fit,
-                                            const std::string& name) {
+const fit::FittedParameter& parameter(const fit::Fit& fit, const std::string& name) {
     return *std::ranges::find(fit.parameters, name, &fit::FittedParameter::name);
 }
 

@@ -42,7 +42,8 @@ TEST(Ladder, OfARecordWithDragEndsAtTheNoiseWithTheTrueCoefficient) {
     EXPECT_GT(over_noise(ladder, 0), 3.0);
     EXPECT_LT(over_noise(ladder, 1), 1.10);
     EXPECT_TRUE(ladder.rungs[1].is_gain) << ladder.rungs[1].why;
-    const auto* drag = ladder.rungs[1].candidate.parts.front().find("quadratic_drag.drag_coefficient");
+    const auto* drag =
+        ladder.rungs[1].candidate.parts.front().find("quadratic_drag.drag_coefficient");
     ASSERT_NE(drag, nullptr);
     EXPECT_NEAR(drag->value, 1.3, 0.05); // the truth; issue 5 asks for 15 %
     EXPECT_EQ(ladder.comparisons[0].verdict.finding, diagnose::Finding::Inadequate);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/fit_model.hpp"
-
 #include "beam_generator/recording.hpp"
 #include "diagnose/diagnosis.hpp"
+#include "fit/fit_model.hpp"
 #include "physics/effects/library.hpp"
 #include "support/single_fit.hpp"
 
@@ -46,8 +45,7 @@ fit::SelectedEffects effects(const std::vector<std::string>& names) {
     return selected;
 }
 
-const fit::FittedParameter& parameter(const fit::Fit& fit,
-                                            const std::string& name) {
+const fit::FittedParameter& parameter(const fit::Fit& fit, const std::string& name) {
     const auto found = std::ranges::find(fit.parameters, name, &fit::FittedParameter::name);
     if (found == fit.parameters.end())
         throw std::runtime_error(name + " was not fitted: " + fit.reason);
@@ -60,8 +58,7 @@ TEST(fit::Fit, OneRecordingIsFittedAsACandidateBitForBit) {
     const fit::Fit candidate =
         tests::fit_candidate(effects({"clamp_compliance"}), baseline, one.front());
     const fit::Fit smaller = fit::fit_model({}, {}, one);
-    const fit::Fit larger =
-        fit::fit_model(effects({"clamp_compliance"}), smaller, one);
+    const fit::Fit larger = fit::fit_model(effects({"clamp_compliance"}), smaller, one);
     ASSERT_FALSE(larger.failed()) << larger.reason;
     EXPECT_EQ(smaller.chi_squared, baseline.parts.front().chi_squared);
     EXPECT_EQ(larger.chi_squared, candidate.parts.front().chi_squared);
@@ -81,8 +78,7 @@ TEST(fit::Fit, TwoReleasesOfOneStemAgreeOnItsMaterial) {
     EXPECT_NEAR(parameter(fit, "tip_deflection@b").value, 15e-3, 0.05e-3);
     // 2400 degrees of freedom: a standard error of 2.9 %; the models differ by some hundredths.
     EXPECT_NEAR(fit.reduced_chi_squared, 1.0, 0.15);
-    const double alone =
-        fit::fit_model({}, {}, {two.data(), 1}).parameters.front().standard_error;
+    const double alone = fit::fit_model({}, {}, {two.data(), 1}).parameters.front().standard_error;
     EXPECT_LT(parameter(fit, "bond_youngs_modulus").standard_error, 0.9 * alone);
 }
 
@@ -155,8 +151,7 @@ TEST(fit::Fit, OfStraightReleasesWithoutGravityNothingMoves) {
 
 TEST(fit::Fit, ACandidateThatCannotBeAppliedIsAFailureWithAReason) {
     const Recordings two{beam("a", 20e-3), beam("b", 15e-3)};
-    const fit::Fit fit =
-        fit::fit_model(effects({"gravity"}), fit::fit_model({}, {}, two), two);
+    const fit::Fit fit = fit::fit_model(effects({"gravity"}), fit::fit_model({}, {}, two), two);
     EXPECT_FALSE(fit.is_fitted());
     EXPECT_NE(fit.reason.find("gravity has no direction"), std::string::npos) << fit.reason;
     EXPECT_EQ(fit.names, (std::vector<std::string>{"baseline", "gravity"}));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The size at which an effect is seen, against refits of recordings that contain just that much.
-#include "fit/prediction.hpp"
 #include "diagnose/score_test.hpp"
 #include "diagnosis_records.hpp"
+#include "fit/prediction.hpp"
 
 #include <algorithm>
 #include <cmath>
