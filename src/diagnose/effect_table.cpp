@@ -45,7 +45,7 @@ EffectCell EffectTable::cell(std::size_t measurement, const fit::SelectedEffects
         if (effects.empty())
             return cell_of(baseline->second);
         (void)fit::candidate_model(fit::baseline_model(measured, options.chain), effects, measured);
-        return cell_of(fit::fit_model(effects, baseline->second, alone, options));
+        return cell_of(fit::fit_with_parts(effects, baseline->second, alone, options));
     } catch (const core::InputError& error) {
         failed.applies = false;
         failed.failure = error.what();

@@ -199,8 +199,8 @@ Ladder climb(const measure::Measurement& measurement,
     ladder.rungs.emplace_back().fit = fit::fit_model({}, {}, alone, options);
     for (const fit::SelectedEffects& effects : models) {
         Rung rung;
-        rung.fit = fit::fit_model(effects, model_within(fit::model_names(effects), ladder), alone,
-                                  options);
+        rung.fit = fit::fit_with_parts(effects, model_within(fit::model_names(effects), ladder),
+                                       alone, options);
         ladder.rungs.push_back(std::move(rung));
     }
     if (!ladder.rungs.front().fit.failed())

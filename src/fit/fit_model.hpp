@@ -36,7 +36,15 @@ namespace culm::fit {
                             std::span<const measure::Measurement> recordings,
                             const FitOptions& options = {});
 
-/// The same from given models, which lie near the end: all the way from there.
+/// fit_model() for a model that may add several effects at once: it cannot fit worse than a part of
+/// it, a model with one of these effects less. Where the fit fails, or one of the effects stands at
+/// a bound or is no different from absent, the parts are fitted too. If one fits better, the fit
+/// starts again from that solution; what then is still worse has failed.
+[[nodiscard]] Fit fit_with_parts(const SelectedEffects& effects, const Fit& smaller,
+                                 std::span<const measure::Measurement> recordings,
+                                 const FitOptions& options = {});
+
+/// fit_model() from given models, which lie near the end: all the way from there.
 [[nodiscard]] Fit refined(const StartModels& start, const SelectedEffects& effects,
                           const Fit& smaller, std::span<const measure::Measurement> recordings,
                           const FitOptions& options);

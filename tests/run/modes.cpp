@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/first_mode.hpp"
+#include "run/modes.hpp"
 #include "physics/effects/selection.hpp"
 
 #include <cmath>
