@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/modes.hpp"
+
 #include "physics/effects/selection.hpp"
 
 #include <cmath>
@@ -34,16 +35,16 @@ TEST(ChainModes, OfThePlainChainAreThoseOfTheCalibration) {
 }
 
 TEST(ChainModes, OfAYieldingClampAreLower) {
-    const double rigid = fit::chain_modes(plain_case(), 1).front().frequency;
-    const double yielding = fit::chain_modes(case_with("clamp_compliance"), 1).front().frequency;
+    const double rigid = run::chain_modes(plain_case(), 1).front().frequency;
+    const double yielding = run::chain_modes(case_with("clamp_compliance"), 1).front().frequency;
     // The default spring has 50 E I/L: −2 EI/(k L) to first order, less the second order's 1e-3.
     EXPECT_NEAR(yielding / rigid - 1.0, -2.0 / 50.0, 3e-3);
 }
 
 TEST(ChainModes, AreStiffenedByBranchesThatRelaxSlowly) {
-    const double relaxed = fit::chain_modes(plain_case(), 1).front().frequency;
+    const double relaxed = run::chain_modes(plain_case(), 1).front().frequency;
     const double stiff =
-        fit::chain_modes(case_with("relaxation(fraction=0.06,time_s=10)"), 1).front().frequency;
+        run::chain_modes(case_with("relaxation(fraction=0.06,time_s=10)"), 1).front().frequency;
     EXPECT_NEAR(stiff / relaxed, std::sqrt(1.06), 1e-4);
 }
 
