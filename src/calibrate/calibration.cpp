@@ -2,7 +2,7 @@
 #include "calibrate/calibration.hpp"
 
 #include "core/error.hpp"
-#include "fit/stem_model.hpp"
+#include "fit/model/stem_model.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>

@@ -6,8 +6,8 @@
 #include "calibrate/lack_of_fit.hpp"
 #include "calibrate/profile_likelihood.hpp"
 #include "calibrate/study_calibration.hpp"
-#include "run/modes.hpp"
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
+#include "integrate/modes.hpp"
 #include "physics/effects/selection.hpp"
 #include "run/modes.hpp"
 

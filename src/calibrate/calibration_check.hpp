@@ -2,7 +2,7 @@
 // The paper's closing test: Eq. 1 read from the calibrated stem and from the measured one.
 #pragma once
 
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 #include "reduce/stem_ring_downs.hpp"
 
 #include <optional>

@@ -2,7 +2,7 @@
 // Whether the residuals of a fitted chain are noise, or something is missing.
 #pragma once
 
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 
 #include <string>
 #include <vector>

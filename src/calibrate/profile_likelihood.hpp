@@ -2,7 +2,7 @@
 // Intervals by the likelihood profile: how far a parameter can go while all others make up for it.
 #pragma once
 
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 
 #include <string>
 #include <vector>

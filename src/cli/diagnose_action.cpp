@@ -170,7 +170,7 @@ core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& p
 
 /// A WorkMap over the communicator's ranks; null: this process alone, through the same farm.
 fit::WorkMap work_over_ranks(const farm::Communicator* communicator,
-                                  std::function<void(const farm::Progress&)> progress) {
+                             std::function<void(const farm::Progress&)> progress) {
     constexpr std::chrono::milliseconds progress_interval{200};
     const core::ItemMap items = farm::over_ranks(
         communicator, {.progress = std::move(progress), .progress_interval = progress_interval});

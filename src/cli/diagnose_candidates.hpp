@@ -2,7 +2,7 @@
 // Which effects a diagnosis may name, as the command line says.
 #pragma once
 
-#include "fit/stem_model.hpp"
+#include "fit/model/stem_model.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <map>

@@ -3,7 +3,7 @@
 
 #include "cli/compare_json.hpp"
 #include "diagnose/comparison.hpp"
-#include "fit/residual_statistics.hpp"
+#include "fit/solve/residual_statistics.hpp"
 #include "present/json.hpp"
 #include "present/text.hpp"
 

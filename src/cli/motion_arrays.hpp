@@ -3,7 +3,7 @@
 #pragma once
 
 #include "archive/hdf5/array_file.hpp"
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <string>

@@ -7,8 +7,8 @@
 #include "diagnose/swing_windows.hpp"
 #include "diagnose/verdict.hpp"
 #include "fit/fit_model.hpp"
-#include "fit/residual_spectrum.hpp"
-#include "fit/residual_statistics.hpp"
+#include "fit/solve/residual_statistics.hpp"
+#include "fit/start/residual_spectrum.hpp"
 #include "reduce/stem_ring_downs.hpp"
 
 #include <string>

@@ -3,7 +3,7 @@
 
 #include "core/error.hpp"
 #include "diagnose/correlated_noise.hpp"
-#include "fit/layout.hpp"
+#include "fit/solve/layout.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/correlated_noise.hpp"
 
-#include "fit/information.hpp"
+#include "fit/solve/information.hpp"
 
 #include <algorithm>
 #include <cmath>

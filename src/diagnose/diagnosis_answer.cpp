@@ -3,7 +3,7 @@
 
 #include "diagnose/naming.hpp"
 #include "fit/coarse_image.hpp"
-#include "fit/residual_statistics.hpp"
+#include "fit/solve/residual_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // Simple forces of which a missing one may consist.
 #pragma once
 
-#include "fit/stem_model.hpp"
+#include "fit/model/stem_model.hpp"
 #include "physics/effects/user_effect.hpp"
 
 #include <string>

@@ -2,8 +2,8 @@
 // How well a model predicts readings that it was not fitted to.
 #pragma once
 
-#include "fit/fit.hpp"
 #include "fit/fit_model.hpp"
+#include "fit/solve/fit.hpp"
 
 #include <span>
 #include <string>

@@ -3,7 +3,7 @@
 
 #include "diagnose/mere_noise.hpp"
 #include "diagnose/naming.hpp"
-#include "fit/residual_statistics.hpp"
+#include "fit/solve/residual_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // Shapes of the first modes over the heights, measured and modelled.
 #pragma once
 
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <vector>

@@ -4,7 +4,7 @@
 
 #include "diagnose/score_test.hpp"
 #include "fit/fit_numbers.hpp"
-#include "fit/stem_model.hpp"
+#include "fit/model/stem_model.hpp"
 
 #include <map>
 #include <string>

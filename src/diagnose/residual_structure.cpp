@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/residual_structure.hpp"
 
-#include "fit/residual_statistics.hpp"
+#include "fit/solve/residual_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>

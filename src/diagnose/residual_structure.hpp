@@ -4,7 +4,7 @@
 #pragma once
 
 #include "diagnose/swing.hpp"
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 
 #include <array>
 

@@ -5,7 +5,7 @@
 #include "diagnose/null_noise.hpp"
 #include "diagnose/stacked_readings.hpp"
 #include "diagnose/visible_size.hpp"
-#include "fit/starts.hpp"
+#include "fit/start/starts.hpp"
 
 #include <algorithm>
 #include <cmath>

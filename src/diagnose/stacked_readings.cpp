@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/stacked_readings.hpp"
 
-#include "fit/parameter.hpp"
+#include "fit/model/parameter.hpp"
 
 #include <algorithm>
 #include <cmath>

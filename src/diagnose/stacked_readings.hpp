@@ -3,7 +3,7 @@
 #pragma once
 
 #include "fit/fit_model.hpp"
-#include "fit/layout.hpp"
+#include "fit/solve/layout.hpp"
 
 #include <span>
 #include <string>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/swing.hpp"
 
-#include "run/modes.hpp"
 #include "physics/effects/stem_scales.hpp"
+#include "run/modes.hpp"
 
 #include <cmath>
 #include <limits>
@@ -99,7 +99,8 @@ Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measure
         precision += std::pow(swing.shape[j] / fit.noise[j], 2);
     swing.noise = precision > 0.0 ? 1.0 / std::sqrt(precision) : 0.0;
     const auto modes = run::chain_modes(fit.model.spec, 1);
-    swing.frequency = modes.empty() ? physics::first_frequency(fit.model.spec.stem) : modes.front().frequency;
+    swing.frequency =
+        modes.empty() ? physics::first_frequency(fit.model.spec.stem) : modes.front().frequency;
     return swing;
 }
 

@@ -2,7 +2,7 @@
 // The strongest shape of the motion over the heights, and its coordinate in measurement and model.
 #pragma once
 
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <vector>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/verdict.hpp"
 
-#include "fit/residual_statistics.hpp"
+#include "fit/solve/residual_statistics.hpp"
 #include "reduce/population_statistics.hpp"
 
 #include <algorithm>

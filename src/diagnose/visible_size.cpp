@@ -2,7 +2,7 @@
 #include "diagnose/visible_size.hpp"
 
 #include "core/error.hpp"
-#include "fit/layout.hpp"
+#include "fit/solve/layout.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 #include "fit/coarse_image.hpp"
 
 #include "core/error.hpp"
+#include "fit/start/starts.hpp"
 #include "run/modes.hpp"
-#include "fit/starts.hpp"
 
 #include <algorithm>
 #include <cmath>

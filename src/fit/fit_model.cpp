@@ -2,8 +2,7 @@
 #include "fit/fit_model.hpp"
 
 #include "core/error.hpp"
-#include "fit/starts.hpp"
-#include "reduce/distributions.hpp"
+#include "fit/start/starts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +11,6 @@
 #include <utility>
 
 #include <fmt/core.h>
-#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 namespace culm::fit {
@@ -20,8 +18,6 @@ namespace {
 
 using nlohmann::json;
 
-/// A larger model may end this much above the one that it contains: the runs have noise.
-constexpr double allowed_excess = 1.001;
 constexpr int screening_iterations = 3;
 constexpr int most_restarts = 2;
 /// Of χ², in units of the reduced χ²: worth another solution.
@@ -302,7 +298,6 @@ std::string to_text(const BegunFit& begun, int runs) {
     return json{std::move(values), begun.weighted_rms, begun.chi_squared, runs}.dump();
 }
 
-/// Adds to `runs` those that the text tells of.
 BegunFit begun_from(const std::string& text, const StartModels& start, int& runs) {
     const json read = json::parse(text);
     BegunFit begun{start, read[1], read[2]};
@@ -314,30 +309,6 @@ BegunFit begun_from(const std::string& text, const StartModels& start, int& runs
     }
     runs += read[3].get<int>();
     return begun;
-}
-
-bool has_effect(const SelectedEffects& effects, const physics::SelectedEffect& wanted) {
-    return std::ranges::any_of(
-        effects, [&](const auto& each) { return each.effect->name() == wanted.effect->name(); });
-}
-
-/// Has a number that `smaller` does not have come to nothing? Then the fit may have ended beside a
-/// part of its model that explains more.
-bool is_doubtful(const Fit& fit, const Fit& smaller) {
-    return fit.failed() ||
-           std::ranges::any_of(fit.parameters, [&](const FittedParameter& parameter) {
-               const bool is_new =
-                   std::ranges::find(smaller.parameters, parameter.name, &FittedParameter::name) ==
-                   smaller.parameters.end();
-               const double size = std::abs(parameter.value - parameter.absent);
-               return is_new && !parameter.is_place &&
-                      (parameter.is_at_bound ||
-                       !(size > reduce::normal_quantile_95 * parameter.standard_error));
-           });
-}
-
-bool is_worse(const Fit& fit, const Fit& part) {
-    return fit.failed() || fit.weighted_rms > allowed_excess * part.weighted_rms;
 }
 
 } // namespace
@@ -524,38 +495,6 @@ Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
     for (std::size_t k = 0; k < plan.start_count(); ++k)
         begun.push_back(plan.begin(k, options));
     return plan.finish(begun, options);
-}
-
-Fit fit_with_parts(const SelectedEffects& effects, const Fit& smaller,
-                   std::span<const measure::Measurement> recordings, const FitOptions& options) {
-    Fit whole = fit_model(effects, smaller, recordings, options);
-    const auto added = std::ranges::count_if(
-        effects, [&](const auto& each) { return !has_effect(smaller.effects, each); });
-    if (added < 2 || !is_doubtful(whole, smaller))
-        return whole;
-    std::optional<Fit> best;
-    for (std::size_t k = 0; k < effects.size(); ++k) {
-        if (has_effect(smaller.effects, effects[k]) || !has_fitted_number(*effects[k].effect))
-            continue;
-        SelectedEffects rest = effects;
-        rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
-        Fit part = fit_with_parts(rest, smaller, recordings, options);
-        whole.runs += part.runs;
-        if (part.is_fitted() && (!best || part.weighted_rms < best->weighted_rms))
-            best = std::move(part);
-    }
-    if (!best || !is_worse(whole, *best))
-        return whole;
-    Fit again = fit_model(effects, *best, recordings, options);
-    again.runs += whole.runs;
-    if (is_worse(again, *best)) {
-        again.reason =
-            fmt::format("no start leads to a fit as good as that of {}, which it contains",
-                        fmt::join(best->names, " + "));
-        again.status = FitStatus::Failed;
-        again.parts.clear();
-    }
-    return again;
 }
 
 } // namespace culm::fit

@@ -3,7 +3,7 @@
 // fails.
 #pragma once
 
-#include "fit/joint_starts.hpp"
+#include "fit/start/joint_starts.hpp"
 
 #include <cstddef>
 #include <span>
@@ -11,6 +11,9 @@
 #include <vector>
 
 namespace culm::fit {
+
+/// A larger model may leave this much more than the one that it contains: the runs have noise.
+inline constexpr double allowed_excess = 1.001;
 
 /// `effects` beside the published chain (none: the chain itself), fitted to all recordings at once.
 /// `smaller`: a fit with some or none of the effects; only the chain itself needs none.

@@ -2,8 +2,8 @@
 #include "fit/fit_numbers.hpp"
 
 #include "core/error.hpp"
-#include "fit/layout.hpp"
-#include "fit/residual_statistics.hpp"
+#include "fit/solve/layout.hpp"
+#include "fit/solve/residual_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // A fit as the few numbers that another rank needs of it, and back.
 #pragma once
 
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 
 #include <span>
 #include <string>

@@ -61,8 +61,7 @@ bool is_named(const ConfigKey& key, const std::string& name) {
 std::string card(const ConfigKey& key) {
     constexpr std::size_t indent = 4;
     const std::string margin(indent, ' ');
-    return fmt::format("{}\n{}{}", key.key,
-                       wrapped(margin, key_value(key), text_width - indent),
+    return fmt::format("{}\n{}{}", key.key, wrapped(margin, key_value(key), text_width - indent),
                        wrapped(margin, key_meaning(key), text_width - indent));
 }
 
@@ -74,9 +73,8 @@ std::string config_key_list() {
         std::vector<std::string> names;
         for (const ConfigKey& key : study::config_keys_of(section))
             names.push_back(key.key);
-        text += fmt::format(
-            "[{}]\n{}", section,
-            wrapped("    ", fmt::format("{}", fmt::join(names, ", ")), text_width));
+        text += fmt::format("[{}]\n{}", section,
+                            wrapped("    ", fmt::format("{}", fmt::join(names, ", ")), text_width));
     }
     return text;
 }

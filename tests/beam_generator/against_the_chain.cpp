@@ -3,7 +3,7 @@
 #include "beam_generator/random_case.hpp"
 #include "beam_generator/recording.hpp"
 #include "fit/fit_model.hpp"
-#include "fit/stem_chain.hpp"
+#include "fit/model/stem_chain.hpp"
 #include "support/single_fit.hpp"
 
 #include <string>

@@ -2,7 +2,7 @@
 #include "calibrate/profile_likelihood.hpp"
 #include "calibrate/simulated_measurement.hpp"
 #include "core/error.hpp"
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Frames before the release on a support that vibrates.
 #include "calibrate/simulated_measurement.hpp"
-#include "fit/stem_model.hpp"
+#include "fit/model/stem_model.hpp"
 
 #include <algorithm>
 #include <cmath>

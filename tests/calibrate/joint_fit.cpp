@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/simulated_measurement.hpp"
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 #include "calibrate/lack_of_fit.hpp"
 
 #include "calibrate/simulated_measurement.hpp"
-#include "fit/stem_model.hpp"
+#include "fit/model/stem_model.hpp"
 #include "physics/effects/library.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/solution.hpp"
+#include "fit/solve/solution.hpp"
 
 #include <gtest/gtest.h>
 

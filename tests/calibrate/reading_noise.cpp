@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/reading_noise.hpp"
+#include "fit/model/reading_noise.hpp"
 
 #include "calibrate/simulated_measurement.hpp"
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/stem_chain.hpp"
+#include "fit/model/stem_chain.hpp"
 
 #include "calibrate/simulated_measurement.hpp"
 #include "core/error.hpp"
-#include "run/modes.hpp"
 #include "physics/effects/library.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "run/case_model.hpp"

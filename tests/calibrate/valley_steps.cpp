@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps that keep the frequency where a straight step would put it to first order.
-#include "fit/valley_steps.hpp"
+#include "fit/solve/valley_steps.hpp"
 
 #include "calibrate/simulated_measurement.hpp"
+#include "fit/model/stem_model.hpp"
+#include "fit/solve/fit.hpp"
 #include "run/modes.hpp"
-#include "fit/fit.hpp"
-#include "fit/stem_model.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/beat.hpp"
+#include "fit/start/beat.hpp"
 
 #include "beam_generator/recording.hpp"
 #include "fit/fit_model.hpp"
-#include "fit/prediction.hpp"
-#include "fit/stem_model.hpp"
+#include "fit/model/prediction.hpp"
+#include "fit/model/stem_model.hpp"
 #include "physics/effects/library.hpp"
 
 #include <algorithm>

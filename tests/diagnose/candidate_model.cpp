@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
-#include "fit/starts.hpp"
-#include "fit/stem_model.hpp"
+#include "fit/model/stem_model.hpp"
+#include "fit/start/starts.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
 

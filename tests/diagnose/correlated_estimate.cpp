@@ -3,7 +3,7 @@
 
 #include "beam_generator/recording.hpp"
 #include "diagnose/correlated_noise.hpp"
-#include "fit/stem_model.hpp"
+#include "fit/model/stem_model.hpp"
 #include "physics/effects/library.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/residual_statistics.hpp"
+#include "fit/solve/residual_statistics.hpp"
 
 #include <cmath>
 #include <random>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/residual_structure.hpp"
 
-#include "fit/stem_model.hpp"
+#include "fit/model/stem_model.hpp"
 
 #include <cmath>
 #include <functional>

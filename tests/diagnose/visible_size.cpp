@@ -2,7 +2,7 @@
 // The size at which an effect is seen, against refits of recordings that contain just that much.
 #include "diagnose/score_test.hpp"
 #include "diagnosis_records.hpp"
-#include "fit/prediction.hpp"
+#include "fit/model/prediction.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-
 namespace culm::study {
 
 /// A column of a table, or a kind of history, in which two archives differ.

@@ -2,6 +2,7 @@
 // Every effect of the library: both integrators, lanes and derivatives tell the same.
 #include "free_vibration.hpp"
 #include "physics/effects/selection.hpp"
+#include "physics/effects/stem_scales.hpp"
 #include "run/sensitivities.hpp"
 
 #include <gtest/gtest.h>

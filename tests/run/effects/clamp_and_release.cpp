@@ -2,6 +2,7 @@
 // Clamps that yield, rub or shake, and a finger that lets go slowly, against closed forms.
 #include "beam_theory.hpp"
 #include "free_vibration.hpp"
+#include "physics/effects/stem_scales.hpp"
 
 #include <gtest/gtest.h>
 

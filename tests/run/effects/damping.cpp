@@ -2,6 +2,7 @@
 // Effects that take energy out of the motion, against averaged and exact solutions.
 #include "beam_theory.hpp"
 #include "free_vibration.hpp"
+#include "physics/effects/stem_scales.hpp"
 
 #include <gtest/gtest.h>
 

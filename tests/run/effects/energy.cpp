@@ -6,6 +6,7 @@
 #include "free_vibration.hpp"
 #include "integrate/implicit.hpp"
 #include "physics/effects/selection.hpp"
+#include "physics/effects/stem_scales.hpp"
 #include "run/case_model.hpp"
 #include "run/lane_packing.hpp"
 

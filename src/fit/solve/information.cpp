@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/information.hpp"
+#include "fit/solve/information.hpp"
 
 #include <Eigen/Eigenvalues>
 

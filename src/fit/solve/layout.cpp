@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/layout.hpp"
+#include "fit/solve/layout.hpp"
 
 #include "core/error.hpp"
 

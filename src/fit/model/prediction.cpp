@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/prediction.hpp"
+#include "fit/model/prediction.hpp"
 
 #include "core/error.hpp"
-#include "fit/stem_chain.hpp"
-#include "fit/stem_model.hpp"
+#include "fit/model/stem_chain.hpp"
+#include "fit/model/stem_model.hpp"
 #include "measure/folder/observation.hpp"
+#include "physics/effects/stem_scales.hpp"
 #include "physics/node_load.hpp"
 #include "run/case_model.hpp"
 

@@ -2,9 +2,8 @@
 // A model fitted to every height and frame of one or several recordings at once.
 #pragma once
 
-#include "fit/layout.hpp"
-#include "fit/prediction.hpp"
-#include "fit/reading_noise.hpp"
+#include "fit/model/reading_noise.hpp"
+#include "fit/solve/solution.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -16,23 +15,6 @@
 #include <Eigen/Core>
 
 namespace culm::fit {
-
-struct SolveOptions {
-    /// Only frames up to here, s after the release; empty: all. Frames before the release count.
-    std::optional<double> window;
-    /// Readings that deviate by more than 2 σ count less and less (Huber's loss), so that a few
-    /// wrong ones do no harm.
-    bool is_robust = false;
-    /// True: from the model's values as a first guess, with several moduli about it and a window
-    /// that grows from 2 to 5 and 12 cycles to all, so that no cycle is skipped. False: the values
-    /// are near the solution (a refit with an effect added), all frames at once.
-    bool is_first_guess = true;
-    int largest_iterations = 50; ///< of each window
-    /// A solution whose pace would not bring χ² down to this within the iterations ends early, as
-    /// Fit::out_of_reach says; empty: none does.
-    std::optional<double> wanted_chi_squared;
-    run::Heartbeat heartbeat;
-};
 
 struct FittedParameter {
     std::string name;

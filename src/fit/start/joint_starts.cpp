@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/joint_starts.hpp"
+#include "fit/start/joint_starts.hpp"
 
 #include "core/error.hpp"
+#include "fit/model/parameter.hpp"
+#include "fit/start/starts.hpp"
 #include "run/modes.hpp"
-#include "fit/fit_model.hpp"
-#include "fit/parameter.hpp"
-#include "fit/starts.hpp"
 
 #include <algorithm>
 #include <cmath>

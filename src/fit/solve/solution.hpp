@@ -2,12 +2,15 @@
 // One least-squares solution by Ceres over given windows of the recordings.
 #pragma once
 
-#include "fit/fit.hpp"
+#include "fit/model/prediction.hpp"
+#include "fit/solve/layout.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include <ceres/iteration_callback.h>
@@ -42,6 +45,23 @@ class OutOfReach : public ceres::IterationCallback {
     int largest_iterations_;
     std::array<double, 5> gains_{}; ///< of the last iterations
     bool is_so_ = false;
+};
+
+struct SolveOptions {
+    /// Only frames up to here, s after the release; empty: all. Frames before the release count.
+    std::optional<double> window;
+    /// Readings that deviate by more than 2 σ count less and less (Huber's loss), so that a few
+    /// wrong ones do no harm.
+    bool is_robust = false;
+    /// True: from the model's values as a first guess, with several moduli about it and a window
+    /// that grows from 2 to 5 and 12 cycles to all, so that no cycle is skipped. False: the values
+    /// are near the solution (a refit with an effect added), all frames at once.
+    bool is_first_guess = true;
+    int largest_iterations = 50; ///< of each window
+    /// A solution whose pace would not bring χ² down to this within the iterations ends early, as
+    /// Fit::out_of_reach says; empty: none does.
+    std::optional<double> wanted_chi_squared;
+    run::Heartbeat heartbeat;
 };
 
 struct JointSolution {

@@ -2,7 +2,7 @@
 // The beat of a swing that leaves the plane of the pull, as the readings show it.
 #pragma once
 
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 
 #include <vector>
 

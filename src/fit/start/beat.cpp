@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/beat.hpp"
+#include "fit/start/beat.hpp"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 // Steps along the curved valley of a constant frequency.
 #pragma once
 
-#include "fit/residuals.hpp"
+#include "fit/solve/residuals.hpp"
 
 #include <cstddef>
 #include <optional>

@@ -2,8 +2,8 @@
 // The weighted residuals of one or several recordings as one least-squares problem.
 #pragma once
 
-#include "fit/layout.hpp"
-#include "fit/prediction.hpp"
+#include "fit/model/prediction.hpp"
+#include "fit/solve/layout.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <cstddef>

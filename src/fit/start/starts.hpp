@@ -2,8 +2,9 @@
 // Where the fit of a model with effects begins.
 #pragma once
 
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 #include "integrate/linearised.hpp"
+#include "integrate/modes.hpp"
 
 #include <string>
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/valley_steps.hpp"
+#include "fit/solve/valley_steps.hpp"
 
 #include "run/modes.hpp"
 

@@ -2,7 +2,7 @@
 // Residuals of a fit by height, time and amplitude, and how far they are correlated.
 #pragma once
 
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 
 #include <cstddef>
 #include <span>

@@ -2,8 +2,9 @@
 // Where the fit of one model to several recordings begins.
 #pragma once
 
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 #include "integrate/linearised.hpp"
+#include "integrate/modes.hpp"
 
 #include <span>
 #include <vector>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/stem_model.hpp"
+#include "fit/model/stem_model.hpp"
 
 #include "core/error.hpp"
-#include "run/modes.hpp"
 #include "measure/folder/measurement.hpp"
 #include "physics/effects/library.hpp"
 #include "reduce/population_statistics.hpp"
 #include "reduce/ring_down_analysis.hpp"
 #include "run/case_model.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/solution.hpp"
+#include "fit/solve/solution.hpp"
 
-#include "fit/information.hpp"
-#include "fit/residuals.hpp"
-#include "fit/valley_steps.hpp"
+#include "fit/solve/information.hpp"
+#include "fit/solve/residuals.hpp"
+#include "fit/solve/valley_steps.hpp"
 
 #include <algorithm>
 #include <cmath>

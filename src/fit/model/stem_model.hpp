@@ -2,8 +2,8 @@
 // A model of a measured stem: a case with its effects, and which of its numbers may be fitted.
 #pragma once
 
-#include "fit/parameter.hpp"
-#include "fit/stem_chain.hpp"
+#include "fit/model/parameter.hpp"
+#include "fit/model/stem_chain.hpp"
 #include "measure/folder/measurement.hpp"
 #include "physics/effects/selection.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/residual_spectrum.hpp"
+#include "fit/start/residual_spectrum.hpp"
 
 #include "core/error.hpp"
 #include "run/modes.hpp"

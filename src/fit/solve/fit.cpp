@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 
 #include "core/error.hpp"
-#include "run/modes.hpp"
-#include "fit/information.hpp"
-#include "fit/solution.hpp"
+#include "fit/solve/information.hpp"
 #include "physics/effects/library.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 // Spectrum of the residuals of a fit.
 #pragma once
 
-#include "fit/fit.hpp"
+#include "fit/solve/fit.hpp"
 
 #include <string>
 #include <vector>

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/starts.hpp"
+#include "fit/start/starts.hpp"
 
 #include "core/error.hpp"
-#include "fit/beat.hpp"
-#include "run/modes.hpp"
-#include "fit/residual_spectrum.hpp"
+#include "fit/start/beat.hpp"
+#include "fit/start/residual_spectrum.hpp"
 #include "physics/effects/library.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "run/modes.hpp"

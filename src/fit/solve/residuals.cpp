@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/residuals.hpp"
+#include "fit/solve/residuals.hpp"
 
 #include "core/error.hpp"
 

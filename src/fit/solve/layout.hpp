@@ -2,7 +2,7 @@
 // Which free parameters of several models are one number.
 #pragma once
 
-#include "fit/stem_model.hpp"
+#include "fit/model/stem_model.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <cstddef>
