@@ -27,7 +27,7 @@ constexpr double true_modulus = 2.4e9;
 constexpr double true_decay = 0.26;
 
 double decay_of(const integrate::VibrationMode& mode) {
-    return 2.0 * std::numbers::pi * mode.damping_ratio;
+    return 2.0 * std::numbers::pi * mode.damping_ratio();
 }
 
 TEST(NullStem, IsCalibratedWithinAPerCentAndNothingIsMissing) {

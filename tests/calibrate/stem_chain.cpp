@@ -44,7 +44,7 @@ TEST(StemChain, FirstModeIsThatOfTheBeamUpToTheSquareOfTheBondLength) {
     const auto error = [&](int spheres) {
         run::CaseSpec spec = fit::chain_of(measurement, {spheres, {}}).spec;
         spec.stem.bond_damping = 1e-3;
-        return run::first_mode(spec).natural_frequency / physics::first_frequency(spec.stem) - 1;
+        return run::first_mode(spec).natural_frequency() / physics::first_frequency(spec.stem) - 1;
     };
     // Shear and rotary inertia of the stem itself, (d/L)² and less, are some 1e-4 and do not
     // vanish with the bond length; what does, does so with its square.
@@ -61,7 +61,7 @@ TEST(StemChain, DampingTimeGivesTheDampingRatioUnderBothLaws) {
         run::CaseSpec spec = fit::chain_of(measurement, {56, law}).spec;
         spec.stem.bond_damping = 20.0;
         const integrate::VibrationMode mode = run::first_mode(spec);
-        const double wanted = std::numbers::pi * mode.natural_frequency * fit::damping_time(spec);
+        const double wanted = std::numbers::pi * mode.natural_frequency() * fit::damping_time(spec);
         // Dashpots that act on shear and rotary motion beside bending: some 1e-3.
         EXPECT_NEAR(mode.damping_ratio() / wanted, 1.0, 5e-3);
     }

@@ -91,7 +91,7 @@ TEST(CandidateModel, KnowsWhatMovesAStemThatIsHeldStraight) {
 TEST(CandidateEffects, LeaveOutWhatIsTriedOnlyWhenNamed) {
     std::vector<measure::Measurement> recordings(1);
     recordings.front().gravity_direction = measure::GravityDirection::Axial;
-    const auto names = diagnose::model_names(diagnose::candidate_effects(recordings));
+    const auto names = fit::model_names(fit::candidate_effects(recordings));
     EXPECT_EQ(std::ranges::count(names, "power_drag"), 0);
     EXPECT_EQ(names.size(), physics::all_effects().size()); // the baseline instead
 }

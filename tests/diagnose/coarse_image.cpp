@@ -43,7 +43,7 @@ double value(const std::vector<fit::FittedParameter>& parameters, const std::str
     return found == parameters.end() ? std::nan("") : found->value;
 }
 
-TEST(fit::CoarseImage, LeavesWhatTheFitLeavesAndChangesAsItDoes) {
+TEST(CoarseImage, LeavesWhatTheFitLeavesAndChangesAsItDoes) {
     const Recordings recordings = stem_in_a_soft_clamp(56);
     const fit::Fit fine = fit::fit_model({}, {}, recordings);
     const fit::CoarseImage image(fine, recordings, {});
@@ -70,7 +70,7 @@ TEST(fit::CoarseImage, LeavesWhatTheFitLeavesAndChangesAsItDoes) {
     }
 }
 
-TEST(fit::CoarseImage, OfAFitOfSeveralRecordingsKeepsOneMaterial) {
+TEST(CoarseImage, OfAFitOfSeveralRecordingsKeepsOneMaterial) {
     Recordings recordings = stem_in_a_soft_clamp(56);
     recordings.push_back(recordings.front());
     recordings.back().stem.id = "other";
@@ -94,7 +94,7 @@ TEST(fit::CoarseImage, OfAFitOfSeveralRecordingsKeepsOneMaterial) {
               image.fit().parts.front().find("bond_damping")->value);
 }
 
-TEST(fit::CoarseImage, LeadsToWhereTheFineChainEnds) {
+TEST(CoarseImage, LeadsToWhereTheFineChainEnds) {
     const Recordings recordings = stem_in_a_soft_clamp(56);
     const fit::Fit smaller = fit::fit_model({}, {}, recordings);
     const fit::Fit fine = fit::fit_model(clamp_compliance(), smaller, recordings);
@@ -112,15 +112,15 @@ TEST(fit::CoarseImage, LeadsToWhereTheFineChainEnds) {
                     std::max(0.03 * std::abs(parameter.value), 3.0 * parameter.standard_error))
             << parameter.name;
 
-    const fit::Fit refined = fit::refined(fit::models_of(found, clamp_compliance(), recordings),
-                                          clamp_compliance(), smaller, recordings, {});
+    const fit::Fit refined = fit::refined(fit::models_of(found, recordings), clamp_compliance(),
+                                          smaller, recordings, {});
     ASSERT_FALSE(refined.failed()) << refined.reason;
     // Solutions end where an iteration gains less than 0.005 of what one standard error makes.
     EXPECT_NEAR(refined.chi_squared, fine.chi_squared, 0.2);
     EXPECT_LT(refined.runs, fine.runs);
 }
 
-TEST(fit::CoarseImage, OfAChainThatIsNoFinerIsTheFitItself) {
+TEST(CoarseImage, OfAChainThatIsNoFinerIsTheFitItself) {
     const Recordings recordings = stem_in_a_soft_clamp(20);
     const fit::Fit fit = fit::fit_model({}, {}, recordings);
     const fit::CoarseImage image(fit, recordings, {});

@@ -2,6 +2,7 @@
 #include "diagnose/diagnosis.hpp"
 
 #include "diagnosis_records.hpp"
+#include "fit/fit_numbers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -72,7 +73,7 @@ TEST(Diagnosis, DoesNotDependOnTheOrderOfCandidatesOrOfTheWork) {
         EXPECT_EQ(one.ranking[k].effect, two.ranking[k].effect);
         EXPECT_EQ(one.ranking[k].delta_bic, two.ranking[k].delta_bic);
     }
-    EXPECT_EQ(diagnose::to_text(one.ladder.back().fit), diagnose::to_text(two.ladder.back().fit));
+    EXPECT_EQ(fit::to_text(one.ladder.back().fit), fit::to_text(two.ladder.back().fit));
 }
 
 TEST(Diagnosis, WithoutTheTrueEffectItNamesNoneAndFindsTheForce) {

@@ -3,7 +3,6 @@
 #include "diagnose/diagnosis.hpp"
 #include "fit/fit_model.hpp"
 #include "physics/effects/library.hpp"
-#include "support/single_fit.hpp"
 
 #include <algorithm>
 #include <array>
@@ -52,23 +51,7 @@ const fit::FittedParameter& parameter(const fit::Fit& fit, const std::string& na
     return *found;
 }
 
-TEST(fit::Fit, OneRecordingIsFittedAsACandidateBitForBit) {
-    const Recordings one{beam("a", 20e-3, {{"clamp_compliance", {{"stiffness_nm_rad", 0.7}}}})};
-    const fit::Fit baseline = tests::fit_baseline(one.front());
-    const fit::Fit candidate =
-        tests::fit_candidate(effects({"clamp_compliance"}), baseline, one.front());
-    const fit::Fit smaller = fit::fit_model({}, {}, one);
-    const fit::Fit larger = fit::fit_model(effects({"clamp_compliance"}), smaller, one);
-    ASSERT_FALSE(larger.failed()) << larger.reason;
-    EXPECT_EQ(smaller.chi_squared, baseline.parts.front().chi_squared);
-    EXPECT_EQ(larger.chi_squared, candidate.parts.front().chi_squared);
-    EXPECT_EQ(larger.runs, candidate.runs);
-    ASSERT_EQ(larger.parameters.size(), candidate.parts.front().parameters.size());
-    for (std::size_t k = 0; k < larger.parameters.size(); ++k)
-        EXPECT_EQ(larger.parameters[k].value, candidate.parts.front().parameters[k].value);
-}
-
-TEST(fit::Fit, TwoReleasesOfOneStemAgreeOnItsMaterial) {
+TEST(Fit, TwoReleasesOfOneStemAgreeOnItsMaterial) {
     const Recordings two{beam("a", 20e-3), beam("b", 15e-3)};
     const fit::Fit fit = fit::fit_model({}, {}, two);
     ASSERT_FALSE(fit.failed()) << fit.reason;
@@ -82,7 +65,7 @@ TEST(fit::Fit, TwoReleasesOfOneStemAgreeOnItsMaterial) {
     EXPECT_LT(parameter(fit, "bond_youngs_modulus").standard_error, 0.9 * alone);
 }
 
-TEST(fit::Fit, AHiddenTipMassIsWeighedBesideARecordingWithoutIt) {
+TEST(Fit, AHiddenTipMassIsWeighedBesideARecordingWithoutIt) {
     const double mass = 10e-6; // a quarter of the stem's: its frequency falls by a third
     const Recordings two{beam("a", 20e-3), beam("b", 20e-3, {{"tip_mass", {{"mass_kg", mass}}}})};
     const fit::Fit baseline = fit::fit_model({}, {}, two);
@@ -115,7 +98,7 @@ TEST(Diagnosis, NamesAMassInTheRecordingThatCarriesItAndInNoOther) {
     EXPECT_NEAR(named("tip_mass.mass_kg@b")->value, mass, 0.02 * mass);
 }
 
-TEST(fit::Fit, TheOrderOfTheRecordingsDoesNotMatter) {
+TEST(Fit, TheOrderOfTheRecordingsDoesNotMatter) {
     Recordings two{beam("a", 20e-3), beam("b", 15e-3, {{"tip_mass", {{"mass_kg", 5e-6}}}})};
     const auto fitted = [&] {
         return fit::fit_model(effects({"tip_mass"}), fit::fit_model({}, {}, two), two);
@@ -128,7 +111,7 @@ TEST(fit::Fit, TheOrderOfTheRecordingsDoesNotMatter) {
     EXPECT_NEAR(one.chi_squared, other.chi_squared, 0.2);
 }
 
-TEST(fit::Fit, AnEffectThatBothRecordingsShareIsOneNumber) {
+TEST(Fit, AnEffectThatBothRecordingsShareIsOneNumber) {
     const std::vector<beam::HiddenEffect> yielding{
         {"clamp_compliance", {{"stiffness_nm_rad", 0.7}}}};
     const Recordings two{beam("a", 20e-3, yielding), beam("b", 12e-3, yielding)};
@@ -140,7 +123,7 @@ TEST(fit::Fit, AnEffectThatBothRecordingsShareIsOneNumber) {
     EXPECT_NEAR(fit.reduced_chi_squared, 1.0, 0.15); // as above
 }
 
-TEST(fit::Fit, OfStraightReleasesWithoutGravityNothingMoves) {
+TEST(Fit, OfStraightReleasesWithoutGravityNothingMoves) {
     Recordings two{beam("a", 20e-3), beam("b", 15e-3)};
     for (measure::Measurement& recording : two)
         recording.release = measure::ReleaseKind::HeldStraight;
@@ -149,7 +132,7 @@ TEST(fit::Fit, OfStraightReleasesWithoutGravityNothingMoves) {
     EXPECT_FALSE(fit::fit_model(effects({"tip_mass"}), baseline, two).moves());
 }
 
-TEST(fit::Fit, ACandidateThatCannotBeAppliedIsAFailureWithAReason) {
+TEST(Fit, ACandidateThatCannotBeAppliedIsAFailureWithAReason) {
     const Recordings two{beam("a", 20e-3), beam("b", 15e-3)};
     const fit::Fit fit = fit::fit_model(effects({"gravity"}), fit::fit_model({}, {}, two), two);
     EXPECT_FALSE(fit.is_fitted());
