@@ -21,12 +21,21 @@ from source_tree import files
 FIRST_INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 
 
+def source_of(entry: dict) -> Path:
+    """The source of an entry; of a group of sources the first, which it reads before the others."""
+    path = Path(entry["file"])
+    if path.parent.name != "Unity" or not path.is_file():
+        return path
+    match = FIRST_INCLUDE.search(path.read_text(encoding="utf-8"))
+    return Path(match.group(1)) if match else path
+
+
 def build_flags(root: Path, commands: list[dict]) -> dict[str, tuple[list[str], str]]:
     """Folder of src/ -> compiler with flags, and where it runs; tests serve header-only layers."""
     flags: dict[str, tuple[list[str], str]] = {}
     for tree in ("src", "tests"):
         for entry in commands:
-            path = Path(entry["file"])
+            path = source_of(entry)
             if not path.is_relative_to(root / tree):
                 continue
             arguments = shlex.split(entry["command"])
@@ -39,7 +48,7 @@ def proven_by_the_build(commands: list[dict]) -> set[str]:
     """Headers that are the first include of a source, as written there."""
     first = set()
     for entry in commands:
-        path = Path(entry["file"])
+        path = source_of(entry)
         match = path.is_file() and FIRST_INCLUDE.search(path.read_text(encoding="utf-8"))
         if match:
             first.add(match.group(1))

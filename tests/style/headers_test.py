@@ -52,6 +52,16 @@ class HeaderCheck(unittest.TestCase):
     def test_a_header_that_a_source_includes_first_is_left_to_the_build(self):
         self.assertEqual(self.faults_with(INCOMPLETE, '#include "core/lengths.hpp"\n'), [])
 
+    def test_a_group_of_sources_serves_as_its_first_one(self):
+        self.write("src/core/lengths.hpp", INCOMPLETE)
+        source = self.write("src/core/user.cpp", '#include <vector>\n#include "core/lengths.hpp"\n')
+        group = self.write("build/src/core/Unity/unity_0_cxx.cxx", f'#include "{source}"\n')
+        command = f"{COMPILER} -std=c++20 -I{self.root / 'src'} -o user.o -c {group}"
+        entry = {"directory": str(self.root), "command": command, "file": str(group)}
+        faults = headers.faults(self.root, [entry])
+        self.assertEqual(len(faults), 1)
+        self.assertIn("lengths", faults[0])
+
     def test_a_layer_outside_the_build_is_found(self):
         self.write("src/run/simulate.hpp", COMPLETE)
         self.assertEqual(len(self.faults_with(COMPLETE, "\n")), 1)
