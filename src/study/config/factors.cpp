@@ -16,8 +16,8 @@ namespace culm::study {
 namespace {
 
 /// Levels must be whole for whole-number parameters, and each must occur once.
-bool check_levels(const Levels& levels, const TableEntry& entry, const Parameter& parameter,
-                  ConfigErrors& errors) {
+bool check_levels(const Levels& levels, const core::TomlEntry& entry, const Parameter& parameter,
+                  core::FileFaults& errors) {
     const std::string key = "factors." + entry.key;
     if (parameter.is_whole_number &&
         std::ranges::any_of(levels, [](double v) { return v != std::round(v); })) {
@@ -34,8 +34,8 @@ bool check_levels(const Levels& levels, const TableEntry& entry, const Parameter
     return true;
 }
 
-std::optional<Factor> read_levels(const toml::array& array, const TableEntry& entry,
-                                  const Parameter& parameter, ConfigErrors& errors) {
+std::optional<Factor> read_levels(const toml::array& array, const core::TomlEntry& entry,
+                                  const Parameter& parameter, core::FileFaults& errors) {
     Levels levels;
     for (const toml::node& node : array) {
         const auto value = parameter_value(node, parameter);
@@ -88,7 +88,7 @@ std::optional<std::int64_t> level_count(const FactorTable& table, double from, d
 }
 
 /// A range without levels, over which Latin hypercubes and Sobol sequences spread.
-std::optional<Factor> continuous_range(const FactorTable& table, const TableEntry& entry,
+std::optional<Factor> continuous_range(const FactorTable& table, const core::TomlEntry& entry,
                                        double from, double to, bool is_log) {
     if (table.context.config.design.type == DesignType::Factorial ||
         table.parameter.is_whole_number) {
@@ -104,7 +104,7 @@ std::optional<Factor> continuous_range(const FactorTable& table, const TableEntr
                          : Distribution::uniform(unit.to_si(from), unit.to_si(to))};
 }
 
-std::optional<Factor> read_range(const FactorTable& table, const TableEntry& entry) {
+std::optional<Factor> read_range(const FactorTable& table, const core::TomlEntry& entry) {
     const std::size_t errors_before = table.context.errors.count();
     table.refuse(distribution_keys, "only with distribution");
     table.need("from", "a range");
@@ -151,7 +151,7 @@ std::string parameter_allowed(const Parameter& parameter) {
     return {};
 }
 
-std::optional<Factor> read_factor(const TableEntry& entry, const Parameter& parameter,
+std::optional<Factor> read_factor(const core::TomlEntry& entry, const Parameter& parameter,
                                   ConfigContext& context) {
     const toml::table* table = entry.node->as_table();
     const bool is_distribution = table != nullptr && table->contains("distribution");
@@ -187,7 +187,7 @@ std::vector<std::string> parameter_keys(const StudyEffects& effects) {
 }
 
 /// The parameter of an entry, or nullptr with the error recorded.
-const Parameter* parameter_of(const TableEntry& entry, const std::string& section,
+const Parameter* parameter_of(const core::TomlEntry& entry, const std::string& section,
                               const ConfigContext& context) {
     const Parameter* parameter = find_parameter(entry.key);
     if (parameter == nullptr)
@@ -202,7 +202,7 @@ const Parameter* parameter_of(const TableEntry& entry, const std::string& sectio
 /// Reads one [[design.point]] table into the columns, which the first table defines.
 void read_point(const toml::table& point, bool is_first, std::vector<Factor>& columns,
                 ConfigContext& context) {
-    for (const TableEntry& entry : entries_in_order(point)) {
+    for (const core::TomlEntry& entry : entries_in_order(point)) {
         const Parameter* parameter = parameter_of(entry, "design.point", context);
         if (parameter == nullptr)
             continue;
@@ -309,7 +309,7 @@ void read_factors(ConfigContext& context) {
     const std::size_t errors_before = context.errors.count();
     read_points(context);
     if (const toml::table* table = context.section("factors"))
-        for (const TableEntry& entry : entries_in_order(*table)) {
+        for (const core::TomlEntry& entry : entries_in_order(*table)) {
             const Parameter* parameter = parameter_of(entry, "factors", context);
             if (parameter == nullptr)
                 continue;

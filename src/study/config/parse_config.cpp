@@ -16,18 +16,9 @@ namespace culm::study {
 
 namespace {
 
-toml::table parse_toml(std::string_view text, const std::string& file) {
-    try {
-        return toml::parse(text, std::string_view(file));
-    } catch (const toml::parse_error& error) {
-        throw core::InputError(fmt::format("{}:{}: not valid TOML: {}", file,
-                                           error.source().begin.line, error.description()));
-    }
-}
-
 void check_sections(const ConfigContext& context) {
     const auto& sections = config_sections();
-    for (const TableEntry& entry : entries_in_order(context.root)) {
+    for (const core::TomlEntry& entry : entries_in_order(context.root)) {
         const bool is_section = std::ranges::find(sections, entry.key) != sections.end();
         if (is_section && !entry.node->is_table())
             context.errors.add(entry.line, entry.key, value_text(*entry.node),
@@ -85,11 +76,11 @@ StudyConfig load_config(const std::filesystem::path& file) {
 }
 
 StudyConfig parse_config(std::string_view text, const std::string& file, const StudyFiles& files) {
-    const toml::table root = parse_toml(text, file);
+    const toml::table root = core::parse_toml_text(text, file);
     StudyConfig config;
     config.file = file;
     config.text = std::string(text);
-    ConfigErrors errors(file);
+    core::FileFaults errors(file);
     ConfigContext context{root, config, errors, {}, files};
     check_sections(context);
     read_study(context);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads values out of TOML tables, checks them and collects the errors of the whole file.
+// Reads one table of a study file against the catalogue of keys.
 #pragma once
 
+#include "core/file_faults.hpp"
+#include "core/toml/table.hpp"
+#include "core/toml/value.hpp"
 #include "study/config/keys.hpp"
 
 #include <cstddef>
@@ -11,47 +14,11 @@
 #include <string_view>
 #include <vector>
 
-#include <toml++/toml.h>
-
 namespace culm::study {
 
-class ConfigErrors {
-  public:
-    explicit ConfigErrors(std::string file) : file_(std::move(file)) {}
-
-    /// Records `file:line: text`.
-    void add(std::size_t line, std::string_view text);
-    /// Records `file:line: key = value: allowed`.
-    void add(std::size_t line, std::string_view key, std::string_view value,
-             std::string_view allowed);
-    [[nodiscard]] std::size_t count() const { return errors_.size(); }
-
-    /// Throws core::InputError with every error recorded, ordered by line, if there is one.
-    void throw_if_any() const;
-
-  private:
-    struct Error {
-        std::size_t line = 0;
-        std::string text;
-    };
-    std::string file_;
-    std::vector<Error> errors_;
-};
-
-/// The value as it stands in the file, shortened if it is long.
-[[nodiscard]] std::string value_text(const toml::node& node);
-
-[[nodiscard]] inline std::size_t line_of(const toml::node& node) {
-    return node.source().begin.line;
-}
-
-/// Keys of a table in the order of the file (toml++ sorts them by name).
-struct TableEntry {
-    std::string key;
-    const toml::node* node = nullptr;
-    std::size_t line = 0;
-};
-[[nodiscard]] std::vector<TableEntry> entries_in_order(const toml::table& table);
+using core::entries_in_order;
+using core::line_of;
+using core::value_text;
 
 /// A getter returns nothing when the key is absent or wrong; what is wrong goes into the errors.
 class TableReader {
@@ -59,7 +26,7 @@ class TableReader {
     /// `table` may be null (the section is absent). `prefix` is put before keys in messages;
     /// `section` names the part of the catalogue.
     TableReader(const toml::table* table, std::string prefix, std::string_view section,
-                ConfigErrors& errors);
+                core::FileFaults& errors);
 
     /// Records every key that the catalogue does not have.
     void refuse_unknown_keys() const;
@@ -79,13 +46,13 @@ class TableReader {
     void error(std::string_view key, std::string_view allowed) const;
 
   private:
-    [[nodiscard]] const toml::node* node(std::string_view key) const;
     [[nodiscard]] const ConfigKey& description(std::string_view key) const;
 
-    const toml::table* table_;
+    const toml::table* content_;
+    core::TomlTable table_; ///< the same, as values are read
     std::string prefix_;
     std::vector<ConfigKey> keys_;
-    ConfigErrors* errors_;
+    core::FileFaults* errors_;
 };
 
 } // namespace culm::study

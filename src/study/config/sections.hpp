@@ -28,7 +28,7 @@ struct GivenPlace {
 struct ConfigContext {
     const toml::table& root;
     StudyConfig& config;
-    ConfigErrors& errors;
+    core::FileFaults& errors;
     std::map<std::string, GivenPlace, std::less<>> places; ///< by key
     const StudyFiles& files;                               ///< that are at hand already
 
@@ -64,8 +64,8 @@ void read_correlation(ConfigContext& context); ///< after the factors
                                                     const std::string& name);
 
 /// The factor of one entry of [factors], or nothing with the errors recorded.
-[[nodiscard]] std::optional<Factor> read_factor(const TableEntry& entry, const Parameter& parameter,
-                                                ConfigContext& context);
+[[nodiscard]] std::optional<Factor> read_factor(const core::TomlEntry& entry,
+                                                const Parameter& parameter, ConfigContext& context);
 
 /// The value in SI if the node is a number that the parameter allows.
 [[nodiscard]] std::optional<double> parameter_value(const toml::node& node,
