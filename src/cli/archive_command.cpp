@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm archive info|status|verify|merge|export DIR
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/text_style.hpp"
-#include "cli/version.hpp"
+#include "cli/provenance.hpp"
 #include "present/archive.hpp"
-#include "present/json.hpp"
+#include "present/files.hpp"
 #include "study/execute/assemble.hpp"
 #include "study/execute/folder_state.hpp"
 #include "study/summary/archive_export.hpp"

@@ -1,34 +1,345 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// culm calibrate MEASUREMENT...
-#include "cli/calibrate_action.hpp"
-#include "cli/chain_options.hpp"
+// culm calibrate MEASUREMENT...: many stems spread over the ranks of a launcher.
+#include "calibrate/calibration.hpp"
+#include "calibrate/study_calibration.hpp"
+#include "cli/chain_fits.hpp"
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/number_range.hpp"
-#include "cli/under_launcher.hpp"
+#include "cli/progress.hpp"
+#include "cli/provenance.hpp"
+#include "farm/item_map.hpp"
+#include "measure/folder/measurement_folder.hpp"
+#include "present/calibration.hpp"
+#include "present/files.hpp"
+#include "study/config/study_effects.hpp"
+#include "study/execute/study_folder.hpp"
+#include "study/summary/summary.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 namespace culm::cli {
 namespace {
 
-void add_model_options(CLI::App& command, CalibrateArguments& arguments) {
-    add_chain_options(command, arguments.law, arguments.spheres);
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct CalibrateArguments {
+    std::vector<std::string> paths;
+    std::string json;
+    std::string output;
+    std::string via;
+    std::string effects;
+    ChainArguments chain;
+    bool is_robust = false;
+    bool with_profiles = false;
+    bool with_check = false;
+    bool is_quiet = false;
+};
+
+/// Everything that is read and checked before the first fit; the same on every rank.
+struct CalibrationPlan {
+    measure::MeasurementSet read;
+    calibrate::CalibrationOptions options;
+    std::optional<calibrate::StudyForCalibration> study;
+};
+
+reduce::PredictorRange range_of(const std::vector<double>& values) {
+    if (values.empty())
+        return {};
+    const auto [lowest, highest] = std::ranges::minmax(values);
+    return {lowest, highest};
+}
+
+/// Throws core::InputError if the folder holds no complete study of free vibrations.
+calibrate::StudyForCalibration study_for_calibration(const std::string& folder) {
+    const study::ArchivedStudy archived = study::open_archive(study::StudyFolder(folder));
+    study::StudySummary summary = study::reduce_study(archived, std::nullopt);
+    calibrate::StudyForCalibration found;
+    found.name = folder;
+    found.base = archived.study.config.base;
+    for (const study::Factor& factor : archived.study.design.factors)
+        if (const std::string key(factor.parameter->key);
+            !key.starts_with("bond_youngs_modulus") && key != "bond_damping")
+            found.factors.push_back(key);
+    found.window = summary.reduce.window;
+    found.bond_youngs_modulus = range_of(summary.youngs_modulus);
+    found.bond_damping = range_of(summary.bond_damping);
+    found.regression = std::move(summary.regression);
+    return found;
+}
+
+CalibrationPlan plan_of(const CalibrateArguments& arguments) {
+    CalibrationPlan plan;
+    plan.read = measure::read_measurements(arguments.paths);
+    plan.options.chain = chain_options(arguments.chain);
+    plan.options.fit.window = arguments.chain.window_s;
+    plan.options.fit.is_robust = arguments.is_robust;
+    if (!arguments.effects.empty())
+        plan.options.effects = study::effects_from(arguments.effects);
+    plan.options.with_profiles = arguments.with_profiles;
+    plan.options.with_check = arguments.with_check;
+    if (!arguments.via.empty())
+        plan.study = study_for_calibration(arguments.via);
+    for (const measure::Measurement& measurement : plan.read.measurements)
+        static_cast<void>(fit::chain_of(measurement, plan.options.chain));
+    return plan;
+}
+
+std::vector<fs::path> calibration_inputs(const CalibrateArguments& arguments,
+                                         const CalibrationPlan& plan) {
+    std::vector<fs::path> files = measurement_files(plan.read.folders);
+    for (const fs::path& file : effect_files(arguments.effects))
+        files.push_back(file);
+    if (!arguments.via.empty())
+        files.push_back(study::StudyFolder(arguments.via).archive());
+    return files;
+}
+
+/// DIR/predictions/NNN.csv: of every frame and height the measured and the predicted deflection.
+void write_prediction(const fs::path& file, const measure::Measurement& measurement,
+                      const fit::RecordingFit& fit) {
+    std::string text = "time_s";
+    for (const double height : measurement.heights)
+        text += fmt::format(",measured h={0:.10g}mm,predicted h={0:.10g}mm", 1e3 * height);
+    text += '\n';
+    const std::size_t rows = measurement.heights.size();
+    for (std::size_t i = 0; i < fit.times.size(); ++i) {
+        text += fmt::format("{:.9g}", fit.times[i]);
+        for (std::size_t j = 0; j < rows; ++j)
+            text += present::csv_cell(1e3 * measurement.deflection(i, j)) +
+                    present::csv_cell(1e3 * fit.prediction.readings[i * rows + j]);
+        text += '\n';
+    }
+    present::write_text(file, text);
+}
+
+/// What is said of a stem, on its way between ranks.
+struct StemAnswer {
+    std::string document;                        ///< JSON
+    std::string text;                            ///< of one stem alone
+    std::string line;                            ///< of the table
+    std::string by_study;                        ///< of --via
+    std::optional<present::StemNumbers> numbers; ///< nothing: it could not be calibrated
+};
+
+template <class Wire>
+void fields(Wire& wire, StemAnswer& answer) {
+    wire(answer.document, answer.text, answer.line, answer.by_study, answer.numbers);
+}
+
+/// A stem that could not be calibrated: what the document says of it, and what the answer prints.
+json refused(const std::string& id, const std::string& reason, const present::TextStyle& style,
+             StemAnswer& answer) {
+    answer.text = fmt::format("{}: {}: {}\n", id, style.failure("FAILED"), reason);
+    answer.line = fmt::format("{:<14} {}: {}\n", id, style.failure("failed"), reason);
+    return {{"measurement", id}, {"failure", reason}};
+}
+
+json calibrated(const CalibrationPlan& plan, std::size_t index, const CalibrateArguments& arguments,
+                const run::Heartbeat& heartbeat, StemAnswer& answer) {
+    const present::TextStyle style = style_of(stdout);
+    const measure::Measurement& measurement = plan.read.measurements[index];
+    const std::string& law = arguments.chain.law;
+    try {
+        calibrate::CalibrationOptions options = plan.options;
+        options.fit.heartbeat = heartbeat;
+        const calibrate::Calibration found = calibrate::calibrate_stem(measurement, options);
+        answer.text = present::calibration_text(found, law, style);
+        answer.line = present::calibration_table_line(found, arguments.with_check, style);
+        answer.numbers = present::numbers_of(found);
+        if (!arguments.output.empty())
+            write_prediction(fs::path(arguments.output) / "predictions" /
+                                 fmt::format("{:03}.csv", index + 1),
+                             measurement, found.fit);
+        return present::calibration_json(found, law);
+    } catch (const core::InputError& error) {
+        return refused(measurement.stem.id, error.what(), style, answer);
+    } catch (const core::NumericalError& error) {
+        return refused(measurement.stem.id, error.what(), style, answer);
+    }
+}
+
+/// The stem's Y and β by the study's regressions.
+json calibrated_by_study(const CalibrationPlan& plan, std::size_t index, const std::string& study,
+                         StemAnswer& answer) {
+    try {
+        const calibrate::StudyCalibration found =
+            calibrate::calibrate_by_study(plan.read.measurements[index], *plan.study);
+        answer.by_study = present::study_calibration_text(found, study, style_of(stdout));
+        return present::study_calibration_json(found, study);
+    } catch (const core::NumericalError& error) {
+        answer.by_study = fmt::format("  by the study: not possible: {}\n", error.what());
+        return {{"failure", error.what()}};
+    }
+}
+
+StemAnswer answer_of(const CalibrationPlan& plan, std::size_t index,
+                     const CalibrateArguments& arguments, const run::Heartbeat& heartbeat) {
+    StemAnswer answer;
+    json stem = calibrated(plan, index, arguments, heartbeat, answer);
+    if (plan.study)
+        stem["via"] = calibrated_by_study(plan, index, arguments.via, answer);
+    stem["folder"] = plan.read.folders[index].string();
+    answer.document = stem.dump();
+    return answer;
+}
+
+/// The answers of all stems, also of those that were lost with a rank.
+std::vector<StemAnswer> all_answers(const CalibrationPlan& plan,
+                                    std::vector<core::ItemOutcome<StemAnswer>> outcomes) {
+    std::vector<StemAnswer> answers;
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+        StemAnswer answer = std::move(outcomes[i].value).value_or(StemAnswer());
+        if (!outcomes[i].value) {
+            json stem = refused(plan.read.measurements[i].stem.id, outcomes[i].failure,
+                                style_of(stdout), answer);
+            stem["folder"] = plan.read.folders[i].string();
+            answer.document = stem.dump();
+        }
+        answers.push_back(std::move(answer));
+    }
+    return answers;
+}
+
+std::optional<present::Population> population_of(const std::vector<StemAnswer>& answers) {
+    std::vector<present::StemNumbers> calibrated;
+    for (const StemAnswer& answer : answers)
+        if (answer.numbers)
+            calibrated.push_back(*answer.numbers);
+    return present::population_of(calibrated, answers.size() - calibrated.size());
+}
+
+json document_of(const CalibrateArguments& arguments, const CalibrationPlan& plan,
+                 const std::vector<StemAnswer>& answers,
+                 const std::optional<present::Population>& population, const json& provenance) {
+    json stems = json::array();
+    for (const StemAnswer& answer : answers)
+        stems.push_back(json::parse(answer.document));
+    json remarks = json::array();
+    for (const measure::Measurement& measurement : plan.read.measurements)
+        for (const std::string& remark : measurement.remarks)
+            remarks.push_back(remark);
+    return {{"format", "culm-calibration"},
+            {"version", 1},
+            {"options",
+             {{"law", arguments.chain.law},
+              {"with", arguments.effects},
+              {"window_s", present::number(arguments.chain.window_s)},
+              {"robust", arguments.is_robust}}},
+            {"population", population ? present::population_json(*population) : json()},
+            {"stems", std::move(stems)},
+            {"remarks", std::move(remarks)},
+            {"provenance", provenance}};
+}
+
+/// One stem in some lines, several as a table with what they say of the population.
+std::string calibrations_text(const CalibrateArguments& arguments, const CalibrationPlan& plan,
+                              const std::vector<StemAnswer>& answers,
+                              const std::optional<present::Population>& population) {
+    if (answers.size() == 1)
+        return answers.front().text + (answers.front().numbers ? answers.front().by_study : "");
+    std::string text = present::calibration_table_head(arguments.with_check);
+    for (const StemAnswer& answer : answers)
+        text += answer.line;
+    text += "(± is half of the 95 % interval)\n";
+    if (population)
+        text += present::population_text(*population);
+    for (std::size_t i = 0; i < answers.size(); ++i)
+        if (!answers[i].by_study.empty())
+            text += plan.read.measurements[i].stem.id + '\n' + answers[i].by_study;
+    return text;
+}
+
+/// What the user should type next: where, when and how the model fails.
+std::string next_command(const CalibrateArguments& arguments, const CalibrationPlan& plan) {
+    std::string command = "culm compare";
+    if (plan.read.folders.size() > 1)
+        command += " --table" + as_words(arguments.paths);
+    else
+        command += as_words({plan.read.folders.front().string()});
+    if (!arguments.effects.empty())
+        command += " --with" + as_words({arguments.effects});
+    return command + chain_words(arguments.chain);
+}
+
+/// Rank 0 writes and prints; the exit code.
+core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan& plan,
+                      const std::vector<StemAnswer>& answers, const json& provenance) {
+    const std::optional<present::Population> population = population_of(answers);
+    const json document = document_of(arguments, plan, answers, population, provenance);
+    for (const measure::Measurement& measurement : plan.read.measurements)
+        for (const std::string& remark : measurement.remarks)
+            print_note(remark);
+    if (!arguments.json.empty())
+        present::write_json(arguments.json, document);
+    if (!arguments.output.empty())
+        present::write_json((fs::path(arguments.output) / "calibration.json").string(), document);
+    if (arguments.json != "-")
+        fmt::print("{}{}", calibrations_text(arguments, plan, answers, population),
+                   next_step(next_command(arguments, plan)));
+    const bool all_calibrated =
+        std::ranges::all_of(answers, [](const auto& answer) { return answer.numbers.has_value(); });
+    return all_calibrated ? core::ExitCode::Done : core::ExitCode::PointsFailed;
+}
+
+core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
+                                      const farm::Communicator* communicator) {
+    const CalibrationPlan plan = plan_of(arguments);
+    const RunProvenance provenance(calibration_inputs(arguments, plan), communicator);
+    const bool is_quiet = arguments.is_quiet || arguments.json == "-" || !is_root(communicator);
+    if (!is_quiet)
+        fmt::print(
+            stderr, "{}",
+            cost_of_calibration(plan.read.measurements, plan.options, rank_count(communicator)));
+    if (!arguments.output.empty())
+        present::make_folder(fs::path(arguments.output) / "predictions");
+    std::vector<double> costs;
+    for (const measure::Measurement& measurement : plan.read.measurements)
+        costs.push_back(std::max(measurement.times.back(), 1e-3));
+    ProgressDisplay display(is_quiet || costs.size() < 2, "stems");
+    const farm::ItemOptions options{
+        .progress = [&display](const farm::Progress& progress) { display.show(progress); }};
+    std::vector<core::ItemOutcome<StemAnswer>> outcomes =
+        farm::over_ranks(communicator, options)
+            .outcomes(
+                costs,
+                [&](std::size_t index, const run::Heartbeat& heartbeat) {
+                    return answer_of(plan, index, arguments, heartbeat);
+                },
+                [](const StemAnswer& answer) { return !answer.numbers; });
+    display.finish();
+    const json facts = provenance.document();
+    const std::vector<StemAnswer> answers = all_answers(plan, std::move(outcomes));
+    return farm::on_root(communicator, [&] { return report(arguments, plan, answers, facts); });
+}
+
+void add_calibration_options(CLI::App& command, CalibrateArguments& arguments) {
+    command
+        .add_option("--via", arguments.via,
+                    "Also calibrate by this study's regressions (Eqs. 12-13 and F-test terms)")
+        ->type_name("STUDY_DIR");
+    command.add_flag("--check", arguments.with_check,
+                     "Simulate the calibrated stem and compare its b1 and b2 with the measured");
+    command.add_flag("--profile", arguments.with_profiles,
+                     "Also intervals by profile likelihood (some 30 more runs)");
     command
         .add_option("--with", arguments.effects,
                     "Known physics beside the published chain, as `culm effects` names it: "
                     "gravity, quadratic_drag(drag_coefficient=1.2), ...; what is not fixed is "
                     "fitted")
         ->type_name("EFFECT,...");
-    command
-        .add_option("--window", arguments.window_s,
-                    "Fit only the first so many seconds after the release (default: all)")
-        ->type_name("SECONDS")
-        ->check(number_in({0.0, 1e6, true}));
     command.add_flag("--robust", arguments.is_robust,
                      "Readings that are off by more than 2 sigma count less (Huber's loss)");
+    add_chain_options(command, arguments.chain, "Fit");
 }
 
 } // namespace
@@ -49,15 +360,7 @@ void add_calibrate_command(CLI::App& app, CommandResult& result, int& argc, char
         ->add_option("-o,--output", arguments->output,
                      "Folder for calibration.json and the measured and predicted deflections")
         ->type_name("DIR");
-    command
-        ->add_option("--via", arguments->via,
-                     "Also calibrate by this study's regressions (Eqs. 12-13 and F-test terms)")
-        ->type_name("STUDY_DIR");
-    command->add_flag("--check", arguments->with_check,
-                      "Simulate the calibrated stem and compare its b1 and b2 with the measured");
-    command->add_flag("--profile", arguments->with_profiles,
-                      "Also intervals by profile likelihood (some 30 more runs)");
-    add_model_options(*command, *arguments);
+    add_calibration_options(*command, *arguments);
     command->add_flag("-q,--quiet", arguments->is_quiet, "No estimate of the cost, no progress");
     command->callback([arguments, &result, &argc, &argv] {
         result.exit_code = alone_or_under_launcher(

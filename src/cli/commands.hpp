@@ -4,6 +4,9 @@
 
 #include "core/error.hpp"
 
+#include <string>
+#include <vector>
+
 #include <CLI/App.hpp>
 
 namespace culm::cli {
@@ -33,5 +36,19 @@ void add_report_command(CLI::App& app);
 /// These two describe all commands of `app`.
 void add_completion_command(CLI::App& app);
 void add_manual_command(CLI::App& app);
+
+struct TrackArguments {
+    std::vector<std::string> videos;
+    std::string output;
+    int threads = 0; ///< 0: all of the machine's, shared among the ranks
+    bool with_video = false;
+    bool is_quiet = false;
+};
+
+/// Tracks, writes and prints. There are two definitions: culm (main.cpp) hands over to the program
+/// culm-track beside it (track_main.cpp), which does the work. Only that one loads the video
+/// libraries: with their 180 dependencies they would multiply the time in which every other
+/// command, and every rank of a study, starts.
+[[nodiscard]] core::ExitCode run_track(const TrackArguments& arguments, int& argc, char**& argv);
 
 } // namespace culm::cli

@@ -1,18 +1,293 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// culm diagnose MEASUREMENT...
-#include "cli/chain_options.hpp"
+// culm diagnose MEASUREMENT...: which effect recordings call for, found by all ranks together.
+#include "cli/chain_fits.hpp"
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/diagnose_action.hpp"
-#include "cli/number_range.hpp"
-#include "cli/under_launcher.hpp"
+#include "cli/progress.hpp"
+#include "cli/provenance.hpp"
+#include "cluster/shell_word.hpp"
+#include "diagnose/diagnosis.hpp"
+#include "farm/item_map.hpp"
+#include "measure/folder/measurement_folder.hpp"
+#include "present/diagnosis.hpp"
+#include "present/files.hpp"
+#include "present/motion_arrays.hpp"
+#include "study/config/study_effects.hpp"
 
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <map>
 #include <memory>
+#include <optional>
+#include <set>
+#include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 namespace culm::cli {
 namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr const char* force_file_name = "missing_force.toml";
+
+struct DiagnoseArguments {
+    std::vector<std::string> paths;
+    std::string candidates; ///< with commas between them; empty: all that make sense
+    std::vector<std::string> effect_files;
+    std::string known;
+    std::string json;
+    std::string output;
+    ChainArguments chain;
+    std::size_t most_effects = 3;
+    bool is_quiet = false;
+};
+
+/// Which effects a diagnosis may name, as the command line says.
+struct DiagnosisEffects {
+    fit::SelectedEffects candidates;          ///< in the library's order
+    fit::SelectedEffects known;               ///< likewise
+    std::map<std::string, std::string> files; ///< of users' effects, by name
+};
+
+/// Everything that is read and checked before the first fit; the same on every rank.
+struct DiagnosisPlan {
+    measure::MeasurementSet read;
+    DiagnosisEffects effects;
+};
+
+bool contains(const fit::SelectedEffects& effects, const std::string& name) {
+    return std::ranges::any_of(
+        effects, [&name](const auto& selected) { return selected.effect->name() == name; });
+}
+
+void add_once(const physics::SelectedEffect& added, fit::SelectedEffects& effects) {
+    if (contains(effects, added.effect->name()))
+        throw core::InputError(fmt::format("candidate {} is named twice", added.effect->name()));
+    effects.push_back(added);
+}
+
+/// Candidates need not go together; empty: all that make sense for the recordings. The files are
+/// candidates too; what is known is none. Throws core::InputError for a name or file that is none,
+/// an effect that is named twice, or if no candidate is left.
+DiagnosisEffects effects_for_diagnosis(const DiagnoseArguments& arguments,
+                                       std::span<const measure::Measurement> recordings) {
+    DiagnosisEffects out;
+    const physics::EffectFileReader read = [&out](const std::string& file) {
+        physics::EffectPointer effect = study::read_effect_file(file);
+        out.files[effect->name()] = file;
+        return effect;
+    };
+    out.known = fit::in_library_order(physics::parse_effects(arguments.known, read));
+    fit::SelectedEffects named;
+    for (const physics::SelectedEffect& candidate :
+         arguments.candidates.empty() ? fit::candidate_effects(recordings)
+                                      : physics::parse_alternatives(arguments.candidates, read))
+        add_once(candidate, named);
+    for (const std::string& file : arguments.effect_files)
+        add_once(physics::parse_effect(physics::is_effect_file(file) ? file : "./" + file, read),
+                 named);
+    std::erase_if(named, [&out](const physics::SelectedEffect& candidate) {
+        return contains(out.known, candidate.effect->name());
+    });
+    if (named.empty())
+        throw core::InputError("no candidate is left: all of them are --known");
+    out.candidates = fit::in_library_order(std::move(named));
+    return out;
+}
+
+/// As --with names it: users' effects by their file.
+std::string as_option(const std::string& effect, const DiagnosisEffects& effects) {
+    const auto file = effects.files.find(effect);
+    std::string name = file == effects.files.end() ? effect : file->second;
+    for (const fit::SelectedEffects* selection : {&effects.known, &effects.candidates})
+        for (const physics::SelectedEffect& selected : *selection)
+            if (selected.effect->name() == effect)
+                return name + physics::to_string(selected).substr(effect.size());
+    return name;
+}
+
+DiagnosisPlan plan_of(const DiagnoseArguments& arguments) {
+    DiagnosisPlan plan;
+    plan.read = measure::read_measurements(arguments.paths);
+    std::set<std::string> ids;
+    for (const measure::Measurement& recording : plan.read.measurements) {
+        if (!ids.insert(recording.stem.id).second)
+            throw core::InputError(
+                fmt::format("two recordings are called \"{}\"; give each its own stem.id in "
+                            "stem.toml",
+                            recording.stem.id));
+        static_cast<void>(fit::chain_of(recording, chain_options(arguments.chain)));
+    }
+    plan.effects = effects_for_diagnosis(arguments, plan.read.measurements);
+    return plan;
+}
+
+diagnose::DiagnosisOptions options_of(const DiagnoseArguments& arguments,
+                                      const DiagnosisPlan& plan) {
+    diagnose::DiagnosisOptions options;
+    options.candidate.chain = chain_options(arguments.chain);
+    options.candidate.window = arguments.chain.window_s;
+    options.known = plan.effects.known;
+    options.candidates = plan.effects.candidates;
+    options.most_effects = arguments.most_effects;
+    return options;
+}
+
+std::vector<fs::path> diagnosis_inputs(const DiagnosisPlan& plan) {
+    std::vector<fs::path> files = measurement_files(plan.read.folders);
+    for (const auto& [effect, file] : plan.effects.files)
+        files.emplace_back(file);
+    return files;
+}
+
+json names_of(const fit::SelectedEffects& effects) {
+    json names = json::array();
+    for (const physics::SelectedEffect& selected : effects)
+        names.push_back(physics::to_string(selected));
+    return names;
+}
+
+json document_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
+                 const diagnose::Diagnosis& found, const json& provenance) {
+    json document =
+        present::diagnosis_json({found, plan.read.measurements, plan.effects.candidates});
+    for (std::size_t k = 0; k < plan.read.folders.size(); ++k)
+        document["recordings"][k]["folder"] = plan.read.folders[k].string();
+    document["options"] = {
+        {"law", arguments.chain.law},
+        {"spheres", arguments.chain.spheres ? json(*arguments.chain.spheres) : json()},
+        {"window_s", present::number(arguments.chain.window_s)},
+        {"max_effects", arguments.most_effects},
+        {"candidates", names_of(plan.effects.candidates)},
+        {"known", names_of(plan.effects.known)}};
+    document["provenance"] = provenance;
+    return document;
+}
+
+/// "--with A,B" of what is known and `added`, and the chain's options.
+std::string model_options(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
+                          const std::vector<std::string>& added) {
+    std::string effects;
+    const auto add = [&effects](const std::string& effect) {
+        if (!effects.empty())
+            effects += ',';
+        effects += effect;
+    };
+    for (const physics::SelectedEffect& known : plan.effects.known)
+        add(as_option(known.effect->name(), plan.effects));
+    for (const std::string& effect : added)
+        add(effect);
+    std::string text =
+        effects.empty() ? "" : fmt::format(" --with {}", cluster::shell_word(effects));
+    return text + chain_words(arguments.chain);
+}
+
+/// What the user should type next.
+std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
+                         const diagnose::Diagnosis& found) {
+    const std::string folder = cluster::shell_word(plan.read.folders.front().string());
+    std::vector<std::string> effects;
+    for (const std::string& effect : found.effects)
+        effects.push_back(as_option(effect, plan.effects));
+    std::string all;
+    for (const fs::path& each : plan.read.folders)
+        all += fmt::format(" {}", cluster::shell_word(each.string()));
+    switch (found.conclusion) {
+    case diagnose::Conclusion::Adequate:
+        return "culm calibrate " + folder + model_options(arguments, plan, {}) + " --check";
+    case diagnose::Conclusion::Effect:
+        return "culm compare " + folder + model_options(arguments, plan, effects);
+    case diagnose::Conclusion::Tie:
+        return "culm diagnose" + all + " NEW_RECORDING";
+    case diagnose::Conclusion::Unknown:
+        break;
+    }
+    if (!found.missing_force || found.missing_force->as_effect_file.empty())
+        return "culm compare " + folder + model_options(arguments, plan, {}) +
+               " (where, when and how it fails)";
+    if (arguments.output.empty())
+        return "culm diagnose" + all + " -o DIR (writes the force as DIR/" + force_file_name +
+               ", an effect for --with)";
+    return "culm compare " + folder +
+           model_options(arguments, plan,
+                         {(fs::path(arguments.output) / force_file_name).string()});
+}
+
+core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
+                      const diagnose::Diagnosis& found, const json& provenance) {
+    const json document = document_of(arguments, plan, found, provenance);
+    for (const measure::Measurement& recording : plan.read.measurements)
+        for (const std::string& remark : recording.remarks)
+            print_note(remark);
+    if (!arguments.json.empty())
+        present::write_json(arguments.json, document);
+    if (!arguments.output.empty()) {
+        const fs::path folder = arguments.output;
+        present::write_json((folder / "diagnosis.json").string(), document);
+        present::write_diagnosis_arrays(folder / "diagnosis.h5", found, plan.read.measurements);
+        if (found.missing_force && !found.missing_force->as_effect_file.empty())
+            present::write_text(folder / force_file_name, found.missing_force->as_effect_file);
+    }
+    if (arguments.json != "-")
+        fmt::print("{}{}",
+                   present::diagnosis_text({found, plan.read.measurements, plan.effects.candidates},
+                                           style_of(stdout)),
+                   next_step(next_command(arguments, plan, found)));
+    const bool any_failed = std::ranges::any_of(
+        found.ranking, [](const auto& ranked) { return !present::failure_of(ranked).empty(); });
+    return any_failed ? core::ExitCode::PointsFailed : core::ExitCode::Done;
+}
+
+/// A WorkMap over the communicator's ranks; null: this process alone, through the same farm.
+fit::WorkMap work_over_ranks(const farm::Communicator* communicator,
+                             std::function<void(const farm::Progress&)> progress) {
+    constexpr std::chrono::milliseconds progress_interval{200};
+    const core::ItemMap items = farm::over_ranks(
+        communicator, {.progress = std::move(progress), .progress_interval = progress_interval});
+    return [items](const std::vector<double>& costs, const fit::ItemWork& work) {
+        std::vector<std::string> answers;
+        for (std::optional<std::string>& answer : items.values(costs, work))
+            answers.push_back(std::move(answer).value_or(std::string()));
+        return answers;
+    };
+}
+
+core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
+                                     const farm::Communicator* communicator) {
+    const DiagnosisPlan plan = plan_of(arguments);
+    const RunProvenance provenance(diagnosis_inputs(plan), communicator);
+    static_cast<void>(farm::on_root(communicator, [&arguments] {
+        if (!arguments.output.empty())
+            present::make_folder(arguments.output);
+        return core::ExitCode::Done;
+    }));
+    diagnose::DiagnosisOptions options = options_of(arguments, plan);
+    if (is_root(communicator) && !arguments.is_quiet && arguments.json != "-")
+        fmt::print(stderr, "{}",
+                   cost_of_diagnosis(plan.read.measurements, options, rank_count(communicator)));
+    diagnose::Diagnosis found;
+    try {
+        StepDisplay display(arguments.is_quiet || !is_root(communicator));
+        options.progress = [&display](const std::string& step) { display.begin(step); };
+        options.map = work_over_ranks(
+            communicator, [&display](const farm::Progress& progress) { display.show(progress); });
+        found = diagnose::diagnose(plan.read.measurements, options);
+    } catch (const core::NumericalError& error) { // every rank meets it
+        if (is_root(communicator))
+            print_error(error.what());
+        return core::ExitCode::PointsFailed;
+    }
+    const json facts = provenance.document();
+    return farm::on_root(communicator, [&] { return report(arguments, plan, found, facts); });
+}
 
 void add_effect_options(CLI::App& command, DiagnoseArguments& arguments) {
     command
@@ -37,15 +312,6 @@ void add_effect_options(CLI::App& command, DiagnoseArguments& arguments) {
         ->check(CLI::Range(1, 6));
 }
 
-void add_model_options(CLI::App& command, DiagnoseArguments& arguments) {
-    add_chain_options(command, arguments.law, arguments.spheres);
-    command
-        .add_option("--window", arguments.window_s,
-                    "Use only the first so many seconds after the release (default: all)")
-        ->type_name("SECONDS")
-        ->check(number_in({0.0, 1e6, true}));
-}
-
 } // namespace
 
 void add_diagnose_command(CLI::App& app, CommandResult& result, int& argc, char**& argv) {
@@ -67,7 +333,7 @@ void add_diagnose_command(CLI::App& app, CommandResult& result, int& argc, char*
                      "missing_force.toml")
         ->type_name("DIR");
     add_effect_options(*command, *arguments);
-    add_model_options(*command, *arguments);
+    add_chain_options(*command, arguments->chain, "Use");
     command->add_flag("-q,--quiet", arguments->is_quiet, "No progress");
     command->callback([arguments, &result, &argc, &argv] {
         result.exit_code = alone_or_under_launcher(

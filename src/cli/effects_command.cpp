@@ -3,7 +3,7 @@
 #include "cli/commands.hpp"
 #include "physics/effects/library.hpp"
 #include "present/effects.hpp"
-#include "present/json.hpp"
+#include "present/files.hpp"
 #include "study/config/study_effects.hpp"
 
 #include <memory>

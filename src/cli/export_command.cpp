@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm export liggghts|lammps CALIBRATION
-#include "cli/calibration_json.hpp"
+#include "calibrate/bulk_export.hpp"
 #include "cli/commands.hpp"
+#include "core/error.hpp"
 #include "core/file_text.hpp"
+#include "core/nearest_name.hpp"
+#include "present/files.hpp"
 
-#include <fstream>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 namespace culm::cli {
 namespace {
+
+using nlohmann::json;
 
 struct BulkExportArguments {
     std::string code;
@@ -22,6 +28,72 @@ struct BulkExportArguments {
     std::string output;
     std::vector<std::string> without;
 };
+
+/// A stem as docs/calibration-format.md describes it.
+calibrate::BulkStem bulk_stem(const json& stem) {
+    calibrate::BulkStem bulk;
+    const json& chain = stem.at("chain");
+    bulk.id = stem.at("measurement").get<std::string>();
+    bulk.law = chain.at("law").get<std::string>();
+    bulk.stem.sphere_count = chain.at("spheres").get<int>();
+    bulk.stem.bond_length = chain.at("bond_length_m").get<double>();
+    bulk.stem.sphere_diameter = chain.at("sphere_diameter_m").get<double>();
+    bulk.stem.density = chain.at("sphere_density_kg_m3").get<double>();
+    bulk.stem.tip_mass_share = chain.at("tip_mass_share").get<double>();
+    bulk.stem.bond_outer_diameter = chain.at("bond_outer_diameter_m").get<double>();
+    bulk.stem.bond_inner_diameter = chain.at("bond_inner_diameter_m").get<double>();
+    bulk.stem.poissons_ratio = chain.at("poissons_ratio").get<double>();
+    const json& parameters = stem.at("parameters");
+    bulk.stem.bond_youngs_modulus =
+        parameters.at("bond_youngs_modulus_pa").at("value").get<double>();
+    bulk.stem.bond_damping = parameters.at("bond_damping").at("value").get<double>();
+    for (const json& mass : chain.at("added_masses"))
+        bulk.added_masses.push_back(
+            {mass.at("height_m").get<double>(), mass.at("mass_kg").get<double>()});
+    for (const json& effect : chain.at("effects"))
+        bulk.effects.push_back({effect.at("name").get<std::string>(),
+                                effect.at("values").get<std::map<std::string, double>>()});
+    bulk.reduced_chi_squared = stem.at("fit").at("reduced_chi2").get<double>();
+    bulk.is_adequate = stem.at("fit").at("adequate").get<bool>();
+    return bulk;
+}
+
+/// The calibrated stems of a file's text, or only the one of that id (empty: all). Throws
+/// core::InputError if it is not such a file or has no such stem.
+std::vector<calibrate::BulkStem> bulk_stems(const std::string& text, const std::string& file,
+                                            const std::string& id) {
+    std::vector<calibrate::BulkStem> stems;
+    std::vector<std::string> names;
+    try {
+        const json document = json::parse(text);
+        if (document.at("format") != "culm-calibration")
+            throw core::InputError(
+                fmt::format("{}: format = {}; `culm calibrate --json` writes \"culm-calibration\"",
+                            file, document.at("format").dump()));
+        for (const json& stem : document.at("stems")) {
+            names.push_back(stem.at("measurement").get<std::string>());
+            if (stem.contains("failure") || !(id.empty() || names.back() == id))
+                continue;
+            if (!stem.at("chain").contains("added_masses"))
+                throw core::InputError(
+                    fmt::format("{}: {}: written before calibrations stored added masses; "
+                                "calibrate the stem again",
+                                file, names.back()));
+            stems.push_back(bulk_stem(stem));
+        }
+    } catch (const json::exception& error) {
+        throw core::InputError(
+            fmt::format("{}: not what `culm calibrate --json` writes: {}", file, error.what()));
+    }
+    if (stems.empty()) {
+        const std::string nearest = core::nearest_name(id, names);
+        throw core::InputError(fmt::format(
+            "{}: no calibrated stem{}{}", file, id.empty() ? "" : fmt::format(" \"{}\"", id),
+            nearest.empty() || nearest == id ? ""
+                                             : fmt::format("; did you mean \"{}\"?", nearest)));
+    }
+    return stems;
+}
 
 void export_lines(const BulkExportArguments& arguments) {
     const std::string text = core::file_text(arguments.calibration);
@@ -33,15 +105,10 @@ void export_lines(const BulkExportArguments& arguments) {
         lines += (lines.empty() ? "" : "\n") + (arguments.code == "liggghts"
                                                     ? calibrate::liggghts_lines(stem)
                                                     : calibrate::lammps_lines(stem));
-    if (arguments.output.empty()) {
+    if (arguments.output.empty())
         fmt::print("{}", lines);
-        return;
-    }
-    std::ofstream out(arguments.output);
-    out << lines;
-    out.flush();
-    if (!out)
-        throw core::StorageError(fmt::format("{}: cannot be written", arguments.output));
+    else
+        present::write_text(arguments.output, lines);
 }
 
 } // namespace

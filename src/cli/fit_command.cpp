@@ -1,19 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm fit MEASUREMENT...
 #include "calibrate/calibration_check.hpp"
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/fit_json.hpp"
-#include "cli/fit_table.hpp"
-#include "cli/next_step.hpp"
-#include "cli/number_range.hpp"
-#include "cli/run_provenance.hpp"
-#include "cli/text_output.hpp"
-#include "cli/text_style.hpp"
+#include "cli/provenance.hpp"
 #include "measure/folder/measurement_folder.hpp"
-#include "present/json.hpp"
+#include "present/files.hpp"
+#include "present/ring_down_fits.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -48,29 +43,28 @@ std::string normalised_csv(const measure::Measurement& measurement,
         text += fmt::format("{:.8g}", measurement.times[i] * stem.frequency->value);
         for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
             const double offset = stem.heights[j].fit ? stem.heights[j].fit->offset.value : 0.0;
-            const double value = measurement.deflection(i, j) - offset;
-            text += std::isnan(value) ? std::string(",")
-                                      : fmt::format(",{:.6g}", value / stem.largest_deflection);
+            text += present::csv_cell((measurement.deflection(i, j) - offset) /
+                                      stem.largest_deflection);
         }
         text += '\n';
     }
     return text;
 }
 
-void write_folder(const FitArguments& arguments, const FitReport& report, const json& document,
-                  const std::vector<measure::Measurement>& measurements) {
+void write_folder(const FitArguments& arguments, const present::FitReport& report,
+                  const json& document, const std::vector<measure::Measurement>& measurements) {
     const fs::path folder(arguments.output);
-    make_folder(folder / "normalised");
+    present::make_folder(folder / "normalised");
     present::write_json((folder / "fit.json").string(), document);
-    write_text(folder / "fits.csv", fit_csv(report));
+    present::write_text(folder / "fits.csv", present::fit_csv(report));
     for (std::size_t i = 0; i < report.stems.size(); ++i)
         if (report.stems[i].frequency)
-            write_text(folder / "normalised" / fmt::format("{:03}.csv", i + 1),
-                       normalised_csv(measurements[i], report.stems[i]));
+            present::write_text(folder / "normalised" / fmt::format("{:03}.csv", i + 1),
+                                normalised_csv(measurements[i], report.stems[i]));
 }
 
 void fit(const FitArguments& arguments, CommandResult& result) {
-    FitReport report;
+    present::FitReport report;
     report.options.window = arguments.window_s;
     report.options.has_phase = arguments.phase == "free";
     const auto [measurements, folders] = measure::read_measurements(arguments.paths);
@@ -94,14 +88,14 @@ void fit(const FitArguments& arguments, CommandResult& result) {
         report.population = population;
     for (const std::string& remark : report.remarks)
         print_note(remark);
-    json document = fit_json(report);
+    json document = present::fit_json(report);
     document["provenance"] = provenance.document();
     if (!arguments.json.empty())
         present::write_json(arguments.json, document);
     if (!arguments.output.empty())
         write_folder(arguments, report, document, measurements);
     if (arguments.json != "-")
-        fmt::print("{}{}", fit_table(report, TextStyle::of(stdout)),
+        fmt::print("{}{}", present::fit_table(report, style_of(stdout)),
                    next_step("culm calibrate" + as_words(arguments.paths)));
     if (std::ranges::any_of(report.stems, [](const auto& stem) { return !stem.frequency; }))
         result.exit_code = core::ExitCode::PointsFailed;
@@ -126,7 +120,7 @@ void add_fit_command(CLI::App& app, CommandResult& result) {
         ->type_name("DIR");
     command
         ->add_option("--window", arguments->window_s,
-                     "Fit only the first so many seconds after the release (default: all)")
+                     "Fit only the first SECONDS after the release (default: all)")
         ->type_name("SECONDS")
         ->check(number_in({0.0, 1e6, true}));
     command

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm import MAPPING.toml -o DIR
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/text_style.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "measure/import/import_recording.hpp"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm jobs slurm|pbs STUDY.toml --nodes N
 #include "cli/commands.hpp"
-#include "cli/own_program.hpp"
-#include "cli/text_output.hpp"
+#include "cli/provenance.hpp"
 #include "cluster/job_script.hpp"
 #include "cluster/walltime.hpp"
 #include "core/error.hpp"
+#include "present/files.hpp"
 #include "study/execute/folder_state.hpp"
 #include "study/execute/journal_notes.hpp"
 
@@ -89,7 +89,7 @@ void write_script(cluster::BatchSystem system, const JobsArguments& arguments) {
     if (arguments.script.empty())
         fmt::print("{}", script);
     else
-        write_text(arguments.script, script);
+        present::write_text(arguments.script, script);
 }
 
 void add_system(CLI::App& jobs, cluster::BatchSystem system, const char* name,

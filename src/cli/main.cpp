@@ -1,23 +1,42 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm: parse, call, print.
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/processor_check.hpp"
-#include "cli/text_style.hpp"
-#include "cli/version.hpp"
+#include "cli/provenance.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
+#include <unistd.h>
 
 namespace {
 
 using culm::core::ExitCode;
+
+constexpr const char* unsuitable_processor_message =
+    "culm: this binary was built for another processor (its vector instructions are missing here). "
+    "Build it on this machine, or with a lower -DCULM_ARCHITECTURE=..., for example x86-64-v3.\n";
+
+/// Whether this processor has the widest vector instructions that the compiler was allowed to use.
+bool processor_is_suitable() {
+#if defined(__AVX512F__)
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+           __builtin_cpu_supports("avx512vl");
+#elif defined(__AVX2__)
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+#else
+    return true;
+#endif
+}
 
 /// What is wrong with the command line: begins with the command's name, ends with where to look.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
@@ -71,7 +90,7 @@ int run(int argc, char** argv) {
             return app.exit(error);
         const std::string text = complaint(app, error, argc, argv);
         const std::size_t colon = text.find(':') + 1;
-        fmt::print(stderr, "{}{}", culm::cli::TextStyle::of(stderr).failure(text.substr(0, colon)),
+        fmt::print(stderr, "{}{}", culm::cli::style_of(stderr).failure(text.substr(0, colon)),
                    text.substr(colon));
         return static_cast<int>(ExitCode::BadInput);
     } catch (const culm::core::InputError& error) {
@@ -89,9 +108,21 @@ int run(int argc, char** argv) {
 
 } // namespace
 
+namespace culm::cli {
+
+/// The work is done by culm-track, which replaces this process and takes its command line.
+core::ExitCode run_track(const TrackArguments&, int&, char**& argv) {
+    const std::filesystem::path program = beside_own_program("culm-track");
+    ::execv(program.c_str(), argv);
+    throw core::StorageError(fmt::format("{}: cannot be run, though it belongs beside culm: {}",
+                                         program.string(), std::strerror(errno)));
+}
+
+} // namespace culm::cli
+
 int main(int argc, char** argv) {
-    if (!culm::cli::processor_is_suitable()) {
-        std::fputs(culm::cli::unsuitable_processor_message, stderr);
+    if (!processor_is_suitable()) {
+        std::fputs(unsuitable_processor_message, stderr);
         return static_cast<int>(ExitCode::BadInput);
     }
     try {

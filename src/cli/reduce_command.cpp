@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm reduce DIR
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/next_step.hpp"
-#include "cli/number_range.hpp"
-#include "present/json.hpp"
-#include "present/study_json.hpp"
-#include "present/study_text.hpp"
+#include "present/files.hpp"
+#include "present/study.hpp"
 #include "study/summary/summary.hpp"
 
 #include <memory>

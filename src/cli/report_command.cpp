@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm report DIR -o report.html: hands over to the Python program postprocess/report.py.
 #include "cli/commands.hpp"
-#include "cli/own_program.hpp"
+#include "cli/provenance.hpp"
 
 #include <cerrno>
 #include <cstdio>

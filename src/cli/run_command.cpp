@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm run STUDY.toml [-o DIR] [--resume] [--dry-run]
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/next_step.hpp"
-#include "cli/progress_display.hpp"
-#include "cli/stop_signal.hpp"
-#include "cli/text_style.hpp"
-#include "cli/version.hpp"
+#include "cli/progress.hpp"
+#include "cli/provenance.hpp"
 #include "cluster/batch_system.hpp"
 #include "cluster/walltime.hpp"
 #include "farm/batch.hpp"
 #include "farm/communicator.hpp"
 #include "farm/environment.hpp"
-#include "present/json.hpp"
-#include "present/study_json.hpp"
-#include "present/study_text.hpp"
+#include "present/files.hpp"
+#include "present/study.hpp"
 #include "present/text.hpp"
 #include "run/simulate.hpp"
 #include "study/execute/execute.hpp"
@@ -21,6 +18,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -33,6 +31,22 @@
 
 namespace culm::cli {
 namespace {
+
+// A signal handler can reach nothing but a variable of static storage.
+volatile std::sig_atomic_t stop_signal = 0;
+
+void remember_stop(int signal) {
+    stop_signal = signal;
+}
+
+/// From now on the signals by which a person or a batch system asks a run to stop are remembered
+/// instead of ending the program, and a write beyond a file-size limit is an error instead of a
+/// death (SIGXFSZ is ignored).
+void watch_stop_signals() {
+    for (const int signal : {SIGINT, SIGTERM, SIGUSR1, SIGUSR2})
+        std::signal(signal, remember_stop);
+    std::signal(SIGXFSZ, SIG_IGN);
+}
 
 /// By when a run must have ended: --walltime, or what the batch system says.
 struct RunDeadline {
@@ -179,7 +193,7 @@ template <class Summary>
 core::ExitCode print_summary(const study::StudyFolder& folder, const Summary& summary,
                              const std::string& table) {
     const auto failed = static_cast<std::int64_t>(summary.failed.size());
-    const TextStyle style = TextStyle::of(stdout);
+    const present::TextStyle style = style_of(stdout);
     const std::string completed =
         fmt::format("{} of {} points completed", summary.points - failed, summary.points);
     fmt::print("{}\n{}, computed in {:.2f} s on {} rank{}\narchive {}\nsummary {}\n", table,
@@ -240,8 +254,8 @@ std::string output_of(const RunArguments& arguments, const study::Study& study) 
 }
 
 core::ExitCode run(const RunArguments& arguments, const farm::Communicator* communicator) {
-    const bool is_root = communicator == nullptr || communicator->rank() == 0;
-    const int ranks = communicator == nullptr ? 1 : communicator->size();
+    const bool prints = is_root(communicator);
+    const int ranks = rank_count(communicator);
     const study::Study study = study_of(arguments, communicator);
     const std::string output = output_of(arguments, study);
     const study::StudyFolder folder(output);
@@ -249,15 +263,15 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
         std::vector<std::int64_t> all(static_cast<std::size_t>(study.design.point_count()));
         for (std::size_t k = 0; k < all.size(); ++k)
             all[k] = static_cast<std::int64_t>(k);
-        if (is_root)
+        if (prints)
             fmt::print("{}output         {}\n", plan_text(study, all, ranks), output);
         return core::ExitCode::Done;
     }
     const std::optional<RunDeadline> deadline =
         run_deadline(arguments.walltime, arguments.start, communicator);
-    if (deadline && is_root && !arguments.quiet)
+    if (deadline && prints && !arguments.quiet)
         fmt::print(stderr, "culm: {}\n", deadline->text);
-    ProgressDisplay display(arguments.quiet || !is_root);
+    ProgressDisplay display(arguments.quiet || !prints);
     study::ExecuteOptions options;
     options.folder = arguments.folder;
     options.provenance = build_provenance();
@@ -268,19 +282,19 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
         };
     if (deadline)
         options.farm.deadline = deadline->time;
-    options.farm.stop_requested = [] { return stop_signal_arrived(); };
+    options.farm.stop_requested = [] { return stop_signal != 0; };
     options.farm.progress = [&display](const farm::Progress& progress) { display.show(progress); };
     const study::ExecuteOutcome outcome = study::execute(study, folder, communicator, options);
     display.finish();
     core::ExitCode exit_code = core::ExitCode::Done;
     try {
-        if (is_root)
+        if (prints)
             exit_code = outcome.archive_is_complete ? report(folder)
                                                     : report_early_stop(study, folder, outcome);
-        if (is_root && outcome.archive_is_complete && !arguments.archive.empty() &&
+        if (prints && outcome.archive_is_complete && !arguments.archive.empty() &&
             !report_repetition(study::StudyFolder(arguments.archive), folder))
             exit_code = core::ExitCode::PointsFailed;
-        if (is_root && outcome.archive_is_complete)
+        if (prints && outcome.archive_is_complete)
             fmt::print("{}", next_step("culm report" + as_words({output})));
     } catch (const core::StorageError& error) { // the other ranks wait for the exit code
         exit_code = storage_failure(error);
@@ -303,15 +317,15 @@ core::ExitCode run_alone(const RunArguments& arguments) {
 core::ExitCode run_under_launcher(const RunArguments& arguments, int& argc, char**& argv) {
     const farm::Environment environment(argc, argv);
     const farm::Communicator communicator = environment.world();
-    const bool is_root = communicator.rank() == 0;
+    const bool prints = is_root(&communicator);
     try {
         return run(arguments, &communicator);
     } catch (const core::InputError& error) {
-        if (is_root)
+        if (prints)
             print_error(error.what());
         return core::ExitCode::BadInput;
     } catch (const core::StorageError& error) {
-        return is_root ? storage_failure(error) : core::ExitCode::StoppedEarly;
+        return prints ? storage_failure(error) : core::ExitCode::StoppedEarly;
     }
 }
 

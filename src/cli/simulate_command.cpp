@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm simulate: one stem, with parameters given or calibrated from a study's regressions.
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/number_range.hpp"
-#include "cli/text_style.hpp"
-#include "present/json.hpp"
+#include "present/files.hpp"
 #include "reduce/study_regression.hpp"
 #include "run/simulate.hpp"
 #include "study/config/parameters.hpp"
@@ -11,14 +10,12 @@
 #include "study/summary/summary.hpp"
 
 #include <cmath>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
-#include <fmt/ostream.h>
 #include <nlohmann/json.hpp>
 
 namespace culm::cli {
@@ -127,14 +124,11 @@ void print(const Simulated& simulated, const SimulateArguments& arguments) {
 
 void write_history(const std::string& file, const run::CaseSpec& spec,
                    const std::vector<double>& tip) {
-    std::ofstream out(file);
-    fmt::print(out, "time_s,tip_deflection_mm\n");
+    std::string text = "time_s,tip_deflection_mm\n";
     const std::vector<double> times = study::sample_times(spec);
     for (std::size_t k = 0; k < tip.size(); ++k)
-        fmt::print(out, "{:.9g},{:.9g}\n", times[k], tip[k] * 1e3);
-    out.flush();
-    if (!out)
-        throw core::StorageError(fmt::format("{}: cannot be written", file));
+        text += fmt::format("{:.9g},{:.9g}\n", times[k], tip[k] * 1e3);
+    present::write_text(file, text);
 }
 
 void refuse_incomplete(const SimulateArguments& arguments) {

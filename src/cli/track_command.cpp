@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm track VIDEO.toml... -o DIR
 #include "cli/commands.hpp"
-#include "cli/track_action.hpp"
 
 #include <memory>
 

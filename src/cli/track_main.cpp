@@ -1,12 +1,197 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm-track: the part of culm that reads videos; culm runs it with its own command line.
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/text_style.hpp"
+#include "cli/progress.hpp"
+#include "farm/item_map.hpp"
+#include "measure/track/frame_source.hpp"
+#include "measure/track/track_report.hpp"
+#include "present/text.hpp"
 
+#include <algorithm>
+#include <array>
 #include <exception>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
+
+namespace culm::cli {
+namespace {
+
+/// What became of one video.
+struct VideoOutcome {
+    std::string text;
+    bool is_tracked = false;
+};
+
+template <class Wire>
+void fields(Wire& wire, VideoOutcome& outcome) {
+    wire(outcome.text, outcome.is_tracked);
+}
+
+/// Settings of all videos, each with a folder of its own; checked before any work begins.
+struct TrackPlan {
+    std::vector<measure::TrackSettings> settings;
+    std::vector<std::filesystem::path> folders;
+};
+
+TrackPlan plan_of(const TrackArguments& arguments) {
+    TrackPlan plan;
+    for (const std::string& video : arguments.videos) {
+        plan.settings.push_back(measure::read_track_settings(video));
+        const std::filesystem::path folder = arguments.videos.size() == 1
+                                                 ? std::filesystem::path(arguments.output)
+                                                 : std::filesystem::path(arguments.output) /
+                                                       plan.settings.back().description.stem.id;
+        if (const auto same = std::ranges::find(plan.folders, folder); same != plan.folders.end())
+            throw core::InputError(fmt::format(
+                "{}: stem.id = \"{}\" is that of {} too; each stem gets a folder of its name",
+                video, plan.settings.back().description.stem.id,
+                arguments.videos[std::size_t(same - plan.folders.begin())]));
+        plan.folders.push_back(folder);
+    }
+    return plan;
+}
+
+/// Processor time for reading and tracking a pixel of a frame, s: measured on the reference machine
+/// (docs/performance.md).
+constexpr double seconds_per_pixel = 1.6e-7;
+
+/// Frames to be read and pixels in them; nothing where the recording cannot be opened, which is
+/// reported when its turn comes.
+struct RecordingSize {
+    std::size_t frames = 0;
+    double pixels = 0.0;
+};
+
+RecordingSize size_of(const measure::TrackSettings& settings) {
+    RecordingSize size;
+    try {
+        const auto source = measure::open_frames(settings.file.parent_path(), settings.frames);
+        size.frames = source->numbers().size();
+        if (settings.frame_count)
+            size.frames = std::min(size.frames, static_cast<std::size_t>(*settings.frame_count));
+        constexpr std::array<std::size_t, 1> first{0};
+        source->for_each(first, 1, [&size](std::size_t, const measure::FrameImage& frame) {
+            size.pixels = double(size.frames) * double(frame.width) * double(frame.height);
+        });
+    } catch (const core::InputError&) {
+        return {};
+    }
+    return size;
+}
+
+std::string cost_of(const TrackPlan& plan, int cores) {
+    std::size_t frames = 0;
+    double seconds = 0.0;
+    for (const measure::TrackSettings& settings : plan.settings) {
+        const RecordingSize size = size_of(settings);
+        frames += size.frames;
+        seconds += seconds_per_pixel * size.pixels;
+    }
+    if (frames == 0) // the tracking reports why
+        return {};
+    const std::size_t videos = plan.settings.size();
+    return fmt::format("{} frames in {} video{}: about {} of processor time on the reference "
+                       "machine, shared by {} core{}\n",
+                       frames, videos, videos == 1 ? "" : "s", present::estimate_text(seconds),
+                       cores, cores == 1 ? "" : "s");
+}
+
+int threads_per_rank(int wanted, int ranks) {
+    if (wanted > 0)
+        return wanted;
+    // Ranks on one machine would each take all cores; on several machines this is cautious.
+    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    return std::max(1, cores / ranks);
+}
+
+VideoOutcome track_one(const TrackPlan& plan, std::size_t index, int threads, bool with_video) {
+    try {
+        const measure::Track track = measure::track_video(plan.settings[index], {threads});
+        measure::write_track(plan.folders[index], track, with_video);
+        return {fmt::format("{}    written  {}\n", measure::summary_text(track),
+                            plan.folders[index].string()),
+                true};
+    } catch (const core::InputError& error) {
+        return {error.what(), false};
+    }
+}
+
+std::vector<std::string> tracked_folders(const TrackPlan& plan,
+                                         const std::vector<VideoOutcome>& outcomes) {
+    std::vector<std::string> folders;
+    for (std::size_t i = 0; i < outcomes.size(); ++i)
+        if (outcomes[i].is_tracked)
+            folders.push_back(plan.folders[i].string());
+    return folders;
+}
+
+core::ExitCode print(const TrackPlan& plan, const std::vector<VideoOutcome>& outcomes,
+                     const std::vector<std::string>& failures) {
+    std::size_t tracked = 0;
+    for (const VideoOutcome& outcome : outcomes) {
+        tracked += outcome.is_tracked ? 1 : 0;
+        if (outcome.is_tracked)
+            fmt::print("{}", outcome.text);
+        else if (!outcome.text.empty()) // else the reason is among the failures
+            print_error(outcome.text);
+    }
+    for (const std::string& failure : failures)
+        print_error(failure);
+    if (tracked > 0)
+        fmt::print("{}", next_step("culm fit" + as_words(tracked_folders(plan, outcomes))));
+    if (tracked == outcomes.size())
+        return core::ExitCode::Done;
+    if (outcomes.size() > 1)
+        print_error(fmt::format("{} of {} videos gave a measurement", tracked, outcomes.size()));
+    return tracked == 0 ? core::ExitCode::BadInput : core::ExitCode::PointsFailed;
+}
+
+core::ExitCode track(const TrackArguments& arguments, const farm::Communicator* communicator) {
+    const TrackPlan plan = plan_of(arguments);
+    const int ranks = rank_count(communicator);
+    const auto busy = std::min(ranks, static_cast<int>(plan.settings.size()));
+    const int threads = threads_per_rank(arguments.threads, busy);
+    if (is_root(communicator) && !arguments.is_quiet)
+        fmt::print(stderr, "{}", cost_of(plan, threads * busy));
+    const auto work = [&](std::size_t index, const core::Heartbeat& heartbeat) {
+        heartbeat();
+        return track_one(plan, index, threads, arguments.with_video);
+    };
+    const std::vector<double> costs(plan.settings.size(), 1.0);
+    ProgressDisplay display(!is_root(communicator) || arguments.is_quiet || costs.size() < 2,
+                            "videos");
+    const farm::ItemOptions options{
+        .progress = [&display](const farm::Progress& progress) { display.show(progress); }};
+    std::vector<VideoOutcome> outcomes;
+    std::vector<std::string> failures;
+    for (core::ItemOutcome<VideoOutcome>& video :
+         farm::over_ranks(communicator, options)
+             .outcomes(costs, work,
+                       [](const VideoOutcome& outcome) { return !outcome.is_tracked; })) {
+        outcomes.push_back(std::move(video.value).value_or(VideoOutcome{}));
+        if (!video.failure.empty())
+            failures.push_back(std::move(video.failure));
+    }
+    display.finish();
+    return farm::on_root(communicator, [&] { return print(plan, outcomes, failures); });
+}
+
+} // namespace
+
+core::ExitCode run_track(const TrackArguments& arguments, int& argc, char**& argv) {
+    return alone_or_under_launcher(argc, argv,
+                                   [&arguments](const farm::Communicator* communicator) {
+                                       return track(arguments, communicator);
+                                   });
+}
+
+} // namespace culm::cli
 
 namespace {
 

@@ -22,6 +22,12 @@ struct EffectCell {
     int runs = 0;
 };
 
+template <class Wire>
+void fields(Wire& wire, EffectCell& cell) {
+    wire(cell.failure, cell.applies, cell.rmse, cell.over_noise, cell.reduced_chi_squared,
+         cell.parameters, cell.is_at_bound, cell.runs);
+}
+
 /// Computes cells; keeps the baseline of every measurement that it has met.
 class EffectTable {
   public:

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "present/study_json.hpp"
-
 #include "core/error.hpp"
-#include "present/json.hpp"
+#include "present/files.hpp"
+#include "present/study.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "present/study_text.hpp"
-
 #include "present/archive.hpp"
+#include "present/study.hpp"
 #include "study/summary/summary.hpp"
 
 #include <algorithm>

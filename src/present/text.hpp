@@ -40,6 +40,11 @@ inline constexpr std::size_t text_width = 78;
     return out + '\n';
 }
 
+/// A cell of a table; "-" where there is no number.
+[[nodiscard]] inline std::string number_cell(double value, int decimals) {
+    return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : std::string("-");
+}
+
 /// "+74 %", "-0.71 %"; "0 %" below a hundredth of a percent; "-" for NaN.
 [[nodiscard]] inline std::string percent_text(double share) {
     const double percent = 100.0 * share;

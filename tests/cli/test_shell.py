@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Completion and manual pages tell what --help tells, and the programs that read them accept them."""
+"""Completion and manual pages say what --help says, and the programs that read them accept them."""
 
 import shutil
 import subprocess
@@ -21,32 +21,39 @@ class Completion(CulmTest):
         """What bash would offer for the last of these words."""
         script = self.folder / "culm.bash"
         script.write_text(self.culm("completion", "bash").stdout, encoding="utf-8")
-        asked = subprocess.run(["bash", "-u", "-c", ASK, "bash", str(script), *words],
+        asked = subprocess.run(["bash", "-u", "-c", ASK, "bash", str(script), PROGRAM, *words],
                                cwd=self.folder, capture_output=True, text=True, check=True)
         self.assertEqual(asked.stderr, "")
         return set(asked.stdout.split())
 
     def test_of_the_first_word_offers_the_commands(self):
-        self.assertLessEqual({"run", "archive", "diagnose", "report"}, self.offered("culm", ""))
-        self.assertEqual(self.offered("culm", "arc"), {"archive"})
+        self.assertLessEqual({"run", "archive", "diagnose", "report"}, self.offered(""))
+        self.assertEqual(self.offered("arc"), {"archive"})
 
     def test_goes_into_commands_of_commands(self):
-        self.assertEqual(self.offered("culm", "archive", "ver"), {"verify"})
-        self.assertIn("--json", self.offered("culm", "archive", "verify", "--j"))
+        self.assertEqual(self.offered("archive", "ver"), {"verify"})
+        self.assertIn("--json", self.offered("archive", "verify", "--j"))
 
     def test_offers_the_choices_of_an_option_and_files_elsewhere(self):
-        self.assertEqual(self.offered("culm", "calibrate", "--law", ""),
-                         {"schramm2019", "consistent"})
-        (self.folder / "study.toml").touch()
-        self.assertEqual(self.offered("culm", "run", "stu"), {"study.toml"})
-        self.assertEqual(self.offered("culm", "run", "x.toml", "-o", "stu"), {"study.toml"})
+        self.assertEqual(self.offered("calibrate", "--law", ""), {"schramm2019", "consistent"})
+        self.assertIn("-o default", self.culm("completion", "bash").stdout)  # files, if nothing else
+        self.assertEqual(self.offered("run", "stu"), set())
+        self.assertEqual(self.offered("run", "x.toml", "-o", ""), set())
+
+    def test_tells_fish_what_each_word_means(self):
+        said = self.culm("complete", "archive", "ver").stdout
+        self.assertEqual(said.split("\t")[0], "verify")
+        self.assertIn("checksum", said)
+
+    def test_of_a_hidden_command_is_not_offered(self):
+        self.assertNotIn("complete", self.offered(""))
 
     def test_is_a_script_that_each_shell_accepts(self):
         for shell, check in (("bash", ["bash", "-n"]), ("zsh", ["zsh", "-n"]),
                              ("fish", ["fish", "--no-execute"])):
             script = self.folder / shell
             script.write_text(self.culm("completion", shell).stdout, encoding="utf-8")
-            self.assertIn("diagnose", script.read_text(encoding="utf-8"))
+            self.assertIn("culm", script.read_text(encoding="utf-8"))
             if shutil.which(shell):
                 said = subprocess.run([*check, script], capture_output=True, text=True, check=False)
                 self.assertEqual((said.returncode, said.stderr), (0, ""), shell)

@@ -29,6 +29,13 @@ struct FittedParameter {
     double absent = 0.0;   ///< likewise
 };
 
+template <class Wire>
+void fields(Wire& wire, FittedParameter& parameter) {
+    wire(parameter.name, parameter.unit, parameter.value, parameter.standard_error,
+         parameter.is_at_bound, parameter.lower, parameter.upper, parameter.fitted_as,
+         parameter.is_place, parameter.absent);
+}
+
 /// The result; everything in SI units and for the readings as they are, without transformation.
 struct RecordingFit {
     StemModel model;                         ///< with the fitted values

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/chain_fits.hpp"
+
+#include "cli/command_line.hpp"
+#include "fit/coarse_image.hpp"
+#include "physics/bond_law_options.hpp"
+#include "present/text.hpp"
+#include "study/execute/plan.hpp"
+
+#include <optional>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace culm::cli {
+namespace {
+
+using fit::SelectedEffects;
+
+/// From the least to the most, in any unit.
+struct Span {
+    double least = 0.0;
+    double most = 0.0;
+
+    Span& operator+=(const Span& other) {
+        least += other.least;
+        most += other.most;
+        return *this;
+    }
+    friend Span operator*(double factor, const Span& span) {
+        return {factor * span.least, factor * span.most};
+    }
+};
+
+// Runs of the chain with all its derivatives, and what such a run takes against the plain one that
+// study::estimated_seconds tells, for each number that is fitted: measured over the recordings in
+// tests/data/hidden-effect (docs/performance.md, "Fits").
+constexpr double seconds_per_plain_run = 4.0;
+constexpr double seconds_per_number = 2.0;
+constexpr Span runs_of_first_fit{12.0, 30.0};
+constexpr Span runs_of_effect_fit{10.0, 90.0};
+constexpr Span runs_of_held_out_fits{10.0, 40.0};
+constexpr Span runs_of_score{5.0, 10.0};
+/// Candidates that are fitted through the chain in the end, for each that is scored.
+constexpr Span fits_for_each_candidate{0.3, 2.0};
+
+enum class Chain { AskedFor, Searched };
+
+/// Expected time of a run with derivatives, s; nothing if the recording cannot be such a model.
+std::optional<double> run_seconds(const measure::Measurement& recording,
+                                  const SelectedEffects& effects, const fit::FitOptions& options,
+                                  Chain chain = Chain::AskedFor) {
+    try {
+        fit::StemModel model = fit::baseline_model(recording, options.chain);
+        if (!effects.empty())
+            model = fit::candidate_model(model, effects, recording);
+        if (chain == Chain::Searched)
+            model.spec =
+                fit::with_spheres(model.spec, fit::searched_spheres(model.spec.stem.sphere_count));
+        if (options.window)
+            model.spec.duration = std::min(model.spec.duration, *options.window);
+        return (seconds_per_plain_run +
+                seconds_per_number * static_cast<double>(model.free_count())) *
+               study::estimated_seconds(model.spec);
+    } catch (const core::InputError&) {
+        return std::nullopt;
+    } catch (const core::NumericalError&) {
+        return std::nullopt;
+    }
+}
+
+/// ": about 3 s to 20 s of processor time …" and the end of the line.
+std::string time_text(const std::optional<Span>& seconds, int ranks) {
+    if (!seconds)
+        return "; how long that takes is not known before\n";
+    const auto range = [](const Span& span) {
+        return fmt::format("{} to {}", present::estimate_text(span.least),
+                           present::estimate_text(span.most));
+    };
+    std::string text =
+        fmt::format(": about {} of processor time on the reference machine", range(*seconds));
+    if (ranks > 1)
+        text += fmt::format(", {} on {} ranks", range((1.0 / ranks) * *seconds), ranks);
+    return text + '\n';
+}
+
+std::string counted(std::size_t count, std::string_view noun) {
+    return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+/// Adds a model's cost to `sum`, which becomes nothing where it is not known.
+void add(std::optional<Span>& sum, const Span& runs, const std::optional<double>& run) {
+    if (!run)
+        sum.reset();
+    else if (sum)
+        *sum += *run * runs;
+}
+
+} // namespace
+
+void add_chain_options(CLI::App& command, ChainArguments& arguments, const char* window_use) {
+    command
+        .add_option("--law", arguments.law,
+                    "Law of the bonds' damping: \"consistent\" (physical) or \"schramm2019\" (as "
+                    "in the authors' code) (default: consistent)")
+        ->check(CLI::IsMember(physics::law_names()));
+    command
+        .add_option("--spheres", arguments.spheres,
+                    "Spheres in the chain (default: as stem.toml says, else 56)")
+        ->type_name("N")
+        ->check(CLI::Range(5, 1000));
+    command
+        .add_option(
+            "--window", arguments.window_s,
+            fmt::format("{} only the first SECONDS after the release (default: all)", window_use))
+        ->type_name("SECONDS")
+        ->check(number_in({0.0, 1e6, true}));
+}
+
+fit::ChainOptions chain_options(const ChainArguments& arguments) {
+    return {arguments.spheres, *physics::law_by_name(arguments.law)};
+}
+
+std::string chain_words(const ChainArguments& arguments) {
+    std::string text;
+    if (arguments.law != ChainArguments{}.law)
+        text += " --law " + arguments.law;
+    if (arguments.spheres)
+        text += fmt::format(" --spheres {}", *arguments.spheres);
+    if (arguments.window_s)
+        text += fmt::format(" --window {}", *arguments.window_s);
+    return text;
+}
+
+std::string cost_of_calibration(const std::vector<measure::Measurement>& recordings,
+                                const calibrate::CalibrationOptions& options, int ranks) {
+    std::optional<Span> seconds{Span{}};
+    const fit::FitOptions chain{options.chain, options.fit.window, {}};
+    for (const measure::Measurement& recording : recordings)
+        add(seconds, runs_of_first_fit, run_seconds(recording, options.effects, chain));
+    return counted(recordings.size(), "recording") + ", one fit of the chain to each" +
+           time_text(seconds, ranks);
+}
+
+std::string cost_of_ladder(const measure::Measurement& recording,
+                           const std::vector<SelectedEffects>& models,
+                           const fit::FitOptions& options) {
+    std::optional<Span> seconds{Span{}};
+    add(seconds, runs_of_first_fit, run_seconds(recording, {}, options));
+    add(seconds, runs_of_held_out_fits, run_seconds(recording, {}, options));
+    for (const SelectedEffects& effects : models)
+        for (const Span& runs : {runs_of_effect_fit, runs_of_held_out_fits})
+            add(seconds, runs, run_seconds(recording, effects, options));
+    return counted(models.size() + 1, "model") + ", three fits of each" + time_text(seconds, 1);
+}
+
+std::string cost_of_table(const std::vector<measure::Measurement>& recordings,
+                          const std::vector<SelectedEffects>& models,
+                          const fit::FitOptions& options, int ranks) {
+    std::optional<Span> seconds{Span{}};
+    for (const measure::Measurement& recording : recordings)
+        for (const SelectedEffects& effects : models)
+            add(seconds, effects.empty() ? runs_of_first_fit : runs_of_effect_fit,
+                run_seconds(recording, effects, options));
+    return fmt::format("{} fitted to {}", counted(models.size(), "model"),
+                       counted(recordings.size(), "recording")) +
+           time_text(seconds, ranks);
+}
+
+std::string cost_of_diagnosis(std::span<const measure::Measurement> recordings,
+                              const diagnose::DiagnosisOptions& options, int ranks) {
+    std::optional<Span> seconds{Span{}};
+    for (const measure::Measurement& recording : recordings) {
+        add(seconds, runs_of_first_fit, run_seconds(recording, options.known, options.candidate));
+        for (const physics::SelectedEffect& candidate : options.candidates) {
+            SelectedEffects effects = options.known;
+            effects.push_back(candidate);
+            const std::optional<double> run = run_seconds(recording, fit::in_library_order(effects),
+                                                          options.candidate, Chain::Searched);
+            if (!run)
+                continue; // the search says why it cannot be tried
+            add(seconds, runs_of_score, run);
+            add(seconds,
+                {fits_for_each_candidate.least * runs_of_effect_fit.least,
+                 fits_for_each_candidate.most * runs_of_effect_fit.most},
+                run);
+        }
+    }
+    return fmt::format("{} scored, those that promise something fitted to {}",
+                       counted(options.candidates.size(), "candidate"),
+                       counted(recordings.size(), "recording")) +
+           time_text(seconds, ranks);
+}
+
+} // namespace culm::cli

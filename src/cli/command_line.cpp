@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/command_line.hpp"
+
+#include "cluster/shell_word.hpp"
+#include "farm/environment.hpp"
+
+#include <cstdlib>
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+namespace culm::cli {
+namespace {
+
+/// The value of an environment variable; empty if it is not set.
+std::string_view environment_value(const char* name) {
+    const char* value = std::getenv(name);
+    return value == nullptr ? std::string_view() : std::string_view(value);
+}
+
+} // namespace
+
+CLI::Validator number_in(const study::Interval& range) {
+    const auto complaint = [range](const std::string& text) {
+        char* end = nullptr;
+        const double value = std::strtod(text.c_str(), &end);
+        const bool is_number = end != text.c_str() && *end == '\0';
+        return is_number && range.contains(value)
+                   ? std::string()
+                   : fmt::format("{} is not a number in {}", text, range.text());
+    };
+    return {complaint, "in " + range.text()};
+}
+
+present::TextStyle style_of(std::FILE* stream) {
+    const std::string_view terminal = environment_value("TERM");
+    // Launchers give their processes a terminal of their own, wherever the output goes in the end.
+    return present::TextStyle(::isatty(::fileno(stream)) == 1 &&
+                              !farm::Environment::is_under_launcher() && !terminal.empty() &&
+                              terminal != "dumb" && environment_value("NO_COLOR").empty());
+}
+
+void print_error(std::string_view reason) {
+    fmt::print(stderr, "{} {}\n", style_of(stderr).failure("culm:"), reason);
+}
+
+void print_note(std::string_view text) {
+    fmt::print(stderr, "culm: {} {}\n", style_of(stderr).warning("note:"), text);
+}
+
+void print_warning(std::string_view text) {
+    fmt::print(stderr, "culm: {} {}\n", style_of(stderr).warning("warning:"), text);
+}
+
+std::string as_words(const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words)
+        text += ' ' + cluster::shell_word(word);
+    return text;
+}
+
+std::string next_step(const std::string& command) {
+    return "\nnext: " + command + '\n';
+}
+
+core::ExitCode
+alone_or_under_launcher(int& argc, char**& argv,
+                        const std::function<core::ExitCode(const farm::Communicator*)>& action) {
+    if (!farm::Environment::is_under_launcher())
+        return action(nullptr);
+    const farm::Environment environment(argc, argv);
+    const farm::Communicator communicator = environment.world();
+    const auto refuse = [&communicator](const char* reason) {
+        if (is_root(&communicator))
+            print_error(reason);
+        return core::ExitCode::BadInput;
+    };
+    try {
+        return action(&communicator);
+    } catch (const core::InputError& error) {
+        return refuse(error.what());
+    } catch (const core::StorageError& error) {
+        return refuse(error.what());
+    }
+}
+
+} // namespace culm::cli

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What all commands share on the command line and the terminal: checks of options, messages, the
+// next command to type, and running alone or over the ranks of a launcher.
+#pragma once
+
+#include "core/error.hpp"
+#include "farm/communicator.hpp"
+#include "present/text_style.hpp"
+#include "study/config/parameters.hpp"
+
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+namespace culm::cli {
+
+/// Refuses values outside of the range, NaN and infinities; CLI11's own checks let NaN pass.
+[[nodiscard]] CLI::Validator number_in(const study::Interval& range);
+
+/// Colours only if the stream is a terminal, no launcher started the process, TERM is set and not
+/// "dumb", and NO_COLOR is not set (https://no-color.org).
+[[nodiscard]] present::TextStyle style_of(std::FILE* stream);
+
+/// "culm: reason" on standard error, `culm:` red on a terminal.
+void print_error(std::string_view reason);
+
+/// "culm: note: text" and "culm: warning: text" on standard error, the second word yellow on a
+/// terminal.
+void print_note(std::string_view text);
+void print_warning(std::string_view text);
+
+/// The words as a shell reads them back, each behind a space.
+[[nodiscard]] std::string as_words(const std::vector<std::string>& words);
+
+/// "next: culm fit DIR" after an empty line.
+[[nodiscard]] std::string next_step(const std::string& command);
+
+/// Calls `action` with the ranks of the launcher; with null if none started this process. Under
+/// one, InputError and StorageError are errors that every rank meets: rank 0 prints them.
+[[nodiscard]] core::ExitCode
+alone_or_under_launcher(int& argc, char**& argv,
+                        const std::function<core::ExitCode(const farm::Communicator*)>& action);
+
+/// Does this process print? `communicator` is null without a launcher.
+[[nodiscard]] inline bool is_root(const farm::Communicator* communicator) {
+    return communicator == nullptr || communicator->rank() == 0;
+}
+[[nodiscard]] inline int rank_count(const farm::Communicator* communicator) {
+    return communicator == nullptr ? 1 : communicator->size();
+}
+
+} // namespace culm::cli

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/provenance.hpp"
+
+#include "archive/bytes.hpp"
+#include "cli/build_facts.hpp"
+#include "cluster/shell_word.hpp"
+#include "core/error.hpp"
+#include "core/lanes.hpp"
+#include "core/utc_time.hpp"
+#include "physics/effects/selection.hpp"
+#include "study/config/study_effects.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <ctime>
+#include <fstream>
+#include <span>
+#include <system_error>
+
+#include <Eigen/Core>
+#include <ceres/version.h>
+#include <fmt/format.h>
+
+namespace culm::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Name, size and checksum; null where the file cannot be read any more.
+json facts_of(const fs::path& path) {
+    json facts{{"file", path.string()}, {"bytes", nullptr}, {"crc32", nullptr}};
+    std::ifstream file(path, std::ios::binary);
+    std::vector<char> block(1U << 20U);
+    std::uint64_t bytes = 0;
+    std::uint32_t checksum = 0;
+    while (file) {
+        file.read(block.data(), static_cast<std::streamsize>(block.size()));
+        const auto count = static_cast<std::size_t>(file.gcount());
+        checksum = archive::crc32(std::as_bytes(std::span(block).first(count)), checksum);
+        bytes += count;
+    }
+    if (file.eof()) {
+        facts["bytes"] = bytes;
+        facts["crc32"] = fmt::format("{:08x}", checksum);
+    }
+    return facts;
+}
+
+/// Of all threads of this process since it was started, s.
+double processor_seconds() {
+    std::timespec time{};
+    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// To a millisecond.
+double rounded(double seconds) {
+    return std::round(1e3 * seconds) / 1e3;
+}
+
+} // namespace
+
+std::string version_text() {
+    return fmt::format("culm {} ({})", version_number, commit);
+}
+
+std::vector<std::pair<std::string, std::string>> build_provenance() {
+    return {{"version", version_text()},
+            {"compiler", fmt::format("g++ {}", __VERSION__)},
+            {"build", fmt::format("{}, -march={}, {} SIMD lanes", build_type, architecture,
+                                  core::lane_count)},
+            {"libraries",
+             fmt::format("Eigen {}.{}.{}, Ceres {}, SUNDIALS {}, HDF5 {}, {}", EIGEN_WORLD_VERSION,
+                         EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION, CERES_VERSION_STRING,
+                         sundials_version, hdf5_version, mpi_version)}};
+}
+
+fs::path own_program() {
+    std::error_code error;
+    const fs::path path = fs::read_symlink("/proc/self/exe", error);
+    return error ? fs::path() : path;
+}
+
+fs::path beside_own_program(const std::string& place) {
+    const fs::path program = own_program();
+    if (program.empty())
+        throw core::StorageError(place + ": the system does not say where culm lies "
+                                         "(/proc/self/exe), beside which it belongs");
+    return (program.parent_path() / place).lexically_normal();
+}
+
+std::string command_line() {
+    std::ifstream file("/proc/self/cmdline", std::ios::binary);
+    std::string text;
+    for (std::string word; std::getline(file, word, '\0');) {
+        if (text.empty())
+            word = fs::path(word).filename().string();
+        else
+            text += ' ';
+        text += cluster::shell_word(word);
+    }
+    return text;
+}
+
+std::vector<fs::path> measurement_files(const std::vector<fs::path>& folders) {
+    std::vector<fs::path> files;
+    for (const fs::path& folder : folders)
+        for (const char* name : {measure::stem_file_name, measure::deflection_file_name})
+            files.push_back(folder / name);
+    return files;
+}
+
+std::vector<fs::path> effect_files(const std::string& effects) {
+    std::vector<fs::path> files;
+    const physics::EffectFileReader read = [&files](const std::string& file) {
+        files.emplace_back(file);
+        return study::read_effect_file(file);
+    };
+    static_cast<void>(physics::parse_effects(effects, read));
+    return files;
+}
+
+RunProvenance::RunProvenance(const std::vector<fs::path>& inputs,
+                             const farm::Communicator* communicator)
+    : communicator_(communicator), date_(core::utc_now_text()) {
+    if (communicator != nullptr && communicator->rank() != 0)
+        return;
+    std::vector<fs::path> read;
+    for (const fs::path& input : inputs)
+        if (std::ranges::find(read, input) == read.end()) {
+            read.push_back(input);
+            inputs_.push_back(facts_of(input));
+        }
+}
+
+json RunProvenance::document() const {
+    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start_;
+    double processor = processor_seconds();
+    int ranks = 1;
+    if (communicator_ != nullptr) {
+        ranks = communicator_->size();
+        const std::vector<std::string> told = communicator_->gather(fmt::format("{}", processor));
+        processor = 0.0;
+        for (const std::string& seconds : told)
+            processor += seconds.empty() ? 0.0 : std::stod(seconds);
+    }
+    json out = json::object();
+    for (const auto& [name, text] : build_provenance())
+        out[name] = text;
+    out["date"] = date_;
+    out["command"] = command_line();
+    out["wall_s"] = rounded(wall.count());
+    out["processor_s"] = rounded(processor);
+    out["ranks"] = ranks;
+    out["inputs"] = inputs_;
+    return out;
+}
+
+} // namespace culm::cli

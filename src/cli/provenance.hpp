@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which culm this is, where it lies, and where a result comes from: the member "provenance" of the
+// JSON documents.
+#pragma once
+
+#include "farm/communicator.hpp"
+#include "measure/folder/measurement_folder.hpp"
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace culm::cli {
+
+/// Version number and commit.
+[[nodiscard]] std::string version_text();
+
+/// Facts for an archive's provenance: version, compiler, architecture, libraries.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> build_provenance();
+
+/// The file of this program; empty if the system does not say.
+[[nodiscard]] std::filesystem::path own_program();
+
+/// What lies at `place` from this program's folder. Throws core::StorageError if the system does
+/// not say where that is.
+[[nodiscard]] std::filesystem::path beside_own_program(const std::string& place);
+
+/// The command line of this process as a shell reads it back.
+[[nodiscard]] std::string command_line();
+
+/// stem.toml and deflection.csv of every folder.
+[[nodiscard]] std::vector<std::filesystem::path>
+measurement_files(const std::vector<std::filesystem::path>& folders);
+
+/// Effect files among the effects that an option names: "gravity,./drag.toml".
+[[nodiscard]] std::vector<std::filesystem::path> effect_files(const std::string& effects);
+
+/// Made when a command begins, asked when it is done. It alone in a document depends on the number
+/// of ranks, the time and the machine.
+class RunProvenance {
+  public:
+    /// `communicator` is null without a launcher; it must outlive this. Rank 0 reads the input
+    /// files for their checksums, those named twice once.
+    RunProvenance(const std::vector<std::filesystem::path>& inputs,
+                  const farm::Communicator* communicator);
+
+    /// Version, compiler, build, libraries, date of the beginning, command, wall and processor time
+    /// (of all ranks since they were started), ranks, and of every input file its size and CRC-32;
+    /// complete on rank 0. Collective.
+    [[nodiscard]] nlohmann::json document() const;
+
+  private:
+    const farm::Communicator* communicator_;
+    std::string date_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    nlohmann::json inputs_ = nlohmann::json::array();
+};
+
+} // namespace culm::cli

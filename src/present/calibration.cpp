@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "present/calibration.hpp"
+
+#include "fit/solve/residual_statistics.hpp"
+#include "present/files.hpp"
+#include "present/parameters.hpp"
+#include "reduce/distributions.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace culm::present {
+namespace {
+
+using nlohmann::json;
+
+/// A number with its standard error.
+struct Uncertain {
+    double value = 0.0;
+    double standard_error = 0.0;
+};
+
+json json_of(const Uncertain& estimate) {
+    return estimate_json(estimate.value, estimate.standard_error);
+}
+
+std::string plus_minus(const Uncertain& estimate, double scale, int decimals) {
+    return present::plus_minus(estimate.value, estimate.standard_error, scale, decimals);
+}
+
+Uncertain parameter_of(const calibrate::Calibration& calibration, const char* name) {
+    const fit::FittedParameter& parameter = *calibration.fit.find(name);
+    return {parameter.value, parameter.standard_error};
+}
+
+/// The frequency goes with √Y.
+Uncertain frequency_of(const calibrate::Calibration& calibration) {
+    const Uncertain modulus = parameter_of(calibration, "bond_youngs_modulus");
+    const double frequency = calibration.mode.frequency;
+    return {frequency, 0.5 * frequency * modulus.standard_error / modulus.value};
+}
+
+/// The decay per cycle goes with β, up to the square of the damping ratio.
+Uncertain decay_of(const calibrate::Calibration& calibration) {
+    const Uncertain damping = parameter_of(calibration, "bond_damping");
+    const double decay = calibration.mode.decay_per_cycle;
+    return {decay, std::abs(decay) * damping.standard_error / damping.value};
+}
+
+json bounds_json(double lower, double upper) {
+    return json::array({number(lower), number(upper)});
+}
+
+json stem_parameters_json(const calibrate::Calibration& calibration) {
+    json out = json::object();
+    for (std::size_t k = 0; k < calibration.fit.parameters.size(); ++k) {
+        const fit::FittedParameter& parameter = calibration.fit.parameters[k];
+        json& entry = out[parameter_key(parameter)];
+        entry = estimate_json(parameter.value, parameter.standard_error);
+        if (k < calibration.profiles.size())
+            entry["profile_interval"] =
+                bounds_json(calibration.profiles[k].lower, calibration.profiles[k].upper);
+    }
+    return out;
+}
+
+json correlation_json(const fit::RecordingFit& fit) {
+    json names = json::array();
+    json rows = json::array();
+    for (Eigen::Index a = 0; a < fit.correlation.rows(); ++a) {
+        names.push_back(parameter_key(fit.parameters[static_cast<std::size_t>(a)]));
+        json row = json::array();
+        for (Eigen::Index b = 0; b < fit.correlation.cols(); ++b)
+            row.push_back(number(fit.correlation(a, b)));
+        rows.push_back(row);
+    }
+    return {{"names", names}, {"matrix", rows}};
+}
+
+json chain_json(const fit::RecordingFit& fit, const std::string& law) {
+    const physics::StemParameters<double>& stem = fit.model.spec.stem;
+    json effects = json::array();
+    for (const physics::ActiveEffect& active : fit.model.spec.effects) {
+        json values = json::object();
+        const auto parameters = active.effect->parameters();
+        for (std::size_t k = 0; k < parameters.size(); ++k)
+            values[parameters[k].name] = number(active.values[k]);
+        effects.push_back({{"name", active.effect->name()}, {"values", values}});
+    }
+    json masses = json::array();
+    for (const run::PointMass& mass : fit.model.spec.added_masses)
+        masses.push_back({{"height_m", mass.height}, {"mass_kg", mass.mass}});
+    return {{"law", law},
+            {"spheres", stem.sphere_count},
+            {"bond_length_m", stem.bond_length},
+            {"sphere_diameter_m", stem.sphere_diameter},
+            {"sphere_density_kg_m3", stem.density},
+            {"tip_mass_share", stem.tip_mass_share},
+            {"bond_outer_diameter_m", stem.bond_outer_diameter},
+            {"bond_inner_diameter_m", stem.bond_inner_diameter},
+            {"poissons_ratio", stem.poissons_ratio},
+            {"added_masses", masses},
+            {"effects", effects}};
+}
+
+json fit_quality_json(const calibrate::Calibration& calibration) {
+    const fit::RecordingFit& fit = calibration.fit;
+    return {{"rmse_mm", 1e3 * fit.rmse},
+            {"noise_mm", 1e3 * fit::typical_noise(fit)},
+            {"noise_source", fit.noise_source},
+            {"reduced_chi2", number(fit.reduced_chi_squared)},
+            {"degrees_of_freedom", fit.degrees_of_freedom},
+            {"readings", fit.readings},
+            {"runs", fit.runs},
+            {"adequate", calibration.lack_of_fit.is_adequate},
+            {"reason", calibration.lack_of_fit.reason},
+            {"tests", tests_json(calibration.lack_of_fit.tests)}};
+}
+
+json mode_json(const calibrate::Calibration& calibration) {
+    return {{"b2_hz", json_of(frequency_of(calibration))},
+            {"b1_per_cycle", json_of(decay_of(calibration))},
+            {"natural_frequency_hz", calibration.mode.natural_frequency()},
+            {"damping_ratio", calibration.mode.damping_ratio()},
+            {"damping_time_s", calibration.damping_time}};
+}
+
+json check_json(const calibrate::Calibration& calibration) {
+    if (!calibration.check)
+        return {{"failure", calibration.check_failure}};
+    const calibrate::CalibrationCheck& check = *calibration.check;
+    return {{"measured_b1_per_cycle", check.measured_decay_per_cycle},
+            {"simulated_b1_per_cycle", check.simulated_decay_per_cycle},
+            {"b1_error_percent", 100.0 * check.decay_error},
+            {"b1_resolution_percent", 100.0 * check.decay_resolution},
+            {"measured_b2_hz", check.measured_frequency},
+            {"simulated_b2_hz", check.simulated_frequency},
+            {"b2_error_percent", 100.0 * check.frequency_error},
+            {"b2_resolution_percent", 100.0 * check.frequency_resolution}};
+}
+
+json prediction_json(const std::optional<reduce::Prediction>& found) {
+    if (!found)
+        return nullptr;
+    return {{"value", number(found->value)},
+            {"stderr", number(found->standard_error)},
+            {"interval", bounds_json(found->lower, found->upper)}};
+}
+
+json central_range_json(const calibrate::CentralRange& found) {
+    return {{"mean", found.sample.mean},
+            {"standard_deviation", number(found.sample.standard_deviation)},
+            {"median", found.sample.median},
+            {"lowest", found.sample.lowest},
+            {"highest", found.sample.highest},
+            {"central_90_percent", bounds_json(found.range.lower, found.range.upper)},
+            {"central_90_percent_lower_interval",
+             bounds_json(found.lower_interval.lower, found.lower_interval.upper)},
+            {"central_90_percent_upper_interval",
+             bounds_json(found.upper_interval.lower, found.upper_interval.upper)}};
+}
+
+std::string calibrated_value(const fit::FittedParameter& parameter) {
+    const ReadableParameter shown = readable(parameter);
+    const Uncertain estimate{parameter.value, parameter.standard_error};
+    if (!shown.unit.empty())
+        return plus_minus(estimate, shown.scale, shown.scale < 1.0 ? 5 : 4) + ' ' +
+               std::string(shown.unit);
+    if (parameter.name == "bond_damping")
+        return plus_minus(estimate, 1.0, 3);
+    return fmt::format("{:.5g} ± {:.2g}", parameter.value,
+                       reduce::normal_quantile_95 * parameter.standard_error);
+}
+
+std::string parameter_lines(const calibrate::Calibration& calibration) {
+    std::string text;
+    for (const auto& [key, parameter] : by_key(calibration.fit.parameters)) {
+        const ReadableParameter shown = readable(*parameter);
+        text += fmt::format("    {:<24} {}", shown.name, calibrated_value(*parameter));
+        const auto place = static_cast<std::size_t>(parameter - calibration.fit.parameters.data());
+        if (place < calibration.profiles.size())
+            text += fmt::format("   profile {:.6g} … {:.6g}",
+                                shown.scale * calibration.profiles[place].lower,
+                                shown.scale * calibration.profiles[place].upper);
+        text += '\n';
+    }
+    return text;
+}
+
+std::string check_lines(const calibrate::Calibration& calibration) {
+    if (!calibration.check)
+        return calibration.check_failure.empty()
+                   ? std::string()
+                   : fmt::format("  check: not possible: {}\n", calibration.check_failure);
+    const calibrate::CalibrationCheck& check = *calibration.check;
+    return fmt::format(
+        "  check: Eq. 1 read from the simulated stem against the measured one\n"
+        "    b1 per cycle  {:.4f} against {:.4f}, error {:+.2f} % (the reading is good to {:.2f} "
+        "%)\n"
+        "    b2            {:.3f} Hz against {:.3f} Hz, error {:+.3f} % (good to {:.3f} %)\n",
+        check.simulated_decay_per_cycle, check.measured_decay_per_cycle, 100.0 * check.decay_error,
+        100.0 * check.decay_resolution, check.simulated_frequency, check.measured_frequency,
+        100.0 * check.frequency_error, 100.0 * check.frequency_resolution);
+}
+
+/// "Y = 1.9 (95 %: 1.8 … 2.0) GPa, beta = …" by one of the two kinds of laws.
+std::string law_text(const reduce::StemPrediction& stem,
+                     std::optional<reduce::Prediction> reduce::ParameterPrediction::*kind) {
+    const auto one = [kind](const reduce::ParameterPrediction& parameter, double scale,
+                            int decimals) {
+        const std::optional<reduce::Prediction>& found = parameter.*kind;
+        return found ? fmt::format("{:.{}f} (95 %: {:.{}f} … {:.{}f})", scale * found->value,
+                                   decimals, scale * found->lower, decimals, scale * found->upper,
+                                   decimals)
+                     : std::string("none");
+    };
+    return fmt::format("Y = {} GPa, beta = {}", one(stem.bond_youngs_modulus, 1e-9, 4),
+                       one(stem.bond_damping, 1.0, 2));
+}
+
+std::string range_line(const char* name, const calibrate::CentralRange& found, double scale,
+                       const char* unit) {
+    return fmt::format("    {:<14} {:.4g} … {:.4g} {} (ends, 95 % by bootstrap: {:.4g} … {:.4g} "
+                       "and {:.4g} … {:.4g}); mean {:.4g}, sd {:.3g}\n",
+                       name, scale * found.range.lower, scale * found.range.upper, unit,
+                       scale * found.lower_interval.lower, scale * found.lower_interval.upper,
+                       scale * found.upper_interval.lower, scale * found.upper_interval.upper,
+                       scale * found.sample.mean, scale * found.sample.standard_deviation);
+}
+
+Uncertain read_decay(const calibrate::StudyCalibration& found) {
+    return {found.reading.decay_per_cycle, found.reading.decay_per_cycle_standard_error};
+}
+
+Uncertain read_frequency(const calibrate::StudyCalibration& found) {
+    return {found.reading.frequency, found.reading.frequency_standard_error};
+}
+
+} // namespace
+
+json calibration_json(const calibrate::Calibration& calibration, const std::string& law) {
+    json out{{"measurement", calibration.id},
+             {"parameters", stem_parameters_json(calibration)},
+             {"correlation", correlation_json(calibration.fit)},
+             {"mode", mode_json(calibration)},
+             {"fit", fit_quality_json(calibration)},
+             {"chain", chain_json(calibration.fit, law)},
+             {"remarks", calibration.fit.model.remarks}};
+    if (calibration.check || !calibration.check_failure.empty())
+        out["check"] = check_json(calibration);
+    return out;
+}
+
+std::string calibration_text(const calibrate::Calibration& calibration, const std::string& law,
+                             const TextStyle& style) {
+    const fit::RecordingFit& fit = calibration.fit;
+    return fmt::format(
+               "{}: chain of {} spheres, law {}, fitted to {} readings (intervals 95 %)\n{}",
+               calibration.id, fit.model.spec.stem.sphere_count, law, fit.readings,
+               parameter_lines(calibration)) +
+           fmt::format("  first mode: b2 {} Hz, b1 per cycle {}, damping ratio {:.5f}\n",
+                       plus_minus(frequency_of(calibration), 1.0, 3),
+                       plus_minus(decay_of(calibration), 1.0, 5),
+                       calibration.mode.damping_ratio()) +
+           fmt::format("  leaves {:.4f} mm rms; noise {:.4f} mm ({}); reduced chi2 {:.4f}: {}\n",
+                       1e3 * fit.rmse, 1e3 * fit::typical_noise(fit), fit.noise_source,
+                       fit.reduced_chi_squared,
+                       calibration.lack_of_fit.is_adequate
+                           ? style.good("nothing is missing that this record could show")
+                           : style.warning("SOMETHING IS MISSING: ") +
+                                 calibration.lack_of_fit.reason) +
+           check_lines(calibration);
+}
+
+std::string calibration_table_head(bool is_checked) {
+    return fmt::format("{:<14} {:>18} {:>16} {:>18} {:>17} {:>8}  {}{}\n", "stem", "Y GPa", "beta",
+                       "b1 per cycle", "b2 Hz", "chi2/dof",
+                       is_checked ? fmt::format("{:>9} {:>9}  ", "b1 error", "b2 error") : "",
+                       "what shows that something is missing");
+}
+
+std::string calibration_table_line(const calibrate::Calibration& calibration, bool is_checked,
+                                   const TextStyle& style) {
+    std::string check;
+    if (is_checked)
+        check = calibration.check
+                    ? fmt::format("{:>+8.2f}% {:>+8.3f}%  ", 100.0 * calibration.check->decay_error,
+                                  100.0 * calibration.check->frequency_error)
+                    : fmt::format("{:>9} {:>9}  ", "-", "-");
+    return fmt::format(
+        "{:<14} {:>18} {:>16} {:>18} {:>17} {:>8.4f}  {}{}\n", calibration.id,
+        plus_minus(parameter_of(calibration, "bond_youngs_modulus"), 1e-9, 4),
+        plus_minus(parameter_of(calibration, "bond_damping"), 1.0, 2),
+        plus_minus(decay_of(calibration), 1.0, 4), plus_minus(frequency_of(calibration), 1.0, 3),
+        calibration.fit.reduced_chi_squared, check,
+        calibration.lack_of_fit.is_adequate ? std::string("-")
+                                            : style.warning(calibration.lack_of_fit.reason));
+}
+
+json study_calibration_json(const calibrate::StudyCalibration& found, const std::string& study) {
+    const auto law = [](const reduce::ParameterPrediction& prediction) {
+        return json{{"single_law", prediction_json(prediction.by_single_law)},
+                    {"f_test_terms", prediction_json(prediction.by_reduced_model)}};
+    };
+    return {{"study", study},
+            {"height_mm", 1e3 * found.height},
+            {"window_s", found.window},
+            {"b1_per_cycle", json_of(read_decay(found))},
+            {"b2_hz", json_of(read_frequency(found))},
+            {"bond_youngs_modulus_pa", law(found.prediction.bond_youngs_modulus)},
+            {"bond_damping", law(found.prediction.bond_damping)},
+            {"inside_design", found.prediction.is_inside_design},
+            {"warnings", found.warnings}};
+}
+
+std::string study_calibration_text(const calibrate::StudyCalibration& found,
+                                   const std::string& study, const TextStyle& style) {
+    std::string text =
+        fmt::format("  by the study {}: h = {:.4g} mm, window {:.4g} s, b1 per cycle {}, b2 {} Hz\n"
+                    "    Eqs. 12-13    {}\n    F-test terms  {}\n",
+                    study, 1e3 * found.height, found.window, plus_minus(read_decay(found), 1.0, 4),
+                    plus_minus(read_frequency(found), 1.0, 3),
+                    law_text(found.prediction, &reduce::ParameterPrediction::by_single_law),
+                    law_text(found.prediction, &reduce::ParameterPrediction::by_reduced_model));
+    for (const std::string& warning : found.warnings)
+        text += fmt::format("    {} {}\n", style.warning("WARNING:"), warning);
+    return text;
+}
+
+StemNumbers numbers_of(const calibrate::Calibration& calibration) {
+    return {parameter_of(calibration, "bond_youngs_modulus").value,
+            parameter_of(calibration, "bond_damping").value, calibration.mode.decay_per_cycle,
+            calibration.mode.frequency, calibration.lack_of_fit.is_adequate};
+}
+
+std::optional<Population> population_of(std::span<const StemNumbers> calibrated,
+                                        std::size_t failed) {
+    if (calibrated.size() < 2)
+        return std::nullopt;
+    const auto range = [calibrated](double StemNumbers::*quantity) {
+        std::vector<double> values;
+        values.reserve(calibrated.size());
+        for (const StemNumbers& stem : calibrated)
+            values.push_back(stem.*quantity);
+        return calibrate::central_range(values);
+    };
+    const auto inadequate =
+        std::ranges::count_if(calibrated, std::not_fn(&StemNumbers::is_adequate));
+    return Population{calibrated.size(),
+                      failed,
+                      static_cast<std::size_t>(inadequate),
+                      range(&StemNumbers::bond_youngs_modulus),
+                      range(&StemNumbers::bond_damping),
+                      range(&StemNumbers::decay_per_cycle),
+                      range(&StemNumbers::frequency)};
+}
+
+json population_json(const Population& population) {
+    return {{"stems", population.stems},
+            {"failed", population.failed},
+            {"something_missing", population.inadequate},
+            {"bond_youngs_modulus_pa", central_range_json(population.bond_youngs_modulus)},
+            {"bond_damping", central_range_json(population.bond_damping)},
+            {"b1_per_cycle", central_range_json(population.decay_per_cycle)},
+            {"b2_hz", central_range_json(population.frequency)}};
+}
+
+std::string population_text(const Population& population) {
+    return fmt::format("{} stems calibrated, {} failed; something is missing in {}\n90 % of the "
+                       "stems lie in\n",
+                       population.stems, population.failed, population.inadequate) +
+           range_line("Y", population.bond_youngs_modulus, 1e-9, "GPa") +
+           range_line("beta", population.bond_damping, 1.0, "") +
+           range_line("b1 per cycle", population.decay_per_cycle, 1.0, "") +
+           range_line("b2", population.frequency, 1.0, "Hz");
+}
+
+} // namespace culm::present

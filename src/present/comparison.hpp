@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What culm compare found: a ladder of models, and the table of effects (docs/compare.md).
+#pragma once
+
+#include "diagnose/effect_table.hpp"
+#include "diagnose/ladder.hpp"
+#include "present/text_style.hpp"
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace culm::present {
+
+/// All models with what each leaves, and the verdict on them.
+[[nodiscard]] nlohmann::json comparison_json(const diagnose::Ladder& ladder,
+                                             const measure::Measurement& measurement);
+
+/// The ladder, its parameters, which steps are gains, and three sentences on the last model.
+[[nodiscard]] std::string comparison_text(const diagnose::Ladder& ladder,
+                                          const measure::Measurement& measurement,
+                                          const TextStyle& style);
+
+/// Where, when and how a fit fails; `of` is the fit.
+[[nodiscard]] nlohmann::json where_json(const diagnose::Comparison& comparison,
+                                        const fit::RecordingFit& of);
+
+/// One of the windows' numbers against the amplitude, measured and modelled.
+[[nodiscard]] nlohmann::json
+against_amplitude_json(const std::vector<diagnose::SwingWindow>& windows,
+                       reduce::Estimate diagnose::WindowFit::*quantity);
+
+/// Every model fitted to every measurement.
+struct EffectTableReport {
+    std::vector<std::string> models;
+    std::vector<std::string> measurements;   ///< their ids
+    std::vector<diagnose::EffectCell> cells; ///< (measurements, models)
+
+    [[nodiscard]] const diagnose::EffectCell& cell(std::size_t measurement,
+                                                   std::size_t model) const {
+        return cells[measurement * models.size() + model];
+    }
+};
+
+/// docs/schemas/effect-table.schema.json, but for the provenance.
+[[nodiscard]] nlohmann::json effect_table_json(const EffectTableReport& table);
+
+/// Residual over noise of every model in every measurement; * stands for at most 1.10.
+[[nodiscard]] std::string effect_table_text(const EffectTableReport& table, const TextStyle& style);
+
+} // namespace culm::present

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "present/comparison.hpp"
+#include "present/files.hpp"
+#include "present/parameters.hpp"
+
+#include <cmath>
+
+namespace culm::present {
+namespace {
+
+using nlohmann::json;
+
+constexpr double millimetres = 1e3;
+
+/// To a nanometre: residuals and shapes hold no more, and the file stays readable.
+json millimetres_of(double metres) {
+    return std::isfinite(metres) ? json(std::round(metres * 1e9) * 1e-6) : json(nullptr);
+}
+
+json millimetres_of(const std::vector<double>& metres) {
+    json out = json::array();
+    for (const double value : metres)
+        out.push_back(millimetres_of(value));
+    return out;
+}
+
+json bare_estimate(const reduce::Estimate& found, double scale = 1.0) {
+    return {{"value", number(scale * found.value)},
+            {"stderr", number(scale * found.standard_error)}};
+}
+
+json group_json(const fit::ResidualGroup& found) {
+    return {{"readings", found.readings},
+            {"rms_mm", number(millimetres * found.rms)},
+            {"mean_mm", number(millimetres * found.mean)},
+            {"rms_over_noise", number(found.over_noise)}};
+}
+
+json groups_json(const std::vector<fit::ResidualGroup>& found, const char* lower, const char* upper,
+                 double scale) {
+    json out = json::array();
+    for (const fit::ResidualGroup& each : found) {
+        out.push_back(group_json(each));
+        out.back()[lower] = number(scale * each.lower);
+        if (*upper != '\0')
+            out.back()[upper] = number(scale * each.upper);
+    }
+    return out;
+}
+
+json spectrum_json(const fit::ResidualSpectrum& found) {
+    json bands = json::array();
+    for (const fit::SpectrumBand& band : found.bands)
+        bands.push_back({{"name", band.name},
+                         {"lower_hz", band.lower},
+                         {"upper_hz", band.upper},
+                         {"share", number(band.share)}});
+    return {{"frequency_hz", found.frequencies},
+            {"power_over_noise", found.power},
+            {"mode_frequencies_hz", found.mode_frequencies},
+            {"bands", bands}};
+}
+
+json window_fit_json(const std::optional<diagnose::WindowFit>& found) {
+    if (!found)
+        return nullptr;
+    return {{"amplitude_mm", number(millimetres * found->amplitude)},
+            {"frequency_hz", bare_estimate(found->frequency)},
+            {"b1_per_cycle", bare_estimate(found->decay_per_cycle)},
+            {"rest_mm", bare_estimate(found->rest, millimetres)}};
+}
+
+json windows_json(const std::vector<diagnose::SwingWindow>& found) {
+    json out = json::array();
+    for (const diagnose::SwingWindow& window : found)
+        out.push_back({{"begin_s", window.begin},
+                       {"end_s", window.end},
+                       {"measured", window_fit_json(window.measured)},
+                       {"modelled", window_fit_json(window.modelled)}});
+    return out;
+}
+
+json modes_json(const std::vector<diagnose::ModeShape>& found) {
+    json out = json::array();
+    for (const diagnose::ModeShape& mode : found)
+        out.push_back({{"frequency_hz", number(mode.frequency)},
+                       {"measured_mm", millimetres_of(mode.measured)},
+                       {"modelled_mm", millimetres_of(mode.modelled)},
+                       {"stderr_mm", millimetres_of(mode.standard_error)}});
+    return out;
+}
+
+json slope_json(const reduce::StemRingDowns& stem) {
+    if (!stem.banding)
+        return nullptr;
+    return {{"slope", number(stem.banding->slope)}, {"p_value", number(stem.banding->p_value)}};
+}
+
+/// b1 per cycle at every height.
+json banding_json(const diagnose::Comparison& comparison) {
+    json heights = json::array();
+    const auto& measured = comparison.measured_ring_downs.heights;
+    const auto& modelled = comparison.modelled_ring_downs.heights;
+    for (std::size_t j = 0; j < measured.size(); ++j) {
+        const auto b1 = [](const reduce::HeightRingDown& height) {
+            return height.fit ? bare_estimate(height.fit->decay_per_cycle) : json(nullptr);
+        };
+        heights.push_back({{"height_mm", millimetres * measured[j].height},
+                           {"measured", b1(measured[j])},
+                           {"modelled", b1(modelled[j])}});
+    }
+    return {{"heights", heights},
+            {"measured", slope_json(comparison.measured_ring_downs)},
+            {"modelled", slope_json(comparison.modelled_ring_downs)}};
+}
+
+json structure_json(const diagnose::ResidualStructure& found) {
+    json thirds = json::array();
+    for (const diagnose::SwingError& error : found.thirds)
+        thirds.push_back({{"amplitude", number(error.amplitude)},
+                          {"amplitude_stderr", number(error.amplitude_error)},
+                          {"lag_rad", number(error.lag)},
+                          {"lag_stderr_rad", number(error.lag_error)},
+                          {"rest_mm", number(millimetres * error.rest)},
+                          {"rest_stderr_mm", number(millimetres * error.rest_error)},
+                          {"measured_over_noise", number(error.measured_over_noise)},
+                          {"modelled_over_noise", number(error.modelled_over_noise)}});
+    return {{"thirds", thirds},
+            {"shares",
+             {{"amplitude", found.amplitude_share},
+              {"phase", found.phase_share},
+              {"rest", found.rest_share},
+              {"other_motion", found.other_motion_share},
+              {"other_shape", found.other_shape_share}}}};
+}
+
+json residual_map(const fit::RecordingFit& fit) {
+    json heights = json::array();
+    for (const double height : fit.model.spec.heights)
+        heights.push_back(millimetres * height);
+    json rows = json::array();
+    for (std::size_t i = 0; i < fit.times.size(); ++i) {
+        json row = json::array();
+        for (std::size_t j = 0; j < fit.prediction.rows; ++j)
+            row.push_back(millimetres_of(fit.residuals[i * fit.prediction.rows + j]));
+        rows.push_back(std::move(row));
+    }
+    return {{"time_s", fit.times}, {"height_mm", heights}, {"residual_mm", rows}};
+}
+
+json held_out_part(const diagnose::HeldOutPart& part) {
+    if (!part.failure.empty())
+        return {{"failure", part.failure}};
+    return {{"rms_mm", number(1e3 * part.rms)}, {"rms_over_noise", number(part.over_noise)}};
+}
+
+json verdict_json(const diagnose::Verdict& verdict) {
+    return {{"finding", diagnose::to_string(verdict.finding)},
+            {"adequate", verdict.finding == diagnose::Finding::Adequate},
+            {"p_value", number(verdict.p_value)},
+            {"reason", verdict.reason},
+            {"tests", tests_json(verdict.tests)}};
+}
+
+json compared_fit_json(const fit::RecordingFit& fit, const diagnose::Comparison& comparison) {
+    return {
+        {"rmse_mm", number(1e3 * fit.rmse)},
+        {"rmse_over_noise", number(fit.rmse / comparison.verdict.noise)},
+        {"reduced_chi2", number(fit.reduced_chi_squared)},
+        {"degrees_of_freedom", fit.degrees_of_freedom},
+        {"effective_degrees_of_freedom", number(comparison.verdict.effective_degrees_of_freedom)},
+        {"parameters", parameters_json(fit.parameters)},
+        {"verdict", verdict_json(comparison.verdict)},
+        {"sentences", diagnose::in_words(comparison)},
+        {"where", where_json(comparison, fit)},
+        {"remarks", fit.model.remarks}};
+}
+
+json rung_json(const diagnose::Ladder& ladder, std::size_t k,
+               const measure::Measurement& measurement) {
+    const diagnose::Rung& rung = ladder.rungs[k];
+    json out{{"model", rung.fit.names},
+             {"added", rung.added},
+             {"runs", rung.fit.runs},
+             {"starts", rung.fit.starts}};
+    if (k > 0) {
+        out["compared_with"] = rung.compared_with;
+        out["gain"] = rung.is_gain;
+        out["why"] = rung.why;
+    }
+    if (rung.fit.failed()) {
+        out["failure"] = rung.fit.reason;
+        return out;
+    }
+    out.update(
+        compared_fit_json(rung.fit.parts.front(), ladder.comparisons[*ladder.comparison[k]]));
+    out["moves"] = rung.fit.moves();
+    out["bic"] = number(rung.bic);
+    if (k > 0) {
+        out["delta_bic"] = number(rung.delta_bic);
+        out["change"] = {{"bond_youngs_modulus", number(rung.modulus_change)},
+                         {"bond_damping", number(rung.damping_change)}};
+    }
+    out["held_out"] = {{"last_third", held_out_part(rung.held_out->last_third)},
+                       {"one_height", held_out_part(rung.held_out->one_height)}};
+    out["held_out"]["one_height"]["height_mm"] = 1e3 * measurement.heights[ladder.left_out_row];
+    return out;
+}
+
+json effect_cell_json(const diagnose::EffectCell& cell) {
+    json out{{"applies", cell.applies}, {"runs", cell.runs}};
+    if (!cell.failure.empty()) {
+        out["failure"] = cell.failure;
+        return out;
+    }
+    out["rmse_mm"] = number(1e3 * cell.rmse);
+    out["rmse_over_noise"] = number(cell.over_noise);
+    out["reduced_chi2"] = number(cell.reduced_chi_squared);
+    out["parameters"] = parameters_json(cell.parameters);
+    out["at_bound"] = cell.is_at_bound;
+    return out;
+}
+
+} // namespace
+
+json against_amplitude_json(const std::vector<diagnose::SwingWindow>& windows,
+                            reduce::Estimate diagnose::WindowFit::*quantity) {
+    json out = json::array();
+    for (const diagnose::SwingWindow& window : windows)
+        if (window.measured)
+            out.push_back({{"amplitude_mm", number(millimetres * window.measured->amplitude)},
+                           {"measured", bare_estimate(*window.measured.*quantity)},
+                           {"modelled",
+                            window.modelled ? bare_estimate(*window.modelled.*quantity) : json()}});
+    return out;
+}
+
+json where_json(const diagnose::Comparison& comparison, const fit::RecordingFit& of) {
+    return {{"by_height", groups_json(comparison.by_height, "height_mm", "", millimetres)},
+            {"by_time", groups_json(comparison.by_time, "begin_s", "end_s", 1.0)},
+            {"by_amplitude",
+             groups_json(comparison.by_amplitude, "smallest_mm", "largest_mm", millimetres)},
+            {"spectrum", spectrum_json(comparison.spectrum)},
+            {"against_amplitude", windows_json(comparison.windows)},
+            {"modes", modes_json(comparison.modes)},
+            {"banding", banding_json(comparison)},
+            {"structure", structure_json(comparison.structure)},
+            {"pattern_over_heights",
+             {{"share", number(comparison.verdict.spatial_share)},
+              {"rms_mm", millimetres_of(comparison.verdict.spatial_pattern)}}},
+            {"residual_map", residual_map(of)}};
+}
+
+json comparison_json(const diagnose::Ladder& ladder, const measure::Measurement& measurement) {
+    json rungs = json::array();
+    for (std::size_t k = 0; k < ladder.rungs.size(); ++k)
+        rungs.push_back(rung_json(ladder, k, measurement));
+    json out{{"format", "culm-comparison"},
+             {"version", 1},
+             {"measurement", measurement.stem.id},
+             {"frames", measurement.times.size()},
+             {"heights", measurement.heights.size()},
+             {"effective_readings", number(ladder.effective_readings)},
+             {"ladder", std::move(rungs)},
+             {"remarks", measurement.remarks}};
+    for (const diagnose::Rung& rung : ladder.rungs)
+        if (!rung.fit.failed()) {
+            out["noise_mm"] = number(1e3 * fit::typical_noise(rung.fit.parts.front()));
+            out["noise_source"] = rung.fit.parts.front().noise_source;
+            out["noise_known"] = rung.fit.parts.front().is_noise_known;
+        }
+    return out;
+}
+
+json effect_table_json(const EffectTableReport& table) {
+    json rows = json::array();
+    for (std::size_t k = 0; k < table.models.size(); ++k) {
+        json cells = json::array();
+        for (std::size_t i = 0; i < table.measurements.size(); ++i)
+            cells.push_back(effect_cell_json(table.cell(i, k)));
+        rows.push_back({{"name", table.models[k]}, {"cells", std::move(cells)}});
+    }
+    return {{"format", "culm-effect-table"},
+            {"version", 1},
+            {"measurements", table.measurements},
+            {"models", std::move(rows)}};
+}
+
+} // namespace culm::present

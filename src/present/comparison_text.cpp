@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/solve/residual_statistics.hpp"
+#include "present/comparison.hpp"
+#include "present/parameters.hpp"
+#include "present/text.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace culm::present {
+namespace {
+
+constexpr double explained = 1.10; ///< residual over noise, at most
+
+const diagnose::Comparison& comparison_of(const diagnose::Ladder& ladder, std::size_t rung) {
+    return ladder.comparisons[*ladder.comparison[rung]];
+}
+
+/// The uppermost model that could be fitted; null if none could.
+const diagnose::Rung* last_fitted(const diagnose::Ladder& ladder) {
+    const auto last = std::find_if(ladder.rungs.rbegin(), ladder.rungs.rend(),
+                                   [](const auto& rung) { return !rung.fit.failed(); });
+    return last == ladder.rungs.rend() ? nullptr : &*last;
+}
+
+std::string comparison_header(const diagnose::Ladder& ladder,
+                              const measure::Measurement& measurement) {
+    const diagnose::Rung* last = last_fitted(ladder);
+    const bool is_noise_known = last != nullptr && last->fit.parts.front().is_noise_known;
+    return fmt::format(
+        "{}: {} heights, {} frames, {}\n", measurement.stem.id, measurement.heights.size(),
+        measurement.times.size(),
+        is_noise_known
+            ? fmt::format("noise {} mm ({})",
+                          number_cell(1e3 * fit::typical_noise(last->fit.parts.front()), 4),
+                          last->fit.parts.front().noise_source)
+            : std::string("noise not known"));
+}
+
+std::string held_out_cell(const diagnose::HeldOutPart& part) {
+    return part.failure.empty() ? number_cell(part.over_noise, 2) : std::string("-");
+}
+
+std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size_t width,
+                        const TextStyle& style) {
+    const diagnose::Rung& rung = ladder.rungs[k];
+    const std::string name = model_name(rung.fit.names);
+    if (rung.fit.failed())
+        return fmt::format("{:<{}} {}: {}\n", name, width, style.failure("failed"),
+                           rung.fit.reason);
+    const fit::RecordingFit& part = rung.fit.parts.front();
+    const diagnose::Verdict& verdict = comparison_of(ladder, k).verdict;
+    return fmt::format("{:<{}} {:>9} {:>7} {:>9} {:>10} {:>10} {:>10}  {}\n", name, width,
+                       number_cell(1e3 * part.rmse, 4), number_cell(part.rmse / verdict.noise, 2),
+                       number_cell(part.reduced_chi_squared, 3), number_cell(rung.bic, 0),
+                       held_out_cell(rung.held_out->last_third),
+                       held_out_cell(rung.held_out->one_height),
+                       finding_text(verdict.finding, style));
+}
+
+std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style) {
+    std::size_t width = 8;
+    for (const diagnose::Rung& rung : ladder.rungs)
+        width = std::max(width, model_name(rung.fit.names).size());
+    std::string text =
+        fmt::format("{:<{}} {:>9} {:>7} {:>9} {:>10} {:>10} {:>10}  {}\n", "model", width, "rms mm",
+                    "/noise", "red. chi2", "BIC", "last third", "one height", "verdict");
+    for (std::size_t k = 0; k < ladder.rungs.size(); ++k)
+        text += ladder_line(ladder, k, width, style);
+    return text + '\n';
+}
+
+/// Whether the step to rung `k` is a gain, and what it makes of Y and β.
+std::string step_lines(const diagnose::Ladder& ladder, std::size_t k) {
+    const diagnose::Rung& rung = ladder.rungs[k];
+    const std::string added = fmt::format("{}", fmt::join(rung.added, " and "));
+    if (rung.fit.failed())
+        return fmt::format("{} could not be fitted.\n", added);
+    std::string text =
+        fmt::format("{} {} {} over {}: {}.\n", added, rung.added.size() > 1 ? "together are" : "is",
+                    rung.is_gain ? "a gain" : "no gain",
+                    model_name(ladder.rungs[rung.compared_with].fit.names), rung.why);
+    if (rung.modulus_change != 0.0)
+        text += fmt::format("    Y changes by {:+.2f} %, beta by {:+.2f} %\n",
+                            100.0 * rung.modulus_change, 100.0 * rung.damping_change);
+    return text;
+}
+
+std::string model_parameters(const fit::Fit& fit) {
+    std::string text;
+    if (!fit.failed() && fit.moves())
+        for (const auto& [key, parameter] : by_key(fit.parts.front().parameters))
+            text +=
+                fmt::format("    {:<40} {}\n", readable(*parameter).name, value_text(*parameter));
+    return text;
+}
+
+std::string effect_cell_text(const diagnose::EffectCell& cell, const TextStyle& style) {
+    if (!cell.failure.empty())
+        return cell.applies ? "   " + style.failure("failed") : fmt::format(" {:>8}", "-");
+    const bool is_explained = cell.over_noise <= explained;
+    const std::string text = fmt::format(" {:>7.2f}{}", cell.over_noise,
+                                         is_explained       ? '*'
+                                         : cell.is_at_bound ? 'b'
+                                                            : ' ');
+    return is_explained ? style.good(text) : text;
+}
+
+} // namespace
+
+std::string comparison_text(const diagnose::Ladder& ladder, const measure::Measurement& measurement,
+                            const TextStyle& style) {
+    std::string text = comparison_header(ladder, measurement) + ladder_lines(ladder, style);
+    for (std::size_t k = 0; k < ladder.rungs.size(); ++k) {
+        text += k > 0 ? step_lines(ladder, k)
+                      : std::string("baseline (± is half of the 95 % interval):\n");
+        text += model_parameters(ladder.rungs[k].fit);
+    }
+    if (const diagnose::Rung* last = last_fitted(ladder)) {
+        text += fmt::format("\n{}:\n", model_name(last->fit.names));
+        const auto place = static_cast<std::size_t>(last - ladder.rungs.data());
+        for (const std::string& sentence : diagnose::in_words(comparison_of(ladder, place)))
+            text += fmt::format("  {}\n", sentence);
+    }
+    return text;
+}
+
+std::string effect_table_text(const EffectTableReport& table, const TextStyle& style) {
+    std::size_t width = 14;
+    for (const std::string& model : table.models)
+        width = std::max(width, model.size());
+    std::string text = fmt::format("{:<{}}", "residual/noise", width);
+    for (const std::string& measurement : table.measurements)
+        text += fmt::format(" {:>8}", measurement.substr(0, 8));
+    text += '\n';
+    for (std::size_t k = 0; k < table.models.size(); ++k) {
+        text += fmt::format("{:<{}}", table.models[k], width);
+        for (std::size_t i = 0; i < table.measurements.size(); ++i)
+            text += effect_cell_text(table.cell(i, k), style);
+        text += '\n';
+    }
+    return text + "* explained to 1.10 times the noise; b: a parameter stands at its bound; -: the "
+                  "effect means nothing for this measurement\n";
+}
+
+} // namespace culm::present

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What culm diagnose found (docs/diagnosis.md).
+#pragma once
+
+#include "diagnose/diagnosis.hpp"
+#include "measure/folder/measurement.hpp"
+#include "present/text_style.hpp"
+
+#include <span>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+namespace culm::present {
+
+/// A diagnosis and what it was asked about.
+struct DiagnosisReport {
+    const diagnose::Diagnosis& found;
+    std::span<const measure::Measurement> recordings;
+    const fit::SelectedEffects& candidates; ///< those that were tried
+
+    /// Of the model whose residuals are nearest to noise.
+    [[nodiscard]] const fit::Fit& best_fit() const {
+        return found.final_fit.failed() ? found.baseline : found.final_fit;
+    }
+    /// Its numbers; of a model that leaves structure, those that count it as correlated noise.
+    [[nodiscard]] const std::vector<fit::FittedParameter>& parameters() const {
+        return found.correlated ? found.correlated->parameters : best_fit().parameters;
+    }
+    /// Root mean square over the recordings, m.
+    [[nodiscard]] double noise() const;
+    /// One sentence on an effect; empty if it is no candidate.
+    [[nodiscard]] std::string summary_of(const std::string& effect) const;
+};
+
+/// docs/schemas/diagnosis.schema.json, but for options, folders and provenance.
+[[nodiscard]] nlohmann::json diagnosis_json(const DiagnosisReport& report);
+
+/// The verdict in plain words and the tables below it; a screenful.
+[[nodiscard]] std::string diagnosis_text(const DiagnosisReport& report, const TextStyle& style);
+
+/// Why a candidate could not be fitted or scored; empty if it could.
+[[nodiscard]] std::string failure_of(const diagnose::RankedEffect& ranked);
+
+} // namespace culm::present

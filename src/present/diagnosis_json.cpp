@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/comparison.hpp"
+#include "fit/solve/residual_statistics.hpp"
+#include "present/comparison.hpp"
+#include "present/diagnosis.hpp"
+#include "present/files.hpp"
+#include "present/parameters.hpp"
+#include "present/text.hpp"
+
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace culm::present {
+namespace {
+
+using nlohmann::json;
+
+json parameters_with_units(std::span<const fit::FittedParameter> parameters) {
+    json out = parameters_json(parameters);
+    for (const fit::FittedParameter& parameter : parameters)
+        out[parameter_key(parameter)]["unit"] = parameter.unit;
+    return out;
+}
+
+json recordings_json(const fit::Fit& fit, std::span<const measure::Measurement> recordings) {
+    json out = json::array();
+    for (std::size_t k = 0; k < recordings.size(); ++k) {
+        json recording{{"id", recordings[k].stem.id},
+                       {"frames", recordings[k].times.size()},
+                       {"heights", recordings[k].heights.size()}};
+        if (k < fit.parts.size()) {
+            recording["noise_mm"] = number(1e3 * fit::typical_noise(fit.parts[k]));
+            recording["noise_source"] = fit.parts[k].noise_source;
+            recording["noise_known"] = fit.parts[k].is_noise_known;
+        }
+        out.push_back(std::move(recording));
+    }
+    return out;
+}
+
+json baseline_json(const diagnose::Diagnosis& diagnosis) {
+    const fit::Fit& fit = diagnosis.baseline;
+    return {{"rmse_mm", number(1e3 * fit.rmse)},
+            {"reduced_chi2", number(fit.reduced_chi_squared)},
+            {"adequate", !diagnosis.ladder.empty() &&
+                             diagnosis.ladder.front().finding == diagnose::Finding::Adequate},
+            {"parameters", parameters_with_units(fit.parameters)}};
+}
+
+json ranking_json(const DiagnosisReport& report) {
+    json out = json::array();
+    for (const diagnose::RankedEffect& ranked : report.found.ranking) {
+        json entry{{"effect", ranked.effect},
+                   {"summary", report.summary_of(ranked.effect)},
+                   {"signature", ranked.signature},
+                   {"refitted", ranked.is_refitted},
+                   {"ended_early", ranked.fit.out_of_reach.has_value()},
+                   {"rmse_mm", number(1e3 * ranked.rmse)},
+                   {"delta_bic", number(ranked.delta_bic)},
+                   {"p_value", number(ranked.p_value)},
+                   {"parameters", parameters_with_units(ranked.fit.parameters)},
+                   {"obstacle", ranked.obstacle},
+                   {"looks_like", ranked.looks_like}};
+        if (ranked.is_refitted && ranked.fit.failed()) {
+            entry["failure"] = ranked.fit.reason;
+            for (const char* key : {"rmse_mm", "delta_bic", "p_value"})
+                entry[key] = nullptr;
+        }
+        out.push_back(std::move(entry));
+    }
+    return out;
+}
+
+json failed_json(const std::vector<diagnose::RankedEffect>& ranking) {
+    json out = json::array();
+    for (const diagnose::RankedEffect& ranked : ranking)
+        if (const std::string reason = failure_of(ranked); !reason.empty())
+            out.push_back({{"effect", ranked.effect}, {"reason", reason}});
+    return out;
+}
+
+json models_json(const std::vector<diagnose::DiagnosisRung>& ladder) {
+    json out = json::array();
+    for (const diagnose::DiagnosisRung& rung : ladder) {
+        json entry{{"model", rung.fit.names},
+                   {"rmse_mm", number(1e3 * rung.fit.rmse)},
+                   {"reduced_chi2", number(rung.fit.reduced_chi_squared)},
+                   {"finding", diagnose::to_string(rung.finding)},
+                   {"p_value", number(rung.p_value)},
+                   {"tests", rung.tests},
+                   {"parameters", parameters_with_units(rung.fit.parameters)}};
+        if (!out.empty()) {
+            entry["delta_bic"] = number(rung.delta_bic);
+            const bool is_computed = rung.held_out > 0.0;
+            entry["held_out_over_noise"] = is_computed ? number(rung.held_out) : json();
+            entry["held_out_before_over_noise"] =
+                is_computed ? number(rung.held_out_before) : json();
+        }
+        out.push_back(std::move(entry));
+    }
+    return out;
+}
+
+/// What a small effect, if it were there, would do to the calibration.
+std::string bias_text(const diagnose::EffectScore& score) {
+    return fmt::format("at that size the calibrated Y would be off by {} and beta by {}",
+                       present::percent_text(score.youngs_modulus_bias),
+                       present::percent_text(score.damping_bias));
+}
+
+json blind_spots_json(const std::vector<diagnose::EffectScore>& scores) {
+    json out = json::array();
+    for (const diagnose::EffectScore& score : scores) {
+        json entry{{"effect", score.effect}};
+        if (!score.failure.empty()) {
+            entry["failure"] = score.failure;
+        } else {
+            entry["smallest_visible"] = {{"parameter", score.parameter},
+                                         {"value", number(score.smallest_visible)},
+                                         {"unit", score.unit}};
+            entry["beyond_bounds"] = score.is_beyond_bounds;
+            entry["bias_if_present"] = bias_text(score);
+            entry["bias"] = {{"bond_youngs_modulus", number(score.youngs_modulus_bias)},
+                             {"bond_damping", number(score.damping_bias)}};
+        }
+        out.push_back(std::move(entry));
+    }
+    return out;
+}
+
+json experiments_json(const std::vector<diagnose::Experiment>& experiments) {
+    json out = json::array();
+    for (const diagnose::Experiment& experiment : experiments) {
+        json pairs = json::array();
+        for (const auto& [one, other] : experiment.separates)
+            pairs.push_back({one, other});
+        out.push_back({{"what", experiment.what},
+                       {"separates", std::move(pairs)},
+                       {"expected_gap", number(experiment.expected_gap)}});
+    }
+    return out;
+}
+
+json samples_json(const std::vector<diagnose::ForceSample>& samples, const char* key) {
+    json out = json::array();
+    for (const diagnose::ForceSample& sample : samples)
+        out.push_back({{"displacement_mm", number(1e3 * sample.displacement)},
+                       {"velocity_m_s", number(sample.velocity)},
+                       {key, number(sample.force)}});
+    return out;
+}
+
+json missing_force_json(const diagnose::MissingForce& force) {
+    const char* key = force.kind == "bending_moment" ? "moment_n_m" : "force_n_per_m";
+    json terms = json::array();
+    for (const diagnose::ForceTerm& term : force.terms)
+        terms.push_back({{"term", term.term},
+                         {"coefficient", number(term.coefficient)},
+                         {"stderr", number(term.standard_error)},
+                         {"stability", number(term.stability)}});
+    return {{"kind", force.kind},
+            {"form", force.form},
+            {"character", force.character},
+            {"terms", std::move(terms)},
+            {"explained", number(force.explained)},
+            {"rmse_mm", force.fit.is_fitted() ? number(1e3 * force.fit.rmse) : json()},
+            {"against_displacement", samples_json(force.against_displacement, key)},
+            {"against_velocity", samples_json(force.against_velocity, key)},
+            {"effect_file", force.as_effect_file}};
+}
+
+json where_of(const fit::Fit& fit, std::size_t part, const measure::Measurement& recording) {
+    fit::Fit candidate;
+    candidate.names = fit.names;
+    candidate.status = fit.status;
+    candidate.parts = {fit.parts[part]};
+    const diagnose::Comparison comparison = diagnose::compare(candidate, recording);
+    json where = where_json(comparison, fit.parts[part]);
+    where["frequency_vs_amplitude"] =
+        against_amplitude_json(comparison.windows, &diagnose::WindowFit::frequency);
+    where["decay_vs_amplitude"] =
+        against_amplitude_json(comparison.windows, &diagnose::WindowFit::decay_per_cycle);
+    return where;
+}
+
+void add_ties(const std::vector<diagnose::TieGroup>& ties, json& document) {
+    json names = json::array();
+    json separate_by = json::array();
+    json differences = json::array();
+    for (const diagnose::TieGroup& tie : ties) {
+        json gaps = json::array();
+        for (const double gap : tie.delta_bic)
+            gaps.push_back(number(gap));
+        names.push_back(tie.names);
+        separate_by.push_back(tie.separate_by);
+        differences.push_back(std::move(gaps));
+    }
+    document["ties"] = std::move(names);
+    document["ties_separate_by"] = std::move(separate_by);
+    document["ties_delta_bic"] = std::move(differences);
+}
+
+void add_recordings(const DiagnosisReport& report, json& document) {
+    std::vector<std::string> ids;
+    json remarks = json::array();
+    json wheres = json::array();
+    for (std::size_t k = 0; k < report.recordings.size(); ++k) {
+        const measure::Measurement& recording = report.recordings[k];
+        ids.push_back(recording.stem.id);
+        for (const std::string& remark : recording.remarks)
+            remarks.push_back(remark);
+        wheres.push_back(where_of(report.best_fit(), k, recording));
+    }
+    document["measurement"] = fmt::format("{}", fmt::join(ids, "+"));
+    document["recordings"] = recordings_json(report.best_fit(), report.recordings);
+    document["noise_mm"] = number(1e3 * report.noise());
+    document["remarks"] = std::move(remarks);
+    document["where"] = wheres.front();
+    if (report.recordings.size() > 1) {
+        document["measurements"] = std::move(ids);
+        document["where_by_recording"] = std::move(wheres);
+    }
+}
+
+/// What the parameters would be if every miss counted as independent; null where it does.
+json correlated_misses_json(const DiagnosisReport& report) {
+    if (!report.found.correlated)
+        return nullptr;
+    json correlation = json::array();
+    for (std::size_t m = 0; m < report.recordings.size(); ++m)
+        correlation.push_back({{"recording", report.recordings[m].stem.id},
+                               {"rows", report.found.correlated->correlation[m]}});
+    return {{"least_squares", parameters_with_units(report.best_fit().parameters)},
+            {"correlation", std::move(correlation)}};
+}
+
+} // namespace
+
+json diagnosis_json(const DiagnosisReport& report) {
+    const diagnose::Diagnosis& found = report.found;
+    json document{
+        {"format", "culm-diagnosis"},
+        {"version", 1},
+        {"verdict", diagnose::to_string(found.conclusion)},
+        {"reason", found.reason},
+        {"effects", found.effects},
+        {"explained", number(found.explained)},
+        {"baseline", baseline_json(found)},
+        {"parameters", parameters_with_units(report.parameters())},
+        {"correlated_misses", correlated_misses_json(report)},
+        {"ranking", ranking_json(report)},
+        {"failed", failed_json(found.ranking)},
+        {"ladder", models_json(found.ladder)},
+        {"blind_spots", blind_spots_json(found.blind_spots)},
+        {"next_experiment", experiments_json(found.next_experiments)},
+        {"false_naming_rate", number(found.false_naming.rate)},
+        {"false_naming",
+         {{"rate", number(found.false_naming.rate)},
+          {"upper_bound", number(found.false_naming.upper_bound)},
+          {"draws", found.false_naming.draws}}},
+        {"missing_force", found.missing_force ? missing_force_json(*found.missing_force) : json()},
+        {"runs", found.runs}};
+    add_ties(found.ties, document);
+    add_recordings(report, document);
+    return document;
+}
+
+} // namespace culm::present

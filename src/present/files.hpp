@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Results as files: text, JSON, and the folders that hold them.
+#pragma once
+
+#include "core/error.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <system_error>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+namespace culm::present {
+
+/// A number, or null where JSON has none: NaN and infinities.
+[[nodiscard]] inline nlohmann::json number(double value) {
+    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
+
+[[nodiscard]] inline nlohmann::json number(const std::optional<double>& value) {
+    return value ? number(*value) : nlohmann::json(nullptr);
+}
+
+/// A cell of a CSV file behind its comma; empty for NaN.
+[[nodiscard]] inline std::string csv_cell(double value) {
+    return std::isnan(value) ? std::string(",") : fmt::format(",{:.6g}", value);
+}
+
+/// Throws core::StorageError.
+inline void write_text(const std::filesystem::path& file, const std::string& text) {
+    std::ofstream out(file);
+    out << text;
+    out.flush();
+    if (!out)
+        throw core::StorageError(fmt::format("{}: cannot be written", file.string()));
+}
+
+/// Writes to the file, or to standard output for "-". Throws core::StorageError.
+inline void write_json(const std::string& file, const nlohmann::json& json) {
+    // Names from damaged or foreign files need not be UTF-8.
+    const std::string text =
+        json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
+    if (file == "-")
+        fmt::print("{}", text);
+    else
+        write_text(file, text);
+}
+
+/// With the folders above it. Throws core::StorageError.
+inline void make_folder(const std::filesystem::path& folder) {
+    std::error_code failed;
+    std::filesystem::create_directories(folder, failed);
+    if (failed)
+        throw core::StorageError(
+            fmt::format("{}: cannot be created: {}", folder.string(), failed.message()));
+}
+
+} // namespace culm::present

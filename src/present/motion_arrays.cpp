@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "present/motion_arrays.hpp"
+
+#include "archive/hdf5/array_file.hpp"
+#include "present/parameters.hpp"
+
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace culm::present {
+namespace {
+
+using archive::GroupTexts;
+using archive::NamedArray;
+
+/// An array of one dimension.
+NamedArray series(std::string path, std::string unit, std::string description,
+                  std::vector<double> values) {
+    const std::size_t count = values.size();
+    return {std::move(path), std::move(unit), std::move(description), {count}, std::move(values)};
+}
+
+/// `place`time, `place`height and `place`measured (time, height): the frames that `fit` used.
+void add_measured(std::vector<NamedArray>& arrays, const std::string& place,
+                  const fit::RecordingFit& fit, const measure::Measurement& measurement) {
+    // With --window a fit has fewer frames than the recording.
+    const std::size_t frames = fit.times.size();
+    const std::size_t rows = measurement.heights.size();
+    arrays.push_back(series(place + "time", "s", "0 is the release", fit.times));
+    arrays.push_back(series(place + "height", "m", "above the clamp", measurement.heights));
+    arrays.push_back(
+        {place + "measured",
+         "m",
+         "deflection (time, height); NaN where nothing was seen",
+         {frames, rows},
+         {measurement.deflections.begin(),
+          measurement.deflections.begin() + static_cast<std::ptrdiff_t>(frames * rows)}});
+}
+
+/// `group`/predicted and `group`/residual (time, height).
+void add_predicted(std::vector<NamedArray>& arrays, const std::string& group,
+                   const fit::RecordingFit& fit) {
+    const std::vector<std::size_t> map{fit.times.size(), fit.prediction.rows};
+    arrays.push_back(
+        {group + "/predicted", "m", "deflection (time, height)", map,
+         std::vector<double>(fit.prediction.readings.begin(), fit.prediction.readings.end())});
+    arrays.push_back({group + "/residual", "m",
+                      "measured - predicted (time, height); NaN where nothing was seen", map,
+                      fit.residuals});
+}
+
+/// What Eq. 1 found in every window, on one side; NaN where it found nothing.
+void add_windows(std::vector<NamedArray>& arrays, const std::string& group,
+                 const std::vector<diagnose::SwingWindow>& windows,
+                 std::optional<diagnose::WindowFit> diagnose::SwingWindow::*side) {
+    struct Column {
+        const char* name;
+        const char* unit;
+        const char* description;
+        double (*get)(const diagnose::WindowFit&);
+    };
+    static constexpr Column columns[]{
+        {"amplitude", "m", "in the middle of the window",
+         [](const diagnose::WindowFit& fit) { return fit.amplitude; }},
+        {"frequency", "Hz", "", [](const diagnose::WindowFit& fit) { return fit.frequency.value; }},
+        {"frequency_stderr", "Hz", "",
+         [](const diagnose::WindowFit& fit) { return fit.frequency.standard_error; }},
+        {"decay_per_cycle", "1", "b1 per cycle",
+         [](const diagnose::WindowFit& fit) { return fit.decay_per_cycle.value; }},
+        {"decay_per_cycle_stderr", "1", "",
+         [](const diagnose::WindowFit& fit) { return fit.decay_per_cycle.standard_error; }},
+        {"rest", "m", "position of rest",
+         [](const diagnose::WindowFit& fit) { return fit.rest.value; }},
+        {"rest_stderr", "m", "",
+         [](const diagnose::WindowFit& fit) { return fit.rest.standard_error; }}};
+    for (const Column& column : columns) {
+        std::vector<double> values;
+        values.reserve(windows.size());
+        for (const diagnose::SwingWindow& window : windows)
+            values.push_back(window.*side ? column.get(*(window.*side))
+                                          : std::numeric_limits<double>::quiet_NaN());
+        arrays.push_back(series(fmt::format("{}/{}", group, column.name), column.unit,
+                                column.description, std::move(values)));
+    }
+}
+
+void add_model(std::vector<NamedArray>& arrays, const std::string& group,
+               const fit::RecordingFit& fit, const diagnose::Comparison& comparison) {
+    add_predicted(arrays, group, fit);
+    const fit::ResidualSpectrum& spectrum = comparison.spectrum;
+    arrays.push_back(series(group + "/spectrum/frequency", "Hz", "", spectrum.frequencies));
+    arrays.push_back(series(group + "/spectrum/power_over_noise", "1",
+                            "of the residuals, mean over the heights; 1: white noise",
+                            spectrum.power));
+    arrays.push_back(series(group + "/spectrum/mode_frequency", "Hz", "of the fitted chain",
+                            spectrum.mode_frequencies));
+    std::vector<double> begin;
+    std::vector<double> end;
+    for (const diagnose::SwingWindow& window : comparison.windows) {
+        begin.push_back(window.begin);
+        end.push_back(window.end);
+    }
+    arrays.push_back(series(group + "/windows/begin", "s", "", std::move(begin)));
+    arrays.push_back(series(group + "/windows/end", "s", "", std::move(end)));
+    add_windows(arrays, group + "/windows/measured", comparison.windows,
+                &diagnose::SwingWindow::measured);
+    add_windows(arrays, group + "/windows/modelled", comparison.windows,
+                &diagnose::SwingWindow::modelled);
+}
+
+} // namespace
+
+void write_comparison_arrays(const std::filesystem::path& file, const diagnose::Ladder& ladder,
+                             const measure::Measurement& measurement) {
+    std::vector<GroupTexts> groups{{"",
+                                    {{"format", "culm comparison arrays"},
+                                     {"version", "1.0"},
+                                     {"measurement", measurement.stem.id}}}};
+    std::vector<NamedArray> arrays;
+    for (std::size_t k = 0; k < ladder.rungs.size(); ++k) {
+        const fit::Fit& fit = ladder.rungs[k].fit;
+        if (fit.failed())
+            continue;
+        if (arrays.empty()) // all fits have the same frames
+            add_measured(arrays, "", fit.parts.front(), measurement);
+        const std::string group = fmt::format("model_{}", k);
+        groups.push_back({group, {{"model", model_name(fit.names)}}});
+        add_model(arrays, group, fit.parts.front(), ladder.comparisons[*ladder.comparison[k]]);
+    }
+    archive::write_array_file(file, groups, arrays);
+}
+
+void write_diagnosis_arrays(const std::filesystem::path& file, const diagnose::Diagnosis& diagnosis,
+                            std::span<const measure::Measurement> recordings) {
+    std::vector<const fit::Fit*> models{&diagnosis.baseline};
+    if (!diagnosis.final_fit.failed() && diagnosis.final_fit.names != diagnosis.baseline.names)
+        models.push_back(&diagnosis.final_fit);
+    std::vector<GroupTexts> groups{{"", {{"format", "culm diagnosis arrays"}, {"version", "1.0"}}}};
+    std::vector<NamedArray> arrays;
+    for (std::size_t k = 0; k < recordings.size(); ++k) {
+        const std::string recording = fmt::format("recording_{}", k);
+        groups.push_back({recording, {{"id", recordings[k].stem.id}}});
+        for (std::size_t m = 0; m < models.size(); ++m) {
+            if (k >= models[m]->parts.size())
+                continue;
+            const fit::RecordingFit& fit = models[m]->parts[k];
+            if (m == 0)
+                add_measured(arrays, recording + "/", fit, recordings[k]);
+            const std::string group = fmt::format("{}/model_{}", recording, m);
+            groups.push_back({group, {{"model", model_name(models[m]->names)}}});
+            add_predicted(arrays, group, fit);
+        }
+    }
+    archive::write_array_file(file, groups, arrays);
+}
+
+} // namespace culm::present

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Fitted numbers and the models that they belong to, for people and for programs.
+#pragma once
+
+#include "diagnose/verdict.hpp"
+#include "fit/solve/fit.hpp"
+#include "present/text_style.hpp"
+
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace culm::present {
+
+/// {"value", "stderr", "interval"}: the interval is that of 95 %.
+[[nodiscard]] nlohmann::json estimate_json(double value, double standard_error);
+
+/// "1.9017 ± 0.0007": `scale` times value and half of the 95 % interval.
+[[nodiscard]] std::string plus_minus(double value, double standard_error, double scale,
+                                     int decimals);
+
+/// bond_youngs_modulus_pa, tip_deflection_m, …; effects' parameters have their unit in their name.
+/// One that belongs to one of several recordings ends in an at sign and its id:
+/// `tip_deflection_m@S01`.
+[[nodiscard]] std::string parameter_key(const fit::FittedParameter& parameter);
+
+/// The parameters in the order in which they are listed: that of their keys.
+[[nodiscard]] std::map<std::string, const fit::FittedParameter*>
+by_key(std::span<const fit::FittedParameter> parameters);
+
+/// By parameter_key(): estimate_json() and whether the parameter stands at a bound.
+[[nodiscard]] nlohmann::json parameters_json(std::span<const fit::FittedParameter> parameters);
+
+/// What a parameter is called on the screen, and its unit there.
+struct ReadableParameter {
+    std::string name;        ///< the key without the unit in it: "tip_deflection@T2"
+    double scale = 1.0;      ///< from SI units
+    std::string_view unit{}; ///< empty: none, or the name tells it (tip_mass.mass_kg)
+};
+
+/// Young's modulus in MPa or GPa, as its value calls for; deflections in mm, times in ms.
+[[nodiscard]] ReadableParameter readable(const fit::FittedParameter& parameter);
+
+/// "1.90173 ± 0.00065 GPa": value and half of its 95 % interval, as many digits as that leaves
+/// sure.
+[[nodiscard]] std::string value_text(const fit::FittedParameter& parameter);
+
+/// "baseline + quadratic_drag".
+[[nodiscard]] std::string model_name(const std::vector<std::string>& names);
+
+/// The verdict on a model in a table.
+[[nodiscard]] std::string_view finding_text(diagnose::Finding finding);
+/// The same in its colour.
+[[nodiscard]] std::string finding_text(diagnose::Finding finding, const TextStyle& style);
+
+/// {"name", "p_value", "adjusted_p_value"} of each.
+[[nodiscard]] nlohmann::json tests_json(std::span<const calibrate::LackOfFitTest> tests);
+
+} // namespace culm::present

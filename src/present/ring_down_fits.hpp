@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What culm fit found: Eq. 1 at every height of measured stems (docs/fit-format.md).
+#pragma once
+
+#include "present/text_style.hpp"
+#include "reduce/stem_ring_downs.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace culm::present {
+
+/// Everything that `culm fit` found.
+struct FitReport {
+    reduce::RingDownAnalysisOptions options; ///< as asked for; the offset may differ by stem
+    std::vector<reduce::StemRingDowns> stems;
+    std::vector<std::string> folders;                    ///< of the stems
+    std::vector<bool> has_offset;                        ///< of the stems
+    std::optional<reduce::PopulationSummary> population; ///< of two stems or more
+    std::vector<std::string> remarks;
+};
+
+[[nodiscard]] nlohmann::json fit_json(const FitReport& report);
+
+/// A summary that fits a screen: the heights of one stem, or one line per stem and the population.
+[[nodiscard]] std::string fit_table(const FitReport& report, const TextStyle& style);
+
+/// CSV: one line per stem and height.
+[[nodiscard]] std::string fit_csv(const FitReport& report);
+
+} // namespace culm::present
