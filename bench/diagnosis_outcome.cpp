@@ -29,7 +29,7 @@ Outcome diagnosed(const measure::Measurement& measurement,
             outcome.ties.push_back(tie.names);
         for (const fit::FittedParameter& parameter : found.final_fit.parameters)
             outcome.parameters.push_back(
-                {parameter.name, parameter.value, parameter.standard_error});
+                {to_string(parameter.id), parameter.value, parameter.standard_error});
         outcome.baseline_misfit = over_noise(found.baseline, measurement);
         outcome.final_misfit = over_noise(found.final_fit, measurement);
         outcome.false_naming = found.false_naming.rate;

@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 # Libraries and headers of the layers: find_package(culm), then link culm::run and its like.
 set(culm_package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/culm)
 set(culm_libraries culm_build_flags)
-foreach(layer core physics integrate measure archive farm run reduce study cluster fit calibrate diagnose present)
+foreach(layer core physics integrate measure archive farm run reduce study cluster fit residuals diagnose calibrate present)
     if(TARGET culm_${layer})
         list(APPEND culm_libraries culm_${layer})
         set_target_properties(culm_${layer} PROPERTIES EXPORT_NAME ${layer})

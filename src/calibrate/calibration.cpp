@@ -51,7 +51,7 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
                                    fmt::format("{}: {}", result.id, result.fit.reason));
     result.mode = run::first_mode(result.fit.model.spec);
     result.damping_time = fit::damping_time(result.fit.model.spec);
-    result.lack_of_fit = test_lack_of_fit(result.fit);
+    result.verdict = diagnose::verdict_on(result.fit, residuals::swing_of(result.fit, measurement));
     if (options.with_profiles)
         result.profiles = profile_intervals(result.fit, measurement, options.fit);
     if (options.with_check) {

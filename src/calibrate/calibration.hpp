@@ -3,9 +3,9 @@
 #pragma once
 
 #include "calibrate/calibration_check.hpp"
-#include "calibrate/lack_of_fit.hpp"
 #include "calibrate/profile_likelihood.hpp"
 #include "calibrate/study_calibration.hpp"
+#include "diagnose/adequacy.hpp"
 #include "fit/solve/fit.hpp"
 #include "integrate/modes.hpp"
 #include "physics/effects/selection.hpp"
@@ -31,7 +31,7 @@ struct Calibration {
     fit::RecordingFit fit;
     integrate::VibrationMode mode;
     double damping_time = 0.0; ///< τ of M = E I (κ + τ κ̇), s
-    LackOfFit lack_of_fit;
+    diagnose::Verdict verdict;
     std::vector<ProfileInterval> profiles;
     std::optional<CalibrationCheck> check;
     std::string check_failure; ///< why there is no check though one was asked for

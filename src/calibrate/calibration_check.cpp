@@ -2,6 +2,7 @@
 #include "calibrate/calibration_check.hpp"
 
 #include "core/error.hpp"
+#include "residuals/ring_downs.hpp"
 
 #include <cmath>
 
@@ -13,7 +14,7 @@ namespace {
 /// Readings of the model wherever and whenever something was measured.
 reduce::StemHistories simulated_histories(const fit::RecordingFit& fit,
                                           const measure::Measurement& measurement) {
-    reduce::StemHistories stem = histories_of(measurement);
+    reduce::StemHistories stem = residuals::histories_of(measurement);
     const fit::ChainPrediction prediction = predict_readings(fit.model, measurement.times);
     for (std::size_t j = 0; j < stem.heights.size(); ++j)
         for (std::size_t i = 0; i < stem.times.size(); ++i)
@@ -47,25 +48,11 @@ class PairedMean {
 
 } // namespace
 
-reduce::StemHistories histories_of(const measure::Measurement& measurement) {
-    reduce::StemHistories stem;
-    stem.id = measurement.stem.id;
-    stem.length = measurement.stem.length;
-    stem.depth = measure::section_depth(measurement.stem.section);
-    stem.times = measurement.times;
-    stem.heights = measurement.heights;
-    for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
-        stem.histories.push_back(measurement.history(j));
-        stem.noise.push_back(measurement.noise_at(j));
-    }
-    return stem;
-}
-
 CalibrationCheck check_calibration(const fit::RecordingFit& fit,
                                    const measure::Measurement& measurement,
                                    const reduce::RingDownAnalysisOptions& options) {
     CalibrationCheck check;
-    check.measured = reduce::fit_stem(histories_of(measurement), options);
+    check.measured = reduce::fit_stem(residuals::histories_of(measurement), options);
     check.simulated = reduce::fit_stem(simulated_histories(fit, measurement), options);
     PairedMean decay;
     PairedMean frequency;

@@ -32,7 +32,4 @@ struct CalibrationCheck {
                                                  const measure::Measurement& measurement,
                                                  const reduce::RingDownAnalysisOptions& options);
 
-/// A measured stem as the fits of Eq. 1 take it.
-[[nodiscard]] reduce::StemHistories histories_of(const measure::Measurement& measurement);
-
 } // namespace culm::calibrate

@@ -93,7 +93,7 @@ std::vector<ProfileInterval> profile_intervals(const fit::RecordingFit& fit,
         Profile profile(fit, measurement, plain);
         const double lower = profile.end(k, -1.0);
         const double upper = profile.end(k, 1.0);
-        intervals.push_back({fit.parameters[k].name, lower, upper, profile.runs()});
+        intervals.push_back({to_string(fit.parameters[k].id), lower, upper, profile.runs()});
     }
     return intervals;
 }

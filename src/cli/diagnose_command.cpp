@@ -246,20 +246,6 @@ core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& p
     return any_failed ? core::ExitCode::PointsFailed : core::ExitCode::Done;
 }
 
-/// A WorkMap over the communicator's ranks; null: this process alone, through the same farm.
-fit::WorkMap work_over_ranks(const farm::Communicator* communicator,
-                             std::function<void(const farm::Progress&)> progress) {
-    constexpr std::chrono::milliseconds progress_interval{200};
-    const core::ItemMap items = farm::over_ranks(
-        communicator, {.progress = std::move(progress), .progress_interval = progress_interval});
-    return [items](const std::vector<double>& costs, const fit::ItemWork& work) {
-        std::vector<std::string> answers;
-        for (std::optional<std::string>& answer : items.values(costs, work))
-            answers.push_back(std::move(answer).value_or(std::string()));
-        return answers;
-    };
-}
-
 core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
                                      const farm::Communicator* communicator) {
     const DiagnosisPlan plan = plan_of(arguments);
@@ -277,8 +263,11 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
     try {
         StepDisplay display(arguments.is_quiet || !is_root(communicator));
         options.progress = [&display](const std::string& step) { display.begin(step); };
-        options.map = work_over_ranks(
-            communicator, [&display](const farm::Progress& progress) { display.show(progress); });
+        constexpr std::chrono::milliseconds progress_interval{200};
+        options.map = farm::over_ranks(
+            communicator,
+            {.progress = [&display](const farm::Progress& progress) { display.show(progress); },
+             .progress_interval = progress_interval});
         found = diagnose::diagnose(plan.read.measurements, options);
     } catch (const core::NumericalError& error) { // every rank meets it
         if (is_root(communicator))

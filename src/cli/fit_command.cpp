@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm fit MEASUREMENT...
-#include "calibrate/calibration_check.hpp"
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/provenance.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/files.hpp"
 #include "present/ring_down_fits.hpp"
+#include "residuals/ring_downs.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -80,7 +80,7 @@ void fit(const FitArguments& arguments, CommandResult& result) {
                                  ? measurement.release == measure::ReleaseKind::HeldStraight
                                  : arguments.offset == "free";
         report.has_offset.push_back(options.has_offset);
-        report.stems.push_back(reduce::fit_stem(calibrate::histories_of(measurement), options));
+        report.stems.push_back(reduce::fit_stem(residuals::histories_of(measurement), options));
     }
     // Of a single stem only what the summary says of the stem itself counts.
     const reduce::PopulationSummary population = reduce::summarise_population(report.stems);

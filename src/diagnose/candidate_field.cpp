@@ -12,15 +12,6 @@
 namespace culm::diagnose {
 namespace {
 
-/// Of the best promise; a linear promise may be far off, but a rival in a tie keeps this much. Fits
-/// of spatial chains take most of the time: they have to promise more unless nothing else is left.
-constexpr double least_share = 0.05;
-constexpr double least_spatial_share = 0.6;
-/// Of what another model gains, that the score of a spatial one has to promise: it is one linear
-/// step from the beats that the readings show, and near what a fit brings if there are any.
-constexpr double overtaking_share = 0.9;
-/// Of χ², in units of the best model's reduced χ²: where so little decides, a step says too little.
-constexpr double overtaking_slack = 50.0;
 const EffectScore* score_of(const fit::SelectedEffects& model,
                             const std::vector<EffectScore>& scores) {
     const auto found = std::ranges::find(scores, model.back().effect->name(), &EffectScore::effect);
@@ -29,9 +20,39 @@ const EffectScore* score_of(const fit::SelectedEffects& model,
 
 } // namespace
 
-bool contains(const fit::SelectedEffects& effects, const physics::SelectedEffect& wanted) {
-    return std::ranges::any_of(
-        effects, [&](const auto& each) { return each.effect->name() == wanted.effect->name(); });
+const fit::Fit* ModelMemory::fit_of(const fit::SelectedEffects& effects) const {
+    const auto found = fits_.find(key_of(effects));
+    return found == fits_.end() ? nullptr : &found->second;
+}
+
+void ModelMemory::keep(const fit::SelectedEffects& effects, const fit::Fit& fit) {
+    if (!fit.is_fitted())
+        return;
+    const auto [place, is_new] = fits_.try_emplace(key_of(effects), fit);
+    if (!is_new && fit.chi_squared < place->second.chi_squared)
+        place->second = fit;
+}
+
+const std::vector<EffectScore>*
+ModelMemory::scores_beside(const fit::SelectedEffects& effects) const {
+    const auto found = scores_.find(key_of(effects));
+    return found == scores_.end() ? nullptr : &found->second;
+}
+
+void ModelMemory::keep(const fit::SelectedEffects& effects,
+                       const std::vector<EffectScore>& scores) {
+    scores_.insert_or_assign(key_of(effects), scores);
+}
+
+ModelMemory::Key ModelMemory::key_of(const fit::SelectedEffects& effects) {
+    Key key;
+    for (const physics::SelectedEffect& selected : effects) {
+        std::string& text = key.emplace_back(physics::to_string(selected));
+        for (const std::string& recording : selected.absent_from)
+            text += " without " + recording;
+    }
+    std::ranges::sort(key);
+    return key;
 }
 
 bool can_be_combined(const fit::SelectedEffects& effects) {
@@ -75,7 +96,7 @@ CandidateField::CandidateField(std::span<const measure::Measurement> recordings,
       candidates_(fit::in_library_order(
           options.candidates.empty() ? fit::candidate_effects(recordings) : options.candidates)) {
     std::erase_if(candidates_,
-                  [&](const auto& candidate) { return contains(options.known, candidate); });
+                  [&](const auto& candidate) { return fit::contains(options.known, candidate); });
 }
 
 fit::Fit CandidateField::fit(const fit::SelectedEffects& effects, const fit::Fit& smaller) {
@@ -124,21 +145,23 @@ std::vector<EffectScore> CandidateField::score(const fit::Fit& base,
     for (const physics::SelectedEffect& candidate : candidates_) {
         fit::SelectedEffects larger = effects;
         larger.push_back(candidate);
-        if (contains(effects, candidate) || !can_be_combined(larger))
+        if (fit::contains(effects, candidate) || !can_be_combined(larger))
             continue;
         wanted.push_back(candidate);
         costs.push_back(fit::relative_cost(larger));
     }
     const fit::CoarseImage image(base, recordings_, options_.candidate);
-    const std::vector<std::string> answers =
-        options_.map(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
-            return to_text(
-                score_effect(image.fit(), wanted[item], image.recordings(),
-                             image.options(with_heartbeat(options_.candidate, heartbeat)), draws));
+    std::vector<std::optional<EffectScore>> answers =
+        options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
+            return score_effect(image.fit(), wanted[item], image.recordings(),
+                                image.options(with_heartbeat(options_.candidate, heartbeat)),
+                                draws);
         });
     std::vector<EffectScore> scores;
     for (std::size_t k = 0; k < wanted.size(); ++k) {
-        scores.push_back(score_from_text(answers[k]));
+        EffectScore lost;
+        lost.failure = "the rank that computed it was lost";
+        scores.push_back(std::move(answers[k]).value_or(std::move(lost)));
         scores.back().effect = wanted[k].effect->name();
     }
     memory_.keep(effects, scores);
@@ -149,6 +172,7 @@ std::vector<fit::SelectedEffects> CandidateField::one_more(const fit::SelectedEf
                                                            const std::vector<EffectScore>& scores,
                                                            double least_gain,
                                                            bool only_best) const {
+    const Policy& policy = options_.policy;
     double best = 0.0;
     for (const EffectScore& score : scores)
         best = std::max(best, score.gain);
@@ -156,12 +180,13 @@ std::vector<fit::SelectedEffects> CandidateField::one_more(const fit::SelectedEf
     for (const physics::SelectedEffect& candidate : candidates_) {
         fit::SelectedEffects larger = effects;
         larger.push_back(candidate);
-        if (contains(effects, candidate) || !can_be_combined(larger))
+        if (fit::contains(effects, candidate) || !can_be_combined(larger))
             continue;
         const EffectScore* const score = score_of(larger, scores);
         const bool is_spatial = fit::relative_cost({candidate}) > 1.0;
-        const double share = only_best ? (is_spatial ? least_spatial_share : least_share)
-                                       : (is_spatial ? least_share : 0.0);
+        const double share = only_best ? (is_spatial ? policy.least_promised_share_spatial
+                                                     : policy.least_promised_share)
+                                       : (is_spatial ? policy.least_promised_share : 0.0);
         // A score that failed says nothing: the fit must tell.
         if (score == nullptr || score->gain >= std::max(least_gain, share * best))
             models.push_back(std::move(larger));
@@ -174,7 +199,7 @@ CandidateField::in_fewer_recordings(const fit::SelectedEffects& effects, std::si
     std::vector<fit::SelectedEffects> models;
     for (std::size_t k = count; k < effects.size(); ++k) {
         const std::vector<std::string>& absent = effects[k].absent_from;
-        if (!fit::belongs_to_recording(effects[k].effect->name() + '.') ||
+        if (!fit::belongs_to_recording({effects[k].effect->name(), {}, {}}) ||
             absent.size() + 1 >= recordings_.size())
             continue;
         for (const measure::Measurement& recording : recordings_)
@@ -196,11 +221,11 @@ std::vector<fit::Fit> CandidateField::fit_promising(const std::vector<fit::Selec
         if (model.is_fitted())
             gained = std::max(gained, smaller.chi_squared - model.chi_squared);
     const double slack =
-        overtaking_slack *
+        options_.policy.overtaking_slack *
         std::max(1.0, (smaller.chi_squared - gained) / static_cast<double>(smaller.readings));
     std::erase_if(spatial, [&](const fit::SelectedEffects& model) {
         const EffectScore* const score = score_of(model, scores);
-        return score != nullptr && score->gain + slack < overtaking_share * gained;
+        return score != nullptr && score->gain + slack < options_.policy.overtaking_share * gained;
     });
     std::ranges::move(fit_all(spatial, smaller, smaller.chi_squared - gained),
                       std::back_inserter(fitted));

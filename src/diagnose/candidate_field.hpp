@@ -3,17 +3,38 @@
 #pragma once
 
 #include "diagnose/diagnosis.hpp"
-#include "diagnose/model_memory.hpp"
 #include "fit/many_fits.hpp"
 
 #include <cstddef>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace culm::diagnose {
+
+/// A search forward and the exchanges after it meet the same models again. Sets are the same in any
+/// order.
+class ModelMemory {
+  public:
+    /// The best fit of these effects so far; null if there is none that succeeded.
+    [[nodiscard]] const fit::Fit* fit_of(const fit::SelectedEffects& effects) const;
+    void keep(const fit::SelectedEffects& effects, const fit::Fit& fit);
+
+    /// What candidates promise beside these effects; null if they were not scored.
+    [[nodiscard]] const std::vector<EffectScore>*
+    scores_beside(const fit::SelectedEffects& effects) const;
+    void keep(const fit::SelectedEffects& effects, const std::vector<EffectScore>& scores);
+
+  private:
+    using Key = std::vector<std::string>;
+    [[nodiscard]] static Key key_of(const fit::SelectedEffects& effects);
+
+    std::map<Key, fit::Fit> fits_;
+    std::map<Key, std::vector<EffectScore>> scores_;
+};
 
 class CandidateField {
   public:
@@ -79,8 +100,6 @@ class CandidateField {
     int runs_ = 0;
 };
 
-[[nodiscard]] bool contains(const fit::SelectedEffects& effects,
-                            const physics::SelectedEffect& wanted);
 /// All pairs of what the `count` best by their residuals have added last, as far as they go
 /// together.
 [[nodiscard]] std::vector<fit::SelectedEffects> pairs_of_best(std::vector<fit::Fit> singles,

@@ -2,14 +2,14 @@
 // A fitted chain against its measurement: whether, where, when and how it fails.
 #pragma once
 
-#include "diagnose/mode_shapes.hpp"
-#include "diagnose/residual_structure.hpp"
-#include "diagnose/swing_windows.hpp"
-#include "diagnose/verdict.hpp"
+#include "diagnose/adequacy.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "fit/start/residual_spectrum.hpp"
 #include "reduce/stem_ring_downs.hpp"
+#include "residuals/mode_shapes.hpp"
+#include "residuals/residual_structure.hpp"
+#include "residuals/swing_windows.hpp"
 
 #include <string>
 #include <vector>
@@ -24,10 +24,10 @@ struct Comparison {
     std::vector<fit::ResidualGroup> by_time;      ///< thirds
     std::vector<fit::ResidualGroup> by_amplitude; ///< thirds, the largest first; empty if unknown
     fit::ResidualSpectrum spectrum;
-    Swing swing;
-    std::vector<SwingWindow> windows;
-    std::vector<ModeShape> modes;
-    ResidualStructure structure;
+    residuals::Swing swing;
+    std::vector<residuals::SwingWindow> windows;
+    std::vector<residuals::ModeShape> modes;
+    residuals::ResidualStructure structure;
     reduce::StemRingDowns measured_ring_downs; ///< Eq. 1 at every height: b1 along the stem
     reduce::StemRingDowns modelled_ring_downs; ///< of the model at the same times and heights
 };

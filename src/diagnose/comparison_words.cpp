@@ -74,7 +74,7 @@ std::string where_it_fails(const Comparison& comparison) {
 
 /// " … early, … in the middle, … late", for the thirds of which `words` has something to say.
 template <class Words>
-std::string in_thirds(const ResidualStructure& structure, const Words& words) {
+std::string in_thirds(const residuals::ResidualStructure& structure, const Words& words) {
     static constexpr std::array<const char*, 3> places{"early", "in the middle", "late"};
     std::string text;
     for (std::size_t k = 0; k < structure.thirds.size(); ++k) {
@@ -92,8 +92,8 @@ bool has_died(double over_noise) {
 }
 
 /// The model's amplitude against the measured one, where either swings.
-std::string amplitude_words(const ResidualStructure& structure) {
-    const auto words = [](const SwingError& error, const char* place) -> std::string {
+std::string amplitude_words(const residuals::ResidualStructure& structure) {
+    const auto words = [](const residuals::SwingError& error, const char* place) -> std::string {
         const bool has_stopped = has_died(error.measured_over_noise);
         if (has_stopped && has_died(error.modelled_over_noise))
             return {};
@@ -112,15 +112,15 @@ std::string amplitude_words(const ResidualStructure& structure) {
     return thirds.empty() ? "a wrong amplitude" : "the model's amplitude, which is" + thirds;
 }
 
-bool is_swing(const WindowFit& found) {
+bool is_swing(const residuals::WindowFit& found) {
     return std::abs(found.decay_per_cycle.value) < fastest_decay;
 }
 
 /// The first and the last window in which both sides are known well enough to be quoted.
-std::optional<std::pair<SwingWindow, SwingWindow>>
-telling_windows(const std::vector<SwingWindow>& windows) {
-    std::vector<SwingWindow> telling;
-    for (const SwingWindow& window : windows)
+std::optional<std::pair<residuals::SwingWindow, residuals::SwingWindow>>
+telling_windows(const std::vector<residuals::SwingWindow>& windows) {
+    std::vector<residuals::SwingWindow> telling;
+    for (const residuals::SwingWindow& window : windows)
         if (window.measured && window.modelled && is_swing(*window.measured) &&
             is_swing(*window.modelled) &&
             window.measured->decay_per_cycle.standard_error <
@@ -146,7 +146,7 @@ std::string decay_words(const Comparison& comparison) {
 
 /// Which swing is ahead, where both still swing: in degrees, 360 a cycle.
 std::string phase_words(const Comparison& comparison) {
-    const auto words = [](const SwingError& error, const char* place) -> std::string {
+    const auto words = [](const residuals::SwingError& error, const char* place) -> std::string {
         if (has_died(error.measured_over_noise) || has_died(error.modelled_over_noise))
             return {};
         if (std::abs(error.lag) < standard_errors * error.lag_error)
@@ -170,7 +170,7 @@ std::string phase_words(const Comparison& comparison) {
     return text;
 }
 
-std::string rest_words(const ResidualStructure& structure) {
+std::string rest_words(const residuals::ResidualStructure& structure) {
     return fmt::format("the position of rest: the stem's lies {:+.4f} mm beside the model's early, "
                        "{:+.4f} mm in the middle, {:+.4f} mm late (+: toward positive deflection)",
                        1e3 * structure.thirds[0].rest, 1e3 * structure.thirds[1].rest,
@@ -188,7 +188,7 @@ std::string shape_words(const Comparison& comparison) {
 }
 
 std::string what_it_looks_like(const Comparison& comparison) {
-    const ResidualStructure& structure = comparison.structure;
+    const residuals::ResidualStructure& structure = comparison.structure;
     struct Part {
         double share;
         std::string words;

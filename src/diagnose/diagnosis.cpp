@@ -2,13 +2,12 @@
 #include "diagnose/diagnosis.hpp"
 
 #include "core/error.hpp"
+#include "diagnose/answer.hpp"
 #include "diagnose/candidate_field.hpp"
-#include "diagnose/diagnosis_answer.hpp"
-#include "diagnose/mere_noise.hpp"
-#include "diagnose/naming.hpp"
+#include "diagnose/judge.hpp"
 
 #include <algorithm>
-#include <map>
+#include <memory>
 #include <set>
 #include <utility>
 
@@ -18,228 +17,279 @@
 namespace culm::diagnose {
 namespace {
 
-constexpr double promising_gain = 8.0; ///< of χ², for which a fit is worth its runs
-/// Of what an effect gains, that another has to promise to be tried in its place.
-constexpr double promised_share = 0.3;
-constexpr std::size_t pairs_of = 3; ///< best single effects that are tried in pairs
-constexpr int most_exchanges = 3;
+/// Before anything is named: does a candidate promise more than noise would, for as many as there
+/// are? The tests for lack of fit look at everything and so miss the weak signature of one effect.
+bool promises_significant_gain(const std::vector<EffectScore>& scores, const fit::Fit& model,
+                               const Policy& policy) {
+    const Criterion own = criterion(model, {});
+    return std::ranges::any_of(scores, [&](const EffectScore& score) {
+        const double gain = score.gain / own.inflation * own.share;
+        return score.failure.empty() &&
+               gain_p_value(gain, score.added) * static_cast<double>(scores.size()) <
+                   policy.naming_level;
+    });
+}
 
+/// Where the search stands. A step makes a new state; a state does not change.
+struct State {
+    fit::Fit model; ///< its numbers, with the effects in the order in which they were found
+    std::shared_ptr<const fit::Fit> fit; ///< the same with residuals and derivatives
+    std::vector<DiagnosisRung> ladder;   ///< the models on the way here; the last is this one
+    std::vector<EffectScore> scores;     ///< of the candidates beside this model
+    bool are_scores_final = false;       ///< do the scores say what could not be seen?
+    FirstStep first;
+    std::vector<Rivals> rivals;
+    bool is_one_law = false; ///< as Found's
+    /// Models that predict no better, and what is said of the effects that they add.
+    std::set<std::vector<std::string>> refused_models;
+    std::map<std::string, std::string> refused;
+
+    [[nodiscard]] Finding finding() const { return ladder.back().finding; }
+};
+
+/// A new state, and whether it has a new model.
+struct Advance {
+    State state;
+    bool has_new_model = false;
+};
+
+/// The steps of the search. Each takes a state and gives another; the only memory beside the states
+/// is the field's, of fits and scores that were computed before.
 class Search {
   public:
     Search(std::span<const measure::Measurement> recordings, const DiagnosisOptions& options)
-        : recordings_(recordings), options_(options), field_(recordings, options) {}
+        : recordings_(recordings), options_(options), policy_(options.policy),
+          field_(recordings, options) {}
 
     [[nodiscard]] Diagnosis run() {
         for (const measure::Measurement& recording : recordings_)
-            refuse_mere_noise(recording, options_.candidate.window);
-        tell("fitting the published chain");
-        fit_ = field_.fit({}, {});
-        result_.baseline = fit_;
-        if (!options_.known.empty())
-            fit_ = field_.fit(options_.known, fit_);
-        current_ = fit::numbers_of(fit_);
-        add_rung({});
-        while (goes_on()) {
+            refuse_without_motion(recording, options_.candidate.window, policy_);
+        State state = begin();
+        for (bool goes_on = true; goes_on;) {
+            Advance next = advance(std::move(state));
+            state = std::move(next.state);
+            goes_on = next.has_new_model;
         }
-        if (added() > 0)
-            exchange();
-        unite_imitators();
-        conclude();
-        return std::move(result_);
+        if (added(state) > 0)
+            state = exchanged(std::move(state));
+        return answer(with_imitators_united(std::move(state)));
     }
 
   private:
-    void tell(const std::string& what) const {
+    void report(const std::string& what) const {
         if (options_.progress)
             options_.progress(what);
     }
-    [[nodiscard]] std::size_t added() const {
-        return current_.effects.size() - options_.known.size();
+    [[nodiscard]] std::size_t added(const State& state) const {
+        return state.model.effects.size() - options_.known.size();
+    }
+    /// Worth every effort, and an "unknown" if that is in vain.
+    [[nodiscard]] bool fails_clearly(const State& state) const {
+        return state.finding() == Finding::Inadequate &&
+               state.ladder.back().p_value < policy_.clear_failure_level;
     }
 
-    void add_rung(const HeldOutGain& held_out) {
-        const SetVerdict verdict = judge(fit_, recordings_);
+    [[nodiscard]] State begin() {
+        report("fitting the published chain");
+        fit::Fit fit = field_.fit({}, {});
+        baseline_ = fit;
+        if (!options_.known.empty())
+            fit = field_.fit(options_.known, fit);
+        const fit::Fit numbers = fit::numbers_of(fit);
+        return with_model({}, numbers, std::move(fit), {}, 0.0);
+    }
+
+    /// The state with another model, and one more in its ladder.
+    [[nodiscard]] State with_model(State state, const fit::Fit& model, fit::Fit fit,
+                                   const HeldOutPair& held_out, double gain) const {
+        const SetVerdict verdict = verdict_on(fit, recordings_, policy_);
         DiagnosisRung rung;
-        rung.fit = current_;
+        rung.fit = model;
         rung.finding = verdict.finding;
         rung.p_value = verdict.p_value;
         rung.tests = verdict.reason;
-        rung.held_out = held_out.larger;
-        rung.held_out_before = held_out.smaller;
-        result_.ladder.push_back(std::move(rung));
-    }
-    [[nodiscard]] Finding finding() const { return result_.ladder.back().finding; }
-
-    /// Worth every effort, and an "unknown" if that is in vain.
-    [[nodiscard]] bool fails_clearly() const {
-        return finding() == Finding::Inadequate &&
-               result_.ladder.back().p_value < clear_failure_level;
+        rung.delta_bic = 0.0 - gain;
+        rung.held_out = held_out.larger.last_third.over_noise;
+        rung.held_out_before = held_out.smaller.last_third.over_noise;
+        state.ladder.push_back(std::move(rung));
+        state.model = model;
+        state.fit = std::make_shared<const fit::Fit>(std::move(fit));
+        state.are_scores_final = false;
+        return state;
     }
 
-    /// One step forward; false where the search ends.
-    [[nodiscard]] bool goes_on() {
-        if (finding() == Finding::Undecided)
-            return false;
-        if (!fit_.moves()) { // what does not move has no derivatives
-            scores_.clear();
-            return added() < options_.most_effects && step();
+    [[nodiscard]] Advance advance(State state) {
+        if (state.finding() == Finding::Undecided)
+            return {std::move(state)};
+        const bool is_full = added(state) >= options_.most_effects;
+        if (!state.fit->moves()) { // what does not move has no derivatives
+            state.scores.clear();
+            return is_full ? Advance{std::move(state)} : step(std::move(state));
         }
-        tell(fmt::format("scoring the candidates beside {}", fmt::join(current_.names, " + ")));
-        const bool is_full = added() >= options_.most_effects;
+        report(
+            fmt::format("scoring the candidates beside {}", fmt::join(state.model.names, " + ")));
         // Where a step will hardly fail there is no need yet of what could not be seen.
-        are_scores_final_ = is_full || !fails_clearly();
-        scores_ = field_.score(fit_, current_.effects, are_scores_final_ ? options_.null_draws : 0);
-        if (is_full || (finding() == Finding::Adequate &&
-                        (added() > 0 || !promises_significant_gain(scores_, current_))))
-            return false;
-        return step();
+        state.are_scores_final = is_full || !fails_clearly(state);
+        state.scores = field_.score(*state.fit, state.model.effects,
+                                    state.are_scores_final ? options_.null_draws : 0);
+        const bool is_done =
+            state.finding() == Finding::Adequate &&
+            (added(state) > 0 || !promises_significant_gain(state.scores, state.model, policy_));
+        return is_full || is_done ? Advance{std::move(state)} : step(std::move(state));
     }
 
-    [[nodiscard]] bool step() {
-        std::vector<fit::Fit> models = fitted(true, {});
-        bool has_named = name_best(models);
-        if (!has_named && fails_clearly()) {
-            const std::vector<fit::Fit> others = fitted(false, models);
+    /// Tries the promising candidates, then all others, then pairs of the best.
+    [[nodiscard]] Advance step(State state) {
+        std::vector<fit::Fit> models = fitted(state, true, {});
+        const bool has_first = !state.first.models.empty();
+        Advance next = with_best_of(state, models);
+        if (!next.has_new_model && fails_clearly(state)) {
+            const std::vector<fit::Fit> others = fitted(state, false, models);
             models.insert(models.end(), others.begin(), others.end());
-            has_named = name_best(models);
+            next = with_best_of(next.state, models);
         }
-        if (!has_named && fails_clearly() && added() + 2 <= options_.most_effects) {
-            const std::vector<fit::SelectedEffects> pairs = pairs_of_best(models, pairs_of);
-            tell(fmt::format("fitting {} pairs of effects", pairs.size()));
+        if (!next.has_new_model && fails_clearly(state) &&
+            added(state) + 2 <= options_.most_effects) {
+            const std::vector<fit::SelectedEffects> pairs =
+                pairs_of_best(models, policy_.pairs_of_best);
+            report(fmt::format("fitting {} pairs of effects", pairs.size()));
             std::vector<fit::Fit> fitted_pairs =
-                field_.fit_all(pairs, fit_, step_limit(current_, 2));
-            has_named = name_best(fitted_pairs);
+                field_.fit_all(pairs, *state.fit, step_limit(state.model, 2, policy_));
+            next = with_best_of(next.state, fitted_pairs);
         }
-        if (first_step_.empty()) {
-            first_step_ = models;
-            first_scores_ = scores_;
-            first_smaller_ = result_.ladder.front().fit;
-        }
-        return has_named;
+        if (!has_first)
+            next.state.first = {state.ladder.front().fit, std::move(models), state.scores};
+        return next;
     }
 
     /// The candidates that promise most, or something, as far as they are not among `done`.
-    [[nodiscard]] std::vector<fit::Fit> fitted(bool only_best, const std::vector<fit::Fit>& done) {
+    [[nodiscard]] std::vector<fit::Fit> fitted(const State& state, bool only_best,
+                                               const std::vector<fit::Fit>& done) {
         std::vector<fit::SelectedEffects> models =
-            field_.one_more(current_.effects, scores_, promising_gain, only_best);
+            field_.one_more(state.model.effects, state.scores, policy_.promising_gain, only_best);
         std::erase_if(models, [&](const fit::SelectedEffects& effects) {
             return std::ranges::any_of(done, [&](const fit::Fit& model) {
                 return model.effects.back().effect == effects.back().effect;
             });
         });
-        tell(fmt::format("fitting {} candidates beside {}", models.size(),
-                         fmt::join(current_.names, " + ")));
-        const double needed = fit_.chi_squared - step_limit(current_, 1);
-        return field_.fit_promising(models, scores_, fit_, std::max(needed, 0.0));
+        report(fmt::format("fitting {} candidates beside {}", models.size(),
+                           fmt::join(state.model.names, " + ")));
+        const double needed = state.fit->chi_squared - step_limit(state.model, 1, policy_);
+        return field_.fit_promising(models, state.scores, *state.fit, std::max(needed, 0.0));
     }
 
-    [[nodiscard]] Yardstick yardstick_with(const std::vector<fit::Fit>& models) const {
-        std::vector<fit::Fit> fits{current_};
-        for (const fit::Fit& model : models)
-            fits.push_back(model);
-        return yardstick(fits);
+    /// What a larger model adds to the state's.
+    [[nodiscard]] static std::vector<std::string> names_added(const State& state,
+                                                              const fit::Fit& model) {
+        std::vector<std::string> names;
+        for (std::size_t k = state.model.effects.size(); k < model.effects.size(); ++k)
+            names.push_back(model.effects[k].effect->name());
+        return names;
     }
 
-    /// Why this larger model is no step; empty if it is.
-    [[nodiscard]] std::string obstacle(const fit::Fit& model, const Yardstick& by) const {
-        for (std::size_t k = current_.effects.size(); k < model.effects.size(); ++k)
-            if (std::string text = naming_obstacle(model, model.effects[k].effect->name());
-                !text.empty())
-                return text;
-        return step_obstacle(current_, model, by, scores_.size());
+    [[nodiscard]] Judgement judge_model(const State& state, const fit::Fit& model,
+                                        const Criterion& by) const {
+        return judge({.smaller = state.model,
+                      .larger = model,
+                      .criterion = by,
+                      .added = names_added(state, model),
+                      .tried = state.scores.size()},
+                     policy_);
     }
 
-    /// Takes the best of the models that are a step; false if none is. Only if the best gain enough
-    /// but are refused, it matters where the others end.
-    [[nodiscard]] bool name_best(std::vector<fit::Fit>& models) {
-        if (name_best_of(models))
-            return true;
-        const Yardstick by = yardstick_with(models);
+    /// With the best of the models that are accepted. Only if the best gain enough but are refused,
+    /// it matters where the others end.
+    [[nodiscard]] Advance with_best_of(const State& state, std::vector<fit::Fit>& models) {
+        Advance next = with_best_of_followed(state, models);
+        if (next.has_new_model)
+            return next;
+        const Criterion by = criterion(state.model, models);
         const auto is_refused_gain = [&](const fit::Fit& model) {
             return model.is_fitted() && !model.out_of_reach &&
-                   step_obstacle(current_, model, by, scores_.size()).empty();
+                   judge_model(state, model, by).gains_enough();
         };
         if (std::ranges::none_of(
                 models, [](const auto& model) { return model.out_of_reach.has_value(); }) ||
             std::ranges::none_of(models, is_refused_gain))
-            return false;
-        tell("following the others to their end");
-        const std::size_t more = models.front().effects.size() - current_.effects.size();
-        models = field_.followed(std::move(models), fit_, step_limit(current_, more));
-        return name_best_of(models);
+            return next;
+        report("following the others to their end");
+        const std::size_t more = models.front().effects.size() - state.model.effects.size();
+        models =
+            field_.followed(std::move(models), *state.fit, step_limit(state.model, more, policy_));
+        return with_best_of_followed(next.state, models);
     }
 
     /// The same of those that were followed to their end, up to the first that was not.
-    [[nodiscard]] bool name_best_of(std::vector<fit::Fit> models) {
-        const Yardstick by = yardstick_with(models);
+    [[nodiscard]] Advance with_best_of_followed(State state, std::vector<fit::Fit> models) {
+        const Criterion by = criterion(state.model, models);
         std::erase_if(models, [&](const fit::Fit& model) {
-            return refused_models_.contains(model.names) || !obstacle(model, by).empty();
+            return state.refused_models.contains(model.names) ||
+                   !judge_model(state, model, by).is_accepted();
         });
         std::ranges::stable_sort(models, {}, [&](const fit::Fit& model) { return bic(model, by); });
         // What acts for certain, with nothing to fit, goes before what would have to be assumed.
-        std::ranges::stable_partition(
-            models, [&](const fit::Fit& model) { return acts_for_certain(current_, model); });
+        std::ranges::stable_partition(models, [&](const fit::Fit& model) {
+            return acts_for_certain(state.model, model, policy_);
+        });
         for (const fit::Fit& model : models) {
             if (model.out_of_reach)
-                return false;
+                break;
             fit::Fit larger = field_.restore(model);
-            tell(fmt::format("predicting what {} has not seen", fmt::join(model.names, " + ")));
-            const HeldOutGain held_out =
-                held_out_gain(fit_, larger, recordings_, options_.candidate, options_.map);
-            if (!held_out.obstacle.empty()) {
-                refused_models_.insert(model.names);
-                refused_[model.effects.back().effect->name()] = held_out.obstacle;
+            report(fmt::format("predicting what {} has not seen", fmt::join(model.names, " + ")));
+            const HeldOutPair held_out = hold_out_from_both(*state.fit, larger, recordings_,
+                                                            options_.candidate, options_.map);
+            Step step{state.model, model, by, names_added(state, model), state.scores.size()};
+            step.held_out = held_out;
+            if (const Judgement judgement = judge(step, policy_); !judgement.is_accepted()) {
+                state.refused_models.insert(model.names);
+                state.refused[model.effects.back().effect->name()] = in_words(judgement, policy_);
                 continue;
             }
-            fit::Fit found = where_it_is_needed(model);
+            const fit::Fit found = where_it_is_needed(state, model);
             if (found.parameters.size() < model.parameters.size())
                 larger = field_.restore(found);
-            const double gain = bic(current_, by) - bic(found, by);
-            take(found, std::move(larger), held_out);
-            result_.ladder.back().delta_bic = -gain;
-            return true;
+            const double gain = bic(state.model, by) - bic(found, by);
+            return {with_model(std::move(state), found, std::move(larger), held_out, gain), true};
         }
-        return false;
+        return {std::move(state)};
     }
 
     /// What belongs to a recording (a mass at its tip) need not be in all of them: it leaves those
     /// that do as well without it.
-    [[nodiscard]] fit::Fit where_it_is_needed(fit::Fit model) {
+    [[nodiscard]] fit::Fit where_it_is_needed(const State& state, fit::Fit model) {
         while (true) {
-            std::vector<fit::Fit> fewer = field_.fit_all(
-                field_.in_fewer_recordings(model.effects, current_.effects.size()), fit_);
+            const std::vector<fit::SelectedEffects> smaller =
+                field_.in_fewer_recordings(model.effects, state.model.effects.size());
+            std::vector<fit::Fit> fewer = field_.fit_all(smaller, *state.fit);
             std::erase_if(fewer, [](const fit::Fit& each) { return !each.is_fitted(); });
             if (fewer.empty())
                 return model;
-            const Yardstick by = yardstick_with({model});
+            const Criterion by = criterion(state.model, std::vector{model});
             const auto best = std::ranges::min_element(
                 fewer, {}, [&](const fit::Fit& each) { return bic(each, by); });
-            if (!(bic(*best, by) - bic(model, by) < tie_gap))
+            if (!(bic(*best, by) - bic(model, by) < policy_.tie_gap))
                 return model;
             model = *best;
         }
     }
 
-    void take(const fit::Fit& model, fit::Fit fit, const HeldOutGain& held_out) {
-        are_scores_final_ = false;
-        current_ = model;
-        fit_ = std::move(fit);
-        add_rung(held_out);
-    }
-
     /// Exchanges every effect of the answer for every other candidate; what acts for certain stays.
-    void exchange() {
-        for (int pass = 0; pass < most_exchanges; ++pass) {
-            rivals_.clear();
+    [[nodiscard]] State exchanged(State state) {
+        for (int pass = 0; pass < policy_.most_exchanges; ++pass) {
+            state.rivals.clear();
             bool has_changed = false;
-            for (std::size_t k = options_.known.size(); k < current_.effects.size(); ++k)
-                if (fit::has_fitted_number(*current_.effects[k].effect) && exchange_one(k)) {
-                    has_changed = true;
-                    break;
-                }
+            for (std::size_t k = options_.known.size();
+                 k < state.model.effects.size() && !has_changed; ++k) {
+                if (!fit::has_fitted_number(*state.model.effects[k].effect))
+                    continue;
+                Advance next = with_exchange(state, k);
+                state = std::move(next.state);
+                has_changed = next.has_new_model;
+            }
             if (!has_changed)
-                return;
+                break;
         }
+        return state;
     }
 
     /// The fit without one of the effects, and the models with another in its place.
@@ -248,133 +298,133 @@ class Search {
         std::vector<fit::Fit> models;
     };
 
-    [[nodiscard]] Without rivals_of(std::size_t place) {
-        fit::SelectedEffects rest = current_.effects;
+    [[nodiscard]] Without rivals_of(const State& state, std::size_t place) {
+        fit::SelectedEffects rest = state.model.effects;
         rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(place));
         if (rest.size() == options_.known.size())
-            return {first_smaller_, first_step_};
-        tell(fmt::format("what else could stand for {}", current_.effects[place].effect->name()));
-        const fit::Fit smaller = field_.recall(rest, result_.baseline);
+            return {state.first.smaller, state.first.models};
+        report(
+            fmt::format("what else could stand for {}", state.model.effects[place].effect->name()));
+        const fit::Fit smaller = field_.recall(rest, baseline_);
         Without out{fit::numbers_of(smaller), {}};
         if (smaller.failed())
             return out;
         const std::vector<EffectScore> scores = field_.score(smaller, rest, 0);
-        const double needed = smaller.chi_squared - current_.chi_squared;
-        std::vector<fit::SelectedEffects> others =
-            field_.one_more(rest, scores, std::max(promising_gain, promised_share * needed), true);
+        const double needed = smaller.chi_squared - state.model.chi_squared;
+        std::vector<fit::SelectedEffects> others = field_.one_more(
+            rest, scores, std::max(policy_.promising_gain, policy_.promised_share * needed), true);
         std::erase_if(others, [&](const fit::SelectedEffects& model) {
-            return model.back().effect == current_.effects[place].effect;
+            return model.back().effect == state.model.effects[place].effect;
         });
         out.models = field_.fit_promising(others, scores, smaller, needed);
         return out;
     }
 
-    /// True if a better or smaller set has taken the place of the current one.
-    [[nodiscard]] bool exchange_one(std::size_t place) {
-        const std::string out = current_.effects[place].effect->name();
-        Without without = rivals_of(place);
+    /// With a better or smaller set in place of the current one, or with the rivals of one effect.
+    [[nodiscard]] Advance with_exchange(State state, std::size_t place) {
+        const std::string out = state.model.effects[place].effect->name();
+        Without without = rivals_of(state, place);
         std::erase_if(without.models, [&](const fit::Fit& model) {
             return model.effects.back().effect->name() == out;
         });
-        const Yardstick by = yardstick_with(without.models);
-        const double here = bic(current_, by);
-        if (added() > 1 && without.smaller.is_fitted() &&
-            bic(without.smaller, by) - here < tie_gap) {
-            return replace(without.smaller, by);
-        }
+        const Criterion by = criterion(state.model, without.models);
+        const double here = bic(state.model, by);
+        if (added(state) > 1 && without.smaller.is_fitted() &&
+            bic(without.smaller, by) - here < policy_.tie_gap)
+            return replaced(std::move(state), without.smaller, by);
         std::erase_if(without.models, [](const fit::Fit& model) {
             return !is_rival(model, model.effects.back().effect->name());
         });
         std::ranges::stable_sort(without.models, {},
                                  [&](const fit::Fit& model) { return bic(model, by); });
-        Rivals group{current_.effects[place], {}, {}};
-        // Where structure is left, what decides between two is what neither explains.
-        const bool is_open = finding() == Finding::Inadequate;
+        Rivals group{state.model.effects[place], {}, {}};
         for (const fit::Fit& model : without.models) {
             const double gap = bic(model, by) - here;
-            if (gap < -tie_gap &&
-                naming_obstacle(model, model.effects.back().effect->name()).empty())
-                return replace(model, by);
-            if (gap < tie_gap || (gap < clear_gap && leaves_noise(model)) ||
-                (is_open && explains(result_.ladder.front().fit, model, nearly_all))) {
+            if (gap < -policy_.tie_gap &&
+                judge_effect(model, model.effects.back().effect->name()).is_accepted())
+                return replaced(std::move(state), model, by);
+            if (is_tie(state, model, gap)) {
                 group.models.push_back(model);
                 group.delta_bic.push_back(gap);
             }
         }
         if (!group.models.empty())
-            rivals_.push_back(std::move(group));
-        return false;
+            state.rivals.push_back(std::move(group));
+        return {std::move(state)};
+    }
+
+    [[nodiscard]] bool is_tie(const State& state, const fit::Fit& model, double gap) {
+        if (gap < policy_.tie_gap || (gap < policy_.clear_gap && leaves_noise(model)))
+            return true;
+        // Where structure is left, what decides between two is what neither explains.
+        return state.finding() == Finding::Inadequate &&
+               explains(state.ladder.front().fit, model, policy_.share_beside_structure);
     }
 
     [[nodiscard]] bool leaves_noise(const fit::Fit& model) {
         const fit::Fit fit = field_.restore(model);
-        return !fit.failed() && judge(fit, recordings_).finding == Finding::Adequate;
+        return !fit.failed() && verdict_on(fit, recordings_, policy_).finding == Finding::Adequate;
     }
 
-    [[nodiscard]] bool replace(const fit::Fit& model, const Yardstick& by) {
-        const double gain = bic(current_, by) - bic(model, by);
-        take(model, field_.restore(model), {});
-        result_.ladder.back().delta_bic = -gain;
-        return true;
+    [[nodiscard]] Advance replaced(State state, const fit::Fit& model, const Criterion& by) {
+        const double gain = bic(state.model, by) - bic(model, by);
+        return {with_model(std::move(state), model, field_.restore(model), {}, gain), true};
     }
 
-    /// Two effects, each of which alone explains all but a trace, do together what one law between
-    /// them would: one of them is missing, and not both.
-    void unite_imitators() {
-        if (added() != 2 || !current_.is_noise_known_anywhere())
-            return;
+    /// Two effects, each of which alone explains nearly all of the misfit, do together what one law
+    /// between them would: one of them is missing, and not both.
+    [[nodiscard]] State with_imitators_united(State state) {
+        if (added(state) != 2 || !state.model.is_noise_known_anywhere())
+            return state;
         const std::size_t known = options_.known.size();
+        const std::vector<fit::Fit>& singles = state.first.models;
         const fit::Fit* better =
-            single_of(first_step_, current_.effects[known].effect->name(), known);
+            single_of(singles, state.model.effects[known].effect->name(), known);
         const fit::Fit* other =
-            single_of(first_step_, current_.effects.back().effect->name(), known);
+            single_of(singles, state.model.effects.back().effect->name(), known);
         if (better == nullptr || other == nullptr ||
-            !explains(first_smaller_, *better, all_but_a_trace) ||
-            !explains(first_smaller_, *other, all_but_a_trace))
-            return;
-        const Yardstick by = yardstick_with({*better, *other});
+            !explains(state.first.smaller, *better, policy_.share_of_one_law) ||
+            !explains(state.first.smaller, *other, policy_.share_of_one_law))
+            return state;
+        const Criterion by = criterion(state.model, std::vector{*better, *other});
         if (bic(*other, by) < bic(*better, by))
             std::swap(better, other);
-        rivals_ = {{better->effects.back(), {*other}, {bic(*other, by) - bic(*better, by)}}};
-        is_one_law_ = true;
-        result_.ladder.resize(1);
-        take(*better, field_.restore(*better), {});
-        result_.ladder.back().delta_bic = bic(*better, by) - bic(first_smaller_, by);
+        State united = state;
+        united.rivals = {{better->effects.back(), {*other}, {bic(*other, by) - bic(*better, by)}}};
+        united.is_one_law = true;
+        united.ladder.resize(1);
+        const double gain = bic(state.first.smaller, by) - bic(*better, by);
+        return with_model(std::move(united), *better, field_.restore(*better), {}, gain);
     }
 
-    void conclude() {
-        if (!are_scores_final_ && finding() != Finding::Undecided) {
-            tell("what the recording cannot show");
-            scores_ = field_.score(fit_, current_.effects, options_.null_draws);
+    [[nodiscard]] Diagnosis answer(State state) {
+        if (!state.are_scores_final && state.finding() != Finding::Undecided) {
+            report("what the recording cannot show");
+            state.scores = field_.score(*state.fit, state.model.effects, options_.null_draws);
         }
-        result_.runs = field_.runs();
-        result_.final_fit = fit_;
-        result_.blind_spots = scores_;
-        complete({recordings_, options_, field_.candidates(), current_, result_.ladder.front().fit,
-                  first_step_, first_scores_.empty() ? scores_ : first_scores_, rivals_, refused_,
-                  is_one_law_},
-                 result_);
-        if (!result_.effects.empty() && finding() == Finding::Inadequate) {
-            tell("weighing what the model misses");
-            result_.correlated = correlated_estimate(fit_, recordings_, options_.candidate);
+        if (state.first.scores.empty())
+            state.first.scores = state.scores;
+        Diagnosis result;
+        result.baseline = baseline_;
+        result.ladder = state.ladder;
+        result.runs = field_.runs();
+        result.final_fit = *state.fit;
+        result.blind_spots = state.scores;
+        complete({recordings_, options_, field_.candidates(), state.model, state.ladder,
+                  state.first, state.rivals, state.refused, state.is_one_law},
+                 result);
+        if (!result.effects.empty() && state.finding() == Finding::Inadequate) {
+            report("estimating the numbers beside correlated residuals");
+            result.correlated = correlated_estimate(*state.fit, recordings_, options_.candidate);
         }
+        return result;
     }
 
     std::span<const measure::Measurement> recordings_;
     const DiagnosisOptions& options_;
+    const Policy& policy_;
     CandidateField field_;
-    fit::Fit current_;
-    fit::Fit fit_;                    ///< of the current model
-    bool is_one_law_ = false;         ///< as Found's
-    std::vector<EffectScore> scores_; ///< of the candidates beside the current model
-    bool are_scores_final_ = false;   ///< are they?
-    std::vector<fit::Fit> first_step_;
-    std::vector<EffectScore> first_scores_;
-    fit::Fit first_smaller_;
-    std::vector<Rivals> rivals_;
-    std::map<std::string, std::string> refused_;        ///< effects that predict no better, and why
-    std::set<std::vector<std::string>> refused_models_; ///< likewise
-    Diagnosis result_;
+    fit::Fit baseline_; ///< set once, by begin()
 };
 
 } // namespace

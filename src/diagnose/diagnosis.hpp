@@ -2,13 +2,14 @@
 // Which effect recordings call for: stepwise, with exchanges, ties and an honest "unknown".
 #pragma once
 
+#include "core/item_map.hpp"
+#include "diagnose/adequacy.hpp"
 #include "diagnose/correlated_estimate.hpp"
-#include "diagnose/missing_force.hpp"
+#include "diagnose/missing_force/missing_force.hpp"
 #include "diagnose/next_experiment.hpp"
-#include "diagnose/score_test.hpp"
-#include "diagnose/verdict.hpp"
+#include "diagnose/policy.hpp"
+#include "diagnose/score/score_test.hpp"
 #include "fit/fit_model.hpp"
-#include "fit/work_map.hpp"
 
 #include <functional>
 #include <optional>
@@ -89,24 +90,24 @@ struct DiagnosisOptions {
     fit::SelectedEffects known;      ///< that act for certain; part of every model
     fit::SelectedEffects candidates; ///< empty: candidate_effects()
     std::size_t most_effects = 3;
+    Policy policy;
     int null_draws = 200;
-    fit::WorkMap map = fit::one_after_the_other;
+    core::ItemMap map;
     std::function<void(const std::string&)> progress; ///< told what is done next; may be empty
 };
 
-/// 1. The published chain is fitted and tested for lack of fit (judge()).
+/// The numbers are those of Policy.
+///
+/// 1. The published chain is fitted and tested for lack of fit (verdict_on()).
 /// 2. Every candidate is scored by a run or a few (score_effect()). Those that promise something
-///    are fitted through the chain itself; if none can be named, all others too, then pairs of the
+///    are fitted through the chain itself; if none is accepted, all others too, then pairs of the
 ///    best.
-/// 3. The best by bic() joins if it gains at least 10, its gain is significant for the number of
-///    candidates (1 %), none of its parameters stands at a bound, its size is known to be there,
-///    and readings that were held out are predicted better. Up to three times, until the residuals
+/// 3. The best by bic() joins if it is accepted (judge()), up to three times, until the residuals
 ///    are noise; beside the published chain also if only the score of a candidate is significant.
 ///    What belongs to a recording leaves those recordings that do as well without it.
-/// 4. Each effect of the answer is exchanged for every other candidate. A set that is better by 6
-///    takes its place, one within 6 of it (12 if it leaves only noise) is a tie. An effect whose
-///    removal costs less than 6 goes.
-/// 5. Two effects each of which alone explains 99 % of the misfit are a tie of one law, not two.
+/// 4. Each effect of the answer is exchanged for every other candidate. A set that is better by the
+///    tie gap takes its place, one within it is a tie. An effect whose removal costs less goes.
+/// 5. Two effects each of which alone explains nearly all of the misfit are a tie of one law.
 /// 6. If structure is left, effects are named only if they explain nearly all of a glaring misfit;
 ///    their numbers are then those of correlated_estimate().
 ///

@@ -20,7 +20,7 @@ EffectCell cell_of(const fit::Fit& candidate) {
     cell.over_noise = std::sqrt(fit.chi_squared / static_cast<double>(fit.readings));
     cell.reduced_chi_squared = fit.reduced_chi_squared;
     for (const fit::FittedParameter& parameter : fit.parameters) {
-        if (parameter.name.find('.') == std::string::npos)
+        if (!parameter.id.is_of_effect())
             continue;
         cell.parameters.push_back(parameter);
         cell.is_at_bound = cell.is_at_bound || parameter.is_at_bound;

@@ -2,6 +2,7 @@
 #include "diagnose/held_out.hpp"
 
 #include "core/error.hpp"
+#include "fit/coarse_image.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "reduce/distributions.hpp"
 
@@ -15,13 +16,6 @@
 
 namespace culm::diagnose {
 namespace {
-
-constexpr double block_periods = 3.0;
-constexpr std::size_t fewest_blocks = 4;
-constexpr double clear_fall = 0.9;   ///< of the mean square, with fewer blocks
-constexpr double needed_fall = 10.0; ///< of χ², all blocks together
-/// Both fits have seen the neighbours of a height that was left out.
-constexpr double allowed_rise = 1.02;
 
 constexpr int most_iterations = 10; ///< of a refit
 
@@ -170,6 +164,12 @@ class Holder {
     std::span<const measure::Measurement> recordings_;
 };
 
+HeldOutPart arrived(std::optional<HeldOutPart> part) {
+    HeldOutPart lost;
+    lost.failure = "the rank that computed it was lost";
+    return std::move(part).value_or(std::move(lost));
+}
+
 double mean(const std::vector<double>& values) {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
@@ -193,8 +193,8 @@ std::size_t row_to_leave_out(const fit::RecordingFit& baseline) {
     return worst;
 }
 
-HoldOut hold_out_of(std::size_t row, const fit::RecordingFit& fit) {
-    return {row, fit.noise, block_periods / physics::first_frequency(fit.model.spec.stem)};
+HoldOut hold_out_of(std::size_t row, const fit::RecordingFit& fit, const Policy& policy) {
+    return {row, fit.noise, policy.block_periods / physics::first_frequency(fit.model.spec.stem)};
 }
 
 HeldOutPart predict_held_out(HeldOutReadings which, std::span<const fit::RecordingFit> parts,
@@ -226,12 +226,12 @@ HeldOut predict_held_out(const fit::Fit& candidate, const HoldOut& hold_out,
     return {holder.of_fit(holder.late_ones()), holder.of_fit(holder.those_in_row())};
 }
 
-bool predicts_better(const HeldOutPart& larger, const HeldOutPart& smaller) {
+bool predicts_better(const HeldOutPart& larger, const HeldOutPart& smaller, const Policy& policy) {
     if (!larger.failure.empty() || !smaller.failure.empty() || larger.blocks.empty() ||
         larger.blocks.size() != smaller.blocks.size())
         return false;
-    if (larger.blocks.size() < fewest_blocks)
-        return mean(larger.blocks) < clear_fall * mean(smaller.blocks);
+    if (larger.blocks.size() < policy.fewest_blocks)
+        return mean(larger.blocks) < policy.clear_fall * mean(smaller.blocks);
     std::vector<double> differences;
     for (std::size_t k = 0; k < larger.blocks.size(); ++k)
         differences.push_back(larger.blocks[k] - smaller.blocks[k]);
@@ -243,36 +243,35 @@ bool predicts_better(const HeldOutPart& larger, const HeldOutPart& smaller) {
     return average < -reduce::normal_quantile_95 * std::sqrt(squares / (count * (count - 1.0)));
 }
 
-bool is_predicted_better(const HeldOutPart& larger, const HeldOutPart& smaller) {
+bool is_predicted_better(const HeldOutPart& larger, const HeldOutPart& smaller,
+                         const Policy& policy) {
     if (!larger.failure.empty() || !smaller.failure.empty())
         return false;
     const double square = larger.over_noise * larger.over_noise;
     const double fall = static_cast<double>(larger.readings) *
                         (smaller.over_noise * smaller.over_noise - square) / std::max(1.0, square);
-    return fall > needed_fall || predicts_better(larger, smaller);
+    return fall > policy.held_out_gain || predicts_better(larger, smaller, policy);
 }
 
-std::string held_out_obstacle(const HeldOut& larger, const HeldOut& smaller) {
-    const HeldOutPart& time = larger.last_third;
-    const HeldOutPart& height = larger.one_height;
-    if (!time.failure.empty())
-        return "the fit to the first two thirds failed: " + time.failure;
-    const bool has_height = height.failure.empty() && smaller.one_height.failure.empty();
-    const bool is_time_better = is_predicted_better(time, smaller.last_third);
-    const bool is_height_better = has_height && is_predicted_better(height, smaller.one_height);
-    if (!is_time_better && !is_height_better)
-        return fmt::format("neither the last third of the time ({:.3f} times the noise, before "
-                           "{:.3f}) nor the height that was left out is predicted better",
-                           time.over_noise, smaller.last_third.over_noise);
-    if (predicts_better(smaller.last_third, time))
-        return fmt::format("the last third of the time is predicted worse ({:.3f} times the noise, "
-                           "before {:.3f})",
-                           time.over_noise, smaller.last_third.over_noise);
-    if (has_height && height.over_noise > allowed_rise * smaller.one_height.over_noise)
-        return fmt::format("the height that was left out is predicted worse ({:.3f} times the "
-                           "noise, before {:.3f})",
-                           height.over_noise, smaller.one_height.over_noise);
-    return {};
+HeldOutPair hold_out_from_both(const fit::Fit& smaller, const fit::Fit& larger,
+                               std::span<const measure::Measurement> recordings,
+                               const fit::FitOptions& options, const core::ItemMap& map) {
+    std::vector<HoldOut> hold_out;
+    for (std::size_t m = 0; m < recordings.size(); ++m)
+        hold_out.push_back(hold_out_of(row_to_leave_out(smaller.parts[m]), larger.parts[m]));
+    const fit::CoarseImage smaller_image(smaller, recordings, options);
+    const fit::CoarseImage larger_image(larger, recordings, options);
+    const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
+        fit::FitOptions own = options;
+        own.heartbeat = heartbeat;
+        const fit::CoarseImage& image = item < 2 ? smaller_image : larger_image;
+        return predict_held_out(
+            item % 2 == 0 ? HeldOutReadings::LastThird : HeldOutReadings::OneHeight,
+            image.fit().parts, hold_out, image.recordings(), fit::belongs_to_recording, own);
+    };
+    std::vector<std::optional<HeldOutPart>> answers = map.values({1.0, 1.0, 2.0, 2.0}, work);
+    return {{arrived(std::move(answers[2])), arrived(std::move(answers[3]))},
+            {arrived(std::move(answers[0])), arrived(std::move(answers[1]))}};
 }
 
 } // namespace culm::diagnose

@@ -2,6 +2,8 @@
 // How well a model predicts readings that it was not fitted to.
 #pragma once
 
+#include "core/item_map.hpp"
+#include "diagnose/policy.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/solve/fit.hpp"
 
@@ -20,6 +22,11 @@ struct HeldOutPart {
     std::string failure;        ///< why there is no number; empty if there is
 };
 
+template <class Wire>
+void fields(Wire& wire, HeldOutPart& part) {
+    wire(part.rms, part.over_noise, part.readings, part.blocks, part.failure);
+}
+
 struct HeldOut {
     HeldOutPart last_third; ///< of the time, predicted by a fit to the first two thirds
     HeldOutPart one_height; ///< predicted by a fit to the other heights
@@ -37,7 +44,8 @@ struct HoldOut {
 };
 
 /// By the noise of `fit`, in blocks of three periods of its beam.
-[[nodiscard]] HoldOut hold_out_of(std::size_t row, const fit::RecordingFit& fit);
+[[nodiscard]] HoldOut hold_out_of(std::size_t row, const fit::RecordingFit& fit,
+                                  const Policy& policy = {});
 
 /// Refits the candidate from its own values twice, without the last third and without the row. Of
 /// a model in which nothing moves the residuals are what it predicts.
@@ -56,18 +64,25 @@ enum class HeldOutReadings { LastThird, OneHeight };
                                            const fit::BelongsToRecording& belongs_to_recording,
                                            const fit::FitOptions& options = {});
 
+/// Both models of a step refitted without the last third of the time and without one height, in
+/// every recording, on the coarse image of each.
+struct HeldOutPair {
+    HeldOut larger;
+    HeldOut smaller;
+};
+[[nodiscard]] HeldOutPair hold_out_from_both(const fit::Fit& smaller, const fit::Fit& larger,
+                                             std::span<const measure::Measurement> recordings,
+                                             const fit::FitOptions& options,
+                                             const core::ItemMap& map);
+
 /// Is the mean of the block-wise differences larger − smaller below 0 by more than 1.96 of its
-/// standard errors? With fewer than four blocks the mean square has to fall by a tenth.
-[[nodiscard]] bool predicts_better(const HeldOutPart& larger, const HeldOutPart& smaller);
+/// standard errors? With few blocks the mean square has to fall clearly.
+[[nodiscard]] bool predicts_better(const HeldOutPart& larger, const HeldOutPart& smaller,
+                                   const Policy& policy = {});
 
 /// By blocks of time (predicts_better), or as a whole: what an effect does in the first
-/// milliseconds only is in one block of many. A fall of χ² by 10 in readings that neither model has
-/// seen is odds of 150 to 1.
-[[nodiscard]] bool is_predicted_better(const HeldOutPart& larger, const HeldOutPart& smaller);
-
-/// Why the larger model does not predict better; empty if it does. A late part of the record that
-/// has died down tells nothing of an effect on the modes' shapes, and one row little of a slow
-/// drift: one of the two has to be predicted better, neither worse.
-[[nodiscard]] std::string held_out_obstacle(const HeldOut& larger, const HeldOut& smaller);
+/// milliseconds only is in one block of many.
+[[nodiscard]] bool is_predicted_better(const HeldOutPart& larger, const HeldOutPart& smaller,
+                                       const Policy& policy = {});
 
 } // namespace culm::diagnose

@@ -11,9 +11,9 @@
 
 namespace culm::diagnose {
 
-/// One model on the ladder. Changes and the gain are against the last rung below it that was a
-/// gain; the baseline counts as one. What was refused is no yardstick: a useless effect below would
-/// otherwise take part of the next one's gain, or lend it some.
+/// One model in the ladder. Changes and the gain are against the last model below it that was
+/// accepted; the baseline counts as one. A refused model is not compared with: a useless effect
+/// below would otherwise take part of the next one's gain, or lend it some.
 struct Rung {
     fit::Fit fit;
     std::size_t compared_with = 0;  ///< place of that rung on the ladder
@@ -41,17 +41,11 @@ struct Ladder {
 /// Fits the baseline and every model of `models`, each of which contains the one before it, from
 /// the largest fitted model that it contains.
 ///
-/// BIC = χ²/s · n/N + k ln n with n effective readings (from the correlation of the residuals of
-/// the best rung, which is closest to that of the noise), N readings, k fitted numbers, and s the
-/// reduced χ² of the best rung if that is above 1: what all models miss alike is noise to them.
-///
-/// A rung is a gain if the criterion falls by 10 or more, what was held out is predicted better
-/// (held_out_obstacle), the interval of one size of each new effect excludes its absence, and none
-/// of their parameters stands at a bound. Effects without a fitted parameter need no interval. If
-/// rungs below were refused, the criterion must fall by 10 against the uppermost of them too, and
-/// new are the effects that it does not have.
+/// Each model is judged (judge.hpp) against the last one below it that was accepted. If models
+/// between the two were refused, the criterion must fall as much against the uppermost of them, and
+/// only the effects that it does not have must be there.
 [[nodiscard]] Ladder climb(const measure::Measurement& measurement,
                            const std::vector<fit::SelectedEffects>& models,
-                           const fit::FitOptions& options = {});
+                           const fit::FitOptions& options = {}, const Policy& policy = {});
 
 } // namespace culm::diagnose

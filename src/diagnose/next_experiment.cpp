@@ -127,9 +127,9 @@ Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
     }
     std::vector<Eigen::Index> kept;
     std::vector<Eigen::Index> release;
-    const std::vector<std::string> names = fit.model.free_names();
-    for (std::size_t k = 0; k < names.size(); ++k)
-        (names[k] == "tip_deflection" || names[k] == fit::release_time_name ? release : kept)
+    const std::vector<physics::ParameterId> ids = fit.model.free_ids();
+    for (std::size_t k = 0; k < ids.size(); ++k)
+        (ids[k] == physics::tip_deflection || ids[k] == physics::release_time ? release : kept)
             .push_back(static_cast<Eigen::Index>(k));
     const Eigen::MatrixXd cross = sum(kept, release);
     Eigen::MatrixXd out = Eigen::MatrixXd::Zero(count, count);
@@ -142,7 +142,7 @@ Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
 /// The numbers of each rival, those beside an assumed effect fitted again.
 std::vector<fit::Fit> refitted(const std::vector<Rival>& rivals,
                                std::span<const measure::Measurement> alone,
-                               const fit::FitOptions& options, const fit::WorkMap& map) {
+                               const fit::FitOptions& options, const core::ItemMap& map) {
     std::vector<std::size_t> assuming;
     for (std::size_t k = 0; k < rivals.size(); ++k)
         if (!rivals[k].assumed.empty())
@@ -151,8 +151,8 @@ std::vector<fit::Fit> refitted(const std::vector<Rival>& rivals,
         const Rival& rival = rivals[assuming[item]];
         const fit::RecordingFit fit = fit::restored(rival.fit, alone, options).parts.front();
         std::vector<bool> is_held;
-        for (const std::string& name : fit.model.free_names())
-            is_held.push_back(name.starts_with(rival.assumed + "."));
+        for (const physics::ParameterId& id : fit.model.free_ids())
+            is_held.push_back(id.effect == rival.assumed);
         fit::SolveOptions again;
         again.window = options.window;
         again.heartbeat = heartbeat;
@@ -160,20 +160,19 @@ std::vector<fit::Fit> refitted(const std::vector<Rival>& rivals,
             fit::fit_chain_with_held(fit.model, alone.front(), is_held, again);
         fit::Fit told = rival.fit;
         for (fit::FittedParameter& parameter : told.parameters)
-            if (const fit::FittedParameter* const found = beside.find(parameter.name))
+            if (const fit::FittedParameter* const found = beside.find(parameter.id))
                 parameter.value = found->value;
-        return to_text(told);
+        return told;
     };
     std::vector<fit::Fit> out(rivals.size());
     std::ranges::transform(rivals, out.begin(), &Rival::fit);
     if (assuming.empty())
         return out;
-    const std::vector<std::string> answers = map(std::vector<double>(assuming.size(), 1.0), work);
+    const std::vector<std::optional<fit::Fit>> answers =
+        map.values(std::vector<double>(assuming.size(), 1.0), work);
     for (std::size_t k = 0; k < assuming.size(); ++k)
-        if (!answers[k].empty()) {
-            out[assuming[k]] = fit::fit_from_text(answers[k]);
-            out[assuming[k]].effects = rivals[assuming[k]].fit.effects;
-        }
+        if (answers[k])
+            out[assuming[k]] = fit::arrived(answers[k], rivals[assuming[k]].fit.effects);
     return out;
 }
 
@@ -221,7 +220,7 @@ double gap(const fit::RecordingFit& truth, const fit::RecordingFit& other, const
 
 std::vector<Experiment> next_experiments(const std::vector<std::pair<Rival, Rival>>& pairs,
                                          std::span<const measure::Measurement> recordings,
-                                         const fit::FitOptions& options, const fit::WorkMap& map) {
+                                         const fit::FitOptions& options, const core::ItemMap& map) {
     std::vector<Rival> rivals;
     rivals.reserve(2 * pairs.size());
     for (const auto& [truth, other] : pairs) {
@@ -234,23 +233,23 @@ std::vector<Experiment> next_experiments(const std::vector<std::pair<Rival, Riva
     for (std::size_t k = 0; k < rivals.size(); ++k)
         sides.push_back(std::move(fit::restored(summaries[k], alone, options).parts.front()));
     const std::vector<Change> changes = changes_for(pairs, sides.front().model.spec);
-    const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
+    const auto work = [&](std::size_t item,
+                          const run::Heartbeat& heartbeat) -> std::optional<double> {
         const std::size_t pair = item % pairs.size();
         try {
-            return fmt::format("{:.17g}", gap(sides[2 * pair], sides[2 * pair + 1],
-                                              changes[item / pairs.size()], heartbeat));
+            return gap(sides[2 * pair], sides[2 * pair + 1], changes[item / pairs.size()],
+                       heartbeat);
         } catch (const core::NumericalError&) { // that experiment cannot be predicted
-            return std::string();
+            return std::nullopt;
         }
     };
-    const std::vector<std::string> answers =
-        map(std::vector<double>(changes.size() * pairs.size(), 1.0), work);
+    const auto answers = map.values(std::vector<double>(changes.size() * pairs.size(), 1.0), work);
     std::vector<Experiment> experiments;
     for (std::size_t c = 0; c < changes.size(); ++c) {
         Experiment experiment{changes[c].what, {}, std::numeric_limits<double>::infinity()};
         for (std::size_t k = 0; k < pairs.size(); ++k)
-            if (const std::string& answer = answers[c * pairs.size() + k]; !answer.empty()) {
-                experiment.expected_gap = std::min(experiment.expected_gap, std::stod(answer));
+            if (const auto gap = answers[c * pairs.size() + k].value_or(std::nullopt)) {
+                experiment.expected_gap = std::min(experiment.expected_gap, *gap);
                 experiment.separates.emplace_back(
                     fmt::format("{}", fmt::join(pairs[k].first.fit.names, " + ")),
                     fmt::format("{}", fmt::join(pairs[k].second.fit.names, " + ")));

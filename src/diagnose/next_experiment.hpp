@@ -2,8 +2,8 @@
 // The experiment that would tell effects apart which this recording cannot.
 #pragma once
 
+#include "core/item_map.hpp"
 #include "fit/fit_numbers.hpp"
-#include "fit/work_map.hpp"
 
 #include <span>
 #include <string>
@@ -34,6 +34,6 @@ struct Rival {
 [[nodiscard]] std::vector<Experiment>
 next_experiments(const std::vector<std::pair<Rival, Rival>>& pairs,
                  std::span<const measure::Measurement> recordings, const fit::FitOptions& options,
-                 const fit::WorkMap& map);
+                 const core::ItemMap& map);
 
 } // namespace culm::diagnose

@@ -21,17 +21,18 @@ bool is_fine(const RecordingFit& part) {
     return searched_spheres(spheres) < spheres;
 }
 
-void scale(const std::string& name, double factor, std::vector<FittedParameter>& parameters) {
+void scale(const physics::ParameterId& id, double factor,
+           std::vector<FittedParameter>& parameters) {
     for (FittedParameter& parameter : parameters)
-        if (parameter.name == name) {
+        if (parameter.id == id) {
             parameter.value *= factor;
             parameter.standard_error *= factor;
         }
 }
 
 void scale_material(double modulus, double damping, std::vector<FittedParameter>& parameters) {
-    scale("bond_youngs_modulus", modulus, parameters);
-    scale("bond_damping", damping, parameters);
+    scale(physics::bond_youngs_modulus, modulus, parameters);
+    scale(physics::bond_damping, damping, parameters);
 }
 
 } // namespace

@@ -11,12 +11,9 @@
 #include <utility>
 
 #include <fmt/core.h>
-#include <nlohmann/json.hpp>
 
 namespace culm::fit {
 namespace {
-
-using nlohmann::json;
 
 constexpr int screening_iterations = 3;
 constexpr int most_restarts = 2;
@@ -287,27 +284,25 @@ std::string failure_of(const Work& work) {
     }
 }
 
-std::string to_text(const BegunFit& begun, int runs) {
-    json values = json::array();
+BegunStart numbers_of(const BegunFit& begun, int runs) {
+    BegunStart numbers{{}, begun.weighted_rms, begun.chi_squared, runs};
     for (const StemModel& model : begun.models) {
-        json own = json::array({model.release_time});
+        std::vector<double>& own = numbers.values.emplace_back();
+        own.push_back(model.release_time);
         for (const FreeParameter& parameter : model.parameters)
             own.push_back(parameter.access.get(model.spec));
-        values.push_back(std::move(own));
     }
-    return json{std::move(values), begun.weighted_rms, begun.chi_squared, runs}.dump();
+    return numbers;
 }
 
-BegunFit begun_from(const std::string& text, const StartModels& start, int& runs) {
-    const json read = json::parse(text);
-    BegunFit begun{start, read[1], read[2]};
+BegunFit begun_from(const BegunStart& numbers, const StartModels& start) {
+    BegunFit begun{start, numbers.weighted_rms, numbers.chi_squared};
     for (std::size_t m = 0; m < begun.models.size(); ++m) {
         StemModel& model = begun.models[m];
-        model.release_time = read[0][m][0];
+        model.release_time = numbers.values[m][0];
         for (std::size_t k = 0; k < model.parameters.size(); ++k)
-            model.parameters[k].access.set(model.spec, read[0][m][k + 1]);
+            model.parameters[k].access.set(model.spec, numbers.values[m][k + 1]);
     }
-    runs += read[3].get<int>();
     return begun;
 }
 
@@ -328,22 +323,17 @@ FitPlan::FitPlan(const SelectedEffects& effects, const Fit& smaller,
     });
 }
 
-std::string FitPlan::begin(std::size_t k, const FitOptions& options) const {
-    std::string text;
+std::optional<BegunStart> FitPlan::begin(std::size_t k, const FitOptions& options) const {
+    std::optional<BegunStart> begun;
     (void)failure_of([&] { // the other starts may lead somewhere
         BestFit best(recordings_, options, weights_beside(smaller_));
-        const BegunFit begun = best.begin(starts_[k], false);
-        text = to_text(begun, best.runs());
+        begun = numbers_of(best.begin(starts_[k], false), best.runs());
     });
-    return text;
+    return begun;
 }
 
-double FitPlan::chi_squared_of(const std::string& begun) {
-    return begun.empty() ? std::numeric_limits<double>::infinity()
-                         : json::parse(begun)[2].get<double>();
-}
-
-Fit FitPlan::finish(const std::vector<std::string>& begun, const FitOptions& options) const {
+Fit FitPlan::finish(const std::vector<std::optional<BegunStart>>& begun,
+                    const FitOptions& options) const {
     Fit fit;
     fit.reason = failure_;
     if (failure_.empty())
@@ -359,7 +349,8 @@ Fit FitPlan::finish(const std::vector<std::string>& begun, const FitOptions& opt
     return fit;
 }
 
-Fit FitPlan::fitted(const std::vector<std::string>& begun, const FitOptions& options) const {
+Fit FitPlan::fitted(const std::vector<std::optional<BegunStart>>& begun,
+                    const FitOptions& options) const {
     if (effects_.empty())
         return recordings_.size() > 1 ? fit_from_own(options) : fit_alone(0, options);
     if (smaller_.failed()) {
@@ -461,15 +452,17 @@ Fit FitPlan::fit_from_own(const FitOptions& options) const {
     return fit;
 }
 
-Fit FitPlan::fit_from_starts(const std::vector<std::string>& begun,
+Fit FitPlan::fit_from_starts(const std::vector<std::optional<BegunStart>>& begun,
                              const FitOptions& options) const {
     std::optional<std::vector<BegunFit>> from;
     int runs = 0;
     if (start_count() > 0) {
         from.emplace();
         for (std::size_t k = 0; k < begun.size(); ++k)
-            if (!begun[k].empty())
-                from->push_back(begun_from(begun[k], starts_[k], runs));
+            if (begun[k]) {
+                from->push_back(begun_from(*begun[k], starts_[k]));
+                runs += begun[k]->runs;
+            }
     }
     BestFit best(recordings_, options, weights_beside(smaller_));
     best.try_larger(starts_, std::move(from), smaller_.parts, is_nested(models_.front()));
@@ -491,7 +484,7 @@ Fit refined(const StartModels& start, const SelectedEffects& effects, const Fit&
 Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
               std::span<const measure::Measurement> recordings, const FitOptions& options) {
     const FitPlan plan(effects, smaller, recordings, options);
-    std::vector<std::string> begun;
+    std::vector<std::optional<BegunStart>> begun;
     for (std::size_t k = 0; k < plan.start_count(); ++k)
         begun.push_back(plan.begin(k, options));
     return plan.finish(begun, options);

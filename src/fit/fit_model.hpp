@@ -6,6 +6,7 @@
 #include "fit/start/joint_starts.hpp"
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -52,7 +53,21 @@ inline constexpr double allowed_excess = 1.001;
                           const Fit& smaller, std::span<const measure::Measurement> recordings,
                           const FitOptions& options);
 
-/// fit_model() in two parts that can be spread over ranks: start() for every start, then finish().
+/// Where some iterations from a start have led.
+struct BegunStart {
+    /// (recordings)(1 + parameters): the release time, then the model's parameters.
+    std::vector<std::vector<double>> values;
+    double weighted_rms = 0.0; ///< as Fit's
+    double chi_squared = 0.0;
+    int runs = 0;
+};
+
+template <class Wire>
+void fields(Wire& wire, BegunStart& begun) {
+    wire(begun.values, begun.weighted_rms, begun.chi_squared, begun.runs);
+}
+
+/// fit_model() in two parts that can be spread over ranks: begin() for every start, then finish().
 class FitPlan {
   public:
     /// `smaller` and the recordings must outlive this.
@@ -63,23 +78,21 @@ class FitPlan {
     [[nodiscard]] std::size_t start_count() const {
         return starts_.size() > 1 ? starts_.size() : 0;
     }
-    /// Where some iterations from start `k` lead, as text that keeps every bit; empty if nowhere.
-    [[nodiscard]] std::string begin(std::size_t k, const FitOptions& options) const;
-    /// χ² that begin() reached; infinite if the start led nowhere.
-    [[nodiscard]] static double chi_squared_of(const std::string& begun);
-    /// `begun`: the text of begin() for each start. As fit_model().
-    [[nodiscard]] Fit finish(const std::vector<std::string>& begun,
+    /// Where some iterations from start `k` lead; empty if nowhere.
+    [[nodiscard]] std::optional<BegunStart> begin(std::size_t k, const FitOptions& options) const;
+    /// `begun`: what begin() gave for each start. As fit_model().
+    [[nodiscard]] Fit finish(const std::vector<std::optional<BegunStart>>& begun,
                              const FitOptions& options) const;
 
   private:
-    [[nodiscard]] Fit fitted(const std::vector<std::string>& begun,
+    [[nodiscard]] Fit fitted(const std::vector<std::optional<BegunStart>>& begun,
                              const FitOptions& options) const;
     [[nodiscard]] bool moves() const;
     [[nodiscard]] bool moves_more() const;
     [[nodiscard]] std::vector<StartModels> larger_starts() const;
     [[nodiscard]] Fit fit_alone(std::size_t recording, const FitOptions& options) const;
     [[nodiscard]] Fit fit_from_own(const FitOptions& options) const;
-    [[nodiscard]] Fit fit_from_starts(const std::vector<std::string>& begun,
+    [[nodiscard]] Fit fit_from_starts(const std::vector<std::optional<BegunStart>>& begun,
                                       const FitOptions& options) const;
 
     std::string failure_; ///< why there is no plan

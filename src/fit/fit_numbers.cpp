@@ -10,44 +10,17 @@
 #include <limits>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 namespace culm::fit {
 namespace {
-
-using nlohmann::json;
-
-/// JSON has no infinity.
-json number(double value) {
-    return std::isfinite(value) ? json(value) : json(nullptr);
-}
-
-double number_from(const json& value) {
-    return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
-}
-
-json parameter_json(const FittedParameter& parameter) {
-    return {parameter.name,        parameter.unit,
-            parameter.value,       number(parameter.standard_error),
-            parameter.is_at_bound, parameter.lower,
-            parameter.upper,       static_cast<int>(parameter.fitted_as),
-            parameter.is_place,    parameter.absent};
-}
-
-FittedParameter parameter_from(const json& told) {
-    return {told[0], told[1], told[2], number_from(told[3]),
-            told[4], told[5], told[6], static_cast<physics::FittedAs>(told[7].get<int>()),
-            told[8], told[9]};
-}
 
 /// The models with the numbers that `summary` has for them.
 void set_values(const Fit& summary, const JointLayout& layout, std::vector<StemModel>& models) {
     for (std::size_t m = 0; m < models.size(); ++m) {
-        const std::vector<std::string> names = models[m].free_names();
-        for (std::size_t k = 0; k < names.size(); ++k) {
+        const std::size_t count = models[m].free_count();
+        for (std::size_t k = 0; k < count; ++k) {
             const JointLayout::Share& share = layout.shares[m][k];
-            const auto told = std::ranges::find(summary.parameters, layout.names[share.place],
-                                                &FittedParameter::name);
+            const auto told = std::ranges::find(summary.parameters, layout.ids[share.place],
+                                                &FittedParameter::id);
             if (told == summary.parameters.end())
                 continue;
             if (k < models[m].parameters.size())
@@ -74,52 +47,15 @@ Fit numbers_of(const Fit& fit) {
     return out;
 }
 
-std::string to_text(const Fit& numbers) {
-    json parameters = json::array();
-    for (const FittedParameter& parameter : numbers.parameters)
-        parameters.push_back(parameter_json(parameter));
-    json misfits = json::array();
-    for (const RecordingMisfit& misfit : numbers.misfits)
-        misfits.push_back(
-            {misfit.readings, misfit.chi_squared, misfit.rmse, misfit.is_noise_known});
-    return json{numbers.names,
-                static_cast<int>(numbers.status),
-                numbers.reason,
-                std::move(parameters),
-                numbers.chi_squared,
-                numbers.reduced_chi_squared,
-                numbers.rmse,
-                numbers.readings,
-                numbers.effective_readings,
-                numbers.runs,
-                numbers.out_of_reach ? json(*numbers.out_of_reach) : json(),
-                std::move(misfits)}
-        .dump();
-}
-
-Fit fit_from_text(const std::string& text) {
-    Fit out;
-    if (text.empty()) {
-        out.reason = "the rank that computed it was lost";
-        return out;
-    }
-    const json told = json::parse(text);
-    out.names = told[0].get<std::vector<std::string>>();
-    out.status = static_cast<FitStatus>(told[1].get<int>());
-    out.reason = told[2];
-    for (const json& parameter : told[3])
-        out.parameters.push_back(parameter_from(parameter));
-    out.chi_squared = told[4];
-    out.reduced_chi_squared = told[5];
-    out.rmse = told[6];
-    out.readings = told[7];
-    out.effective_readings = told[8];
-    out.runs = told[9];
-    if (!told[10].is_null())
-        out.out_of_reach = told[10].get<double>();
-    for (const json& misfit : told[11])
-        out.misfits.push_back({misfit[0], misfit[1], misfit[2], misfit[3]});
-    return out;
+Fit arrived(std::optional<Fit> numbers, const SelectedEffects& effects) {
+    Fit fit;
+    fit.reason = "the rank that computed it was lost";
+    if (numbers)
+        fit = *std::move(numbers);
+    else
+        fit.names = model_names(in_library_order(effects));
+    fit.effects = effects;
+    return fit;
 }
 
 std::vector<StemModel> models_of(const Fit& numbers,
@@ -148,8 +84,8 @@ Fit restored(const Fit& numbers, std::span<const measure::Measurement> recording
         std::vector<std::size_t>& places = out.places.emplace_back();
         for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
             const JointLayout::Share& share = layout.shares[m][k];
-            const auto found = std::ranges::find(out.parameters, layout.names[share.place],
-                                                 &FittedParameter::name);
+            const auto found =
+                std::ranges::find(out.parameters, layout.ids[share.place], &FittedParameter::id);
             places.push_back(static_cast<std::size_t>(found - out.parameters.begin()));
             if (found == out.parameters.end())
                 continue;

@@ -4,8 +4,8 @@
 
 #include "fit/solve/fit.hpp"
 
+#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace culm::fit {
@@ -13,10 +13,21 @@ namespace culm::fit {
 /// The fit without what its parts hold; counts its effective readings.
 [[nodiscard]] Fit numbers_of(const Fit& fit);
 
-/// Numbers as text and back; every number returns with all its bits, the effects do not. An empty
-/// text is a failed fit.
-[[nodiscard]] std::string to_text(const Fit& numbers);
-[[nodiscard]] Fit fit_from_text(const std::string& text);
+template <class Wire>
+void fields(Wire& wire, RecordingMisfit& misfit) {
+    wire(misfit.readings, misfit.chi_squared, misfit.rmse, misfit.is_noise_known);
+}
+
+/// The numbers travel between ranks. The effects do not, because every rank has them.
+template <class Wire>
+void fields(Wire& wire, Fit& numbers) {
+    wire(numbers.names, numbers.status, numbers.reason, numbers.parameters, numbers.chi_squared,
+         numbers.reduced_chi_squared, numbers.rmse, numbers.readings, numbers.effective_readings,
+         numbers.runs, numbers.out_of_reach, numbers.misfits);
+}
+
+/// The fit of `effects` as a map over ranks returns it: a failed one where its rank was lost.
+[[nodiscard]] Fit arrived(std::optional<Fit> numbers, const SelectedEffects& effects);
 
 /// The models of the recordings with the numbers of the fit.
 [[nodiscard]] std::vector<StemModel> models_of(const Fit& numbers,

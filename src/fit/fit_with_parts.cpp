@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/fit_model.hpp"
-#include "reduce/distributions.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -13,23 +11,16 @@
 namespace culm::fit {
 namespace {
 
-bool has_effect(const SelectedEffects& effects, const physics::SelectedEffect& wanted) {
-    return std::ranges::any_of(
-        effects, [&](const auto& each) { return each.effect->name() == wanted.effect->name(); });
-}
-
 /// Has a number that `smaller` does not have come to nothing? Then the fit may have ended beside a
 /// part of its model that explains more.
 bool is_doubtful(const Fit& fit, const Fit& smaller) {
     return fit.failed() ||
            std::ranges::any_of(fit.parameters, [&](const FittedParameter& parameter) {
                const bool is_new =
-                   std::ranges::find(smaller.parameters, parameter.name, &FittedParameter::name) ==
+                   std::ranges::find(smaller.parameters, parameter.id, &FittedParameter::id) ==
                    smaller.parameters.end();
-               const double size = std::abs(parameter.value - parameter.absent);
                return is_new && !parameter.is_place &&
-                      (parameter.is_at_bound ||
-                       !(size > reduce::normal_quantile_95 * parameter.standard_error));
+                      (parameter.is_at_bound || is_absent(parameter));
            });
 }
 
@@ -43,12 +34,12 @@ Fit fit_with_parts(const SelectedEffects& effects, const Fit& smaller,
                    std::span<const measure::Measurement> recordings, const FitOptions& options) {
     Fit whole = fit_model(effects, smaller, recordings, options);
     const auto added = std::ranges::count_if(
-        effects, [&](const auto& each) { return !has_effect(smaller.effects, each); });
+        effects, [&](const auto& each) { return !contains(smaller.effects, each); });
     if (added < 2 || !is_doubtful(whole, smaller))
         return whole;
     std::optional<Fit> best;
     for (std::size_t k = 0; k < effects.size(); ++k) {
-        if (has_effect(smaller.effects, effects[k]) || !has_fitted_number(*effects[k].effect))
+        if (contains(smaller.effects, effects[k]) || !has_fitted_number(*effects[k].effect))
             continue;
         SelectedEffects rest = effects;
         rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));

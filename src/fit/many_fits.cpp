@@ -26,11 +26,15 @@ double within_reach(double best, std::size_t readings) {
            generous * std::max(1.0, best / static_cast<double>(std::max<std::size_t>(readings, 1)));
 }
 
-double smallest_begun(const std::vector<std::vector<std::string>>& begun) {
+/// (plans)(starts), as FitPlan::begin().
+using BegunStarts = std::vector<std::vector<std::optional<BegunStart>>>;
+
+double smallest_begun(const BegunStarts& begun) {
     double smallest = std::numeric_limits<double>::infinity();
-    for (const std::vector<std::string>& starts : begun)
-        for (const std::string& start : starts)
-            smallest = std::min(smallest, FitPlan::chi_squared_of(start));
+    for (const std::vector<std::optional<BegunStart>>& starts : begun)
+        for (const std::optional<BegunStart>& start : starts)
+            if (start)
+                smallest = std::min(smallest, start->chi_squared);
     return smallest;
 }
 
@@ -38,7 +42,7 @@ class CandidateFits {
   public:
     CandidateFits(const std::vector<SelectedEffects>& models, const Fit& smaller,
                   std::span<const measure::Measurement> recordings, const FitOptions& options,
-                  const WorkMap& map)
+                  const core::ItemMap& map)
         : models_(models), smaller_(smaller), recordings_(recordings), options_(options), map_(map),
           image_(smaller, recordings, options) {
         for (const SelectedEffects& effects : models)
@@ -49,16 +53,11 @@ class CandidateFits {
         fit_image(goal);
         if (image_.is_coarser())
             refine();
-        for (std::size_t k = 0; k < fits_.size(); ++k)
-            if (fits_[k].names.empty()) // its rank was lost
-                fits_[k].names = model_names(in_library_order(models_[k]));
         return std::move(fits_);
     }
 
   private:
-    /// (plans)(starts), as FitPlan::begin().
-    [[nodiscard]] std::vector<std::vector<std::string>>
-    begun(const std::vector<FitPlan>& plans) const {
+    [[nodiscard]] BegunStarts begun(const std::vector<FitPlan>& plans) const {
         std::vector<std::pair<std::size_t, std::size_t>> items; // plan and start
         std::vector<double> costs;
         for (std::size_t k = 0; k < plans.size(); ++k)
@@ -66,16 +65,17 @@ class CandidateFits {
                 items.emplace_back(k, start);
                 costs.push_back(costs_[k]);
             }
-        std::vector<std::vector<std::string>> begun(plans.size());
+        BegunStarts begun(plans.size());
         if (items.empty())
             return begun;
-        const std::vector<std::string> answers = map_(costs, [&](std::size_t item,
-                                                                 const run::Heartbeat& heartbeat) {
-            const auto [plan, start] = items[item];
-            return plans[plan].begin(start, image_.options(with_heartbeat(options_, heartbeat)));
-        });
+        std::vector<std::optional<std::optional<BegunStart>>> answers =
+            map_.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
+                const auto [plan, start] = items[item];
+                return plans[plan].begin(start,
+                                         image_.options(with_heartbeat(options_, heartbeat)));
+            });
         for (std::size_t item = 0; item < items.size(); ++item)
-            begun[items[item].first].push_back(answers[item]);
+            begun[items[item].first].push_back(std::move(answers[item]).value_or(std::nullopt));
         return begun;
     }
 
@@ -94,18 +94,16 @@ class CandidateFits {
         for (const SelectedEffects& effects : models_)
             plans.emplace_back(effects, image_.fit(), image_.recordings(),
                                image_.options(options_));
-        const std::vector<std::vector<std::string>> starts = begun(plans);
+        const BegunStarts starts = begun(plans);
         set_reach(goal, smallest_begun(starts));
-        const std::vector<std::string> answers =
-            map_(costs_, [&](std::size_t item, const run::Heartbeat& heartbeat) {
+        std::vector<std::optional<Fit>> answers =
+            map_.values(costs_, [&](std::size_t item, const run::Heartbeat& heartbeat) {
                 FitOptions own = image_.options(with_heartbeat(options_, heartbeat));
                 own.wanted_chi_squared = reach_;
-                return to_text(image_.as_fine(numbers_of(plans[item].finish(starts[item], own))));
+                return image_.as_fine(numbers_of(plans[item].finish(starts[item], own)));
             });
-        for (std::size_t k = 0; k < models_.size(); ++k) {
-            fits_.push_back(fit_from_text(answers[k]));
-            fits_.back().effects = models_[k];
-        }
+        for (std::size_t k = 0; k < models_.size(); ++k)
+            fits_.push_back(arrived(std::move(answers[k]), models_[k]));
     }
 
     /// From where the coarse chain has ended; all the way if it has failed.
@@ -131,16 +129,14 @@ class CandidateFits {
         }
         if (places.empty())
             return;
-        const std::vector<std::string> answers =
-            map_(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
-                return to_text(
-                    numbers_of(refined_fit(places[item], with_heartbeat(options_, heartbeat))));
+        std::vector<std::optional<Fit>> answers =
+            map_.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
+                return numbers_of(refined_fit(places[item], with_heartbeat(options_, heartbeat)));
             });
         for (std::size_t item = 0; item < places.size(); ++item) {
             Fit& fit = fits_[places[item]];
             const int before = fit.runs;
-            fit = fit_from_text(answers[item]);
-            fit.effects = models_[places[item]];
+            fit = arrived(std::move(answers[item]), models_[places[item]]);
             fit.runs += before;
         }
     }
@@ -149,7 +145,7 @@ class CandidateFits {
     const Fit& smaller_;
     std::span<const measure::Measurement> recordings_;
     const FitOptions& options_;
-    const WorkMap& map_;
+    const core::ItemMap& map_;
     CoarseImage image_;
     std::vector<double> costs_;   ///< (models)
     std::optional<double> reach_; ///< χ² that a fit must come below to be followed
@@ -160,7 +156,7 @@ class CandidateFits {
 
 std::vector<Fit> fit_candidates(const std::vector<SelectedEffects>& models, const Fit& smaller,
                                 std::span<const measure::Measurement> recordings,
-                                const FitOptions& options, const WorkMap& map,
+                                const FitOptions& options, const core::ItemMap& map,
                                 const FitGoal& goal) {
     if (models.empty())
         return {};

@@ -2,9 +2,9 @@
 // Several models fitted beside one that they contain, over the ranks and first on a coarse chain.
 #pragma once
 
+#include "core/item_map.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/fit_numbers.hpp"
-#include "fit/work_map.hpp"
 
 #include <limits>
 #include <span>
@@ -26,7 +26,7 @@ struct FitGoal {
 [[nodiscard]] std::vector<Fit> fit_candidates(const std::vector<SelectedEffects>& models,
                                               const Fit& smaller,
                                               std::span<const measure::Measurement> recordings,
-                                              const FitOptions& options, const WorkMap& map,
+                                              const FitOptions& options, const core::ItemMap& map,
                                               const FitGoal& goal);
 
 /// Of a run with these effects, against one of the published chain: spatial chains take six times

@@ -32,21 +32,21 @@ std::string plus_minus(const Uncertain& estimate, double scale, int decimals) {
     return present::plus_minus(estimate.value, estimate.standard_error, scale, decimals);
 }
 
-Uncertain parameter_of(const calibrate::Calibration& calibration, const char* name) {
-    const fit::FittedParameter& parameter = *calibration.fit.find(name);
+Uncertain parameter_of(const calibrate::Calibration& calibration, const physics::ParameterId& id) {
+    const fit::FittedParameter& parameter = *calibration.fit.find(id);
     return {parameter.value, parameter.standard_error};
 }
 
 /// The frequency goes with √Y.
 Uncertain frequency_of(const calibrate::Calibration& calibration) {
-    const Uncertain modulus = parameter_of(calibration, "bond_youngs_modulus");
+    const Uncertain modulus = parameter_of(calibration, physics::bond_youngs_modulus);
     const double frequency = calibration.mode.frequency;
     return {frequency, 0.5 * frequency * modulus.standard_error / modulus.value};
 }
 
 /// The decay per cycle goes with β, up to the square of the damping ratio.
 Uncertain decay_of(const calibrate::Calibration& calibration) {
-    const Uncertain damping = parameter_of(calibration, "bond_damping");
+    const Uncertain damping = parameter_of(calibration, physics::bond_damping);
     const double decay = calibration.mode.decay_per_cycle;
     return {decay, std::abs(decay) * damping.standard_error / damping.value};
 }
@@ -116,9 +116,9 @@ json fit_quality_json(const calibrate::Calibration& calibration) {
             {"degrees_of_freedom", fit.degrees_of_freedom},
             {"readings", fit.readings},
             {"runs", fit.runs},
-            {"adequate", calibration.lack_of_fit.is_adequate},
-            {"reason", calibration.lack_of_fit.reason},
-            {"tests", tests_json(calibration.lack_of_fit.tests)}};
+            {"adequate", calibration.verdict.finding == diagnose::Finding::Adequate},
+            {"reason", calibration.verdict.reason},
+            {"tests", tests_json(calibration.verdict.tests)}};
 }
 
 json mode_json(const calibrate::Calibration& calibration) {
@@ -170,7 +170,7 @@ std::string calibrated_value(const fit::FittedParameter& parameter) {
     if (!shown.unit.empty())
         return plus_minus(estimate, shown.scale, shown.scale < 1.0 ? 5 : 4) + ' ' +
                std::string(shown.unit);
-    if (parameter.name == "bond_damping")
+    if (parameter.id == physics::bond_damping)
         return plus_minus(estimate, 1.0, 3);
     return fmt::format("{:.5g} ± {:.2g}", parameter.value,
                        reduce::normal_quantile_95 * parameter.standard_error);
@@ -269,10 +269,9 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
            fmt::format("  leaves {:.4f} mm rms; noise {:.4f} mm ({}); reduced chi2 {:.4f}: {}\n",
                        1e3 * fit.rmse, 1e3 * fit::typical_noise(fit), fit.noise_source,
                        fit.reduced_chi_squared,
-                       calibration.lack_of_fit.is_adequate
+                       calibration.verdict.finding == diagnose::Finding::Adequate
                            ? style.good("nothing is missing that this record could show")
-                           : style.warning("SOMETHING IS MISSING: ") +
-                                 calibration.lack_of_fit.reason) +
+                           : style.warning("SOMETHING IS MISSING: ") + calibration.verdict.reason) +
            check_lines(calibration);
 }
 
@@ -291,14 +290,15 @@ std::string calibration_table_line(const calibrate::Calibration& calibration, bo
                     ? fmt::format("{:>+8.2f}% {:>+8.3f}%  ", 100.0 * calibration.check->decay_error,
                                   100.0 * calibration.check->frequency_error)
                     : fmt::format("{:>9} {:>9}  ", "-", "-");
-    return fmt::format(
-        "{:<14} {:>18} {:>16} {:>18} {:>17} {:>8.4f}  {}{}\n", calibration.id,
-        plus_minus(parameter_of(calibration, "bond_youngs_modulus"), 1e-9, 4),
-        plus_minus(parameter_of(calibration, "bond_damping"), 1.0, 2),
-        plus_minus(decay_of(calibration), 1.0, 4), plus_minus(frequency_of(calibration), 1.0, 3),
-        calibration.fit.reduced_chi_squared, check,
-        calibration.lack_of_fit.is_adequate ? std::string("-")
-                                            : style.warning(calibration.lack_of_fit.reason));
+    return fmt::format("{:<14} {:>18} {:>16} {:>18} {:>17} {:>8.4f}  {}{}\n", calibration.id,
+                       plus_minus(parameter_of(calibration, physics::bond_youngs_modulus), 1e-9, 4),
+                       plus_minus(parameter_of(calibration, physics::bond_damping), 1.0, 2),
+                       plus_minus(decay_of(calibration), 1.0, 4),
+                       plus_minus(frequency_of(calibration), 1.0, 3),
+                       calibration.fit.reduced_chi_squared, check,
+                       calibration.verdict.finding == diagnose::Finding::Adequate
+                           ? std::string("-")
+                           : style.warning(calibration.verdict.reason));
 }
 
 json study_calibration_json(const calibrate::StudyCalibration& found, const std::string& study) {
@@ -332,9 +332,10 @@ std::string study_calibration_text(const calibrate::StudyCalibration& found,
 }
 
 StemNumbers numbers_of(const calibrate::Calibration& calibration) {
-    return {parameter_of(calibration, "bond_youngs_modulus").value,
-            parameter_of(calibration, "bond_damping").value, calibration.mode.decay_per_cycle,
-            calibration.mode.frequency, calibration.lack_of_fit.is_adequate};
+    return {parameter_of(calibration, physics::bond_youngs_modulus).value,
+            parameter_of(calibration, physics::bond_damping).value,
+            calibration.mode.decay_per_cycle, calibration.mode.frequency,
+            calibration.verdict.finding == diagnose::Finding::Adequate};
 }
 
 std::optional<Population> population_of(std::span<const StemNumbers> calibrated,

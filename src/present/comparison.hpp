@@ -28,8 +28,8 @@ namespace culm::present {
 
 /// One of the windows' numbers against the amplitude, measured and modelled.
 [[nodiscard]] nlohmann::json
-against_amplitude_json(const std::vector<diagnose::SwingWindow>& windows,
-                       reduce::Estimate diagnose::WindowFit::*quantity);
+against_amplitude_json(const std::vector<residuals::SwingWindow>& windows,
+                       reduce::Estimate residuals::WindowFit::*quantity);
 
 /// Every model fitted to every measurement.
 struct EffectTableReport {

@@ -61,7 +61,7 @@ json spectrum_json(const fit::ResidualSpectrum& found) {
             {"bands", bands}};
 }
 
-json window_fit_json(const std::optional<diagnose::WindowFit>& found) {
+json window_fit_json(const std::optional<residuals::WindowFit>& found) {
     if (!found)
         return nullptr;
     return {{"amplitude_mm", number(millimetres * found->amplitude)},
@@ -70,9 +70,9 @@ json window_fit_json(const std::optional<diagnose::WindowFit>& found) {
             {"rest_mm", bare_estimate(found->rest, millimetres)}};
 }
 
-json windows_json(const std::vector<diagnose::SwingWindow>& found) {
+json windows_json(const std::vector<residuals::SwingWindow>& found) {
     json out = json::array();
-    for (const diagnose::SwingWindow& window : found)
+    for (const residuals::SwingWindow& window : found)
         out.push_back({{"begin_s", window.begin},
                        {"end_s", window.end},
                        {"measured", window_fit_json(window.measured)},
@@ -80,9 +80,9 @@ json windows_json(const std::vector<diagnose::SwingWindow>& found) {
     return out;
 }
 
-json modes_json(const std::vector<diagnose::ModeShape>& found) {
+json modes_json(const std::vector<residuals::ModeShape>& found) {
     json out = json::array();
-    for (const diagnose::ModeShape& mode : found)
+    for (const residuals::ModeShape& mode : found)
         out.push_back({{"frequency_hz", number(mode.frequency)},
                        {"measured_mm", millimetres_of(mode.measured)},
                        {"modelled_mm", millimetres_of(mode.modelled)},
@@ -114,9 +114,9 @@ json banding_json(const diagnose::Comparison& comparison) {
             {"modelled", slope_json(comparison.modelled_ring_downs)}};
 }
 
-json structure_json(const diagnose::ResidualStructure& found) {
+json structure_json(const residuals::ResidualStructure& found) {
     json thirds = json::array();
-    for (const diagnose::SwingError& error : found.thirds)
+    for (const residuals::SwingError& error : found.thirds)
         thirds.push_back({{"amplitude", number(error.amplitude)},
                           {"amplitude_stderr", number(error.amplitude_error)},
                           {"lag_rad", number(error.lag)},
@@ -223,10 +223,10 @@ json effect_cell_json(const diagnose::EffectCell& cell) {
 
 } // namespace
 
-json against_amplitude_json(const std::vector<diagnose::SwingWindow>& windows,
-                            reduce::Estimate diagnose::WindowFit::*quantity) {
+json against_amplitude_json(const std::vector<residuals::SwingWindow>& windows,
+                            reduce::Estimate residuals::WindowFit::*quantity) {
     json out = json::array();
-    for (const diagnose::SwingWindow& window : windows)
+    for (const residuals::SwingWindow& window : windows)
         if (window.measured)
             out.push_back({{"amplitude_mm", number(millimetres * window.measured->amplitude)},
                            {"measured", bare_estimate(*window.measured.*quantity)},

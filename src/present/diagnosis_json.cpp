@@ -180,9 +180,9 @@ json where_of(const fit::Fit& fit, std::size_t part, const measure::Measurement&
     const diagnose::Comparison comparison = diagnose::compare(candidate, recording);
     json where = where_json(comparison, fit.parts[part]);
     where["frequency_vs_amplitude"] =
-        against_amplitude_json(comparison.windows, &diagnose::WindowFit::frequency);
+        against_amplitude_json(comparison.windows, &residuals::WindowFit::frequency);
     where["decay_vs_amplitude"] =
-        against_amplitude_json(comparison.windows, &diagnose::WindowFit::decay_per_cycle);
+        against_amplitude_json(comparison.windows, &residuals::WindowFit::decay_per_cycle);
     return where;
 }
 

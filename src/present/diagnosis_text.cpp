@@ -57,7 +57,7 @@ std::string first_model(const diagnose::Diagnosis& found) {
 std::string strength_lines(const DiagnosisReport& report, const std::string& effect) {
     std::string text;
     for (const auto& [key, parameter] : by_key(report.parameters()))
-        if (key.starts_with(effect + "."))
+        if (parameter->id.effect == effect)
             text += fmt::format("    {:<40} {}  (95 %)\n", key, value_text(*parameter));
     return text;
 }
@@ -70,7 +70,7 @@ std::string weighing_lines(const DiagnosisReport& report) {
                        "above count it so.";
     std::vector<std::string> counted;
     for (const auto& [key, parameter] : by_key(report.best_fit().parameters))
-        if (key.find('.') != std::string::npos)
+        if (parameter->id.is_of_effect())
             counted.push_back(fmt::format("{} = {}", key, number_cell(parameter->value, 4)));
     if (!counted.empty())
         text += fmt::format(" Were every reading independent: {}.", fmt::join(counted, ", "));
@@ -78,9 +78,9 @@ std::string weighing_lines(const DiagnosisReport& report) {
 }
 
 /// Relative error of a number of the baseline; NaN if one of the models does not have it.
-double bias_of(const DiagnosisReport& report, const char* name) {
-    const auto value = [name](const std::vector<fit::FittedParameter>& parameters) {
-        const auto found = std::ranges::find(parameters, name, &fit::FittedParameter::name);
+double bias_of(const DiagnosisReport& report, const physics::ParameterId& id) {
+    const auto value = [&id](const std::vector<fit::FittedParameter>& parameters) {
+        const auto found = std::ranges::find(parameters, id, &fit::FittedParameter::id);
         return found == parameters.end() ? std::numeric_limits<double>::quiet_NaN() : found->value;
     };
     return value(report.found.baseline.parameters) / value(report.parameters()) - 1.0;
@@ -94,8 +94,8 @@ std::string consequence_lines(const DiagnosisReport& report) {
         fmt::format("The error falls from {} mm (rms) to {} mm; the noise is {} mm.",
                     number_cell(1e3 * first.rmse, 4), number_cell(1e3 * last.rmse, 4),
                     number_cell(1e3 * report.noise(), 4));
-    const double modulus = bias_of(report, "bond_youngs_modulus");
-    const double damping = bias_of(report, "bond_damping");
+    const double modulus = bias_of(report, physics::bond_youngs_modulus);
+    const double damping = bias_of(report, physics::bond_damping);
     // With known effects the first model is not the baseline, whose numbers these are.
     if (first.names.size() == 1 && std::isfinite(modulus) && std::isfinite(damping))
         text += fmt::format(" Without {} the calibrated Y was off by {} and beta by {}.",

@@ -55,32 +55,33 @@ void add_predicted(std::vector<NamedArray>& arrays, const std::string& group,
 
 /// What Eq. 1 found in every window, on one side; NaN where it found nothing.
 void add_windows(std::vector<NamedArray>& arrays, const std::string& group,
-                 const std::vector<diagnose::SwingWindow>& windows,
-                 std::optional<diagnose::WindowFit> diagnose::SwingWindow::*side) {
+                 const std::vector<residuals::SwingWindow>& windows,
+                 std::optional<residuals::WindowFit> residuals::SwingWindow::*side) {
     struct Column {
         const char* name;
         const char* unit;
         const char* description;
-        double (*get)(const diagnose::WindowFit&);
+        double (*get)(const residuals::WindowFit&);
     };
     static constexpr Column columns[]{
         {"amplitude", "m", "in the middle of the window",
-         [](const diagnose::WindowFit& fit) { return fit.amplitude; }},
-        {"frequency", "Hz", "", [](const diagnose::WindowFit& fit) { return fit.frequency.value; }},
+         [](const residuals::WindowFit& fit) { return fit.amplitude; }},
+        {"frequency", "Hz", "",
+         [](const residuals::WindowFit& fit) { return fit.frequency.value; }},
         {"frequency_stderr", "Hz", "",
-         [](const diagnose::WindowFit& fit) { return fit.frequency.standard_error; }},
+         [](const residuals::WindowFit& fit) { return fit.frequency.standard_error; }},
         {"decay_per_cycle", "1", "b1 per cycle",
-         [](const diagnose::WindowFit& fit) { return fit.decay_per_cycle.value; }},
+         [](const residuals::WindowFit& fit) { return fit.decay_per_cycle.value; }},
         {"decay_per_cycle_stderr", "1", "",
-         [](const diagnose::WindowFit& fit) { return fit.decay_per_cycle.standard_error; }},
+         [](const residuals::WindowFit& fit) { return fit.decay_per_cycle.standard_error; }},
         {"rest", "m", "position of rest",
-         [](const diagnose::WindowFit& fit) { return fit.rest.value; }},
+         [](const residuals::WindowFit& fit) { return fit.rest.value; }},
         {"rest_stderr", "m", "",
-         [](const diagnose::WindowFit& fit) { return fit.rest.standard_error; }}};
+         [](const residuals::WindowFit& fit) { return fit.rest.standard_error; }}};
     for (const Column& column : columns) {
         std::vector<double> values;
         values.reserve(windows.size());
-        for (const diagnose::SwingWindow& window : windows)
+        for (const residuals::SwingWindow& window : windows)
             values.push_back(window.*side ? column.get(*(window.*side))
                                           : std::numeric_limits<double>::quiet_NaN());
         arrays.push_back(series(fmt::format("{}/{}", group, column.name), column.unit,
@@ -100,16 +101,16 @@ void add_model(std::vector<NamedArray>& arrays, const std::string& group,
                             spectrum.mode_frequencies));
     std::vector<double> begin;
     std::vector<double> end;
-    for (const diagnose::SwingWindow& window : comparison.windows) {
+    for (const residuals::SwingWindow& window : comparison.windows) {
         begin.push_back(window.begin);
         end.push_back(window.end);
     }
     arrays.push_back(series(group + "/windows/begin", "s", "", std::move(begin)));
     arrays.push_back(series(group + "/windows/end", "s", "", std::move(end)));
     add_windows(arrays, group + "/windows/measured", comparison.windows,
-                &diagnose::SwingWindow::measured);
+                &residuals::SwingWindow::measured);
     add_windows(arrays, group + "/windows/modelled", comparison.windows,
-                &diagnose::SwingWindow::modelled);
+                &residuals::SwingWindow::modelled);
 }
 
 } // namespace

@@ -27,11 +27,10 @@ std::string plus_minus(double value, double standard_error, double scale, int de
 }
 
 std::string parameter_key(const fit::FittedParameter& parameter) {
-    const std::size_t at = std::min(parameter.name.find('@'), parameter.name.size());
-    std::string key = parameter.name.substr(0, at);
-    if (key.find('.') == std::string::npos && !parameter.unit.empty())
+    std::string key = to_string(parameter.id.in_one_model());
+    if (!parameter.id.is_of_effect() && !parameter.unit.empty())
         key += parameter.unit == "Pa" ? "_pa" : "_" + parameter.unit;
-    return key + parameter.name.substr(at);
+    return parameter.id.is_one_recordings_own() ? key + "@" + parameter.id.recording : key;
 }
 
 std::map<std::string, const fit::FittedParameter*>
@@ -52,17 +51,15 @@ json parameters_json(std::span<const fit::FittedParameter> parameters) {
 }
 
 ReadableParameter readable(const fit::FittedParameter& parameter) {
-    const std::string_view name = parameter.name;
-    const auto is = [name](std::string_view quantity) {
-        return name == quantity || name.starts_with(std::string(quantity) + '@');
-    };
-    if (is("bond_youngs_modulus"))
-        return parameter.value < 1e8 ? ReadableParameter{parameter.name, 1e-6, "MPa"}
-                                     : ReadableParameter{parameter.name, 1e-9, "GPa"};
-    if (is("tip_deflection"))
-        return {parameter.name, 1e3, "mm"};
-    if (is("release_time"))
-        return {parameter.name, 1e3, "ms"};
+    const physics::ParameterId id = parameter.id.in_one_model();
+    const std::string name = to_string(parameter.id);
+    if (id == physics::bond_youngs_modulus)
+        return parameter.value < 1e8 ? ReadableParameter{name, 1e-6, "MPa"}
+                                     : ReadableParameter{name, 1e-9, "GPa"};
+    if (id == physics::tip_deflection)
+        return {name, 1e3, "mm"};
+    if (id == physics::release_time)
+        return {name, 1e3, "ms"};
     return {parameter_key(parameter)};
 }
 
@@ -112,9 +109,9 @@ std::string finding_text(diagnose::Finding finding, const TextStyle& style) {
     return std::string(text);
 }
 
-json tests_json(std::span<const calibrate::LackOfFitTest> tests) {
+json tests_json(std::span<const residuals::LackOfFitTest> tests) {
     json out = json::array();
-    for (const calibrate::LackOfFitTest& test : tests)
+    for (const residuals::LackOfFitTest& test : tests)
         out.push_back({{"name", test.name},
                        {"p_value", number(test.p_value)},
                        {"adjusted_p_value", number(test.adjusted_p_value)}});

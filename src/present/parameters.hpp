@@ -2,7 +2,7 @@
 // Fitted numbers and the models that they belong to, for people and for programs.
 #pragma once
 
-#include "diagnose/verdict.hpp"
+#include "diagnose/adequacy.hpp"
 #include "fit/solve/fit.hpp"
 #include "present/text_style.hpp"
 
@@ -58,6 +58,6 @@ struct ReadableParameter {
 [[nodiscard]] std::string finding_text(diagnose::Finding finding, const TextStyle& style);
 
 /// {"name", "p_value", "adjusted_p_value"} of each.
-[[nodiscard]] nlohmann::json tests_json(std::span<const calibrate::LackOfFitTest> tests);
+[[nodiscard]] nlohmann::json tests_json(std::span<const residuals::LackOfFitTest> tests);
 
 } // namespace culm::present

@@ -26,12 +26,12 @@ std::vector<double> difference_quotient(const std::vector<double>& changed,
 } // namespace
 
 std::vector<CaseParameter> baseline_parameters() {
-    return {{"bond_youngs_modulus",
+    return {{physics::bond_youngs_modulus,
              [](const CaseSpec& spec) { return spec.stem.bond_youngs_modulus; },
              [](CaseSpec& spec, double value) { spec.stem.bond_youngs_modulus = value; }},
-            {"bond_damping", [](const CaseSpec& spec) { return spec.stem.bond_damping; },
+            {physics::bond_damping, [](const CaseSpec& spec) { return spec.stem.bond_damping; },
              [](CaseSpec& spec, double value) { spec.stem.bond_damping = value; }},
-            {"tip_deflection", [](const CaseSpec& spec) { return spec.tip_deflection; },
+            {physics::tip_deflection, [](const CaseSpec& spec) { return spec.tip_deflection; },
              [](CaseSpec& spec, double value) { spec.tip_deflection = value; }}};
 }
 

@@ -2,11 +2,11 @@
 // A case's deflections together with their derivatives by its parameters.
 #pragma once
 
+#include "physics/parameter_id.hpp"
 #include "run/simulate.hpp"
 
 #include <functional>
 #include <span>
-#include <string>
 #include <variant>
 #include <vector>
 
@@ -14,7 +14,7 @@ namespace culm::run {
 
 /// A number of a case that can be varied, in SI units.
 struct CaseParameter {
-    std::string name;
+    physics::ParameterId id;
     std::function<double(const CaseSpec&)> get;
     std::function<void(CaseSpec&, double)> set;
     /// A size of the number for parameters that may be zero; 0: its own value is the size.

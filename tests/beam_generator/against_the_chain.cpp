@@ -4,6 +4,7 @@
 #include "beam_generator/recording.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/model/stem_chain.hpp"
+#include "support/parameter_ids.hpp"
 #include "support/single_fit.hpp"
 
 #include <string>
@@ -47,7 +48,7 @@ void expect_found(const HiddenEffect& effect, const std::string& parameter, doub
     ASSERT_FALSE(fit.failed()) << effect.name << ": " << fit.reason;
     // 2000 readings: their root mean square has a standard error of 1.6 %.
     EXPECT_LT(fit.parts.front().rmse, 1.05 * spec.errors.noise) << effect.name;
-    const auto* const found = fit.parts.front().find(effect.name + "." + parameter);
+    const auto* const found = fit.parts.front().find({effect.name, parameter, {}});
     ASSERT_NE(found, nullptr);
     const double truth = effect.value(parameter);
     EXPECT_NEAR(found->value / truth, 1.0, tolerance) << effect.name;
@@ -88,7 +89,7 @@ TEST(Chain, EndsAtTheBestMassAtTheTipAndNotInTheValleyBeforeIt) {
     ASSERT_FALSE(free.failed() || fixed.failed()) << free.reason << fixed.reason;
     // A free number cannot fit worse; Huber's loss and the noise of the runs blur that by ~ 1.
     EXPECT_LT(free.parts.front().chi_squared, fixed.parts.front().chi_squared + 1.0);
-    const auto* const mass = free.parts.front().find("tip_mass.mass_kg");
+    const auto* const mass = free.parts.front().find(tests::id("tip_mass.mass_kg"));
     ASSERT_NE(mass, nullptr);
     EXPECT_LT(std::abs(mass->value - truth), 3.0 * mass->standard_error);
 }

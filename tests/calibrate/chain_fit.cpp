@@ -3,6 +3,7 @@
 #include "calibrate/simulated_measurement.hpp"
 #include "core/error.hpp"
 #include "fit/solve/fit.hpp"
+#include "support/parameter_ids.hpp"
 
 #include <cmath>
 
@@ -17,8 +18,8 @@ fit::RecordingFit fitted(const measure::Measurement& measurement,
     return fit::fit_chain(fit::baseline_model(measurement), measurement, options);
 }
 
-double deviation(const fit::RecordingFit& fit, const char* name, double truth) {
-    const fit::FittedParameter* found = fit.find(name);
+double deviation(const fit::RecordingFit& fit, const physics::ParameterId& id, double truth) {
+    const fit::FittedParameter* found = fit.find(id);
     return (found->value - truth) / found->standard_error;
 }
 
@@ -27,10 +28,11 @@ TEST(RecordingFit, FindsTheValuesThatMadeTheRecordWithinTheirErrors) {
     const fit::RecordingFit fit = fitted(tests::simulated_measurement(truth));
     ASSERT_TRUE(fit.has_converged) << fit.reason;
     // Four standard errors: one false alarm in 4000 for the four together.
-    EXPECT_LT(std::abs(deviation(fit, "bond_youngs_modulus", truth.bond_youngs_modulus)), 4.0);
-    EXPECT_LT(std::abs(deviation(fit, "bond_damping", truth.bond_damping)), 4.0);
-    EXPECT_LT(std::abs(deviation(fit, "tip_deflection", truth.tip_deflection)), 4.0);
-    EXPECT_LT(std::abs(deviation(fit, "release_time", truth.release_time)), 4.0);
+    EXPECT_LT(std::abs(deviation(fit, physics::bond_youngs_modulus, truth.bond_youngs_modulus)),
+              4.0);
+    EXPECT_LT(std::abs(deviation(fit, physics::bond_damping, truth.bond_damping)), 4.0);
+    EXPECT_LT(std::abs(deviation(fit, physics::tip_deflection, truth.tip_deflection)), 4.0);
+    EXPECT_LT(std::abs(deviation(fit, physics::release_time, truth.release_time)), 4.0);
     // 616 degrees of freedom: a standard error of 5.7 %.
     EXPECT_NEAR(fit.reduced_chi_squared, 1.0, 0.23);
     EXPECT_EQ(fit.readings, 155U * 4U);
@@ -43,7 +45,8 @@ TEST(RecordingFit, StandardErrorsAreTheScatterOverManyRecords) {
     constexpr int records = 16;
     for (unsigned seed = 1; seed <= records; ++seed) {
         const fit::RecordingFit fit = fitted(tests::simulated_measurement(truth, seed));
-        const double scaled = deviation(fit, "bond_youngs_modulus", truth.bond_youngs_modulus);
+        const double scaled =
+            deviation(fit, physics::bond_youngs_modulus, truth.bond_youngs_modulus);
         sum += scaled * scaled;
     }
     // χ² with 16 degrees of freedom lies in 4.5 … 36 with a probability of 99.5 %.
@@ -100,7 +103,7 @@ TEST(RecordingFit, GapsAreLeftOut) {
     const fit::RecordingFit fit = fitted(measurement);
     EXPECT_EQ(fit.readings, 155U * 4U - 207U);
     EXPECT_TRUE(std::isnan(fit.residuals[0]));
-    EXPECT_LT(std::abs(deviation(fit, "bond_youngs_modulus", 1.3e9)), 4.0); // as above
+    EXPECT_LT(std::abs(deviation(fit, physics::bond_youngs_modulus, 1.3e9)), 4.0); // as above
 }
 
 TEST(RecordingFit, RobustLossShrugsOffWrongReadings) {
@@ -109,9 +112,10 @@ TEST(RecordingFit, RobustLossShrugsOffWrongReadings) {
         measurement.deflections[k] += 5e-3;
     fit::SolveOptions robust;
     robust.is_robust = true;
-    const double plain_error = std::abs(fitted(measurement).find("tip_deflection")->value - 15e-3);
+    const double plain_error =
+        std::abs(fitted(measurement).find(tests::id("tip_deflection"))->value - 15e-3);
     const double robust_error =
-        std::abs(fitted(measurement, robust).find("tip_deflection")->value - 15e-3);
+        std::abs(fitted(measurement, robust).find(tests::id("tip_deflection"))->value - 15e-3);
     EXPECT_LT(robust_error, 0.5 * plain_error);
     EXPECT_LT(robust_error, 30e-6); // 16 of 620 readings wrong by 100 σ
 }
@@ -121,7 +125,7 @@ TEST(RecordingFit, RecoversFromAModulusThatIsATenthTooLarge) {
     fit::StemModel model = fit::baseline_model(measurement);
     model.spec.stem.bond_youngs_modulus *= 1.1; // half a cycle off at the end of the record
     const fit::RecordingFit fit = fit::fit_chain(model, measurement);
-    EXPECT_LT(std::abs(deviation(fit, "bond_youngs_modulus", 1.3e9)), 4.0);
+    EXPECT_LT(std::abs(deviation(fit, physics::bond_youngs_modulus, 1.3e9)), 4.0);
 }
 
 TEST(RecordingFit, SaysWhichParameterEndsAtItsBound) {
@@ -130,7 +134,7 @@ TEST(RecordingFit, SaysWhichParameterEndsAtItsBound) {
     model.parameters[1].upper = 5.0; // β is 12
     model.spec.stem.bond_damping = 4.0;
     const fit::RecordingFit fit = fit::fit_chain(model, measurement);
-    EXPECT_TRUE(fit.find("bond_damping")->is_at_bound);
+    EXPECT_TRUE(fit.find(tests::id("bond_damping"))->is_at_bound);
     EXPECT_NE(fit.reason.find("bond_damping is at its bound"), std::string::npos) << fit.reason;
 }
 
@@ -150,7 +154,7 @@ TEST(RecordingFit, ProfileIntervalsOfANearlyLinearProblemAreThoseOfTheCovariance
     const measure::Measurement measurement = tests::simulated_measurement();
     const fit::RecordingFit fit = fitted(measurement);
     for (const auto& interval : calibrate::profile_intervals(fit, measurement)) {
-        const fit::FittedParameter* found = fit.find(interval.name);
+        const fit::FittedParameter* found = fit.find(tests::id(interval.name));
         const double half = 1.96 * found->standard_error;
         // 2 % by the search, some for the curvature of the problem.
         EXPECT_NEAR(found->value - interval.lower, half, 0.1 * half) << interval.name;

@@ -70,11 +70,11 @@ TEST(HeldFrames, HaveTheDerivativesOfTheirReadings) {
                 fit::predict_readings(below, times).readings[reading]) /
                (2.0 * step);
     };
-    const std::vector<std::string> names = model.free_names();
-    ASSERT_EQ(names.back(), fit::release_time_name);
+    const std::vector<physics::ParameterId> ids = model.free_ids();
+    ASSERT_EQ(ids.back(), physics::release_time);
     for (const std::size_t reading : {std::size_t{0}, std::size_t{13}})
-        for (std::size_t k = 0; k < names.size(); ++k) {
-            const bool is_release = k + 1 == names.size();
+        for (std::size_t k = 0; k < ids.size(); ++k) {
+            const bool is_release = k + 1 == ids.size();
             // Of the size for most parameters; of a millisecond for the time.
             const double size =
                 is_release ? 1e-3 : std::abs(model.parameters[k].access.get(model.spec));
@@ -91,7 +91,7 @@ TEST(HeldFrames, HaveTheDerivativesOfTheirReadings) {
             // Curvature over the step (1e-8) and derivatives in lanes (1e-5 of the largest).
             EXPECT_NEAR(predicted.jacobian[reading * predicted.parameters + k] * size, found * size,
                         1e-7)
-                << names[k];
+                << to_string(ids[k]);
         }
 }
 

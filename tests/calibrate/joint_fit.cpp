@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/simulated_measurement.hpp"
 #include "fit/solve/fit.hpp"
+#include "support/parameter_ids.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,8 +13,8 @@ namespace {
 
 using namespace culm;
 
-bool is_of_the_release(const std::string& name) {
-    return name == "tip_deflection" || name == fit::release_time_name;
+bool is_of_the_release(const physics::ParameterId& id) {
+    return id == physics::tip_deflection || id == physics::release_time;
 }
 
 measure::Measurement with_id(measure::Measurement measurement, const std::string& id) {
@@ -37,11 +38,12 @@ fit::Fit fit_together(std::span<const measure::Measurement> measurements,
 }
 
 double value(const fit::Fit& fit, const std::string& name) {
-    return std::ranges::find(fit.parameters, name, &fit::FittedParameter::name)->value;
+    return std::ranges::find(fit.parameters, tests::id(name), &fit::FittedParameter::id)->value;
 }
 
 double error(const fit::Fit& fit, const std::string& name) {
-    return std::ranges::find(fit.parameters, name, &fit::FittedParameter::name)->standard_error;
+    return std::ranges::find(fit.parameters, tests::id(name), &fit::FittedParameter::id)
+        ->standard_error;
 }
 
 TEST(Fit, EndsEarlyWhereItsPaceCannotReachWhatIsWanted) {
@@ -81,7 +83,7 @@ TEST(Fit, OneRecordingGivesWhatItsOwnFitGivesBitForBit) {
     const fit::Fit joint = fit_together({&measurement, 1});
     ASSERT_EQ(joint.parameters.size(), alone.parameters.size());
     for (std::size_t k = 0; k < alone.parameters.size(); ++k) {
-        EXPECT_EQ(joint.parameters[k].name, alone.parameters[k].name);
+        EXPECT_EQ(joint.parameters[k].id, alone.parameters[k].id);
         EXPECT_EQ(joint.parameters[k].value, alone.parameters[k].value);
         EXPECT_EQ(joint.parameters[k].standard_error, alone.parameters[k].standard_error);
     }
@@ -96,7 +98,7 @@ TEST(Fit, SharesTheMaterialAndNothingOfTheRelease) {
     ASSERT_TRUE(fit.failed() == false) << fit.reason;
     std::vector<std::string> names;
     for (const fit::FittedParameter& parameter : fit.parameters)
-        names.push_back(parameter.name);
+        names.push_back(to_string(parameter.id));
     EXPECT_EQ(names,
               (std::vector<std::string>{"bond_youngs_modulus", "bond_damping", "tip_deflection@a",
                                         "release_time@a", "tip_deflection@b", "release_time@b"}));
@@ -111,8 +113,9 @@ TEST(Fit, SharesTheMaterialAndNothingOfTheRelease) {
     // 1234 degrees of freedom: a standard error of 4 %.
     EXPECT_NEAR(fit.reduced_chi_squared, 1.0, 0.16);
     for (const fit::RecordingFit& part : fit.parts) {
-        EXPECT_EQ(part.find("bond_youngs_modulus")->value, value(fit, "bond_youngs_modulus"));
-        EXPECT_EQ(part.find("bond_youngs_modulus")->standard_error,
+        EXPECT_EQ(part.find(tests::id("bond_youngs_modulus"))->value,
+                  value(fit, "bond_youngs_modulus"));
+        EXPECT_EQ(part.find(tests::id("bond_youngs_modulus"))->standard_error,
                   error(fit, "bond_youngs_modulus"));
         EXPECT_EQ(part.covariance.rows(), 4);
     }
@@ -146,8 +149,9 @@ TEST(Fit, SharesTheTimeOfTheDampingAndNotBetaBetweenChainsOfOtherLength) {
     const std::array<measure::Measurement, 2> recordings{
         with_id(tests::simulated_measurement(), "long"), tests::read_with_noise(other, made, 3)};
     const fit::Fit fit = fit_together(recordings);
-    EXPECT_NEAR(fit.parts[0].find("bond_damping")->value, 12.0, 4.0 * error(fit, "bond_damping"));
-    const fit::FittedParameter* const shorter = fit.parts[1].find("bond_damping");
+    EXPECT_NEAR(fit.parts[0].find(tests::id("bond_damping"))->value, 12.0,
+                4.0 * error(fit, "bond_damping"));
+    const fit::FittedParameter* const shorter = fit.parts[1].find(tests::id("bond_damping"));
     EXPECT_NEAR(shorter->value, beta, 4.0 * shorter->standard_error); // as above
     EXPECT_NEAR(fit.reduced_chi_squared, 1.0, 0.16);
 }

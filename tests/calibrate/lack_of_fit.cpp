@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibrate/lack_of_fit.hpp"
-
 #include "calibrate/simulated_measurement.hpp"
+#include "diagnose/adequacy.hpp"
 #include "fit/model/stem_model.hpp"
 #include "physics/effects/library.hpp"
+#include "support/parameter_ids.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,12 +11,17 @@ namespace {
 
 using namespace culm;
 
+bool is_adequate(const fit::RecordingFit& fit, const measure::Measurement& measurement) {
+    return diagnose::verdict_on(fit, residuals::swing_of(fit, measurement)).finding ==
+           diagnose::Finding::Adequate;
+}
+
 TEST(LackOfFit, IsNotSeenWhereNothingIsMissing) {
     int alarms = 0;
     for (unsigned seed = 1; seed <= 10; ++seed) {
         const auto measurement = tests::simulated_measurement({}, seed);
         const auto fit = fit::fit_chain(fit::baseline_model(measurement), measurement);
-        alarms += calibrate::test_lack_of_fit(fit).is_adequate ? 0 : 1;
+        alarms += is_adequate(fit, measurement) ? 0 : 1;
     }
     EXPECT_LE(alarms, 1); // at a rate of 1 %, two of ten have a probability of 0.4 %
 }
@@ -30,9 +35,10 @@ TEST(LackOfFit, SeesTheDragOfTheAir) {
     truth.parameters.resize(3);
     measurement = tests::read_with_noise(measurement, truth, 1);
     const auto fit = fit::fit_chain(fit::baseline_model(measurement), measurement);
-    const calibrate::LackOfFit lack = calibrate::test_lack_of_fit(fit);
-    EXPECT_FALSE(lack.is_adequate) << fit.reduced_chi_squared;
-    EXPECT_NE(lack.reason.find("correlation of the swing"), std::string::npos) << lack.reason;
+    const diagnose::Verdict verdict =
+        diagnose::verdict_on(fit, residuals::swing_of(fit, measurement));
+    EXPECT_EQ(verdict.finding, diagnose::Finding::Inadequate) << fit.reduced_chi_squared;
+    EXPECT_NE(verdict.reason.find("correlation of the swing"), std::string::npos) << verdict.reason;
 }
 
 TEST(EffectParameters, AreFoundTogetherWithTheBaselines) {
@@ -48,11 +54,11 @@ TEST(EffectParameters, AreFoundTogetherWithTheBaselines) {
     drag.fixed = {std::nullopt};
     const fit::RecordingFit fit = fit::fit_chain(
         fit::with_effect(fit::baseline_model(measurement), drag, measurement), measurement);
-    const fit::FittedParameter* found = fit.find("quadratic_drag.drag_coefficient");
+    const fit::FittedParameter* found = fit.find(tests::id("quadratic_drag.drag_coefficient"));
     ASSERT_NE(found, nullptr);
     EXPECT_LT(std::abs(found->value - 1.5), 4.0 * found->standard_error);
     EXPECT_LT(found->standard_error, 0.5); // it can be told at all
-    EXPECT_TRUE(calibrate::test_lack_of_fit(fit).is_adequate);
+    EXPECT_TRUE(is_adequate(fit, measurement));
 }
 
 } // namespace

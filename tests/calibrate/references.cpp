@@ -4,6 +4,7 @@
 #include "calibrate/calibration.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "support/optional_data.hpp"
+#include "support/parameter_ids.hpp"
 
 #include <cmath>
 #include <fstream>
@@ -35,10 +36,10 @@ TEST(NullStem, IsCalibratedWithinAPerCentAndNothingIsMissing) {
     options.with_check = true;
     const calibrate::Calibration found = calibrate::calibrate_stem(null_stem(), options);
     // Asked for: 1 % and 2 %. Seen: 0.05 % and 0.05 %; a factor of 4 for other compilers' noise.
-    EXPECT_NEAR(found.fit.find("bond_youngs_modulus")->value / true_modulus, 1.0, 0.002);
+    EXPECT_NEAR(found.fit.find(tests::id("bond_youngs_modulus"))->value / true_modulus, 1.0, 0.002);
     EXPECT_NEAR(decay_of(found.mode) / true_decay, 1.0, 0.002);
     EXPECT_NEAR(found.fit.rmse, 0.0505e-3, 0.0002e-3); // the noise that was added
-    EXPECT_TRUE(found.lack_of_fit.is_adequate) << found.lack_of_fit.reason;
+    EXPECT_TRUE(found.verdict.finding == diagnose::Finding::Adequate) << found.verdict.reason;
     ASSERT_TRUE(found.check);
     // The closing test cannot be better than the reading itself: four standard errors.
     EXPECT_LT(std::abs(found.check->decay_error), 4.0 * found.check->decay_resolution + 1e-3);
@@ -54,7 +55,7 @@ TEST(NullStem, DoesNotDependOnTheNumberOfSpheresByMoreThanTheNoise) {
         found.emplace(spheres, calibrate::calibrate_stem(null_stem(), options));
     }
     const auto modulus = [&](int spheres) {
-        return found.at(spheres).fit.find("bond_youngs_modulus")->value;
+        return found.at(spheres).fit.find(tests::id("bond_youngs_modulus"))->value;
     };
     // The discretisation makes the chain softer by a share that falls with n²: 0.1 % at 28.
     EXPECT_NEAR(modulus(28) / modulus(56), 1.0, 2e-3);
@@ -70,7 +71,7 @@ TEST(NullStem, NeedsAboutTheSameDampingTimeUnderTheAuthorsLaw) {
     options.chain.law = physics::schramm2019_law();
     const calibrate::Calibration found = calibrate::calibrate_stem(null_stem(), options);
     EXPECT_NEAR(decay_of(found.mode) / true_decay, 1.0, 0.02);
-    EXPECT_NEAR(found.fit.find("bond_youngs_modulus")->value / true_modulus, 1.0, 0.01);
+    EXPECT_NEAR(found.fit.find(tests::id("bond_youngs_modulus"))->value / true_modulus, 1.0, 0.01);
 }
 
 std::map<std::string, std::vector<double>> population_truth(const fs::path& file) {
@@ -103,7 +104,8 @@ TEST(LabPopulation, MeetsItsTargetsForEveryStem) {
         EXPECT_NEAR(decay_of(found.mode) / truth[decay], 1.0, 0.03) << id;
         // The yielding clamp makes a rigid one look softer by 4 EI/(kL), 0.33 … 3.4 %.
         const double error =
-            found.fit.find("bond_youngs_modulus")->value * 1e-9 / truth[modulus_gpa] - 1.0;
+            found.fit.find(tests::id("bond_youngs_modulus"))->value * 1e-9 / truth[modulus_gpa] -
+            1.0;
         EXPECT_LT(error, -0.002) << id;
         EXPECT_GT(error, -0.035) << id;
     }

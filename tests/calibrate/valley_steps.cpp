@@ -6,6 +6,7 @@
 #include "fit/model/stem_model.hpp"
 #include "fit/solve/fit.hpp"
 #include "run/modes.hpp"
+#include "support/parameter_ids.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -38,8 +39,8 @@ class WithTipMass {
     }
 
     [[nodiscard]] std::size_t place(const std::string& name) const {
-        return static_cast<std::size_t>(std::ranges::find(layout_.names, name) -
-                                        layout_.names.begin());
+        return static_cast<std::size_t>(std::ranges::find(layout_.ids, tests::id(name)) -
+                                        layout_.ids.begin());
     }
     [[nodiscard]] const fit::JointLayout& layout() const { return layout_; }
     [[nodiscard]] const fit::JointResiduals& residuals() const { return *residuals_; }
@@ -106,7 +107,7 @@ TEST(ValleySteps, AreStraightToFirstOrderAndLeaveWhatIsHeld) {
         for (std::size_t k = 0; k < count; ++k)
             // The valley's curvature over the step.
             EXPECT_NEAR((moved[k] - point[k]) / size, jacobian[k * (count - 1) + column], 1e-3)
-                << problem.layout().names[k];
+                << to_string(problem.layout().ids[k]);
     }
 }
 
@@ -126,7 +127,7 @@ TEST(ValleySteps, LeadToAMassThatWasNotThereInFewRuns) {
     const fit::Fit fit = fit::fit_jointly({&start, 1}, {&measurement, 1}, {});
     ASSERT_FALSE(fit.failed()) << fit.reason;
     const auto found =
-        std::ranges::find(fit.parameters, "tip_mass.mass_kg", &fit::FittedParameter::name);
+        std::ranges::find(fit.parameters, tests::id("tip_mass.mass_kg"), &fit::FittedParameter::id);
     ASSERT_NE(found, fit.parameters.end());
     EXPECT_NEAR(found->value, mass, 4.0 * found->standard_error);
     RecordProperty("runs", fit.runs);

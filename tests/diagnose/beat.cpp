@@ -6,6 +6,7 @@
 #include "fit/model/prediction.hpp"
 #include "fit/model/stem_model.hpp"
 #include "physics/effects/library.hpp"
+#include "support/parameter_ids.hpp"
 
 #include <algorithm>
 #include <array>
@@ -106,7 +107,7 @@ TEST(SpatialPrediction, HasTheDerivativesThatShorterStepsGive) {
             difference += std::pow(usual.jacobian[i] - exact.jacobian[i], 2);
             size += std::pow(exact.jacobian[i], 2);
         }
-        EXPECT_LT(std::sqrt(difference / size), 0.03) << model.free_names()[k];
+        EXPECT_LT(std::sqrt(difference / size), 0.03) << to_string(model.free_ids()[k]);
     }
 }
 
@@ -121,7 +122,7 @@ TEST(SpatialFit, ComesFromTheBeatToTheTruth) {
     EXPECT_LT(fit.reduced_chi_squared, 1.1);
     EXPECT_LT(fit.runs, 20); // ten times as many where steps are too long for the stem's twist
     const auto value = [&](const std::string& name) {
-        return std::ranges::find(fit.parameters, name, &fit::FittedParameter::name)->value;
+        return std::ranges::find(fit.parameters, id(name), &fit::FittedParameter::id)->value;
     };
     // Three standard errors are 0.0005 and 0.2 degrees; chain and beam differ by a few thousandths.
     EXPECT_NEAR(value("out_of_plane.stiffness_split"), 0.1, 0.002);

@@ -2,9 +2,10 @@
 #include "fit/coarse_image.hpp"
 
 #include "beam_generator/recording.hpp"
-#include "diagnose/stacked_readings.hpp"
+#include "diagnose/score/stacked_readings.hpp"
 #include "fit/fit_model.hpp"
 #include "physics/effects/library.hpp"
+#include "support/parameter_ids.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -39,7 +40,7 @@ fit::SelectedEffects clamp_compliance() {
 }
 
 double value(const std::vector<fit::FittedParameter>& parameters, const std::string& name) {
-    const auto found = std::ranges::find(parameters, name, &fit::FittedParameter::name);
+    const auto found = std::ranges::find(parameters, tests::id(name), &fit::FittedParameter::id);
     return found == parameters.end() ? std::nan("") : found->value;
 }
 
@@ -54,19 +55,20 @@ TEST(CoarseImage, LeavesWhatTheFitLeavesAndChangesAsItDoes) {
     const auto of_image = diagnose::stacked_readings(image.fit(), image.recordings());
     // Rounding only: that is what the shift is for.
     EXPECT_LT((of_image.residual - of_fine.residual).norm(), 1e-9 * of_fine.residual.norm());
-    ASSERT_EQ(of_image.names, of_fine.names);
-    for (std::size_t k = 0; k < of_fine.names.size(); ++k) {
+    ASSERT_EQ(of_image.ids, of_fine.ids);
+    for (std::size_t k = 0; k < of_fine.ids.size(); ++k) {
         const auto column = static_cast<Eigen::Index>(k);
-        const std::string& name = of_fine.names[k];
+        const physics::ParameterId& column_id = of_fine.ids[k];
         const double to_coarse =
-            name == "bond_damping" || name == "bond_youngs_modulus"
-                ? value(image.fit().parameters, name) / value(fine.parameters, name)
+            column_id == physics::bond_damping || column_id == physics::bond_youngs_modulus
+                ? value(image.fit().parameters, to_string(column_id)) /
+                      value(fine.parameters, to_string(column_id))
                 : 1.0;
         const Eigen::VectorXd derivative = to_coarse * of_image.jacobian.col(column);
         // The square of the bond length over the wave length of the second mode, 0.3 L/2π.
         EXPECT_LT((derivative - of_fine.jacobian.col(column)).norm(),
                   0.03 * of_fine.jacobian.col(column).norm())
-            << name;
+            << to_string(column_id);
     }
 }
 
@@ -91,7 +93,7 @@ TEST(CoarseImage, OfAFitOfSeveralRecordingsKeepsOneMaterial) {
                     image.fit().parts[1].model.spec.stem.bond_damping,
                 1.0, 1e-9);
     EXPECT_EQ(value(image.fit().parameters, "bond_damping"),
-              image.fit().parts.front().find("bond_damping")->value);
+              image.fit().parts.front().find(tests::id("bond_damping"))->value);
 }
 
 TEST(CoarseImage, LeadsToWhereTheFineChainEnds) {
@@ -108,9 +110,9 @@ TEST(CoarseImage, LeadsToWhereTheFineChainEnds) {
     EXPECT_NEAR(found.chi_squared, fine.chi_squared,
                 0.02 * (smaller.chi_squared - fine.chi_squared));
     for (const fit::FittedParameter& parameter : fine.parameters)
-        EXPECT_NEAR(value(found.parameters, parameter.name), parameter.value,
+        EXPECT_NEAR(value(found.parameters, to_string(parameter.id)), parameter.value,
                     std::max(0.03 * std::abs(parameter.value), 3.0 * parameter.standard_error))
-            << parameter.name;
+            << to_string(parameter.id);
 
     const fit::Fit refined = fit::refined(fit::models_of(found, recordings), clamp_compliance(),
                                           smaller, recordings, {});

@@ -20,7 +20,7 @@ diagnose::Comparison misfit() {
     comparison.verdict.rmse = 2e-5;
     comparison.verdict.is_noise_known = true;
     comparison.structure.excess_over_noise = 3.0;
-    for (diagnose::SwingError& third : comparison.structure.thirds) {
+    for (residuals::SwingError& third : comparison.structure.thirds) {
         third.lag_error = third.amplitude_error = 1e-4;
         third.measured_over_noise = third.modelled_over_noise = 100.0;
     }
@@ -44,7 +44,7 @@ TEST(Words, SayWhichSwingIsAhead) {
 TEST(Words, SayNothingOfThePhaseOfASwingThatHasDied) {
     diagnose::Comparison comparison = misfit();
     comparison.structure.phase_share = 0.9;
-    for (diagnose::SwingError& third : comparison.structure.thirds)
+    for (residuals::SwingError& third : comparison.structure.thirds)
         third.lag = 0.01;
     comparison.structure.thirds[2].measured_over_noise = 2.0;
     EXPECT_THAT(last_sentence(comparison), HasSubstr("behind in the middle"));
@@ -64,10 +64,10 @@ TEST(Words, SayThatTheModelStillSwingsWhereTheStemStandsStill) {
 TEST(Words, QuoteNoDecayOfAWindowInWhichNothingSwings) {
     diagnose::Comparison comparison = misfit();
     comparison.structure.amplitude_share = 0.9;
-    diagnose::WindowFit swinging;
+    residuals::WindowFit swinging;
     swinging.amplitude = 1e-3;
     swinging.decay_per_cycle = {-0.2, 0.001};
-    diagnose::WindowFit fallen = swinging;
+    residuals::WindowFit fallen = swinging;
     fallen.decay_per_cycle = {-136.8, 1.0};
     comparison.windows = {{0.0, 0.1, swinging, swinging}, {0.1, 0.2, swinging, swinging}};
     EXPECT_THAT(last_sentence(comparison), HasSubstr("decay per cycle goes from -0.200 to -0.200"));

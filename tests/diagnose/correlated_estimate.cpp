@@ -2,9 +2,9 @@
 #include "diagnose/correlated_estimate.hpp"
 
 #include "beam_generator/recording.hpp"
-#include "diagnose/correlated_noise.hpp"
 #include "fit/model/stem_model.hpp"
 #include "physics/effects/library.hpp"
+#include "support/parameter_ids.hpp"
 
 #include <algorithm>
 #include <array>
@@ -31,7 +31,7 @@ constexpr int frames = 400;
 LinearRecord linear_record(double correlation, bool rows_are_alike, std::mt19937_64& engine) {
     std::normal_distribution<double> normal;
     LinearRecord record;
-    record.stacked.names = {"amplitude", "zero"};
+    record.stacked.ids = {id("amplitude"), id("zero")};
     record.stacked.jacobian.resize(2 * frames, 2);
     record.stacked.residual.resize(2 * frames);
     record.sequences.resize(2);
@@ -127,7 +127,7 @@ fit::Fit fitted(const std::vector<measure::Measurement>& recordings) {
 }
 
 const fit::FittedParameter& modulus(const std::vector<fit::FittedParameter>& all) {
-    return *std::ranges::find(all, "bond_youngs_modulus", &fit::FittedParameter::name);
+    return *std::ranges::find(all, id("bond_youngs_modulus"), &fit::FittedParameter::id);
 }
 
 TEST(CorrelatedEstimate, SaysNothingWhereTheMissesAreIndependent) {

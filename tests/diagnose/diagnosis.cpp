@@ -3,6 +3,7 @@
 
 #include "diagnosis_records.hpp"
 #include "fit/fit_numbers.hpp"
+#include "support/parameter_ids.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,10 +13,12 @@
 namespace culm::tests {
 namespace {
 
+using Outcomes = std::vector<core::ItemOutcome<core::Bytes>>;
+
 using diagnose::Conclusion;
 
 const fit::FittedParameter& parameter(const fit::Fit& fit, const std::string& name) {
-    return *std::ranges::find(fit.parameters, name, &fit::FittedParameter::name);
+    return *std::ranges::find(fit.parameters, id(name), &fit::FittedParameter::id);
 }
 
 TEST(Diagnosis, NamesNothingWhereNothingIsMissing) {
@@ -60,12 +63,12 @@ TEST(Diagnosis, DoesNotDependOnTheOrderOfCandidatesOrOfTheWork) {
     const diagnose::Diagnosis one =
         diagnose::diagnose(recordings, quick_diagnosis("taper,quadratic_drag,viscous_drag"));
     diagnose::DiagnosisOptions other = quick_diagnosis("viscous_drag,taper,quadratic_drag");
-    other.map = [](const std::vector<double>& costs, const fit::ItemWork& work) {
-        std::vector<std::string> answers(costs.size());
+    other.map = core::ItemMap([](const std::vector<double>& costs, const auto& work) {
+        Outcomes outcomes(costs.size());
         for (std::size_t item = costs.size(); item-- > 0;)
-            answers[item] = work(item, {});
-        return answers;
-    };
+            outcomes[item].value = work(item, {}).bytes;
+        return outcomes;
+    });
     const diagnose::Diagnosis two = diagnose::diagnose(recordings, other);
     EXPECT_EQ(one.effects, two.effects);
     ASSERT_EQ(one.ranking.size(), two.ranking.size());
@@ -73,7 +76,7 @@ TEST(Diagnosis, DoesNotDependOnTheOrderOfCandidatesOrOfTheWork) {
         EXPECT_EQ(one.ranking[k].effect, two.ranking[k].effect);
         EXPECT_EQ(one.ranking[k].delta_bic, two.ranking[k].delta_bic);
     }
-    EXPECT_EQ(fit::to_text(one.ladder.back().fit), fit::to_text(two.ladder.back().fit));
+    EXPECT_EQ(core::encoded(one.ladder.back().fit), core::encoded(two.ladder.back().fit));
 }
 
 TEST(Diagnosis, WithoutTheTrueEffectItNamesNoneAndFindsTheForce) {
@@ -101,12 +104,14 @@ TEST(Diagnosis, ReportsACandidateThatWasLostAndGoesOn) {
     const auto recordings = recording("T2-quadratic_drag");
     diagnose::DiagnosisOptions options = quick_diagnosis("taper,viscous_drag,quadratic_drag");
     options.null_draws = 0;
-    options.map = [](const std::vector<double>& costs, const fit::ItemWork& work) {
-        std::vector<std::string> answers = fit::one_after_the_other(costs, work);
+    options.map = core::ItemMap([](const std::vector<double>& costs, const auto& work) {
+        Outcomes outcomes(costs.size());
+        for (std::size_t item = 0; item < costs.size(); ++item)
+            outcomes[item].value = work(item, {}).bytes;
         if (costs.size() == 3) // the candidates' scores: taper's rank dies
-            answers.front().clear();
-        return answers;
-    };
+            outcomes.front() = {std::nullopt, "rank 1 was lost", true};
+        return outcomes;
+    });
     const diagnose::Diagnosis found = diagnose::diagnose(recordings, options);
     EXPECT_EQ(found.effects, std::vector<std::string>{"quadratic_drag"});
     ASSERT_EQ(found.blind_spots.size(), 2u);

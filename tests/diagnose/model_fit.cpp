@@ -3,6 +3,7 @@
 #include "diagnose/diagnosis.hpp"
 #include "fit/fit_model.hpp"
 #include "physics/effects/library.hpp"
+#include "support/parameter_ids.hpp"
 
 #include <algorithm>
 #include <array>
@@ -45,7 +46,8 @@ fit::SelectedEffects effects(const std::vector<std::string>& names) {
 }
 
 const fit::FittedParameter& parameter(const fit::Fit& fit, const std::string& name) {
-    const auto found = std::ranges::find(fit.parameters, name, &fit::FittedParameter::name);
+    const auto found =
+        std::ranges::find(fit.parameters, tests::id(name), &fit::FittedParameter::id);
     if (found == fit.parameters.end())
         throw std::runtime_error(name + " was not fitted: " + fit.reason);
     return *found;
@@ -90,7 +92,7 @@ TEST(Diagnosis, NamesAMassInTheRecordingThatCarriesItAndInNoOther) {
     ASSERT_EQ(found.conclusion, diagnose::Conclusion::Effect) << found.reason;
     const std::vector<fit::FittedParameter>& numbers = found.ladder.back().fit.parameters;
     const auto named = [&](const std::string& name) {
-        return std::ranges::find(numbers, name, &fit::FittedParameter::name);
+        return std::ranges::find(numbers, tests::id(name), &fit::FittedParameter::id);
     };
     EXPECT_EQ(named("tip_mass.mass_kg@a"), numbers.end());
     ASSERT_NE(named("tip_mass.mass_kg@b"), numbers.end());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/residual_structure.hpp"
+#include "residuals/residual_structure.hpp"
 
 #include "fit/model/stem_model.hpp"
 
@@ -19,7 +19,7 @@ constexpr double noise = 0.02e-3;
 /// A model that swings as 10 mm exp(−6t) cos(2π 50 t) in one row, and the measured swing beside it.
 struct Example {
     fit::RecordingFit fit;
-    diagnose::Swing swing;
+    residuals::Swing swing;
 
     explicit Example(const std::function<double(double time, double modelled)>& measured) {
         std::mt19937 generator(4);
@@ -40,15 +40,15 @@ struct Example {
         swing.noise = noise;
         swing.frequency = frequency;
     }
-    [[nodiscard]] diagnose::ResidualStructure structure() const {
-        return diagnose::residual_structure(fit, swing);
+    [[nodiscard]] residuals::ResidualStructure structure() const {
+        return residuals::residual_structure(fit, swing);
     }
 };
 
 TEST(ResidualStructure, OfAWrongAmplitudeSaysByHowMuch) {
     const auto found = Example([](double, double modelled) { return 1.05 * modelled; }).structure();
     EXPECT_GT(found.amplitude_share, 0.95);
-    for (const diagnose::SwingError& third : found.thirds)
+    for (const residuals::SwingError& third : found.thirds)
         EXPECT_NEAR(third.amplitude, 0.05, 4.0 * third.amplitude_error);
 }
 
@@ -67,7 +67,7 @@ TEST(ResidualStructure, OfAStemThatRestsElsewhereSaysWhere) {
     const auto found =
         Example([](double, double modelled) { return modelled + 0.1e-3; }).structure();
     EXPECT_GT(found.rest_share, 0.9);
-    for (const diagnose::SwingError& third : found.thirds)
+    for (const residuals::SwingError& third : found.thirds)
         EXPECT_NEAR(third.rest, 0.1e-3, 4.0 * third.rest_error);
 }
 

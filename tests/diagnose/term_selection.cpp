@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/term_selection.hpp"
+#include "diagnose/missing_force/term_selection.hpp"
 
 #include <random>
 #include <vector>

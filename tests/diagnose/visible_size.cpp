@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The size at which an effect is seen, against refits of recordings that contain just that much.
-#include "diagnose/score_test.hpp"
+#include "diagnose/score/score_test.hpp"
 #include "diagnosis_records.hpp"
 #include "fit/model/prediction.hpp"
+#include "support/parameter_ids.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,11 +22,11 @@ std::vector<measure::Measurement> recording_with(const std::string& effect, cons
     // The places where the score looks for them first and sees them best.
     const double near_the_clamp = 0.1 * model.spec.stem.free_length();
     for (const fit::FreeParameter& parameter : model.parameters) {
-        if (parameter.access.name == effect + "." + of)
+        if (to_string(parameter.access.id) == effect + "." + of)
             parameter.access.set(model.spec, value);
-        if (parameter.access.name == "local_defect.position_m")
+        if (to_string(parameter.access.id) == "local_defect.position_m")
             parameter.access.set(model.spec, near_the_clamp);
-        if (parameter.access.name == "out_of_plane.angle_deg")
+        if (to_string(parameter.access.id) == "out_of_plane.angle_deg")
             parameter.access.set(model.spec, 25.0);
     }
     recordings.front().deflections =
@@ -34,7 +35,7 @@ std::vector<measure::Measurement> recording_with(const std::string& effect, cons
 }
 
 double youngs_modulus(const fit::Fit& fit) {
-    return fit.parts.front().find("bond_youngs_modulus")->value;
+    return fit.parts.front().find(id("bond_youngs_modulus"))->value;
 }
 
 class VisibleSize : public testing::TestWithParam<const char*> {};

@@ -63,7 +63,7 @@ TEST_P(Sensitivities, AgreeWithCentralDifferencesOfTightRuns) {
             largest = std::max(largest, std::abs(expected[k]));
             worst = std::max(worst, std::abs(derivatives[p][k] - expected[k]));
         }
-        EXPECT_LT(worst / largest, 1e-4) << parameters[p].name;
+        EXPECT_LT(worst / largest, 1e-4) << to_string(parameters[p].id);
     }
 }
 
@@ -93,11 +93,11 @@ void expect_as_finite_difference(const CaseSpec& spec, const CaseParameter& para
         worst = std::max(worst, std::abs(told[k] - expected));
     }
     // 1.2 % with 16 steps in a period of the support.
-    EXPECT_LT(worst / largest, 0.02) << parameter.name;
+    EXPECT_LT(worst / largest, 0.02) << to_string(parameter.id);
 }
 
-CaseParameter effect_value(const std::string& name, std::size_t place, double scale) {
-    return {name, [place](const CaseSpec& spec) { return spec.effects.front().values[place]; },
+CaseParameter effect_value(const physics::ParameterId& id, std::size_t place, double scale) {
+    return {id, [place](const CaseSpec& spec) { return spec.effects.front().values[place]; },
             [place](CaseSpec& spec, double value) { spec.effects.front().values[place] = value; },
             scale};
 }
@@ -108,7 +108,8 @@ TEST(Sensitivities, ToASupportThatIsAboutToShakeOutliveTheStemsOwnVibration) {
     for (const physics::SelectedEffect& effect : physics::parse_effects("base_motion", {}))
         spec.effects.push_back(physics::with_defaults(effect, spec.stem));
     spec.effects.front().values = {0.0, 65.0, 0.0}; // amplitude, frequency, phase
-    expect_as_finite_difference(spec, effect_value("amplitude", 0, 1e-3), 1e-5);
+    expect_as_finite_difference(spec, effect_value({"base_motion", "amplitude_m", {}}, 0, 1e-3),
+                                1e-5);
 }
 
 TEST(Sensitivities, ToAShutterThatIsAboutToRollHoldUpToTheLastFrame) {
@@ -117,7 +118,8 @@ TEST(Sensitivities, ToAShutterThatIsAboutToRollHoldUpToTheLastFrame) {
     for (const physics::SelectedEffect& effect : physics::parse_effects("rolling_shutter", {}))
         spec.effects.push_back(physics::with_defaults(effect, spec.stem));
     spec.effects.front().values = {0.0};
-    expect_as_finite_difference(spec, effect_value("readout", 0, 1e-3), 1e-6);
+    expect_as_finite_difference(spec, effect_value({"rolling_shutter", "readout_s", {}}, 0, 1e-3),
+                                1e-6);
 }
 
 TEST(Sensitivities, LeaveTheCaseItselfAsItIsAlone) {

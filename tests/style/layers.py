@@ -23,11 +23,12 @@ ALLOWED: dict[str, set[str]] = {
     "study": {"core", "physics", "archive", "farm", "measure", "run", "reduce"},
     "fit": {"core", "physics", "farm", "integrate", "measure", "run", "reduce"},
 }
-ALLOWED["calibrate"] = ALLOWED["fit"] | {"fit"}
+ALLOWED["residuals"] = ALLOWED["fit"] | {"fit"}
+ALLOWED["diagnose"] = ALLOWED["residuals"] | {"residuals"}
+ALLOWED["calibrate"] = ALLOWED["diagnose"] | {"diagnose"}
 ALLOWED["cluster"] = {"core", "farm", "study"}
-ALLOWED["diagnose"] = ALLOWED["calibrate"] | {"archive", "calibrate", "study"}
-ALLOWED["present"] = (ALLOWED["diagnose"] | {"diagnose"}) - {"farm"}
-ALLOWED["cli"] = ALLOWED["diagnose"] | {"diagnose", "cluster", "present"}
+ALLOWED["present"] = (ALLOWED["calibrate"] | {"archive", "calibrate", "study"}) - {"farm"}
+ALLOWED["cli"] = ALLOWED["calibrate"] | {"archive", "calibrate", "cluster", "present", "study"}
 
 # What a library's headers and CMake targets look like -> the folders that may use it; below a layer
 # only the named part includes it.

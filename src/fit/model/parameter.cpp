@@ -66,7 +66,7 @@ double value_per_internal(const FreeParameter& parameter, const run::CaseSpec& s
 run::CaseParameter differentiated_by(const FreeParameter& parameter) {
     if (parameter.fitted_as != FittedAs::Inverse)
         return parameter.access;
-    return {parameter.access.name,
+    return {parameter.access.id,
             [get = parameter.access.get](const run::CaseSpec& spec) { return 1.0 / get(spec); },
             [set = parameter.access.set](run::CaseSpec& spec, double inverse) {
                 set(spec, 1.0 / inverse);

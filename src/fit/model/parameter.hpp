@@ -11,9 +11,10 @@
 namespace culm::fit {
 
 struct FreeParameter {
-    run::CaseParameter access; ///< name, how to read and to set it in a case; its typical size
-    std::string unit;          ///< "Pa"; empty for a pure number
-    double lower = 0.0;        ///< allowed range; the bounds belong to it
+    run::CaseParameter
+        access;         ///< which it is, how to read and to set it in a case; its typical size
+    std::string unit;   ///< "Pa"; empty for a pure number
+    double lower = 0.0; ///< allowed range; the bounds belong to it
     double upper = 0.0;
     physics::FittedAs fitted_as = physics::FittedAs::Itself; ///< else lower must be positive
     bool is_place = false;                                   ///< as physics::EffectParameter's

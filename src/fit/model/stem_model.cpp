@@ -102,13 +102,13 @@ double released_deflection(const measure::Measurement& measurement) {
 
 } // namespace
 
-std::vector<std::string> StemModel::free_names() const {
-    std::vector<std::string> names;
+std::vector<physics::ParameterId> StemModel::free_ids() const {
+    std::vector<physics::ParameterId> ids;
     for (const FreeParameter& parameter : parameters)
-        names.push_back(parameter.access.name);
+        ids.push_back(parameter.access.id);
     if (release_time_bound > 0.0)
-        names.emplace_back(release_time_name);
-    return names;
+        ids.push_back(physics::release_time);
+    return ids;
 }
 
 StemModel baseline_model(const measure::Measurement& measurement, const ChainOptions& options) {
@@ -195,7 +195,7 @@ FreeParameter effect_parameter(const physics::Effect& effect,
     const physics::EffectParameter described = effect.parameters_for(stem).at(parameter);
     const std::string name = effect.name();
     run::CaseParameter access{
-        fmt::format("{}.{}", name, described.name),
+        {name, described.name, {}},
         [name, parameter](const run::CaseSpec& spec) {
             return active_values(spec, name)[parameter];
         },
@@ -240,6 +240,11 @@ SelectedEffects in_library_order(SelectedEffects effects) {
     return effects;
 }
 
+bool contains(const SelectedEffects& effects, const physics::SelectedEffect& wanted) {
+    return std::ranges::any_of(
+        effects, [&](const auto& each) { return each.effect->name() == wanted.effect->name(); });
+}
+
 std::vector<std::string> model_names(const SelectedEffects& effects) {
     std::vector<std::string> names{"baseline"};
     for (const physics::SelectedEffect& selected : effects)
@@ -259,9 +264,8 @@ StemModel candidate_model(const StemModel& baseline, const SelectedEffects& effe
 
 bool is_nested(const StemModel& model) {
     return std::ranges::all_of(model.spec.effects, [&model](const auto& active) {
-        const std::string beginning = active.effect->name() + ".";
         return std::ranges::any_of(model.parameters, [&](const auto& parameter) {
-            return parameter.access.name.starts_with(beginning) && !parameter.is_place;
+            return parameter.access.id.effect == active.effect->name() && !parameter.is_place;
         });
     });
 }

@@ -23,14 +23,12 @@ struct StemModel {
     double release_time_bound = 0.0;       ///< |release_time| stays within; 0: it is not free
     std::vector<std::string> remarks;      ///< what the model leaves out, one sentence each
 
-    /// Names of what is fitted: the parameters', then "release_time" if that is free.
-    [[nodiscard]] std::vector<std::string> free_names() const;
+    /// What is fitted: the parameters, then the release time if that is free.
+    [[nodiscard]] std::vector<physics::ParameterId> free_ids() const;
     [[nodiscard]] std::size_t free_count() const {
         return parameters.size() + (release_time_bound > 0.0 ? 1 : 0);
     }
 };
-
-inline constexpr const char* release_time_name = "release_time";
 
 /// The published chain of a measured stem with Y, β, tip deflection (of one that was held straight:
 /// not) and release time free. Start
@@ -62,6 +60,9 @@ using SelectedEffects = std::vector<physics::SelectedEffect>;
 /// The same effects in the library's order, users' behind them by name: nothing that is found
 /// depends on the order in which effects are named.
 [[nodiscard]] SelectedEffects in_library_order(SelectedEffects effects);
+
+/// Is an effect of that name among them?
+[[nodiscard]] bool contains(const SelectedEffects& effects, const physics::SelectedEffect& wanted);
 
 /// "baseline", then the effects' names in the given order.
 [[nodiscard]] std::vector<std::string> model_names(const SelectedEffects& effects);

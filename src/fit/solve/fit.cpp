@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "fit/solve/information.hpp"
 #include "physics/effects/library.hpp"
+#include "reduce/distributions.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>
@@ -89,7 +90,7 @@ Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& matrix) {
 
 /// Of all parts, by the joint parameters.
 Eigen::MatrixXd joint_information(const JointLayout& layout, const Fit& fit) {
-    const auto count = static_cast<Eigen::Index>(layout.names.size());
+    const auto count = static_cast<Eigen::Index>(layout.ids.size());
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
     for (std::size_t m = 0; m < fit.parts.size(); ++m) {
         const Eigen::MatrixXd own = information(fit.parts[m]);
@@ -106,7 +107,7 @@ Eigen::MatrixXd joint_information(const JointLayout& layout, const Fit& fit) {
 
 /// Covariance of the parameters that are not held; rows and columns of the others are 0.
 void add_covariance(const JointLayout& layout, const std::vector<bool>& is_held, Fit& fit) {
-    const auto count = static_cast<Eigen::Index>(layout.names.size());
+    const auto count = static_cast<Eigen::Index>(layout.ids.size());
     std::vector<Eigen::Index> free;
     for (Eigen::Index k = 0; k < count; ++k)
         if (!is_held[static_cast<std::size_t>(k)])
@@ -157,12 +158,12 @@ void add_parameters(RecordingFit& fit) {
         const double value = parameter.access.get(fit.model.spec);
         const bool at_bound = is_near(parameter, value, parameter.lower) ||
                               is_near(parameter, value, parameter.upper);
-        fit.parameters.push_back({parameter.access.name, parameter.unit, value, 0.0, at_bound,
+        fit.parameters.push_back({parameter.access.id, parameter.unit, value, 0.0, at_bound,
                                   parameter.lower, parameter.upper, parameter.fitted_as,
                                   parameter.is_place, parameter.absent});
     }
     if (const double bound = fit.model.release_time_bound; bound > 0.0)
-        fit.parameters.push_back({release_time_name, "s", fit.model.release_time, 0.0,
+        fit.parameters.push_back({physics::release_time, "s", fit.model.release_time, 0.0,
                                   bound - std::abs(fit.model.release_time) < nearness * bound,
                                   -bound, bound});
     for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
@@ -176,7 +177,7 @@ void say_bounds(const std::vector<FittedParameter>& parameters, const std::vecto
     for (std::size_t k = 0; k < parameters.size(); ++k)
         if (const FittedParameter& parameter = parameters[k]; parameter.is_at_bound && !is_held[k])
             reason += fmt::format("{}{} is at its bound, {:.6g}{}{}", reason.empty() ? "" : "; ",
-                                  parameter.name, parameter.value,
+                                  to_string(parameter.id), parameter.value,
                                   parameter.unit.empty() ? "" : " ", parameter.unit);
 }
 
@@ -245,10 +246,10 @@ void add_statistics(std::span<const measure::Measurement> measurements, const Jo
         for (const JointLayout::Share& share : layout.shares[m])
             places.push_back(share.place);
     }
-    for (std::size_t k = 0; k < layout.names.size(); ++k) {
+    for (std::size_t k = 0; k < layout.ids.size(); ++k) {
         const auto [model, parameter] = layout.owners[k];
         fit.parameters.push_back(fit.parts[model].parameters[parameter]);
-        fit.parameters.back().name = layout.names[k];
+        fit.parameters.back().id = layout.ids[k];
     }
     say_bounds(fit.parameters, is_held, fit.reason);
 }
@@ -262,8 +263,16 @@ RecordingFit only_part(const StemModel& model, const measure::Measurement& measu
 
 } // namespace
 
-const FittedParameter* RecordingFit::find(const std::string& name) const {
-    const auto found = std::ranges::find(parameters, name, &FittedParameter::name);
+double interval_half_width(const FittedParameter& parameter) {
+    return reduce::normal_quantile_95 * parameter.standard_error;
+}
+
+bool is_absent(const FittedParameter& parameter) {
+    return !(std::abs(parameter.value - parameter.absent) > interval_half_width(parameter));
+}
+
+const FittedParameter* RecordingFit::find(const physics::ParameterId& id) const {
+    const auto found = std::ranges::find(parameters, id, &FittedParameter::id);
     return found == parameters.end() ? nullptr : &*found;
 }
 
@@ -281,7 +290,7 @@ RecordingFit fit_chain_with_held(const StemModel& model, const measure::Measurem
 
 StemModel started_from(StemModel model, const RecordingFit& fit) {
     for (const FreeParameter& parameter : model.parameters)
-        if (const FittedParameter* found = fit.find(parameter.access.name))
+        if (const FittedParameter* found = fit.find(parameter.access.id))
             parameter.access.set(model.spec, found->value);
     model.release_time = fit.model.release_time;
     return model;
@@ -424,7 +433,7 @@ Fit fit_jointly(std::span<const StemModel> models,
                      measurements[m].times.back()));
     }
     std::vector<bool> is_held = options.is_held;
-    is_held.resize(layout.names.size(), false);
+    is_held.resize(layout.ids.size(), false);
     const JointProblem problem(measurements, layout, weights, is_held, options.chain);
     JointSolution solution = options.chain.is_first_guess
                                  ? search(problem, starts, measurements, last_times)
@@ -459,9 +468,10 @@ FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat) {
     return options;
 }
 
-bool belongs_to_recording(const std::string& parameter) {
-    return parameter == "tip_deflection" || parameter == release_time_name ||
-           physics::belongs_to(parameter) == physics::BelongsTo::Recording;
+bool belongs_to_recording(const physics::ParameterId& parameter) {
+    return parameter.in_one_model() == physics::tip_deflection ||
+           parameter.in_one_model() == physics::release_time ||
+           physics::belongs_to(parameter.effect) == physics::BelongsTo::Recording;
 }
 
 } // namespace culm::fit

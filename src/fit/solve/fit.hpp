@@ -17,7 +17,7 @@
 namespace culm::fit {
 
 struct FittedParameter {
-    std::string name;
+    physics::ParameterId id;
     std::string unit;
     double value = 0.0;
     double standard_error = 0.0; ///< infinite where the data do not tell
@@ -31,15 +31,20 @@ struct FittedParameter {
 
 template <class Wire>
 void fields(Wire& wire, FittedParameter& parameter) {
-    wire(parameter.name, parameter.unit, parameter.value, parameter.standard_error,
+    wire(parameter.id, parameter.unit, parameter.value, parameter.standard_error,
          parameter.is_at_bound, parameter.lower, parameter.upper, parameter.fitted_as,
          parameter.is_place, parameter.absent);
 }
 
+/// Half of the parameter's 95 % interval.
+[[nodiscard]] double interval_half_width(const FittedParameter& parameter);
+/// Does that interval contain the value at which the effect is absent?
+[[nodiscard]] bool is_absent(const FittedParameter& parameter);
+
 /// The result; everything in SI units and for the readings as they are, without transformation.
 struct RecordingFit {
     StemModel model;                         ///< with the fitted values
-    std::vector<FittedParameter> parameters; ///< as StemModel::free_names
+    std::vector<FittedParameter> parameters; ///< as StemModel::free_ids
     Eigen::MatrixXd covariance;              ///< (parameters, parameters)
     Eigen::MatrixXd correlation;
 
@@ -60,7 +65,7 @@ struct RecordingFit {
     bool has_converged = false;
     std::string reason; ///< one sentence if it has not, or ends at a bound
 
-    [[nodiscard]] const FittedParameter* find(const std::string& name) const;
+    [[nodiscard]] const FittedParameter* find(const physics::ParameterId& id) const;
 };
 
 /// Least squares by Levenberg and Marquardt's method with bounds (Ceres) and the sensitivities of
@@ -72,7 +77,7 @@ struct RecordingFit {
                                      const measure::Measurement& measurement,
                                      const SolveOptions& options = {});
 
-/// The fit with some parameters held at the model's values; `is_held` in the order of free_names.
+/// The fit with some parameters held at the model's values; `is_held` in the order of free_ids.
 /// Starts there without growing windows. For profile likelihoods and constrained comparisons.
 [[nodiscard]] RecordingFit fit_chain_with_held(const StemModel& model,
                                                const measure::Measurement& measurement,
@@ -173,7 +178,7 @@ struct FitOptions {
 
 /// Has the parameter a value for each recording: tip deflection, release time, and those of effects
 /// that belong to a recording?
-[[nodiscard]] bool belongs_to_recording(const std::string& parameter);
+[[nodiscard]] bool belongs_to_recording(const physics::ParameterId& parameter);
 
 /// Least squares over all recordings, each with a model of its own (length, section, known masses,
 /// frame rate, rows), by the method of fit_chain, which is the same with one recording. Starts from

@@ -12,8 +12,6 @@ namespace culm::fit {
 
 namespace {
 
-constexpr const char* damping_name = "bond_damping";
-
 /// The recordings' ids, made unique.
 std::vector<std::string> unique_ids(std::span<const measure::Measurement> measurements) {
     std::vector<std::string> ids;
@@ -35,8 +33,8 @@ double damping_time_per_beta(const StemModel& model, double youngs_modulus) {
     return damping_time(spec);
 }
 
-double factor_of(const std::string& name, const StemModel& model, const StemModel& owner) {
-    if (name != damping_name)
+double factor_of(const physics::ParameterId& id, const StemModel& model, const StemModel& owner) {
+    if (id != physics::bond_damping)
         return 1.0;
     const double modulus = owner.spec.stem.bond_youngs_modulus;
     return damping_time_per_beta(owner, modulus) / damping_time_per_beta(model, modulus);
@@ -73,7 +71,7 @@ void reconcile(const std::vector<Shared>& all) {
     if (lower > upper)
         throw core::NumericalError(
             core::FailureKind::FitFailed,
-            fmt::format("no value of {} suits all recordings", owner.access.name));
+            fmt::format("no value of {} suits all recordings", to_string(owner.access.id)));
     const double value = std::clamp(owner.access.get(all.front().model->spec), lower, upper);
     for (const Shared& each : all) {
         each.parameter->lower = each.factor * lower;
@@ -87,22 +85,22 @@ void reconcile(const std::vector<Shared>& all) {
 JointLayout joint_layout(std::span<const StemModel> models,
                          std::span<const measure::Measurement> measurements,
                          const BelongsToRecording& belongs_to_recording) {
-    const std::vector<std::string> ids = unique_ids(measurements);
+    const std::vector<std::string> names = unique_ids(measurements);
     JointLayout layout;
     for (std::size_t m = 0; m < models.size(); ++m) {
         std::vector<JointLayout::Share>& shares = layout.shares.emplace_back();
-        for (const std::string& name : models[m].free_names()) {
+        for (const physics::ParameterId& id : models[m].free_ids()) {
             const bool has_own =
-                models.size() > 1 && belongs_to_recording && belongs_to_recording(name);
-            const std::string joint_name = has_own ? fmt::format("{}@{}", name, ids[m]) : name;
-            const auto found = std::ranges::find(layout.names, joint_name);
-            const auto place = static_cast<std::size_t>(found - layout.names.begin());
-            if (found == layout.names.end()) {
-                layout.names.push_back(joint_name);
+                models.size() > 1 && belongs_to_recording && belongs_to_recording(id);
+            const physics::ParameterId joint = has_own ? id.of_recording(names[m]) : id;
+            const auto found = std::ranges::find(layout.ids, joint);
+            const auto place = static_cast<std::size_t>(found - layout.ids.begin());
+            if (found == layout.ids.end()) {
+                layout.ids.push_back(joint);
                 layout.owners.push_back({m, shares.size()});
             }
             const StemModel& owner = models[layout.owners[place].model];
-            shares.push_back({place, factor_of(name, models[m], owner)});
+            shares.push_back({place, factor_of(id, models[m], owner)});
         }
     }
     return layout;

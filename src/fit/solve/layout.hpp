@@ -8,13 +8,12 @@
 #include <cstddef>
 #include <functional>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace culm::fit {
 
-/// Has the parameter of that name a value for each recording?
-using BelongsToRecording = std::function<bool(const std::string&)>;
+/// Has the parameter a value for each recording?
+using BelongsToRecording = std::function<bool(const physics::ParameterId&)>;
 
 /// The free parameters of several models in one list: those of the first model, then what the
 /// others have beside them.
@@ -30,8 +29,8 @@ struct JointLayout {
         std::size_t parameter = 0; ///< among the model's free ones
     };
 
-    std::vector<std::string> names; ///< "name", or "name@id" of what each recording has for itself
-    std::vector<Owner> owners;      ///< (names) the first model that has it
+    std::vector<physics::ParameterId> ids;  ///< of the joint list
+    std::vector<Owner> owners;              ///< (ids) the first model that has it
     std::vector<std::vector<Share>> shares; ///< (models)(free parameters)
 };
 

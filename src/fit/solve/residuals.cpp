@@ -71,7 +71,7 @@ const ChainPrediction& ReadingResiduals::prediction() const {
 JointResiduals::JointResiduals(const std::vector<StemModel>& models, const JointLayout& layout,
                                std::vector<ReadingResiduals> parts)
     : models_(models), layout_(layout), parts_(std::move(parts)) {
-    for (std::size_t k = 0; k < layout.names.size(); ++k) {
+    for (std::size_t k = 0; k < layout.ids.size(); ++k) {
         const StemModel& model = start(k);
         internal_.push_back(owner(k) != nullptr ? to_internal(*owner(k), model.spec,
                                                               owner(k)->access.get(model.spec))

@@ -65,6 +65,8 @@ bool can_move(const JointResiduals& residuals, std::size_t k, double gradient) {
 
 double remaining_gain(const JointResiduals& residuals, const std::vector<bool>& is_held,
                       std::optional<double> robust_width) {
+    // Half the fall of χ² by one Gauss-Newton step is gᵀ H⁻¹ g/2; in the eigenvectors of the scaled
+    // H it is a sum over directions, from which those that the data do not know are left out.
     const NormalEquations sums = normal_equations(residuals, robust_width);
     std::vector<Eigen::Index> moving;
     for (std::size_t k = 0; k < residuals.parameter_count(); ++k) {
@@ -140,6 +142,8 @@ class EnoughGained : public ceres::IterationCallback {
             return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
         if (iteration.iteration == 0 || !iteration.step_is_valid)
             return ceres::SOLVER_CONTINUE;
+        // In units of the reduced χ²: cost is χ²/2, and a step that gains `readings` times its
+        // share moves a parameter by about that many standard errors squared.
         const double gain = iteration.cost_change / iteration.cost * readings_;
         const double promised = gain / iteration.relative_decrease;
         const bool is_noise =
@@ -161,6 +165,7 @@ void bound(const JointLayout& layout, const std::vector<bool>& is_held, ceres::P
         problem.SetParameterLowerBound(block, static_cast<int>(k), residuals.lower(k));
         problem.SetParameterUpperBound(block, static_cast<int>(k), residuals.upper(k));
     }
+    // Ceres refuses a manifold without a free direction.
     if (std::ranges::count(is_held, true) ==
         static_cast<std::ptrdiff_t>(residuals.parameter_count()))
         problem.SetParameterBlockConstant(block);

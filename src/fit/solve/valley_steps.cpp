@@ -22,9 +22,9 @@ ValleySteps::ValleySteps(const JointResiduals& residuals, const JointLayout& lay
     for (std::size_t k = 0; k < size_; ++k)
         if (k >= is_held.size() || !is_held[k])
             free_.push_back(k);
-    const auto found = std::ranges::find(layout.names, "bond_youngs_modulus");
-    const auto place = static_cast<std::size_t>(found - layout.names.begin());
-    if (found != layout.names.end() && std::ranges::find(free_, place) != free_.end())
+    const auto found = std::ranges::find(layout.ids, physics::bond_youngs_modulus);
+    const auto place = static_cast<std::size_t>(found - layout.ids.begin());
+    if (found != layout.ids.end() && std::ranges::find(free_, place) != free_.end())
         modulus_ = place;
 }
 
@@ -32,6 +32,12 @@ double ValleySteps::log_square(const std::vector<double>& internal) const {
     return 2.0 * std::log(run::lowest_frequency_with_effects(residuals_.case_at(internal.data())));
 }
 
+// The readings of N cycles lose their phase after a change of f by 1/N, while Y and an added mass
+// or a soft clamp can change together by far more at the same f: χ² is a curved valley whose walls
+// are steep in f and whose floor is flat. A straight Gauss-Newton step leaves the floor and is
+// shortened again and again. Here a step keeps the frequency that it has to first order: f² is
+// proportional to Y but for the share that the other parameters hold, so ln f² is corrected by
+// changes of ln Y.
 void ValleySteps::follow_frequency(const std::vector<double>& point,
                                    std::vector<double>& moved) const {
     std::vector<double> ahead(size_);
@@ -40,6 +46,7 @@ void ValleySteps::follow_frequency(const std::vector<double>& point,
         ahead[k] = point[k] + slope_share * (moved[k] - point[k]);
         behind[k] = point[k] - slope_share * (moved[k] - point[k]);
     }
+    // Where the step leads to first order: a central difference along it.
     const double wanted =
         log_square(point) + (log_square(ahead) - log_square(behind)) / (2.0 * slope_share);
     const double straight = moved[*modulus_];
@@ -63,6 +70,7 @@ bool ValleySteps::Plus(const double* point, const double* step, double* moved) c
     return true;
 }
 
+// To first order Plus() is the straight step, so its derivative is that of a plain subspace.
 bool ValleySteps::PlusJacobian(const double*, double* jacobian) const {
     std::fill_n(jacobian, size_ * free_.size(), 0.0); // (ambient, tangent), row-major
     for (std::size_t k = 0; k < free_.size(); ++k)

@@ -145,9 +145,9 @@ constexpr double same_phase = 0.1; // cycles
 /// A size that leaves more than this of the disagreement does not reconcile the recordings.
 constexpr double needed_share = 0.5;
 
-const FreeParameter* find(const StemModel& model, const std::string& name) {
+const FreeParameter* find(const StemModel& model, const physics::ParameterId& id) {
     const auto found = std::ranges::find_if(
-        model.parameters, [&](const auto& parameter) { return parameter.access.name == name; });
+        model.parameters, [&](const auto& parameter) { return parameter.access.id == id; });
     return found == model.parameters.end() ? nullptr : &*found;
 }
 
@@ -166,13 +166,13 @@ double disagreement(const StartModels& models, std::span<const RecordedSwing> sw
 }
 
 /// Mean of a shared value over the fits that tell it, on the scale on which it is fitted.
-double weighted_mean(const std::string& name, std::span<const RecordingFit> alone,
+double weighted_mean(const physics::ParameterId& id, std::span<const RecordingFit> alone,
                      double otherwise) {
     double sum = 0.0;
     double weights = 0.0;
     bool is_logarithm = false;
     for (const RecordingFit& fit : alone) {
-        const FittedParameter* const found = fit.find(name);
+        const FittedParameter* const found = fit.find(id);
         if (found == nullptr || !(found->standard_error > 0.0) ||
             !std::isfinite(found->standard_error))
             continue;
@@ -215,11 +215,11 @@ std::vector<double> apparent_moduli(const StartModels& models,
 }
 
 /// Each recording with a size of its own beside one modulus.
-StartModels with_own_sizes(StartModels start, const std::string& name, double youngs_modulus,
+StartModels with_own_sizes(StartModels start, const physics::ParameterId& id, double youngs_modulus,
                            std::span<const RecordedSwing> swings) {
     set_modulus(youngs_modulus, start);
     for (std::size_t m = 0; m < start.size(); ++m)
-        if (const FreeParameter* const size = find(start[m], name)) {
+        if (const FreeParameter* const size = find(start[m], id)) {
             const double wanted = std::log(swings[m].mode.frequency);
             match(*size, start[m].spec, [&](const run::CaseSpec& spec) {
                 return std::log(first_frequency(spec)) - wanted;
@@ -229,14 +229,14 @@ StartModels with_own_sizes(StartModels start, const std::string& name, double yo
 }
 
 /// All recordings with the size at which the highest and the lowest modulus become one.
-StartModels with_shared_size(StartModels start, const std::string& name,
+StartModels with_shared_size(StartModels start, const physics::ParameterId& id,
                              std::span<const RecordedSwing> swings) {
     const std::vector<double> moduli = apparent_moduli(start, swings);
     const auto [low, high] = std::ranges::minmax_element(moduli);
     const auto lowest = static_cast<std::size_t>(low - moduli.begin());
     const auto highest = static_cast<std::size_t>(high - moduli.begin());
-    const FreeParameter* const size = find(start[lowest], name);
-    const FreeParameter* const other = find(start[highest], name);
+    const FreeParameter* const size = find(start[lowest], id);
+    const FreeParameter* const other = find(start[highest], id);
     if (size == nullptr || other == nullptr)
         return start;
     match(*size, start[lowest].spec, [&](const run::CaseSpec& spec) {
@@ -247,7 +247,7 @@ StartModels with_shared_size(StartModels start, const std::string& name,
     });
     const double value = size->access.get(start[lowest].spec);
     for (StemModel& model : start)
-        if (const FreeParameter* const own = find(model, name))
+        if (const FreeParameter* const own = find(model, id))
             own->access.set(model.spec, value);
     double sum = 0.0;
     for (const double modulus : apparent_moduli(start, swings))
@@ -256,16 +256,17 @@ StartModels with_shared_size(StartModels start, const std::string& name,
     return start;
 }
 
-std::set<std::string> new_sizes(const StartModels& models, std::span<const RecordingFit> smaller) {
-    std::set<std::string> names;
+std::set<physics::ParameterId> new_sizes(const StartModels& models,
+                                         std::span<const RecordingFit> smaller) {
+    std::set<physics::ParameterId> ids;
     for (const StemModel& model : models)
         for (const FreeParameter& parameter : model.parameters)
-            if (!parameter.is_place && parameter.access.name.find('.') != std::string::npos &&
+            if (!parameter.is_place && parameter.access.id.is_of_effect() &&
                 std::ranges::all_of(smaller, [&](const RecordingFit& fit) {
-                    return fit.find(parameter.access.name) == nullptr;
+                    return fit.find(parameter.access.id) == nullptr;
                 }))
-                names.insert(parameter.access.name);
-    return names;
+                ids.insert(parameter.access.id);
+    return ids;
 }
 
 } // namespace
@@ -294,18 +295,18 @@ std::vector<StartModels> shared_starts(const StartModels& models,
         StartModels start = own;
         for (StemModel& model : start)
             for (const FreeParameter& parameter : model.parameters)
-                if (!belongs_to_recording(parameter.access.name))
+                if (!belongs_to_recording(parameter.access.id))
                     parameter.access.set(model.spec, value_of(parameter));
         return start;
     };
     std::vector<StartModels> starts{with_value_of([&](const FreeParameter& parameter) {
-        return weighted_mean(parameter.access.name, alone, parameter.access.get(own.front().spec));
+        return weighted_mean(parameter.access.id, alone, parameter.access.get(own.front().spec));
     })};
     if (disagreement(starts.front(), swings) < same_phase)
         return starts;
     for (const StemModel& one : own)
         starts.push_back(with_value_of([&](const FreeParameter& parameter) {
-            const FreeParameter* const found = find(one, parameter.access.name);
+            const FreeParameter* const found = find(one, parameter.access.id);
             return (found != nullptr ? *found : parameter).access.get(one.spec);
         }));
     return starts;
@@ -322,7 +323,7 @@ std::vector<StartModels> reconciling_starts(const StartModels& models,
     for (std::size_t m = 0; m < start.size(); ++m) {
         // A joint fit that misses cycles bends these too.
         start[m].release_time = 0.0;
-        if (find(start[m], "tip_deflection") != nullptr)
+        if (find(start[m], physics::tip_deflection) != nullptr)
             start[m].spec.tip_deflection = swings[m].tip_deflection;
     }
     const auto keep_if_reconciled = [&](StartModels candidate) {
@@ -335,15 +336,15 @@ std::vector<StartModels> reconciling_starts(const StartModels& models,
         }
         starts.push_back(std::move(candidate));
     };
-    for (const std::string& name : new_sizes(models, smaller)) {
-        if (!belongs_to_recording(name)) {
-            keep_if_reconciled(with_shared_size(start, name, swings));
+    for (const physics::ParameterId& id : new_sizes(models, smaller)) {
+        if (!belongs_to_recording(id)) {
+            keep_if_reconciled(with_shared_size(start, id, swings));
             continue;
         }
         std::vector<double> moduli = apparent_moduli(start, swings);
         std::ranges::sort(moduli, std::greater{});
         for (const double modulus : {moduli.front(), moduli.back()})
-            keep_if_reconciled(with_own_sizes(start, name, modulus, swings));
+            keep_if_reconciled(with_own_sizes(start, id, modulus, swings));
     }
     return starts;
 }

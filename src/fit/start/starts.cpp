@@ -26,7 +26,7 @@ constexpr double smallest_damping_share = 0.05;
 /// The effect's parameter behind a free one; empty for those of the plain chain.
 std::optional<physics::EffectParameter> described(const StemModel& model,
                                                   const FreeParameter& parameter) {
-    return physics::parameter_named(model.spec.effects, parameter.access.name);
+    return physics::parameter_named(model.spec.effects, parameter.access.id);
 }
 
 physics::StartScales scales_of(const RecordingFit& fit) {
@@ -119,14 +119,14 @@ std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& sm
     StemModel first = started_from(model, smaller);
     if (size == StartSize::Absent)
         for (const FreeParameter& parameter : first.parameters)
-            if (!parameter.is_place && smaller.find(parameter.access.name) == nullptr)
+            if (!parameter.is_place && smaller.find(parameter.access.id) == nullptr)
                 parameter.access.set(first.spec, absent_value(parameter));
     const auto modes = run::chain_modes(smaller.model.spec, 1);
     if (size != StartSize::Absent && !modes.empty() &&
         std::ranges::any_of(first.parameters, [&](const FreeParameter& parameter) {
             const auto of = described(first, parameter);
             return of && !of->is_place && of->start_from_beat != nullptr &&
-                   smaller.find(parameter.access.name) == nullptr;
+                   smaller.find(parameter.access.id) == nullptr;
         }))
         if (auto starts = beat_starts(first, smaller, modes.front());
             !starts.empty() || size == StartSize::Told)
@@ -135,7 +135,7 @@ std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& sm
     std::vector<StemModel> starts{first};
     for (const FreeParameter& parameter : first.parameters) {
         const auto of = described(first, parameter);
-        if (!of || of->start_values == nullptr || smaller.find(parameter.access.name) != nullptr ||
+        if (!of || of->start_values == nullptr || smaller.find(parameter.access.id) != nullptr ||
             (!of->is_place && size == StartSize::Absent))
             continue;
         std::vector<StemModel> finer;
@@ -158,7 +158,7 @@ bool has_own_sizes(const StemModel& model, const RecordingFit& smaller) {
     return std::ranges::any_of(model.parameters, [&](const auto& parameter) {
         const auto of = described(model, parameter);
         return of && of->start_values != nullptr && !of->is_place &&
-               smaller.find(parameter.access.name) == nullptr;
+               smaller.find(parameter.access.id) == nullptr;
     });
 }
 
@@ -167,7 +167,7 @@ std::vector<StemModel> candidate_starts(const StemModel& model, const RecordingF
         return fit_starts(model, smaller, StartSize::Default);
     std::vector<StemModel> starts = fit_starts(model, smaller, StartSize::Absent);
     const bool has_new_size = std::ranges::any_of(model.parameters, [&](const auto& parameter) {
-        return !parameter.is_place && smaller.find(parameter.access.name) == nullptr;
+        return !parameter.is_place && smaller.find(parameter.access.id) == nullptr;
     });
     if (starts.size() == 1 && has_new_size)
         starts.push_back(fit_starts(model, smaller, StartSize::Default).front());

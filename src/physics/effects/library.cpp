@@ -76,23 +76,23 @@ EffectPointer effect_named(std::string_view name) {
                     nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest)));
 }
 
-BelongsTo belongs_to(std::string_view parameter) {
+BelongsTo belongs_to(std::string_view name) {
     static const auto owners = [] {
         std::map<std::string, BelongsTo, std::less<>> map;
         for (const EffectPointer& effect : all_effects())
             map.emplace(effect->name(), effect->belongs_to());
         return map;
     }();
-    const auto found = owners.find(parameter.substr(0, parameter.find('.')));
+    const auto found = owners.find(name);
     return found == owners.end() ? BelongsTo::Stem : found->second;
 }
 
 std::optional<EffectParameter> parameter_named(std::span<const ActiveEffect> effects,
-                                               std::string_view name) {
+                                               const ParameterId& id) {
     for (const ActiveEffect& active : effects)
-        if (const std::string prefix = active.effect->name() + '.'; name.starts_with(prefix))
+        if (active.effect->name() == id.effect)
             for (EffectParameter& parameter : active.effect->parameters())
-                if (parameter.name == name.substr(prefix.size()))
+                if (parameter.name == id.name)
                     return std::move(parameter);
     return std::nullopt;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "physics/effects/effect.hpp"
+#include "physics/parameter_id.hpp"
 
 #include <optional>
 #include <span>
@@ -22,13 +23,12 @@ namespace culm::physics {
 /// The effect of that name. Throws core::InputError with the nearest name.
 [[nodiscard]] EffectPointer effect_named(std::string_view name);
 
-/// What "effect.parameter" is a property of, by the name of the effect before the point: the stem
-/// for users' effects and everything else.
-[[nodiscard]] BelongsTo belongs_to(std::string_view parameter);
+/// What the effect of that name is a property of: the stem for users' effects and any other name.
+[[nodiscard]] BelongsTo belongs_to(std::string_view name);
 
-/// The parameter called "effect.parameter" of one of these effects; empty if none has it.
+/// The parameter of one of these effects; empty if none has it.
 [[nodiscard]] std::optional<EffectParameter> parameter_named(std::span<const ActiveEffect> effects,
-                                                             std::string_view name);
+                                                             const ParameterId& id);
 
 /// Throws core::InputError if an effect stands twice or one excludes another, and says why.
 void check_combination(std::span<const EffectPointer> effects);

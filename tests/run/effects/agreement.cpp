@@ -94,7 +94,8 @@ TEST_P(EveryEffect, HasTheDerivativesOfItsParameters) {
     std::vector<CaseParameter> parameters;
     for (std::size_t p = 0; p < described.size(); ++p)
         parameters.push_back(
-            {described[p].name, [p](const CaseSpec& of) { return of.effects.front().values[p]; },
+            {{spec.effects.front().effect->name(), described[p].name, {}},
+             [p](const CaseSpec& of) { return of.effects.front().values[p]; },
              [p](CaseSpec& of, double value) { of.effects.front().values[p] = value; },
              described[p].scale});
     const SensitivityOutcome outcome = simulate_with_sensitivities(spec, parameters);
@@ -122,8 +123,9 @@ TEST_P(EveryEffect, HasTheDerivativesOfItsParameters) {
         // moves the stem by a millionth of the pull or more: 1e-3, with the derivative's own 1e-5
         // and (1e-3)² of the central difference.
         const double noise = 2e-9 * spec.tip_deflection / change;
-        EXPECT_LT(worst, 2e-3 * largest + noise) << parameters[p].name;
-        EXPECT_TRUE(largest > 100.0 * noise || !described[p].calibrated) << parameters[p].name;
+        EXPECT_LT(worst, 2e-3 * largest + noise) << to_string(parameters[p].id);
+        EXPECT_TRUE(largest > 100.0 * noise || !described[p].calibrated)
+            << to_string(parameters[p].id);
     }
 }
 

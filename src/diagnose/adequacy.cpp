@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/adequacy.hpp"
+
+#include "core/error.hpp"
+#include "fit/solve/residual_statistics.hpp"
+#include "reduce/population_statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <fmt/core.h>
+
+namespace culm::diagnose {
+namespace {
+
+/// Why the record cannot tell; empty if it can.
+std::string what_is_too_little(const fit::RecordingFit& fit, const residuals::Swing& swing,
+                               const Policy& policy) {
+    double squares = 0.0;
+    std::size_t frames = 0;
+    for (std::size_t i = 0; i < swing.times.size(); ++i)
+        if (swing.times[i] >= 0.0 && !std::isnan(swing.measured[i])) {
+            squares += swing.measured[i] * swing.measured[i];
+            ++frames;
+        }
+    if (frames < policy.fewest_frames)
+        return fmt::format("{} frames after the release are too few to tell; {} are needed", frames,
+                           policy.fewest_frames);
+    if (const double cycles = fit.times.back() * swing.frequency; cycles < policy.fewest_cycles)
+        return fmt::format("{:.1f} cycles after the release are too few to tell; {} are needed",
+                           cycles, policy.fewest_cycles);
+    const double size = std::sqrt(squares / static_cast<double>(frames));
+    if (fit.is_noise_known && size < policy.smallest_swing_over_noise * swing.noise)
+        return fmt::format("the motion (rms {:.3g} mm) hardly stands out of the noise ({:.3g} mm "
+                           "with all heights together)",
+                           1e3 * size, 1e3 * swing.noise);
+    return {};
+}
+
+void adjust(Verdict& verdict, const Policy& policy) {
+    std::vector<double> p_values;
+    for (const residuals::LackOfFitTest& test : verdict.tests)
+        p_values.push_back(test.p_value);
+    const std::vector<double> adjusted = reduce::holm_adjusted(p_values);
+    verdict.finding = Finding::Adequate;
+    for (std::size_t k = 0; k < adjusted.size(); ++k) {
+        verdict.tests[k].adjusted_p_value = adjusted[k];
+        verdict.p_value = std::min(verdict.p_value, adjusted[k]);
+        if (adjusted[k] >= policy.lack_of_fit_level)
+            continue;
+        verdict.finding = Finding::Inadequate;
+        verdict.reason += (verdict.reason.empty() ? "" : ", ") + verdict.tests[k].name;
+    }
+}
+
+} // namespace
+
+std::string_view to_string(Finding finding) {
+    switch (finding) {
+    case Finding::Adequate:
+        return "adequate";
+    case Finding::Inadequate:
+        return "inadequate";
+    case Finding::Undecided:
+        return "undecided";
+    }
+    return "undecided";
+}
+
+Verdict verdict_on(const fit::RecordingFit& fit, const residuals::Swing& swing,
+                   const Policy& policy) {
+    residuals::LackOfFit lack = residuals::test_lack_of_fit(fit, swing);
+    Verdict verdict;
+    verdict.tests = std::move(lack.tests);
+    verdict.rmse = fit.rmse;
+    verdict.noise = typical_noise(fit);
+    verdict.is_noise_known = fit.is_noise_known;
+    verdict.reduced_chi_squared = fit.reduced_chi_squared;
+    verdict.effective_degrees_of_freedom = lack.effective_degrees_of_freedom;
+    verdict.spatial_share = lack.spatial_share;
+    verdict.spatial_pattern = std::move(lack.spatial_pattern);
+    adjust(verdict, policy);
+    if (std::string reason = what_is_too_little(fit, swing, policy); !reason.empty()) {
+        verdict.finding = Finding::Undecided;
+        verdict.reason = std::move(reason);
+    }
+    return verdict;
+}
+
+SetVerdict verdict_on(const fit::Fit& fit, std::span<const measure::Measurement> recordings,
+                      const Policy& policy) {
+    SetVerdict out;
+    out.finding = Finding::Adequate;
+    bool can_tell = false;
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        const Verdict own =
+            verdict_on(fit.parts[m], residuals::swing_of(fit.parts[m], recordings[m]), policy);
+        if (own.finding == Finding::Undecided) {
+            if (!can_tell)
+                out.reason = own.reason;
+            continue;
+        }
+        if (!can_tell)
+            out.reason.clear();
+        can_tell = true;
+        const double p =
+            std::min(1.0, own.p_value * static_cast<double>(fit.parts.size())); // Bonferroni
+        out.p_value = std::min(out.p_value, p);
+        if (p >= policy.lack_of_fit_level)
+            continue;
+        out.finding = Finding::Inadequate;
+        if (!out.reason.empty())
+            out.reason += "; ";
+        out.reason += own.reason;
+    }
+    if (!can_tell)
+        out.finding = Finding::Undecided;
+    return out;
+}
+
+void refuse_without_motion(const measure::Measurement& measurement, std::optional<double> window,
+                           const Policy& policy) {
+    const double end = window.value_or(std::numeric_limits<double>::infinity());
+    double chi_squared = 0.0;
+    double squares = 0.0;
+    double noise_squares = 0.0;
+    double readings = 0.0;
+    for (std::size_t i = 0; i < measurement.times.size(); ++i)
+        for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
+            const double reading = measurement.deflection(i, j);
+            const std::optional<double> noise = measurement.noise_at(j);
+            if (measurement.times[i] < 0.0 || measurement.times[i] > end || std::isnan(reading) ||
+                !noise)
+                continue;
+            chi_squared += std::pow(reading / *noise, 2);
+            squares += reading * reading;
+            noise_squares += *noise * *noise;
+            readings += 1.0;
+        }
+    if (readings > 0.0 &&
+        chi_squared - readings < policy.motion_over_noise * std::sqrt(2.0 * readings))
+        throw core::InputError(fmt::format(
+            "{}: the readings after the release (rms {:.3g} mm) cannot be told from their noise "
+            "({:.3g} mm): there is no motion to compare with",
+            measurement.stem.id, 1e3 * std::sqrt(squares / readings),
+            1e3 * std::sqrt(noise_squares / readings)));
+}
+
+} // namespace culm::diagnose

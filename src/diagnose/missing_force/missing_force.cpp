@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/missing_force/missing_force.hpp"
+
+#include "core/error.hpp"
+#include "diagnose/missing_force/force_terms.hpp"
+#include "diagnose/missing_force/term_selection.hpp"
+#include "diagnose/score/stacked_readings.hpp"
+#include "physics/effects/stem_scales.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include <fmt/core.h>
+
+namespace culm::diagnose {
+namespace {
+
+/// Of term k in the effect that stands for the missing force.
+physics::ParameterId coefficient(std::size_t k) {
+    return {"missing_force", fmt::format("c{}", k + 1), {}};
+}
+
+using physics::UserLawKind;
+
+constexpr std::size_t most_terms = 3;
+constexpr double force_block_periods = 3.0;
+constexpr int curve_points = 41;
+
+/// Number of the block of time of every reading, those of each recording apart.
+std::vector<int> blocks_of(const fit::Fit& base) {
+    std::vector<int> blocks;
+    int first = 0;
+    for (const fit::RecordingFit& part : base.parts) {
+        const double length = force_block_periods / physics::first_frequency(part.model.spec.stem);
+        int last = first;
+        for (const double time : part.times) {
+            last = first + static_cast<int>((time - part.times.front()) / length);
+            blocks.insert(blocks.end(), part.prediction.rows, last);
+        }
+        first = last + 1;
+    }
+    return blocks;
+}
+
+physics::SelectedEffect with_terms(UserLawKind kind, const std::vector<std::string>& terms,
+                                   const std::vector<double>& values,
+                                   const std::vector<double>& scales) {
+    return {physics::make_user_effect(force_text(kind, terms, values, scales)),
+            std::vector<std::optional<double>>(terms.size())};
+}
+
+/// What the terms of one kind explain of the residual, linearised.
+struct Regression {
+    UserLawKind kind = UserLawKind::ForcePerLength;
+    std::vector<std::string> terms; ///< chosen
+    std::vector<double> scales;
+    std::vector<double> values;
+    SelectedTerms selected;
+};
+
+Regression regress(UserLawKind kind, const fit::Fit& base,
+                   std::span<const measure::Measurement> recordings,
+                   const fit::FitOptions& options) {
+    const std::vector<std::string> terms = force_terms(kind);
+    const std::vector<double> scales = term_scales(kind, terms, base.parts.front().model.spec);
+    const physics::SelectedEffect trial =
+        with_terms(kind, terms, std::vector<double>(terms.size(), 0.0), scales);
+    std::vector<fit::StemModel> models;
+    for (std::size_t m = 0; m < recordings.size(); ++m)
+        models.push_back(candidate_model(base.parts[m].model, {trial}, recordings[m]));
+    const StackedReadings stacked = stacked_readings(models, recordings, base, options.heartbeat);
+    const StackedReadings fitted = stacked_readings(base, recordings);
+
+    Eigen::MatrixXd columns(stacked.residual.size(), static_cast<Eigen::Index>(terms.size()));
+    for (std::size_t k = 0; k < terms.size(); ++k) {
+        const auto found = std::ranges::find(stacked.ids, coefficient(k));
+        // In units of the scale, so that the sums of products stay of one size.
+        columns.col(static_cast<Eigen::Index>(k)) =
+            scales[k] *
+            project_off(fitted.jacobian, stacked.jacobian.col(found - stacked.ids.begin()))
+                .standing_out;
+    }
+    const Eigen::VectorXd residual = project_off(fitted.jacobian, fitted.residual).standing_out;
+    Regression out;
+    out.kind = kind;
+    out.selected = select_terms(columns, residual, blocks_of(base), most_terms);
+    for (std::size_t k = 0; k < out.selected.columns.size(); ++k) {
+        const std::size_t column = out.selected.columns[k];
+        out.terms.push_back(terms[column]);
+        out.scales.push_back(scales[column]);
+        out.values.push_back(scales[column] *
+                             out.selected.coefficients(static_cast<Eigen::Index>(k)));
+    }
+    return out;
+}
+
+double force_of(const MissingForce& force, UserLawKind kind, const physics::UserLawInputs& inputs) {
+    double sum = 0.0;
+    for (const ForceTerm& term : force.terms)
+        sum += term.coefficient * term_value(kind, term.term, inputs);
+    return sum;
+}
+
+/// Against the deflection at rest and against the velocity undeflected, at the tip (of a moment:
+/// the curvature and its rate at the root).
+void add_curves(UserLawKind kind, const run::CaseSpec& spec, MissingForce& force) {
+    const double length = spec.stem.free_length();
+    const double pull = std::abs(spec.tip_deflection);
+    const double turning = 2.0 * std::numbers::pi * physics::first_frequency(spec.stem);
+    const double curvature = 3.0 / (length * length); // of the root, per deflection of the tip
+    for (int k = 0; k < curve_points; ++k) {
+        const double share = 2.0 * k / (curve_points - 1.0) - 1.0;
+        physics::UserLawInputs at_rest;
+        at_rest.position = kind == UserLawKind::ForcePerLength ? length : 0.0;
+        physics::UserLawInputs undeflected = at_rest;
+        at_rest.deflection = share * pull;
+        at_rest.curvature = curvature * at_rest.deflection;
+        undeflected.velocity = share * turning * pull;
+        undeflected.curvature_rate = curvature * undeflected.velocity;
+        force.against_displacement.push_back(
+            {at_rest.deflection, 0.0, force_of(force, kind, at_rest)});
+        force.against_velocity.push_back(
+            {0.0, undeflected.velocity, force_of(force, kind, undeflected)});
+    }
+}
+
+/// Work over a cycle of x = sin t with v = cos t tells what gives and what takes.
+std::string character_of(const MissingForce& force, UserLawKind kind, const run::CaseSpec& spec) {
+    const double length = spec.stem.free_length();
+    const double pull = std::abs(spec.tip_deflection);
+    const double turning = 2.0 * std::numbers::pi * physics::first_frequency(spec.stem);
+    double in_phase = 0.0;
+    double with_velocity = 0.0;
+    double squares = 0.0;
+    double mean = 0.0;
+    constexpr int steps = 200;
+    for (int k = 0; k < steps; ++k) {
+        const double angle = 2.0 * std::numbers::pi * (k + 0.5) / steps;
+        physics::UserLawInputs inputs;
+        inputs.position = kind == UserLawKind::ForcePerLength ? length : 0.0;
+        inputs.deflection = pull * std::sin(angle);
+        inputs.velocity = turning * pull * std::cos(angle);
+        inputs.curvature = 3.0 * inputs.deflection / (length * length);
+        inputs.curvature_rate = 3.0 * inputs.velocity / (length * length);
+        const double value = force_of(force, kind, inputs);
+        in_phase += value * std::sin(angle) * 2.0 / steps;
+        with_velocity += value * std::cos(angle) * 2.0 / steps;
+        mean += value / steps;
+        squares += value * value / steps;
+    }
+    // A force on the stem takes energy against the velocity; an elastic moment counts as
+    // resistance.
+    const double sign = kind == UserLawKind::ForcePerLength ? -1.0 : 1.0;
+    const double dissipated = sign * with_velocity;
+    const double restoring = sign * in_phase;
+    const double size = std::sqrt(squares);
+    std::string text;
+    const auto add = [&text](const char* part) {
+        if (!text.empty())
+            text += ", ";
+        text += part;
+    };
+    if (dissipated > 0.3 * size)
+        add("dissipative");
+    if (dissipated < -0.3 * size)
+        add("feeds energy in (or the bonds' damping was overestimated)");
+    if (restoring > 0.3 * size)
+        add("stiffens");
+    if (restoring < -0.3 * size)
+        add("softens");
+    if (std::abs(mean) > 0.3 * size)
+        add("one-sided");
+    return text.empty() ? "neither clearly dissipative nor conservative" : text;
+}
+
+} // namespace
+
+MissingForce reconstruct_missing_force(const fit::Fit& base, const fit::SelectedEffects& effects,
+                                       std::span<const measure::Measurement> recordings,
+                                       const fit::FitOptions& options) {
+    MissingForce out;
+    std::optional<Regression> best;
+    for (const UserLawKind kind : {UserLawKind::ForcePerLength, UserLawKind::BendingMoment}) {
+        try {
+            Regression regression = regress(kind, base, recordings, options);
+            if (!regression.terms.empty() &&
+                (!best || regression.selected.validation < best->selected.validation))
+                best = std::move(regression);
+        } catch (const core::NumericalError&) { // this kind of force cannot be computed here
+        }
+    }
+    if (!best)
+        return out;
+    out.kind = best->kind == UserLawKind::ForcePerLength ? "force_per_length" : "bending_moment";
+    fit::SelectedEffects larger = effects;
+    larger.push_back(with_terms(best->kind, best->terms, best->values, best->scales));
+    const fit::Fit fit = fit::fit_model(larger, base, recordings, options);
+    out.fit = fit::numbers_of(fit);
+    for (std::size_t k = 0; k < best->terms.size(); ++k) {
+        ForceTerm term{best->terms[k], best->values[k], 0.0, best->selected.stability[k]};
+        for (const fit::FittedParameter& parameter : fit.parameters)
+            if (parameter.id == coefficient(k)) {
+                term.coefficient = parameter.value;
+                term.standard_error = parameter.standard_error;
+            }
+        if (!out.form.empty())
+            out.form += " + ";
+        out.form += fmt::format("({:.4g})*{}", term.coefficient, term.term);
+        out.terms.push_back(std::move(term));
+    }
+    const double excess = base.chi_squared - static_cast<double>(base.readings);
+    out.explained = fit.is_fitted() && excess > 0.0
+                        ? std::clamp((base.chi_squared - fit.chi_squared) / excess, 0.0, 1.0)
+                        : std::max(0.0, 1.0 - best->selected.left);
+    const run::CaseSpec& spec = base.parts.front().model.spec;
+    out.character = character_of(out, best->kind, spec);
+    add_curves(best->kind, spec, out);
+    std::vector<double> values;
+    for (const ForceTerm& term : out.terms)
+        values.push_back(term.coefficient);
+    out.as_effect_file = as_effect_file(force_text(best->kind, best->terms, values, best->scales));
+    return out;
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/score/stacked_readings.hpp"
+
+#include "fit/model/parameter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/QR>
+
+namespace culm::diagnose {
+namespace {
+
+/// Of a column of unit length, that the others do not imitate. The derivatives come from lanes that
+/// differ by 1e-6 of a parameter and are good to about 1e-5 (run/sensitivities.hpp); a column that
+/// stands out by less than a tenth of that is rounding.
+constexpr double least_independence = 1e-6;
+
+/// Least squares with columns of length one; dependent columns get zero.
+Eigen::VectorXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted) {
+    Eigen::VectorXd scale = matrix.colwise().norm().transpose();
+    for (double& entry : scale)
+        entry = entry > 0.0 ? entry : 1.0;
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver;
+    solver.setThreshold(least_independence);
+    solver.compute(matrix * scale.cwiseInverse().asDiagonal());
+    return solver.solve(wanted).cwiseQuotient(scale);
+}
+
+class Stack {
+  public:
+    Stack(const fit::Fit& base, std::span<const measure::Measurement> recordings)
+        : base_(base), recordings_(recordings) {}
+
+    void make_room(const fit::JointLayout& layout) {
+        layout_ = layout;
+        out_.ids = layout.ids;
+        for (const fit::RecordingFit& part : base_.parts)
+            readings_ += static_cast<Eigen::Index>(part.residuals.size());
+        out_.jacobian =
+            Eigen::MatrixXd::Zero(readings_, static_cast<Eigen::Index>(out_.ids.size()));
+        out_.residual = Eigen::VectorXd::Zero(readings_);
+        out_.predicted = Eigen::VectorXd::Zero(readings_);
+    }
+    void add_rows(std::size_t part, const fit::ChainPrediction& prediction) {
+        for (std::size_t k = 0; k < prediction.readings.size(); ++k, ++row_) {
+            const std::size_t j = k % prediction.rows;
+            const double measured = recordings_[part].deflection(k / prediction.rows, j);
+            const double predicted = prediction.readings[k];
+            if (!std::isfinite(measured) || !std::isfinite(predicted))
+                continue;
+            const double noise = base_.parts[part].noise[j];
+            out_.residual(row_) = (measured - predicted) / noise;
+            out_.predicted(row_) = predicted / noise;
+            for (std::size_t p = 0; p < prediction.parameters; ++p)
+                if (const double d = prediction.jacobian[k * prediction.parameters + p];
+                    std::isfinite(d))
+                    add_derivative(layout_.shares[part][p], d / noise);
+        }
+    }
+    [[nodiscard]] StackedReadings take() { return std::move(out_); }
+
+  private:
+    void add_derivative(const fit::JointLayout::Share& share, double derivative) {
+        out_.jacobian(row_, static_cast<Eigen::Index>(share.place)) = share.factor * derivative;
+    }
+
+    const fit::Fit& base_;
+    std::span<const measure::Measurement> recordings_;
+    StackedReadings out_;
+    fit::JointLayout layout_;
+    Eigen::Index readings_ = 0;
+    Eigen::Index row_ = 0;
+};
+
+/// Free parameter `k`, in its own unit, as far as the bounds allow.
+void move(fit::StemModel& model, std::size_t k, double change) {
+    if (k >= model.parameters.size()) {
+        model.release_time = std::clamp(model.release_time + change, -model.release_time_bound,
+                                        model.release_time_bound);
+        return;
+    }
+    const fit::FreeParameter& parameter = model.parameters[k];
+    const double value = parameter.access.get(model.spec);
+    const double internal = fit::to_internal(parameter, model.spec, value) +
+                            change / fit::value_per_internal(parameter, model.spec, value);
+    parameter.access.set(model.spec, std::clamp(fit::from_internal(parameter, model.spec, internal),
+                                                parameter.lower, parameter.upper));
+}
+
+} // namespace
+
+StackedReadings stacked_readings(std::span<const fit::StemModel> models,
+                                 std::span<const measure::Measurement> recordings,
+                                 const fit::Fit& base, const run::Heartbeat& heartbeat) {
+    Stack stack(base, recordings);
+    stack.make_room(fit::joint_layout(models, recordings, fit::belongs_to_recording));
+    for (std::size_t m = 0; m < models.size(); ++m)
+        stack.add_rows(m, fit::predict_readings(models[m], base.parts[m].times, heartbeat));
+    return stack.take();
+}
+
+StackedReadings stacked_readings(const fit::Fit& base,
+                                 std::span<const measure::Measurement> recordings) {
+    Stack stack(base, recordings);
+    std::vector<fit::StemModel> models;
+    for (const fit::RecordingFit& part : base.parts)
+        models.push_back(part.model);
+    stack.make_room(fit::joint_layout(models, recordings, fit::belongs_to_recording));
+    for (std::size_t m = 0; m < base.parts.size(); ++m)
+        stack.add_rows(m, base.parts[m].prediction);
+    return stack.take();
+}
+
+fit::StartModels moved(fit::StartModels models, const fit::JointLayout& layout,
+                       const Eigen::VectorXd& change) {
+    for (std::size_t m = 0; m < models.size(); ++m)
+        for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
+            const fit::JointLayout::Share& share = layout.shares[m][k];
+            move(models[m], k, share.factor * change(static_cast<Eigen::Index>(share.place)));
+        }
+    return models;
+}
+
+LinearSolution solve_linear(const StackedReadings& stacked, const std::vector<bool>& is_held) {
+    std::vector<Eigen::Index> free;
+    for (std::size_t k = 0; k < is_held.size(); ++k)
+        if (!is_held[k])
+            free.push_back(static_cast<Eigen::Index>(k));
+    const Eigen::MatrixXd columns = stacked.jacobian(Eigen::all, free);
+    const Eigen::VectorXd change = least_squares(columns, stacked.residual);
+    LinearSolution out{Eigen::VectorXd::Zero(stacked.jacobian.cols()),
+                       (stacked.residual - columns * change).squaredNorm()};
+    for (std::size_t k = 0; k < free.size(); ++k)
+        out.change(free[k]) = change(static_cast<Eigen::Index>(k));
+    return out;
+}
+
+// By the Frisch-Waugh-Lovell theorem: what stands out of the fitted columns is what a joint fit
+// would see of the new one, and the imitation is how the fitted numbers hide it meanwhile.
+Projection project_off(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& column) {
+    Projection out;
+    out.imitation = least_squares(jacobian, column);
+    out.standing_out = column - jacobian * out.imitation;
+    return out;
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "residuals/lack_of_fit.hpp"
+
+#include "fit/solve/residual_statistics.hpp"
+#include "physics/effects/stem_scales.hpp"
+#include "reduce/residual_tests.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/core.h>
+
+namespace culm::residuals {
+namespace {
+
+/// Residuals of one row over its noise; gaps are left out.
+std::vector<double> row_residuals(const fit::RecordingFit& fit, std::size_t row) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < fit.times.size(); ++i)
+        if (const double residual = fit.residuals[i * fit.prediction.rows + row];
+            !std::isnan(residual))
+            values.push_back(residual / fit.noise[row]);
+    return values;
+}
+
+/// Σ w r/σ² over √Σ w²/σ² in every frame, w the predicted reading of the first frame: of unit
+/// variance if the residuals are noise.
+std::vector<double> swing_residuals(const fit::RecordingFit& fit) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < fit.times.size(); ++i) {
+        double sum = 0.0;
+        double norm = 0.0;
+        for (std::size_t j = 0; j < fit.prediction.rows; ++j) {
+            const double residual = fit.residuals[i * fit.prediction.rows + j];
+            const double weight = fit.prediction.readings[j];
+            if (std::isnan(residual) || std::isnan(weight))
+                continue;
+            const double precision = 1.0 / (fit.noise[j] * fit.noise[j]);
+            sum += weight * residual * precision;
+            norm += weight * weight * precision;
+        }
+        if (norm > 0.0)
+            values.push_back(sum / std::sqrt(norm));
+    }
+    return values;
+}
+
+/// Frames in a period, at most a fifth of them all.
+std::size_t lags_over_a_period(const fit::RecordingFit& fit, double frequency) {
+    const std::size_t frames = fit.times.size();
+    if (frames < 10)
+        return 1;
+    const double interval =
+        (fit.times.back() - fit.times.front()) / static_cast<double>(frames - 1);
+    const auto lags = static_cast<std::size_t>(std::lround(1.0 / (frequency * interval)));
+    return std::clamp<std::size_t>(lags, 2, frames / 5);
+}
+
+double balance_p_value(const fit::RecordingFit& fit) {
+    double sum = 0.0;
+    std::size_t rows = 0;
+    for (std::size_t j = 0; j < fit.prediction.rows; ++j) {
+        const std::vector<double> values = row_residuals(fit, j);
+        if (values.empty())
+            continue;
+        double total = 0.0;
+        for (const double value : values)
+            total += value;
+        sum += total * total / static_cast<double>(values.size());
+        ++rows;
+    }
+    return rows == 0 ? 1.0 : reduce::chi_squared_p_value(sum, 1.0, rows);
+}
+
+/// Fisher (1925): −2 Σ ln p is χ² with two degrees of freedom a test.
+double combined_p_value(const std::vector<double>& p_values) {
+    double sum = 0.0;
+    for (const double p : p_values)
+        sum -= 2.0 * std::log(std::max(p, 1e-300));
+    return p_values.empty() ? 1.0 : reduce::chi_squared_p_value(sum, 1.0, 2 * p_values.size());
+}
+
+double likeness_p_value(const fit::RecordingFit& fit) {
+    double sum = 0.0;
+    std::size_t pairs = 0;
+    const std::size_t rows = fit.prediction.rows;
+    for (std::size_t a = 0; a < rows; ++a)
+        for (std::size_t b = a + 1; b < rows; ++b) {
+            double product = 0.0;
+            double square_a = 0.0;
+            double square_b = 0.0;
+            double count = 0.0;
+            for (std::size_t i = 0; i < fit.times.size(); ++i) {
+                const double left = fit.residuals[i * rows + a];
+                const double right = fit.residuals[i * rows + b];
+                if (std::isnan(left) || std::isnan(right))
+                    continue;
+                product += left * right;
+                square_a += left * left;
+                square_b += right * right;
+                count += 1.0;
+            }
+            if (square_a <= 0.0 || square_b <= 0.0)
+                continue;
+            sum += count * product * product / (square_a * square_b);
+            ++pairs;
+        }
+    return pairs == 0 ? 1.0 : reduce::chi_squared_p_value(sum, 1.0, pairs);
+}
+
+} // namespace
+
+LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing) {
+    LackOfFit result;
+    const auto add = [&result](std::string name, double p_value) {
+        result.tests.push_back({std::move(name), p_value, p_value});
+    };
+    const Eigen::MatrixXd whitened = fit::whitened_residuals(fit);
+    result.effective_degrees_of_freedom = std::min(
+        fit::effective_degrees_of_freedom(whitened, lags_over_a_period(fit, swing.frequency)),
+        static_cast<double>(std::max<std::size_t>(fit.degrees_of_freedom, 1)));
+    // χ² of correlated residuals scatters as one of fewer degrees of freedom does.
+    if (fit.is_noise_known && fit.degrees_of_freedom > 0)
+        add("size",
+            fit::chi_squared_tail(result.effective_degrees_of_freedom * fit.reduced_chi_squared,
+                                  result.effective_degrees_of_freedom));
+    const std::size_t lags = lags_over_a_period(fit, physics::first_frequency(fit.model.spec.stem));
+    const std::vector<double> of_the_swing = swing_residuals(fit);
+    add("correlation of the swing", reduce::ljung_box_p_value(of_the_swing, lags));
+    add("signs of the swing", reduce::runs_p_value(of_the_swing));
+    add("balance of the rows", balance_p_value(fit));
+    add("likeness of the rows", likeness_p_value(fit));
+    std::vector<double> rows;
+    for (std::size_t j = 0; j < fit.prediction.rows; ++j) {
+        rows.push_back(reduce::ljung_box_p_value(row_residuals(fit, j), lags));
+        add(fmt::format("correlation at h = {:.6g} mm", 1e3 * fit.model.spec.heights[j]),
+            rows.back());
+    }
+    add("correlation of all rows", combined_p_value(rows));
+    const fit::SpatialPattern pattern = fit::spatial_pattern(whitened);
+    add("pattern over the heights", pattern.p_value);
+    result.spatial_share = pattern.share;
+    const double size = std::sqrt(pattern.share * whitened.squaredNorm() /
+                                  static_cast<double>(std::max<Eigen::Index>(whitened.rows(), 1)));
+    for (Eigen::Index j = 0; j < pattern.shape.size(); ++j)
+        result.spatial_pattern.push_back(size * pattern.shape(j) *
+                                         fit.noise[static_cast<std::size_t>(j)]);
+    return result;
+}
+
+} // namespace culm::residuals

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whether the residuals of a fitted chain are noise, or something is missing.
+#pragma once
+
+#include "residuals/swing.hpp"
+
+#include <string>
+#include <vector>
+
+namespace culm::residuals {
+
+/// One test; p is the probability of residuals at least as bad if nothing is missing.
+struct LackOfFitTest {
+    std::string name; ///< "size", "correlation at h = 133 mm", "correlation of the swing", …
+    double p_value = 1.0;
+    double adjusted_p_value = 1.0; ///< for the number of tests (Holm)
+};
+
+struct LackOfFit {
+    std::vector<LackOfFitTest> tests; ///< not adjusted yet
+    double effective_degrees_of_freedom = 0.0;
+    double spatial_share = 0.0;          ///< of the residuals' power in one pattern over the rows
+    std::vector<double> spatial_pattern; ///< (rows), m, root mean square over the frames
+};
+
+/// * "size": χ² against the noise, if that is known, with the effective degrees of freedom of the
+///   residuals' own correlation.
+/// * "correlation at h = … mm": Ljung & Box's test in every row, lags over a period.
+/// * "correlation of the swing", "signs of the swing": Ljung & Box's and the runs test of what the
+///   rows have in common, the weighted mean over them with the shape of the held stem. A misfit of
+///   the first mode stands out there by the square root of the number of rows.
+/// * "correlation of all rows": Fisher's combination of the rows' p-values (weak correlation
+///   everywhere).
+/// * "likeness of the rows": Σ n r², r the correlation of two rows' residuals at the same times,
+///   over all pairs; χ². A misfit of the shape moves the rows together, noise does not.
+/// * "balance of the rows": means of the rows over all frames, χ² against their scatter; a shape or
+///   a position of rest that is not the stem's.
+/// * "pattern over the heights": the residuals' first singular value (fit::spatial_pattern).
+[[nodiscard]] LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing);
+
+} // namespace culm::residuals

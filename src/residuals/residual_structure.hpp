@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the residuals of a fitted chain consist of: wrong amplitude, wrong phase, wrong rest, or a
+// shape of their own.
+#pragma once
+
+#include "fit/solve/fit.hpp"
+#include "residuals/swing.hpp"
+
+#include <array>
+
+namespace culm::residuals {
+
+/// In one third of the time after the release.
+struct SwingError {
+    double amplitude = 0.0; ///< measured over modelled amplitude, less 1
+    double lag = 0.0;  ///< of the measured swing behind the modelled one, rad of the first mode
+    double rest = 0.0; ///< measured less modelled position of rest, m
+    double amplitude_error = 0.0; ///< standard errors, from the noise
+    double lag_error = 0.0;
+    double rest_error = 0.0;
+    /// Amplitudes of both swings (√2 times their root mean square, less the noise's) over the noise
+    /// of the swing. A swing that has died has no phase.
+    double measured_over_noise = 0.0;
+    double modelled_over_noise = 0.0;
+};
+
+struct ResidualStructure {
+    std::array<SwingError, 3> thirds;
+    /// Shares of the residuals' power above the noise's: what a wrong amplitude, phase and rest of
+    /// the swing, cycle by cycle, explain; what has the swing's shape but nothing of these; and
+    /// what has another shape over the heights. Their sum is 1, or all are 0 if nothing is left.
+    double amplitude_share = 0.0;
+    double phase_share = 0.0;
+    double rest_share = 0.0;
+    double other_motion_share = 0.0;
+    double other_shape_share = 0.0;
+    double excess_over_noise = 0.0; ///< power of the residuals over the noise's, less 1
+};
+
+/// The residual of the swing in windows of two cycles is a sum of the modelled swing (amplitude),
+/// its speed (phase) and a constant (rest), by least squares.
+[[nodiscard]] ResidualStructure residual_structure(const fit::RecordingFit& fit,
+                                                   const Swing& swing);
+
+} // namespace culm::residuals

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Eq. 1 at every height, of what was measured and of what a fitted chain shows.
+#pragma once
+
+#include "fit/solve/fit.hpp"
+#include "measure/folder/measurement.hpp"
+#include "reduce/stem_ring_downs.hpp"
+
+namespace culm::residuals {
+
+/// The readings at every height, with their noise where it is known.
+[[nodiscard]] reduce::StemHistories histories_of(const measure::Measurement& measurement);
+
+struct RingDownsOfBoth {
+    reduce::StemRingDowns measured;
+    reduce::StemRingDowns modelled; ///< at the same times and heights
+};
+
+/// Eq. 1 with a free phase, fitted in the same way to both, over the time of the fit.
+[[nodiscard]] RingDownsOfBoth ring_downs_of_both(const fit::RecordingFit& fit,
+                                                 const measure::Measurement& measurement);
+
+} // namespace culm::residuals

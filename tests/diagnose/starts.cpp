@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Each kind of start is needed: a recording for which another start alone ends far above.
+#include "fit/start/starts.hpp"
+
+#include "beam_generator/recording.hpp"
+#include "fit/fit_model.hpp"
+#include "physics/effects/library.hpp"
+#include "support/single_fit.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+/// Of the beam generator, by a chain of 28 spheres, to be quick.
+measure::Measurement recording_with(beam::HiddenEffect effect) {
+    beam::RecordingSpec spec;
+    spec.effects = {std::move(effect)};
+    spec.heights = beam::even_heights(spec.stem.length, 6);
+    spec.duration = 0.2;
+    spec.errors.noise = 0.05e-3;
+    measure::Measurement recording = beam::record(spec);
+    recording.stem.spheres = 28;
+    return recording;
+}
+
+class Starts {
+  public:
+    Starts(beam::HiddenEffect hidden, const char* fitted)
+        : recording_(recording_with(std::move(hidden))), smaller_(fit_baseline(recording_)),
+          effects_(physics::parse_effects(fitted, {})),
+          model_(fit::candidate_model(fit::baseline_model(recording_), effects_, recording_)) {}
+
+    /// χ² above the number of readings, where a fit from this start alone ends; that of the smaller
+    /// model if it fails.
+    [[nodiscard]] double excess_from(const fit::StemModel& start) const {
+        return excess(fit::refined({start}, effects_, smaller_, std::span(&recording_, 1), {}));
+    }
+    [[nodiscard]] double excess_of_policy() const {
+        return excess(fit_candidate(effects_, smaller_, recording_));
+    }
+    [[nodiscard]] std::vector<fit::StemModel> candidates() const {
+        return fit::candidate_starts(model_, smaller_.parts.front());
+    }
+    [[nodiscard]] fit::StemModel absent() const {
+        return fit::fit_starts(model_, smaller_.parts.front(), fit::StartSize::Absent).front();
+    }
+    [[nodiscard]] std::vector<double> excess_from_each() const {
+        std::vector<double> found;
+        for (const fit::StemModel& start : candidates())
+            found.push_back(excess_from(start));
+        return found;
+    }
+
+  private:
+    [[nodiscard]] double excess(const fit::Fit& fit) const {
+        const fit::Fit& counted = fit.is_fitted() ? fit : smaller_;
+        return counted.chi_squared - static_cast<double>(counted.readings);
+    }
+
+    measure::Measurement recording_;
+    fit::Fit smaller_;
+    fit::SelectedEffects effects_;
+    fit::StemModel model_;
+};
+
+/// The best of several starts is found, and one of them alone would miss it by far.
+void expect_that_one_start_is_too_few(const Starts& starts) {
+    const std::vector<double> each = starts.excess_from_each();
+    ASSERT_GE(each.size(), 2u);
+    const double best = std::ranges::min(each);
+    const double worst = std::ranges::max(each);
+    EXPECT_GT(worst, best + 500.0);
+    EXPECT_LT(starts.excess_of_policy(), best + 0.05 * (worst - best));
+}
+
+TEST(Starts, OfALocationAreSeveral) {
+    expect_that_one_start_is_too_few(Starts(
+        {"local_defect", {{"position_m", 0.08}, {"stiffness_factor", 0.3}}}, "local_defect"));
+}
+
+TEST(Starts, OfAFrequencyArePeaksOfTheResiduals) {
+    expect_that_one_start_is_too_few(
+        Starts({"base_motion", {{"amplitude_m", 4e-4}, {"frequency_hz", 31.0}, {"phase_rad", 0.7}}},
+               "base_motion"));
+}
+
+TEST(Starts, OfFrictionAreSizesOfItsOwn) {
+    const Starts starts(
+        {"clamp_friction", {{"moment_nm", 2e-3}, {"stiffness_nm_rad", 0.5}, {"rate_rad_s", 0.05}}},
+        "clamp_friction");
+    const double alone = starts.excess_from(starts.absent());
+    EXPECT_LT(starts.excess_of_policy(), 0.5 * alone);
+}
+
+} // namespace
+} // namespace culm::tests
