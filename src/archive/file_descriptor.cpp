@@ -21,6 +21,8 @@ namespace {
 int open_checked(const std::filesystem::path& path, int flags) {
     constexpr mode_t permissions = 0666; // the user's umask takes away from this
     int descriptor = -1;
+    // A signal, as batch systems send one before the end of a job, must not look like a broken
+    // disk.
     do {
         descriptor = ::open(path.c_str(), flags | O_CLOEXEC, permissions);
     } while (descriptor < 0 && errno == EINTR);
@@ -71,6 +73,8 @@ void FileDescriptor::write_at(std::span<const std::byte> bytes, std::uint64_t of
         offset += static_cast<std::uint64_t>(written);
         unsent_bytes_ += static_cast<std::uint64_t>(written);
     }
+    // Left alone the kernel collects dirty pages for half a minute, and the next fdatasync waits
+    // for all of them while a rank computes nothing.
     if (unsent_bytes_ >= writeback_bytes)
         start_writeback();
 }
@@ -115,6 +119,8 @@ void FileDescriptor::lock_exclusively() {
     // A reader that asks is_locked() holds the file for some microseconds.
     constexpr int attempts = 5;
     for (int attempt = 1; attempt <= attempts; ++attempt) {
+        // Any other error means that the file system knows no locks (ENOLCK, EOPNOTSUPP): the study
+        // runs without this protection rather than not at all.
         if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK)
             return;
         if (attempt < attempts)
@@ -138,6 +144,7 @@ bool FileDescriptor::is_same_file(dev_t device, ino_t inode) const {
 }
 
 void FileDescriptor::close() {
+    // Network file systems report the failure of a delayed write here and nowhere else.
     if (is_open() && ::close(std::exchange(descriptor_, -1)) != 0)
         throw_storage_error("close", path_, errno);
 }

@@ -34,6 +34,7 @@ Scientific shortest_digits(double value) {
     return parts;
 }
 
+/// Without an exponent: zeros fill the gap between the point and the digits, on either side.
 std::string plain_text(const Scientific& parts) {
     const auto count = static_cast<int>(parts.digits.size());
     if (parts.exponent < 0)
@@ -52,6 +53,7 @@ std::string exponent_text(const Scientific& parts) {
 } // namespace
 
 std::optional<double> parse_decimal(std::string_view text, int power_of_ten) {
+    // from_chars accepts no leading plus. "+-1" must stay an error.
     if (text.starts_with('+') && text.size() > 1 && text[1] != '-')
         text.remove_prefix(1);
     double value = 0.0;
@@ -61,6 +63,8 @@ std::optional<double> parse_decimal(std::string_view text, int power_of_ten) {
         return std::nullopt;
     if (power_of_ten == 0 || value == 0.0)
         return value;
+    // The exponent is changed in the text, so the result is rounded once. value · 10^n would be
+    // rounded twice, because 10⁻³ is no double.
     const std::size_t e = text.find_first_of("eE");
     const int written =
         e == std::string_view::npos ? 0 : std::stoi(std::string(text.substr(e + 1)));
@@ -85,6 +89,8 @@ std::string decimal_text(double value, int power_of_ten) {
 double with_point_moved(double value, int power_of_ten) {
     if (power_of_ten == 0 || value == 0.0 || !std::isfinite(value))
         return value;
+    // Nothing can be parsed only where the result leaves the range of double; the product is then
+    // zero or infinity.
     return parse_decimal(decimal_text(value), power_of_ten)
         .value_or(value * std::pow(10.0, power_of_ten));
 }

@@ -23,6 +23,8 @@ void FileFaults::throw_if_any() const {
     if (faults_.empty())
         return;
     constexpr std::size_t most_listed = 12;
+    // Readers find faults key by key, a person mends a file from top to bottom. The sort is stable:
+    // faults of one line stay in the order in which they were found.
     auto ordered = faults_;
     std::ranges::stable_sort(ordered, {}, &Fault::line);
     std::string text;

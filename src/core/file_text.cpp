@@ -22,10 +22,12 @@ std::string file_text(const std::filesystem::path& file, std::size_t largest) {
     std::error_code ignored; // a file that is not there is no folder either
     if (std::filesystem::is_directory(file, ignored))
         refuse(file, "it is a folder");
+    // Streams do not report why they fail; on POSIX systems errno does.
     errno = 0;
     std::ifstream stream(file, std::ios::binary);
     if (!stream)
         refuse(file, std::generic_category().message(errno));
+    // Block by block, because a device or a pipe has no size that could be checked beforehand.
     constexpr std::size_t block = std::size_t{1} << 16U;
     std::string text;
     while (stream && text.size() <= largest) {

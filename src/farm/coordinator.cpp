@@ -101,6 +101,7 @@ Summary Coordinator::run() {
             backoff.pause();
             continue;
         }
+        // Rank 0 computes as the others do; between beats of its batch it answers them.
         backoff.reset();
         settle(0, run_range(call_, scheduler_.held_by(0).front(), *this, permit_));
     }
@@ -160,6 +161,8 @@ void Coordinator::handle(Message message) {
 }
 
 void Coordinator::settle(int rank, RangeOutcome outcome) {
+    // False for a range that was taken from the rank when it fell silent: the rank that has it now
+    // reports it again.
     if (scheduler_.report(rank, outcome.range, outcome.executed, outcome.seconds)) {
         summary_.points_completed += outcome.completed;
         summary_.points_failed += outcome.failed;
@@ -213,6 +216,8 @@ void Coordinator::post(int worker, MessageKind kind, core::Bytes content) {
     try {
         mailbox_->post(worker, kind, std::move(content));
     } catch (const FarmError& error) {
+        // A send to a dead rank may fail at once. Where deaths are survived this is one more sign
+        // of it.
         if (!watches_silence())
             throw;
         declare_dead(worker, error.what());
@@ -288,6 +293,7 @@ void Coordinator::note_sign_of_life(int worker) {
         last_seen_[w] = Clock::now();
     if (alive_[w])
         return;
+    // The rank was only slow. It gets work again; what it held before is computed by others.
     alive_[w] = true;
     top_up(worker);
     if (stop_requested())
@@ -316,6 +322,7 @@ Summary Coordinator::take_summary() {
         (stop_requested() || summary_.out_of_time) && settled < summary_.points_total;
     summary_.out_of_time = summary_.out_of_time && summary_.stopped_early;
     summary_.elapsed_s = seconds_since(start_);
+    // The order of arrival depends on timing, the summary must not.
     std::ranges::sort(summary_.lost, {}, &LostBatch::batch);
     std::ranges::sort(summary_.answers, {}, &BatchAnswer::batch);
     for (int rank = 0; rank < call_.size; ++rank)

@@ -23,6 +23,8 @@ Environment::Environment(int& argc, char**& argv)
 }
 
 Environment::~Environment() {
+    // MPI_Finalize is collective. A rank that leaves by an exception would wait there for ranks
+    // that wait for its messages, so it ends them all.
     int size = 1;
     MPI_Comm_size(MPI_COMM_WORLD, &size);
     if (size > 1 && std::uncaught_exceptions() > exceptions_at_start_)
@@ -39,6 +41,7 @@ bool Environment::is_under_launcher() {
 }
 
 void Environment::abort(int exit_code) {
+    // MPI_Abort does not return, but the standard does not promise it.
     MPI_Abort(MPI_COMM_WORLD, exit_code);
     std::abort();
 }

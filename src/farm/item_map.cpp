@@ -33,6 +33,8 @@ Outcomes map_over(Farm& farm, const FarmOptions& options, const std::vector<doub
     if (!summary.failure.empty())
         throw core::StorageError(summary.failure);
     Outcomes outcomes(costs.size());
+    // An item that is neither lost nor answered was not computed before a stop: its outcome is
+    // empty.
     for (const LostBatch& lost : summary.lost)
         outcomes[lost.batch] = {std::nullopt, lost.reason, lost.with_rank};
     for (BatchAnswer& answer : summary.answers)

@@ -27,6 +27,8 @@ Mailbox::~Mailbox() {
 
 void Mailbox::post(int destination, MessageKind kind, Bytes bytes) {
     const int size = message_length(bytes.size());
+    // MPI reads the buffer until the request is complete, so it must keep its address while the
+    // list grows.
     pending_.push_back(std::make_unique<Pending>(Pending{std::move(bytes), MPI_REQUEST_NULL}));
     Pending& pending = *pending_.back();
     const int code =

@@ -11,6 +11,8 @@ namespace culm::farm {
 
 namespace {
 
+/// Ranges that a rank may hold. A worker finds its next range already there when one is done and
+/// never waits for a message; rank 0 has the list at hand.
 constexpr std::size_t depth(int rank) {
     return rank == 0 ? 1 : 2;
 }
@@ -48,8 +50,11 @@ std::optional<Range> Scheduler::hand_out(int rank, double cost_limit) {
     if (stopped_ || remaining_ == 0 || held.size() >= depth(rank))
         return std::nullopt;
     const bool is_prefetch = !held.empty();
+    // A batch that waits behind a busy rank would keep another rank idle at the end.
     if (is_prefetch && remaining_ < static_cast<std::int64_t>(held_.size()))
         return std::nullopt;
+    // Returned ranges first: they stand earliest in the order, so they are the longest. Withheld
+    // batches last: they are possible again only if the pace turned out better than expected.
     std::optional<Range> range = take_returned_range(cost_limit);
     if (!range)
         range = take_fresh_range(cost_limit);
@@ -66,6 +71,8 @@ std::optional<Range> Scheduler::hand_out(int rank, double cost_limit) {
 bool Scheduler::report(int rank, Range range, std::int64_t executed, double seconds) {
     auto& held = held_[static_cast<std::size_t>(rank)];
     const auto place = std::find(held.begin(), held.end(), range);
+    // A rank that was given up may still report. Its range has been handed out again, and batches
+    // must not be counted twice.
     if (place == held.end())
         return false;
     held.erase(place);
@@ -148,6 +155,8 @@ Range Scheduler::without_too_costly(Range range, double cost_limit) {
 }
 
 std::int64_t Scheduler::chunk_length(double cost_limit) const {
+    // Guided self-scheduling (scheduler.hpp): the bounds by number and by cost both hold, because a
+    // few expensive batches at the front say nothing about many cheap ones at the end.
     const auto shares = 2 * static_cast<std::int64_t>(held_.size());
     const auto batches = static_cast<std::int64_t>(cost_before_.size()) - 1;
     const std::int64_t longest = (batches - next_) / shares;

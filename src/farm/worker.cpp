@@ -122,6 +122,7 @@ void Worker::send_alive() {
     const auto silence = call_.options.silence_until_dead;
     if (silence.count() == 0 || Clock::now() < alive_due_)
         return;
+    // Four signs of life within the limit: a single late message must not look like a death.
     alive_due_ = Clock::now() + std::min(std::chrono::milliseconds(1000), silence / 4);
     post(MessageKind::Alive, call_.message());
 }

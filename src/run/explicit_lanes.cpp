@@ -39,9 +39,12 @@ class LaneBatch {
         const std::int64_t steps_per_sample =
             std::llround(first.sample_interval / first.integrator.timestep);
         std::size_t samples = 0;
+        // A rolling shutter reads beyond the end of the record: the lanes run until the last one is
+        // done.
         for (const Recorder& recorder : recorders_)
             samples = std::max(samples, recorder.recorded_samples());
-        // Forces from outside may feed the motion; without bound is then what cannot be physical.
+        // A moving clamp or a formula of time does work on the stem, so a gain of energy is no
+        // fault. An instability still passes any bound.
         allowed_gain_ = chain.model().depends_on_time() ? 1e3 : unstable_energy_gain;
 
         released_energy_ = stored_energy(chain, verlet);
@@ -84,6 +87,7 @@ class LaneBatch {
     /// Fails the lanes whose energy has grown or is not a number.
     void check_stability(const Lanes& energy, std::size_t sample) {
         for (std::size_t lane = 0; lane < specs_.size(); ++lane) {
+            // The comparison is written so that NaN fails: no comparison with NaN is true.
             if (failures_[lane] ||
                 energy[lane] <= (1.0 + allowed_gain_) * std::abs(released_energy_[lane]))
                 continue;

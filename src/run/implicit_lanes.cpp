@@ -26,7 +26,8 @@ std::optional<CaseFailure> not_a_number(const CaseResult& result, double sample_
     return std::nullopt;
 }
 
-/// Against which errors are weighed, m: what the tip is pulled to, and what its weight would do.
+/// Scale of the integration error, m: the prescribed deflection and the sag of a cantilever under
+/// its own weight, q L⁴/(8 E I).
 double largest_deflection(const CaseSpec& spec) {
     double gravity = 0.0;
     if (spec.release == Release::HeldStraight)
@@ -72,8 +73,9 @@ class ImplicitBatch {
         std::array<double, lanes> durations{};
         for (std::size_t lane = 0; lane < specs_.size(); ++lane)
             durations[lane] = released.failures[lane] ? 0.0 : recorders_[lane].recorded_duration();
-        // The last samples of all come then from the same steps: of a shutter that is just about to
-        // roll, the interpolation would else be what differs.
+        // All lanes end at the same time, so their last samples come from the same steps. Otherwise
+        // the derivative by the readout time would contain the difference between two
+        // interpolations.
         if (on_common_steps)
             std::fill_n(durations.begin(), specs_.size(), *std::ranges::max_element(durations));
         integrate::ImplicitOptions options;

@@ -28,6 +28,7 @@ double interpolated(const std::vector<double>& samples, double place) {
 std::size_t late_samples(double readout_time, double sample_interval) {
     if (readout_time <= 0.0)
         return 0;
+    // Two more for the cubic, which reaches one sample beyond its interval.
     return static_cast<std::size_t>(std::ceil(readout_time / sample_interval)) + 2;
 }
 

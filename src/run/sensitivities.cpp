@@ -44,6 +44,8 @@ SensitivityOutcome simulate_with_sensitivities(const CaseSpec& spec,
     std::size_t first = 0;
     do {
         const std::size_t count = std::min(parameters_per_batch, parameters.size() - first);
+        // The unchanged case runs again in every batch: differences are taken between lanes that
+        // went through the same steps.
         std::vector<CaseSpec> specs(count + 1, spec);
         std::vector<double> changes;
         for (std::size_t k = 0; k < count; ++k) {
@@ -51,6 +53,8 @@ SensitivityOutcome simulate_with_sensitivities(const CaseSpec& spec,
             const double value = parameter.get(spec);
             const double size = parameter.scale > 0.0 ? parameter.scale : std::abs(value);
             parameter.set(specs[k + 1], value + relative_change * size);
+            // The change that arrived, after rounding: 1e-6 of a number keeps only ten of its
+            // digits.
             changes.push_back(parameter.get(specs[k + 1]) - value);
         }
         std::vector<CaseOutcome> outcomes = simulate_on_common_steps(specs, heartbeat);

@@ -90,6 +90,8 @@ StabilityBracket search_stable_step(const CaseSpec& spec, double start,
                         bracket.stable == 0.0 ? "even the smallest" : "even the largest",
                         bracket.stable == 0.0 ? "unstable" : "stable"));
     while (bracket.unstable > bracket.stable * (1.0 + options.tolerance)) {
+        // Eight steps divide the bracket into nine equal ratios, at the price of one run of full
+        // lanes.
         const double ratio = std::pow(bracket.unstable / bracket.stable,
                                       1.0 / static_cast<double>(trials_per_round + 1));
         round(bracket.stable * ratio, ratio);

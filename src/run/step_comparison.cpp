@@ -41,6 +41,8 @@ class Comparison {
     }
 
     [[nodiscard]] std::vector<CaseOutcome> run(const Heartbeat& heartbeat) {
+        // Time is counted in steps, which all lanes take together; the same step number is another
+        // time in each lane.
         for (std::int64_t now = 0;;) {
             record(now);
             const std::int64_t next = next_event();

@@ -64,6 +64,8 @@ void write_array_file(const std::filesystem::path& path, std::span<const GroupTe
     {
         Hdf5Output output(unfinished);
         {
+            // Groups must be closed before the file: HDF5 keeps a file open as long as an object in
+            // it is.
             Groups created(output);
             for (const GroupTexts& group : groups)
                 for (const auto& [name, text] : group.texts)

@@ -17,8 +17,11 @@ struct Reason {
 herr_t visit_error(unsigned depth, const H5E_error2_t* error, void* data) noexcept {
     auto& reason = *static_cast<Reason*>(data);
     const std::string_view text = error->desc == nullptr ? "" : error->desc;
+    // An upward walk begins at the innermost call, which knows the cause; its callers only repeat
+    // that they failed.
     if (depth == 0)
         reason.innermost = text;
+    // Only the wording tells a refused lock; it differs between versions.
     if (text.find("lock the file") != std::string_view::npos ||
         text.find("lock file") != std::string_view::npos)
         reason.is_lock = true;

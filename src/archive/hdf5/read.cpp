@@ -23,7 +23,8 @@ void strip_padding(std::string& text) {
     text.erase(text.find_last_not_of('\0') + 1);
 }
 
-/// Without them a file cannot make its reader open other files.
+/// An external link in a hostile file would open other files of this machine with the rights of
+/// whoever reads the archive.
 FileHandle open_without_external_links(const std::filesystem::path& path) {
     if (H5Lis_registered(H5L_TYPE_EXTERNAL) > 0)
         checked(H5Lunregister(H5L_TYPE_EXTERNAL), "switch off external links", path);
@@ -45,6 +46,7 @@ void Hdf5Input::refuse(const std::string& object, const std::string& why) const 
 }
 
 bool Hdf5Input::has(const std::string& object) const {
+    // H5Lexists fails, and does not answer no, if a group on the way is missing.
     for (std::size_t end = object.find('/', 1); end != std::string::npos;
          end = object.find('/', end + 1))
         if (H5Lexists(root(), object.substr(0, end).c_str(), H5P_DEFAULT) <= 0)
@@ -89,6 +91,7 @@ std::vector<std::string> Hdf5Input::text_list_attribute(const std::string& objec
     texts.reserve(count);
     for (const char* pointer : pointers)
         texts.emplace_back(pointer == nullptr ? "" : pointer);
+    // HDF5 has allocated every text by itself.
     checked(H5Dvlen_reclaim(type.get(), space.get(), H5P_DEFAULT, pointers.data()), action, path_);
     return texts;
 }
@@ -189,6 +192,7 @@ std::vector<double> Hdf5Input::doubles_at(const std::string& dataset, hsize_t ro
                                           hsize_t rows) const {
     const std::string action = "read " + dataset;
     std::vector<hsize_t> count = shape(dataset);
+    // By subtraction: a row number from a damaged file may be so large that row + rows overflows.
     if (count.empty() || rows > count.front() || row > count.front() - rows)
         refuse(dataset, fmt::format("has no row {}", row + rows - 1));
     static_cast<void>(element_count(dataset, sizeof(double)));

@@ -43,6 +43,7 @@ void attempt(H5FD_t* file, Action action) {
     }
 }
 
+/// HDF5 hands over its copy of what access_properties() set: the address of the target.
 H5FD_t* open_file(const char*, unsigned, hid_t access, haddr_t) {
     const void* info = H5Pget_driver_info(access);
     if (info == nullptr)
@@ -57,6 +58,8 @@ herr_t close_file(H5FD_t* file) {
     return 0;
 }
 
+/// As HDF5's own POSIX driver, without its promises of a POSIX descriptor and of readers beside the
+/// writer.
 herr_t query(const H5FD_t*, unsigned long* flags) {
     if (flags != nullptr)
         *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA |
@@ -170,6 +173,7 @@ namespace {
 
 FileHandle create_file(const Hdf5WriteDriver& driver, const std::filesystem::path& path) {
     const PropertyListHandle access = driver.access_properties();
+    // Fixed at both ends: a newer library writes the same bytes.
     checked(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110),
             "set the file format", path);
     // Closing the file closes what an exception may have left open inside.
@@ -195,6 +199,7 @@ PropertyListHandle creation_properties(const DatasetLayout& layout,
     checked(H5Pset_fletcher32(list.get()), "set the checksum filter", path);
     checked(H5Pset_obj_track_times(list.get(), false), "switch off object times", path);
     if (H5Tget_class(layout.type) == H5T_FLOAT) {
+        // What was never written must not read as a plausible zero.
         const double fill = std::numeric_limits<double>::quiet_NaN();
         checked(H5Pset_fill_value(list.get(), H5T_NATIVE_DOUBLE, &fill), "set a fill value", path);
     }
@@ -219,6 +224,8 @@ DatatypeHandle variable_text_type() {
     return type;
 }
 
+/// Texts of variable length lie in a heap of the file that passes no filter, so that no checksum
+/// guards them; these are part of the dataset's chunks.
 DatatypeHandle fixed_text_type(std::size_t bytes) {
     DatatypeHandle type(H5Tcopy(H5T_C_S1));
     H5Tset_size(type.get(), std::max<std::size_t>(bytes, 1));

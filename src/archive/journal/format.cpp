@@ -10,6 +10,8 @@ namespace culm::archive {
 
 namespace {
 
+/// Header and payload have a checksum each. A sound header gives the way to the next record even if
+/// its payload is damaged, so that one flipped bit costs one record.
 void put_header(ByteWriter& writer, std::int64_t point, RecordKind kind,
                 std::span<const std::byte> payload) {
     ByteWriter header;
@@ -40,6 +42,8 @@ std::vector<std::byte> encode_journal_header(std::string_view identity, std::uin
 }
 
 void encode_record(const PointRecord& record, std::vector<std::byte>& bytes) {
+    // The payload is encoded behind a gap for the header, whose checksum is known only afterwards.
+    // So histories are written to memory once.
     bytes.resize(record_header_size);
     ByteWriter payload(std::move(bytes));
     put_payload(record, payload);
@@ -73,6 +77,7 @@ std::optional<RecordHeader> decode_record_header(std::span<const std::byte> byte
     const auto reserved = reader.get<std::uint32_t>();
     header.payload_crc = reader.get<std::uint32_t>();
     const auto header_crc = reader.get<std::uint32_t>();
+    // The checksum goes first: kind and size of a damaged header mean nothing.
     if (header_crc != crc32(bytes.first(record_header_size - sizeof(header_crc))) ||
         !is_known_kind(kind) || reserved != 0)
         return std::nullopt;

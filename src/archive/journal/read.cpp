@@ -91,6 +91,7 @@ bool payload_is_whole(const FileDescriptor& file, std::uint64_t offset,
 std::uint64_t find_record_magic(const FileDescriptor& file, std::uint64_t begin,
                                 std::uint64_t end) {
     std::vector<std::byte> buffer(block_size);
+    // Blocks overlap, because the magic may lie across the border between two of them.
     constexpr std::size_t overlap = record_magic.size() - 1;
     while (end - begin > overlap) {
         const std::size_t got = file.read_at(buffer, begin);
@@ -201,6 +202,8 @@ void note_record(const RecordHeader& header, std::uint64_t offset, std::uint64_t
         ++scan.unfinished_starts[header.point];
         return;
     }
+    // An outcome or a mark "given back" cancels one start. A start that remains is a process that
+    // died while it computed the point.
     const auto start = scan.unfinished_starts.find(header.point);
     if (start != scan.unfinished_starts.end() && --start->second == 0)
         scan.unfinished_starts.erase(start);
@@ -210,14 +213,20 @@ void note_record(const RecordHeader& header, std::uint64_t offset, std::uint64_t
 void scan_records(const FileDescriptor& file, ScanDepth depth, JournalScan& scan) {
     const std::uint64_t size = scan.size;
     std::uint64_t offset = scan.valid_end;
+    // The scan never throws for damage behind the header: what is whole must be found whatever
+    // stands between.
     while (offset < size) {
         const std::optional<RecordHeader> header = read_record_header(file, offset, size);
         if (!header ||
             (depth == ScanDepth::Everything && !payload_is_whole(file, offset, *header))) {
+            // The length in a damaged place cannot be believed. The next magic may stand in the
+            // middle of a payload by chance; the checksum of its header then fails and the search
+            // goes on.
             scan.corrupt_records += header ? 1 : 0;
             offset = find_record_magic(file, offset + 1, size);
             continue;
         }
+        // Behind damage there is a whole record, so it was no write that was cut short.
         if (offset > scan.valid_end) {
             ++scan.damaged_regions;
             scan.skipped_bytes += offset - scan.valid_end;
@@ -293,6 +302,7 @@ PointRecord read_record(const FileDescriptor& file, const JournalEntry& entry) {
     std::vector<std::byte> bytes(static_cast<std::size_t>(entry.length));
     bytes.resize(file.read_at(bytes, entry.offset));
     const std::optional<RecordHeader> header = decode_record_header(bytes);
+    // The study may be running: another process may have cut the journal's tail meanwhile.
     if (!header || header->point != entry.point ||
         bytes.size() != record_header_size + header->payload_size)
         throw core::StorageError(where + ": the record has changed since the journal was scanned");
@@ -353,6 +363,8 @@ std::optional<PointRecord> JournalIndex::find_record(std::int64_t point) {
         return std::nullopt;
     auto file = open_.find(place->file);
     if (file == open_.end()) {
+        // Only studies on more ranks than this come here. Points follow each other in order and
+        // each rank has a share of all of them, so no file is worth more than another.
         if (open_.size() == most_open_files)
             open_.clear();
         file =

@@ -26,6 +26,7 @@ FileDescriptor open_for_append(const std::filesystem::path& path) {
 JournalWriter::JournalWriter(const std::filesystem::path& path, std::string_view identity,
                              const JournalOptions& options)
     : file_(open_for_append(path)), options_(options) {
+    // The lock comes before the scan, or another writer could append between scan and truncation.
     file_.lock_exclusively();
     const JournalScan found = scan_journal(file_, identity);
     discarded_bytes_ = found.torn_tail_bytes;
@@ -89,6 +90,7 @@ void JournalWriter::write_buffer() {
         if (std::chrono::steady_clock::now() - last_sync_ >= options_.sync_interval)
             sync();
     } catch (const core::StorageError&) {
+        // The disk may have room again later: without the torn record the journal stays sound.
         end_ = before;
         cut_to_end();
         throw;

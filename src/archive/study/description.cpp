@@ -17,6 +17,7 @@ namespace {
 void validate_names(std::span<const Column> columns, const std::string& table,
                     std::set<std::string, std::less<>> taken) {
     for (const Column& column : columns) {
+        // The rules of HDF5: '/' separates groups and "." is the group itself.
         if (column.name.empty() || column.name == "." ||
             column.name.find('/') != std::string::npos ||
             column.name.find('\0') != std::string::npos)

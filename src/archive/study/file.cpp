@@ -43,6 +43,7 @@ void require_format(const Hdf5Input& input) {
                         name, study_format_name));
     const std::string version = input.text_attribute("/", "format_version");
     int major = 0;
+    // Only the major number is compared: a minor version adds and changes nothing.
     const auto parsed = std::from_chars(version.data(), version.data() + version.size(), major);
     if (parsed.ec != std::errc() || major != study_format_major)
         throw core::InputError(fmt::format(
@@ -262,6 +263,8 @@ std::string StudyFile::failure_reason(std::int64_t point) const {
 std::vector<double> StudyFile::result_values(std::int64_t point) const {
     const auto chunk =
         static_cast<std::int64_t>(table_chunk_rows(static_cast<hsize_t>(description_.points)));
+    // Columns are stored in chunks. Row by row, every chunk would be read and decompressed once for
+    // each of its rows.
     if (const std::int64_t first = point / chunk * chunk; first != first_result_row_) {
         first_result_row_ = -1; // in case a column cannot be read
         result_rows_.clear();

@@ -45,6 +45,7 @@ HistoriesWriter::HistoriesWriter(const Hdf5Output& output, const StudyDescriptio
     if (!stored.positions)
         return;
     particles_ = output.create_group(output.root(), "particles");
+    // H5MD wants step numbers beside the times of every trajectory; all share this one dataset.
     const std::vector<hsize_t> shape{description.times.size()};
     std::vector<std::int64_t> steps(description.times.size());
     std::iota(steps.begin(), steps.end(), 0);

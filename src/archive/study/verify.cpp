@@ -83,6 +83,7 @@ class ChunkReader {
 
     /// Chunks that the shape needs and the file has not.
     [[nodiscard]] hsize_t absent_chunks() const {
+        // In long double, for a damaged shape may need more chunks than 64 bits count.
         long double needed = 1.0L;
         for (std::size_t axis = 0; axis < shape_.size(); ++axis)
             needed *= std::ceil(static_cast<long double>(shape_[axis]) /
@@ -101,8 +102,11 @@ class ChunkReader {
         hsize_t size = 0;
         if (H5Dget_chunk_info_by_coord(dataset_.get(), start.data(), &mask, &address, &size) < 0)
             return hdf5_reason();
+        // H5Dread would return fill values here without an error.
         if (address == HADDR_UNDEF)
             return "a chunk is absent";
+        // A bit of the mask says that a filter was left out for this chunk, perhaps by damage to
+        // the mask.
         if (mask != 0)
             return "a chunk is stored without its checksum";
         Extent count(shape_.size());
@@ -178,6 +182,7 @@ namespace {
 
 /// In the child: opens the file, without a word and without a core file, and ends.
 [[noreturn]] void open_and_exit(const std::filesystem::path& path) {
+    // A crash is expected here, and must not fill the user's folder with core files.
     const rlimit nothing{0, 0};
     (void)::setrlimit(RLIMIT_CORE, &nothing);
     const rlimit patience{20, 20}; // s of processor time, where a sound file takes milliseconds

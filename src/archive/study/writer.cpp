@@ -58,6 +58,8 @@ TableWriter::TableWriter(const Hdf5Output& output, const GroupHandle& group,
         output.write_attribute(group.get(), "columns", names);
 }
 
+/// Rows come one by one, columns are stored in chunks: a chunk that is written in parts would be
+/// decompressed and compressed again for each of them.
 void TableWriter::append(std::span<const double> row) {
     for (std::size_t column = 0; column < buffers_.size(); ++column)
         buffers_[column].push_back(row[column]);
@@ -166,6 +168,7 @@ void ResultsWriter::write_texts(const std::string& name, const Texts& texts,
         const std::vector<hsize_t> start{begin};
         const std::vector<hsize_t> count{std::min(chunk, rows - begin)};
         std::string block(count[0] * width, '\0');
+        // Failures are few among millions of points: only rows with a text are in the map.
         const auto end = texts.lower_bound(begin + count[0]);
         for (auto text = texts.lower_bound(begin); text != end; ++text)
             std::ranges::copy(text->second, block.begin() + static_cast<std::ptrdiff_t>(
@@ -319,6 +322,8 @@ void write_study_file(const std::filesystem::path& path, const StudyDescription&
     write_provenance(output, description);
     write_design(output, description, design);
     write_points(output, description, record_of_point);
+    // The content is on the disk before the file gets its name. Otherwise a power cut could leave a
+    // name that leads to an empty file, in place of the archive that stood there.
     output.close();
     temporary.move_to_target();
 }

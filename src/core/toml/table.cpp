@@ -64,6 +64,8 @@ struct TomlTable::Places {
         }
     };
     std::vector<Place> places;
+    /// A table that no reader asked for is not among these: it is an unknown key of the table above
+    /// it and is reported once, without its content.
     std::map<const toml::table*, std::size_t> reached; ///< with the index of its place
 
     std::size_t index_of(std::string_view name, bool is_list) {
@@ -262,6 +264,7 @@ std::optional<double> TomlTable::quantity(const std::string& name, const KeyUnit
         return number(small, range);
     const std::string si = fmt::format("{}_{}", name, unit.si);
     const bool is_small = has(small) || !has(si);
+    // Both spellings become valid keys, whichever is used.
     static_cast<void>(ask(small));
     static_cast<void>(ask(si, true));
     if (has(si) && has(small)) {
@@ -344,6 +347,7 @@ void TomlTable::refuse_unknown_keys() const {
 }
 
 const toml::node* TomlTable::ask(const std::string& key, bool is_other_unit) const {
+    // To ask for a key is to declare it valid: what is accepted cannot differ from what is read.
     Places::Place& place = places_->places[place_];
     if (!place.has(key))
         (is_other_unit ? place.other_units : place.keys).push_back(key);

@@ -20,6 +20,7 @@ bool has_decimal_comma(std::string_view line) {
     const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
     if (line.find_first_of("[{") != std::string::npos)
         return false;
+    // In lists and inline tables a comma between digits is right.
     for (std::size_t i = 1; i + 1 < line.size(); ++i)
         if (line[i] == ',' && is_digit(line[i - 1]) && is_digit(line[i + 1]))
             return true;

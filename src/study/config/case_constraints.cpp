@@ -49,6 +49,7 @@ std::optional<Violation> height_violation(const CaseSpec& spec) {
     return std::nullopt;
 }
 
+// An error points at the first of these keys that the file gives, so the likeliest comes first.
 constexpr std::array<std::string_view, 4> section_keys{"bond_inner_diameter_mm", "bond_wall_mm",
                                                        "bond_diameter_mm", "sphere_diameter_mm"};
 constexpr std::array<std::string_view, 5> deflection_keys{

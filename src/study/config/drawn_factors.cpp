@@ -27,6 +27,7 @@ char delimiter_of(std::string_view text) {
         return ',';
     const std::string& header = lines.front().cells.front();
     char best = ',';
+    // Spreadsheets write semicolons in countries with a decimal comma.
     for (const char candidate : {',', ';', '\t'})
         if (std::ranges::count(header, candidate) > std::ranges::count(header, best))
             best = candidate;
@@ -38,6 +39,8 @@ std::optional<Unit> unit_named(std::string_view name) {
     std::string suffix;
     for (const char c : name)
         suffix += c == '/' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    // Units are known as endings of keys: any key with this ending shows whether there is such a
+    // unit.
     const std::string key = "x_" + suffix;
     const KeyParts parts = split_key(key);
     return parts.quantity == "x" ? parts.unit : std::nullopt;
@@ -51,6 +54,7 @@ Unit unit_of(const ColumnRequest& request, const Parameter& parameter) {
         throw core::InputError(fmt::format("{}: unknown unit {}", request.file, request.unit));
     if (!unit)
         return parameter.unit;
+    // A density read as a length would be a number like any other.
     if (unit->dimension != parameter.unit.dimension)
         throw core::InputError(
             fmt::format("{}: column {} is in {}, but {} is in {}; `unit` tells another unit",
@@ -90,6 +94,7 @@ std::vector<double> measured_values(std::string_view text, const ColumnRequest& 
         };
         const auto& cells = lines[row].cells;
         const std::string cell = place < cells.size() ? cells[place] : std::string();
+        // Without one of its values a stem cannot be drawn whole.
         if (cell.empty() && request.keeps_rows)
             refuse("(empty)", "rows = \"together\" needs every cell");
         if (cell.empty())
@@ -160,6 +165,8 @@ std::optional<Distribution> read_formula(const FactorTable& table, const std::st
                             : Distribution::normal(si(*mean), si(*sd), si(min), si(max));
     };
     Distribution distribution = make();
+    // Draws are made by the quantile of the truncated distribution. In the far tail it depends on
+    // the assumed shape alone, which nobody knows there.
     if (distribution.kept_probability() < smallest_kept_probability) {
         table.reader.error("mean", fmt::format("only {:.2g} of the distribution lies between min = "
                                                "{} and max = {}; at least {} must",
@@ -185,6 +192,8 @@ std::optional<Factor> read_empirical(const FactorTable& table) {
         std::vector<double> values =
             measured_values(text_of_named_file(table.context, *file),
                             {*file, *column, unit, keeps_rows}, table.parameter);
+        // In order of size, so that strata of the unit interval are strata of the values; rows that
+        // stay together keep the order of the file, which the columns share.
         if (!keeps_rows)
             std::ranges::sort(values);
         Factor factor{&table.parameter, Distribution::empirical(std::move(values)), true};
@@ -310,6 +319,7 @@ std::optional<std::vector<double>> read_matrix(const TableReader& reader, const 
         if (matrix[i * size + i] != 1.0)
             return refuse("must have ones on its diagonal");
         for (std::size_t j = 0; j < i; ++j)
+            // Exactly: both numbers are written by the same person in the same file.
             if (matrix[i * size + j] != matrix[j * size + i])
                 return refuse(fmt::format("must be symmetric: row {} has {}, row {} has {}", i + 1,
                                           matrix[i * size + j], j + 1, matrix[j * size + i]));

@@ -25,6 +25,7 @@ bool check_levels(const Levels& levels, const core::TomlEntry& entry, const Para
         return false;
     }
     Levels sorted = levels;
+    // Two equal levels would make points that are the same case under two numbers.
     std::ranges::sort(sorted);
     if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end()) {
         errors.add(entry.line, key, value_text(*entry.node),
@@ -90,6 +91,7 @@ std::optional<std::int64_t> level_count(const FactorTable& table, double from, d
 /// A range without levels, over which Latin hypercubes and Sobol sequences spread.
 std::optional<Factor> continuous_range(const FactorTable& table, const core::TomlEntry& entry,
                                        double from, double to, bool is_log) {
+    // A factorial design combines levels; a range without levels has none to combine.
     if (table.context.config.design.type == DesignType::Factorial ||
         table.parameter.is_whole_number) {
         table.context.errors.add(entry.line, "factors." + entry.key, value_text(*entry.node),
@@ -220,6 +222,8 @@ void read_point(const toml::table& point, bool is_first, std::vector<Factor>& co
         if (!value)
             context.errors.add(entry.line, "design.point." + entry.key, value_text(*entry.node),
                                parameter_allowed(*parameter));
+        // A wrong value keeps its place, so that the rows below are not shifted while errors are
+        // collected.
         std::get<Levels>(column->values).push_back(value.value_or(0.0));
     }
     for (const Factor& column : columns)
@@ -280,6 +284,8 @@ void check_design(ConfigContext& context) {
         replicates.error(replicates.has("stems") ? "stems" : "replicates",
                          "must be 1, for no factor is a distribution: every replicate would repeat "
                          "the same computation");
+    // Repetitions without anything drawn would be the same computation again; the user expected
+    // scatter.
     const bool tests_differ = std::ranges::any_of(config.factors, [](const Factor& factor) {
         return factor.is_per_test || factor.within_stem.has_value();
     });
@@ -287,6 +293,7 @@ void check_design(ConfigContext& context) {
         replicates.error("within", "must be 1, for no factor has level = \"test\" or within_sd: "
                                    "every test would repeat the same computation");
     check_shared_rows(context);
+    // In floating point, because the product of many levels may overflow an integer.
     double points = config.design.type == DesignType::Factorial
                         ? 1.0
                         : static_cast<double>(config.design.points);

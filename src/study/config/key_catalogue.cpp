@@ -290,6 +290,8 @@ Keys study_keys() {
     };
 }
 
+/// Parameters have a table of their own (parameters.cpp) because factors use them too; the
+/// catalogue takes its rows from there.
 Keys parameter_keys(std::string_view section) {
     Keys keys;
     for (const Parameter& p : parameters())

@@ -62,6 +62,7 @@ double Unit::from_si(double value) const {
 KeyParts split_key(std::string_view key) {
     KeyParts parts{key, std::nullopt};
     for (const Unit& unit : known_units) {
+        // The longest ending wins: "_kg_m3" also ends with "_m3".
         const bool longer = !parts.unit || unit.suffix.size() > parts.unit->suffix.size();
         if (longer && key.size() > unit.suffix.size() + 1 && key.ends_with(unit.suffix) &&
             key[key.size() - unit.suffix.size() - 1] == '_')
@@ -95,6 +96,7 @@ void set_length(CaseSpec& spec, double length) {
 void make_spheres_touch(CaseSpec& spec) {
     const double ratio = spec.stem.bond_outer_diameter / spec.stem.bond_length;
     spec.stem.sphere_diameter = spec.stem.bond_length;
+    // Keeps the mass per length: a sphere of diameter d weighs ρπd³/6 and stands for the length d.
     spec.stem.density *= ratio * ratio;
 }
 
@@ -103,6 +105,7 @@ double section_share(const CaseSpec& spec) {
     const double outer = spec.stem.bond_outer_diameter;
     const double inner = spec.stem.bond_inner_diameter;
     const double diameter = spec.stem.sphere_diameter;
+    // π/4 (d_o² − d_i²) l over π/6 d³.
     return 1.5 * (outer * outer - inner * inner) * spec.stem.bond_length /
            (diameter * diameter * diameter);
 }
@@ -263,6 +266,8 @@ bool ParameterValues::has(std::string_view key) const {
 }
 
 void ParameterValues::apply_to(run::CaseSpec& spec) const {
+    // From the defaults on, not from the case as it is: a setter such as that of the sphere's
+    // diameter changes several members, and what an earlier value set must not remain.
     spec.stem = physics::StemParameters<double>{};
     spec.tip_deflection = run::CaseSpec{}.tip_deflection;
     for (std::size_t i = 0; i < parameter_count; ++i)

@@ -64,6 +64,7 @@ void check_base(const ConfigContext& context) {
         const auto given = std::ranges::find_if(constraint.keys, [&](std::string_view key) {
             return place_of(key) != context.places.end();
         });
+        // A constraint may be broken by defaults alone; then no key of the file is to blame.
         const std::size_t line = given != constraint.keys.end() ? place_of(*given)->second.line : 1;
         context.errors.add(line, violation->key, violation->value, violation->allowed);
     }
@@ -82,6 +83,8 @@ StudyConfig parse_config(std::string_view text, const std::string& file, const S
     config.text = std::string(text);
     core::FileFaults errors(file);
     ConfigContext context{root, config, errors, {}, files};
+    // Each reader goes on after an error, so that one run reports all of them. The order matters
+    // only where a section refers to another: the design decides how factors are read.
     check_sections(context);
     read_study(context);
     read_effects(context);

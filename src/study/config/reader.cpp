@@ -48,6 +48,7 @@ std::size_t TableReader::line(std::string_view key) const {
 }
 
 std::optional<std::string> TableReader::text(std::string_view key) const {
+    // An absent key is not passed on: the default belongs to the caller.
     return has(key) ? table_.text(std::string(key), description(key).allowed()) : std::nullopt;
 }
 

@@ -110,6 +110,7 @@ void read_study(ConfigContext& context) {
     config.kind = is_vibration ? StudyKind::Vibration : StudyKind::Timestep;
     const auto store = reader.word("store");
     config.base.store = store_level(store.value_or(is_vibration ? "tip" : "fit"));
+    // After a mistyped level of storage the heights would get a second, misleading error.
     if (store || !reader.has("store"))
         read_heights(reader, context);
 }
@@ -132,6 +133,8 @@ void read_effects(ConfigContext& context) {
         context.config.effects = StudyEffects(physics::parse_effects(
             fmt::format("{}", fmt::join(texts, ",")), [&context](const std::string& file) {
                 const std::filesystem::path study(context.config.file);
+                // The texts of effect files become part of the archive, so that the study can be
+                // repeated from it.
                 return read_effect_text(text_of_named_file(context, file),
                                         (study.parent_path() / file).string());
             }));
@@ -175,6 +178,7 @@ void read_integrator(ConfigContext& context) {
         static_cast<int>(reader.whole_number("dimensions").value_or(2));
     integrator.relative_tolerance =
         reader.number("relative_tolerance").value_or(integrator.relative_tolerance);
+    // Read whatever the method is, so that its range is checked before the method refuses it.
     integrator.timestep = reader.number("timestep_s").value_or(0.0);
     const auto method = reader.word("method");
     if (!method && reader.has("method"))
@@ -202,6 +206,7 @@ void read_vibration(ConfigContext& context) {
     base.sample_interval = reader.number("sample_interval_s").value_or(base.sample_interval);
     if (context.errors.count() != errors_before)
         return;
+    // The error stands at a line of the file: at the key that the user gave.
     const char* duration_key = reader.has("duration_s") ? "duration_s" : "sample_interval_s";
     if (base.sample_interval > base.duration)
         reader.error("sample_interval_s",
@@ -211,6 +216,7 @@ void read_vibration(ConfigContext& context) {
                      fmt::format("duration_s = {} must be a multiple of sample_interval_s = {}",
                                  base.duration, base.sample_interval));
     const double step = base.integrator.timestep;
+    // The explicit method has no interpolation: every sample must fall on a step.
     if (base.integrator.method == run::IntegrationMethod::Explicit && step > 0.0 &&
         !is_multiple(base.sample_interval, step))
         TableReader(context.section("integrator"), "integrator", "integrator", context.errors)
@@ -335,6 +341,8 @@ void read_timestep(ConfigContext& context) {
     refuse_keys_of_vibrations(context);
     TimestepOptions& options = context.config.timestep;
     options.limit_tolerance = reader.number("limit_tolerance").value_or(options.limit_tolerance);
+    // The growth of a motion just above the limit (run/stability_search.hpp): with fewer steps an
+    // unstable one would count as stable.
     const auto fewest = static_cast<std::int64_t>(std::ceil(20.0 / options.limit_tolerance));
     options.trial_steps =
         reader.whole_number("trial_steps").value_or(std::max(options.trial_steps, fewest));
@@ -351,6 +359,7 @@ void read_timestep(ConfigContext& context) {
 
 const std::string& text_of_named_file(ConfigContext& context, const std::string& name) {
     StudyFiles& used = context.config.files;
+    // A study that is read back from its archive brings its files along; the disk is not consulted.
     const auto given = context.files.find(name);
     if (given != context.files.end())
         return used.insert_or_assign(name, given->second).first->second;

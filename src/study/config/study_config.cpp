@@ -50,6 +50,8 @@ void add_parameters(const StudyConfig& config, Lines& lines) {
             continue;
         const auto given = config.given.get(p);
         std::string value = config_text(p, p.get(config.base));
+        // The base case is one of many here, and its derived numbers say nothing about the others.
+        // What the file gives, and the rules behind it, do.
         if (by_rule && p.section == "stem")
             value = given ? config_text(p, *given) : std::string(p.default_text);
         lines[fmt::format("{}.{}", p.section, p.key)] = value;
@@ -130,6 +132,7 @@ void add_factors_and_design(const StudyConfig& config, Lines& lines) {
         order.push_back(factor.parameter->key);
         lines[fmt::format("factors.{}", factor.parameter->key)] = values_text(factor);
     }
+    // The order of the columns counts: a factorial numbers its points by it.
     lines["factors"] = fmt::format("{}", fmt::join(order, ", "));
     lines["design.type"] = types[static_cast<int>(config.design.type)];
     lines["design.replicates"] = fmt::format("{}", config.design.replicates);
@@ -170,6 +173,7 @@ void add_model(const StudyConfig& config, Lines& lines) {
 
 /// Studies without effects keep the identity that they had before there were any.
 void add_effects(const StudyConfig& config, Lines& lines) {
+    // With the law, because a user's formula may change under the same name.
     for (const physics::SelectedEffect& selected : config.effects.selected())
         lines[fmt::format("effects.{}", selected.effect->name())] = selected.effect->law();
     for (const auto& row : config.effects.rows()) {
@@ -236,6 +240,8 @@ std::string StudyConfig::identity() const {
     add_effects(*this, lines);
     add_outputs(*this, lines);
     add_timestep(*this, lines);
+    // Sorted by key (a map), with one text for each number: two files that mean the same study have
+    // the same identity, however they are written.
     std::string canonical;
     for (const auto& [key, value] : lines)
         canonical += fmt::format("{} = {}\n", key, value);

@@ -55,6 +55,7 @@ physics::EffectParameter read_parameter(const TomlTable& table, const std::strin
     if (table.flag("logarithmic").value_or(false))
         parameter.fitted_as = physics::FittedAs::Logarithm;
     parameter.calibrated = table.flag("calibrated").value_or(true);
+    // Relations between numbers that could not be read would only be judged by their defaults.
     if (faults.count() == before)
         check_parameter(table, parameter);
     return parameter;
@@ -134,6 +135,7 @@ namespace {
 std::shared_ptr<const EffectParameterRow> row_of(const physics::Effect& effect,
                                                  const physics::EffectParameter& parameter,
                                                  EffectPlace place) {
+    // Shared and never moved: Parameter refers to the texts of its row, factors to the Parameter.
     auto row = std::make_shared<EffectParameterRow>();
     row->key = effect.name() + "." + parameter.name;
     row->unit = parameter.unit;

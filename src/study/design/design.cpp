@@ -44,6 +44,8 @@ std::int64_t draws_of(const Factor& factor, const DesignOptions& design) {
 UnitSamples without_values(const StudyConfig& config) {
     UnitSamples result;
     for (const Factor& factor : config.factors) {
+        // A factorial and a list enumerate levels; hypercubes and sequences spread over them as
+        // over a distribution, so that levels need a coordinate there too.
         if (!is_sampled(config) && std::holds_alternative<Levels>(factor.values)) {
             result.sample_of_factor.push_back(UnitSamples::none);
             continue;
@@ -61,6 +63,8 @@ UnitSamples without_values(const StudyConfig& config) {
 }
 
 void draw_at_random(const StudyConfig& config, std::int64_t points, UnitSample& sample) {
+    // Numbers depend on the counter alone: point 7 is the same whether it is drawn first or last,
+    // and however many points the study has.
     RandomKey key{config.seed, RandomPurpose::Draw, factor_id(sample.name), 0, 0};
     auto u = sample.u.begin();
     for (std::int64_t point = 0; point < points; ++point)
@@ -80,12 +84,15 @@ void draw_hypercubes(const StudyConfig& config, std::int64_t points,
     std::vector<bool> is_new(samples.size());
     for (std::int64_t replicate = 0; replicate < replicates; ++replicate) {
         for (std::size_t k = 0; k < samples.size(); ++k) {
+            // A range has one draw for all replicates, a stem's factor one for all tests of the
+            // stem.
             const std::int64_t repeats = replicates / samples[k].draws;
             is_new[k] = replicate % repeats == 0;
             if (is_new[k])
                 strata[k] = latin_hypercube_strata(
                     {config.seed, samples[k].name, replicate / repeats}, points);
         }
+        // Only the new coordinates are moved: the others are part of earlier replicates already.
         spread_evenly(strata, is_new, config.design.criterion, {config.seed, "", replicate});
         for (std::size_t k = 0; k < samples.size(); ++k) {
             if (!is_new[k])
@@ -218,6 +225,8 @@ void fill_levels(const StudyConfig& config, Design& design, const UnitSamples& s
         fill_column(design, column, [&](std::int64_t point, std::int64_t) {
             return levels[static_cast<std::size_t>(point / period % count)];
         });
+        // The last factor varies fastest. The columns of a list run in parallel, with a period of
+        // one.
         if (config.design.type == DesignType::Factorial)
             period *= count;
     }

@@ -33,6 +33,8 @@ Distribution Distribution::lognormal(double mean, double sd, double min, double 
     Distribution result{DistributionKind::Lognormal, min, max};
     result.mean_ = mean;
     result.sd_ = sd;
+    // Moments of the quantity itself: the logarithm has the variance ln(1 + sd²/mean²) and the mean
+    // ln(mean) − variance/2.
     const double variance = std::log1p(sd * sd / (mean * mean));
     const double low = min > 0.0 ? std::log(min) : -std::numeric_limits<double>::infinity();
     result.set_normal_core(std::log(mean) - 0.5 * variance, std::sqrt(variance), low,
@@ -56,6 +58,7 @@ void Distribution::set_normal_core(double location, double scale, double low, do
     const double a = (mirrored_ ? location - high : low - location) / scale;
     const double b = (mirrored_ ? location - low : high - location) / scale;
     const boost::math::normal standard;
+    // Truncation: the quantile of u is that of the whole normal at F(a) + u (F(b) − F(a)).
     low_tail_ = std::isinf(a) ? 0.0 : boost::math::cdf(standard, a);
     high_tail_ = std::isinf(b) ? 1.0 : boost::math::cdf(standard, b);
 }

@@ -25,6 +25,8 @@ struct MaximinTerms {
         double square = 0.0;
         for (std::size_t c = 0; c < a.size(); ++c)
             square += (a[c] - b[c]) * (a[c] - b[c]);
+        // (n²/d²)⁸ = (n/d)¹⁶: p = 16 without a root or a power function. The large power makes the
+        // sum follow the nearest pair.
         const double closeness = points * points / square;
         const double second = closeness * closeness;
         const double fourth = second * second;
@@ -44,6 +46,7 @@ struct DiscrepancyTerms {
             once *= 1.0 + 0.5 * z - 0.5 * z * z;
             twice *= 1.0 + z;
         }
+        // Terms of the diagonal of Hickernell's double sum: |z − z| is zero there.
         return -2.0 / points * once + twice / (points * points);
     }
     [[nodiscard]] double pair(Point a, Point b) const {
@@ -107,6 +110,7 @@ void search(Strata& strata, const std::vector<std::size_t>& movable, const Terms
             return random_below(bound, random_bits(place));
         };
         const std::size_t first = below(0, points);
+        // The second point is drawn among the others, never the first one itself.
         return Exchange{first, (first + 1 + below(1, points - 1)) % points,
                         movable[below(2, movable.size())]};
     };
@@ -120,6 +124,8 @@ void search(Strata& strata, const std::vector<std::size_t>& movable, const Terms
     constexpr double most_work = 2.5e8; // numbers that are looked at: about a second
     const auto exchanges =
         static_cast<std::uint64_t>(std::max(1.0, std::min(100.0 * size, most_work / size)));
+    // The start of the threshold is the smallest change among a few exchanges: small enough not to
+    // undo the search, and without any constant that would depend on the criterion's unit.
     double threshold = std::numeric_limits<double>::infinity();
     constexpr std::uint64_t trials = 64;
     for (std::uint64_t step = 0; step < trials; ++step) {
@@ -130,6 +136,8 @@ void search(Strata& strata, const std::vector<std::size_t>& movable, const Terms
     for (std::uint64_t step = 0; step < exchanges; ++step) {
         const Exchange e = drawn(step);
         const double progress = static_cast<double>(step) / static_cast<double>(exchanges);
+        // When an exchange is judged, the table has it already: a refused one is undone there, an
+        // accepted one is made in the strata too.
         if (change_by(e) > threshold * std::max(0.0, 1.0 - 2.0 * progress))
             table.exchange(e.first, e.second, e.coordinate);
         else

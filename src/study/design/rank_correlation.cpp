@@ -33,6 +33,7 @@ double normal_share(double z) {
 
 /// Normal correlations for rank correlations times `share`, off the diagonal.
 MatrixXd normal_correlations(const MatrixXd& rank, double share) {
+    // Pearson (1907): r = 2 sin(π ρ/6), exact for a normal copula.
     MatrixXd normal = (2.0 * (rank.array() * (share * std::numbers::pi / 6.0)).sin()).matrix();
     normal.diagonal().setOnes();
     return normal;
@@ -51,6 +52,7 @@ constexpr double least_eigenvalue = 1e-8;
 double possible_share(const MatrixXd& rank) {
     double low = 0.0;
     double high = 1.0;
+    // At a share of zero the matrix is the identity. Forty halvings reach the rounding of double.
     for (int halving = 0; halving < 40; ++halving) {
         const double middle = 0.5 * (low + high);
         (smallest_eigenvalue(normal_correlations(rank, middle)) > least_eigenvalue ? low : high) =
@@ -94,6 +96,7 @@ void RankCorrelation::correlate(std::span<double> u) const {
         // A variable that depends on none before it keeps its coordinate bit for bit.
         if (row[i] == 1.0)
             continue;
+        // z' = L z has the correlations L Lᵀ when the z are independent.
         u[i] = normal_share(std::inner_product(row, row + i + 1, z.begin(), 0.0));
     }
 }
@@ -121,6 +124,8 @@ void RankCorrelation::reorder(std::vector<std::vector<double>>& columns) const {
     for (std::size_t j = 0; j < variables_; ++j) {
         const Eigen::VectorXd wanted = target.row(static_cast<Index>(j));
         const auto order = order_of({wanted.data(), static_cast<std::size_t>(n)});
+        // Iman & Conover: the k-th smallest value goes where the wanted scores have their k-th
+        // smallest. Each column keeps its values, so a hypercube stays one.
         std::vector<double> sorted = columns[j];
         std::ranges::sort(sorted);
         for (std::size_t place = 0; place < order.size(); ++place)

@@ -60,6 +60,8 @@ std::vector<double> sobol_points(std::int64_t points, std::size_t dimensions) {
 }
 
 double rotated(double u, const SampleKey& key) {
+    // A rotation modulo 1 (Cranley & Patterson 1976) keeps the evenness of the sequence and makes
+    // each point uniform. Zero is left out: inverse distribution functions are infinite there.
     const double shifted = u + random_uniform(random_key(key, RandomPurpose::SequenceRotation));
     const double fraction = shifted - std::floor(shifted);
     return std::max(fraction, std::numeric_limits<double>::min());
@@ -72,6 +74,7 @@ DigitScrambler::DigitScrambler(Scrambling scrambling, const SampleKey& key, std:
         shift_ = random_bits(random);
     if (scrambling != Scrambling::Owen)
         return;
+    // Beyond log2(points) digits no two points of the sequence share a node of the tree.
     levels_ = static_cast<int>(std::bit_width(static_cast<std::uint64_t>(points)));
     flips_.resize(std::max<std::size_t>(1, (std::size_t{1} << levels_) / 64));
     for (std::uint64_t& word : flips_) {
@@ -88,6 +91,8 @@ std::uint64_t DigitScrambler::operator()(std::uint64_t digits) const {
     for (int level = 0; level < levels_; ++level) {
         const std::uint64_t digit = (digits >> (63 - level)) & 1U;
         const std::uint64_t flip = (flips_[node / 64] >> (node % 64)) & 1U;
+        // The flip depends on the digits before it, as they were, and not on the flipped ones: the
+        // tree is that of the unscrambled sequence.
         flipped ^= flip << (63 - level);
         node = 2 * node + digit;
     }
