@@ -267,6 +267,7 @@ std::optional<double> TomlTable::quantity(const std::string& name, const KeyUnit
     // Both spellings become valid keys, whichever is used.
     static_cast<void>(ask(small));
     static_cast<void>(ask(si, true));
+    // Even if both mean the same length: the next person changes one of them.
     if (has(si) && has(small)) {
         fault(si, fmt::format("stands beside {}: one of them is enough", small));
         return std::nullopt;

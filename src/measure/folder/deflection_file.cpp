@@ -257,6 +257,8 @@ void read_line(const DelimitedLine& line, const DeflectionHeader& header, Measur
     for (std::size_t i = 1; i < columns; ++i) {
         const double value =
             read_deflection(line, i, header.power_of_ten, measurement.stem, faults);
+        // A line without a valid time adds no row, so that the arrays keep their shape; its cells
+        // are checked all the same.
         if (measurement.times.size() > before)
             measurement.deflections.push_back(value);
     }
@@ -276,6 +278,7 @@ void check_frame_rate(Measurement& measurement, core::FileFaults& faults) {
     if (!measurement.frames_per_second || measurement.times.size() < 3)
         return;
     const double rate = *measurement.frames_per_second;
+    // The median, because frames may be missing.
     const double step = median_step(measurement.times);
     const double frames = step * rate;
     if (std::abs(frames - 1000.0) < 20.0)

@@ -39,6 +39,8 @@ struct NumberedName {
             name.substr(before.size(), name.size() - before.size() - after.size());
         int number = -1;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+        // The name that the number gives must be the one found: beside 00001.png the file 1.png
+        // would be a second frame of the same number.
         const bool is_number = error == std::errc{} && end == text.data() + text.size();
         return is_number && number >= 0 && number <= largest_frame_number && file(number) == name
                    ? number
@@ -158,6 +160,8 @@ class VideoFile final : public FrameSource {
                     cv::Mat decoded;
                     video.read(decoded);
                     ++position;
+                    // The decoder uses its buffer again for the next frame, while this one is still
+                    // being tracked.
                     picture = decoded.clone();
                 }
                 try {

@@ -195,6 +195,7 @@ class PhotronRecording final : public FrameSource {
 
     void for_each(std::span<const std::size_t> wanted, int threads, const Use& use) const override {
         for_each_index(wanted.size(), threads, [&](std::size_t i) {
+            // A stream of its own for each frame: threads share no position in the file.
             std::vector<std::uint8_t> bytes(header_.bytes_per_frame());
             std::ifstream stream(raw_, std::ios::binary);
             stream.seekg(static_cast<std::streamoff>(wanted[i] * bytes.size()));

@@ -49,6 +49,8 @@ double ReleaseCurve::at(double frames) const {
         return 1.0;
     const double s = std::clamp(relative_height, 0.05, 1.0);
     const double damping = decay_per_cycle / (2.0 * std::numbers::pi);
+    // Superposition: the held shape is the static deflection under a force at the tip, the sum of
+    // the modes at time zero.
     double sum = 0.0;
     double held = 0.0;
     double tip = 2.0;
@@ -58,8 +60,11 @@ double ReleaseCurve::at(double frames) const {
         const double ratio = std::pow(root / roots.front(), 2);
         const double share = tip * shape(root, s) / std::pow(root, 4);
         held += share;
+        // Damping proportional to stiffness, as of the chain's bonds: the ratio grows with the
+        // frequency.
         sum +=
             share * free_motion(2.0 * std::numbers::pi * ratio * frames / period, damping * ratio);
+        // Neighbouring modes have opposite signs at the tip.
         tip = -tip;
     }
     return sum / held;
@@ -109,6 +114,7 @@ std::vector<double> crossings(const Deflections& deflections, const std::vector<
             const double step = numbers[deflections.frame[i]] - begin;
             pending = begin + step * before / (before - now);
         }
+        // Noise crosses the rest often. A crossing counts once the stem has gone well beyond.
         if (pending && now < -least) {
             found.push_back(*pending);
             pending.reset();
@@ -120,6 +126,8 @@ std::vector<double> crossings(const Deflections& deflections, const std::vector<
 
 /// Position (in the seen frames) of the first value below half the largest that follows it.
 std::optional<std::size_t> first_fall(const Deflections& deflections, double largest) {
+    // A held stem drifts and trembles a little, so the level counts as reached just below the
+    // largest.
     const auto peak = std::ranges::find_if(deflections.value,
                                            [&](double value) { return value >= 0.97 * largest; });
     const auto fall = std::find_if(peak, deflections.value.end(),

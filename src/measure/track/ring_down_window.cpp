@@ -43,6 +43,7 @@ double quietest_spread(const std::vector<double>& column) {
             if (const double d = column[k] - 2.0 * column[k - 1] + column[k - 2]; !std::isnan(d))
                 differences.push_back(d);
         if (differences.size() + 2 == window)
+            // The second difference of independent readings has 1 + 4 + 1 times their variance.
             quietest = std::min(quietest, robust_deviation(differences) / std::sqrt(6.0));
     }
     return std::isfinite(quietest) ? quietest : 0.0;
@@ -87,6 +88,8 @@ double deviation_of(const std::vector<double>& column, std::size_t begin, std::s
 /// limit.
 std::optional<std::size_t> find_rest(const WatchedHistory& history, std::size_t after,
                                      double period, double limit) {
+    // A window of a period shows the whole amplitude of what still swings. From the end backwards:
+    // the first windows that exceed the limit are the end of the swing.
     const auto window = std::max<std::size_t>(8, std::size_t(std::ceil(period)));
     const std::size_t count = history.column.size();
     std::optional<std::size_t> begin;
@@ -136,6 +139,7 @@ void draw_together(std::vector<double>& deviations, std::size_t frames) {
 /// (places) standard deviation of a reading by what the recurrence leaves from frame `begin` on.
 std::vector<double> spread_about(const SwingModel& swing, const AxisRecord& record,
                                  std::size_t begin) {
+    // x_k − a x_{k−1} − b x_{k−2} of readings with the standard deviation σ has σ √(1 + a² + b²).
     const double amplification = std::sqrt(1.0 + swing.a * swing.a + swing.b * swing.b);
     std::vector<double> result;
     for (std::size_t h = 0; h < record.places.size(); ++h) {

@@ -58,6 +58,8 @@ EffectPointer base_motion() {
                          .is_place = true,
                          .start_values =
                              [](const StartScales& /*of*/) {
+                                 // From one of three starts the phase is at most a sixth of a turn
+                                 // away.
                                  return std::vector{0.0, 2.0 * std::numbers::pi / 3.0,
                                                     -2.0 * std::numbers::pi / 3.0};
                              }}},

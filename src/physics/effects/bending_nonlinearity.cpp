@@ -18,6 +18,8 @@ void apply(std::span<const double> values, EffectTarget& target) {
 void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
     const double square = stem.free_length() * stem.free_length();
     EffectParameter& gamma = parameters[0];
+    // At this bound 1 + 3 γ κ² reaches zero at the curvature above: the moment would fall while the
+    // bend grows.
     gamma.lower = std::max(gamma.lower, -4.0 * square);
     gamma.upper = std::min(gamma.upper, 4.0 * square);
     gamma.default_value = -0.3 * square;

@@ -19,6 +19,7 @@ void suit(const StemParameters<double>& stem, std::span<EffectParameter> paramet
     EffectParameter& duration = parameters[0];
     duration.default_value = std::max(duration.lower, 0.1 * period);
     duration.scale = duration.default_value;
+    // A finger that takes more than a period leads the stem back and releases nothing.
     duration.upper = std::min(duration.upper, std::max(period, 2.0 * duration.lower));
 }
 

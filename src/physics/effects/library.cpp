@@ -122,6 +122,8 @@ void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target) 
     std::vector<const ActiveEffect*> ordered;
     for (const ActiveEffect& active : effects)
         ordered.push_back(&active);
+    // In the library's order, however the user names them: what an effect finds in the model must
+    // not depend on that.
     std::ranges::stable_sort(
         ordered, {}, [&](const ActiveEffect* active) { return rank(names, *active->effect); });
     for (const ActiveEffect* active : ordered) {

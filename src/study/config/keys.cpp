@@ -89,6 +89,7 @@ std::optional<std::string> unit_hint(const UnknownKey& unknown,
     const KeyParts found = split_key(unknown.key);
     for (const std::string& key : valid) {
         const KeyParts right = split_key(key);
+        // The same quantity in another unit: the key was meant.
         if (right.quantity != found.quantity || !right.unit)
             continue;
         if (!found.unit || found.unit->dimension != right.unit->dimension || !unknown.value)

@@ -44,6 +44,8 @@ void read_heights(const TableReader& reader, ConfigContext& context) {
         reader.error("heights_mm", "store = \"heights\" needs it");
     if (!heights)
         return;
+    // Heights must not exceed the stem (case_constraints.cpp), which may be known only later: the
+    // error then needs this line.
     context.note_given("heights_mm", {"study", reader.line("heights_mm")});
     if (store != run::StoreLevel::Heights && store != run::StoreLevel::Full)
         reader.error("heights_mm", "only with store = \"heights\" or \"full\"");

@@ -71,6 +71,8 @@ std::string scatter_text(const Factor& factor) {
 std::string measured_text(const Factor& factor) {
     const auto values = std::get<Distribution>(factor.values).values();
     std::string all;
+    // The values and not the bytes of the file: another order of columns or another spelling of a
+    // number is the same study.
     for (const double value : values)
         all += config_text(*factor.parameter, value) + "\n";
     return fmt::format("empirical, file {}, column {}, {} values, FNV-1a {:016x}, rows {}",

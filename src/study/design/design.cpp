@@ -50,6 +50,7 @@ UnitSamples without_values(const StudyConfig& config) {
             result.sample_of_factor.push_back(UnitSamples::none);
             continue;
         }
+        // Columns whose rows stay together share a coordinate, and so the row that is drawn.
         const auto known =
             std::ranges::find(result.samples, factor.coordinate(), &UnitSample::name);
         result.sample_of_factor.push_back(static_cast<std::size_t>(known - result.samples.begin()));
@@ -142,6 +143,8 @@ void correlate(const StudyConfig& config, std::int64_t points, UnitSamples& all)
     const RankCorrelation& correlation = config.correlation->rank;
     const auto draws = static_cast<std::size_t>(members.front()->draws);
     const auto count = static_cast<std::size_t>(points);
+    // Independent points stay independent when each is transformed by itself. The points of a
+    // hypercube do not: a transformed coordinate would leave its stratum.
     if (config.design.type != DesignType::LatinHypercube) {
         std::vector<double> u(members.size());
         for (std::size_t place = 0; place < count * draws; ++place) {

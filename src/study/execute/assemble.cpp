@@ -74,11 +74,15 @@ bool assemble_archive(const Study& study, const StudyFolder& folder,
     archive::write_study_file(folder.archive(), description_of(study, provenance),
                               design_in_config_units(study.design),
                               [&](std::int64_t point) -> std::optional<archive::PointRecord> {
+                                  // The journal goes first: it holds what was computed since the
+                                  // archive was written, for example a failed point that was tried
+                                  // again.
                                   if (index.contains(point))
                                       return index.find_record(point);
                                   return older->record(point);
                               });
     std::error_code error;
+    // Only now, when the archive is on the disk under its name.
     std::filesystem::remove_all(folder.journals(), error);
     if (error)
         throw core::StorageError(
@@ -105,6 +109,8 @@ class Source {
         if (found && found->completed)
             return found;
         std::optional<PointRecord> archived = file_ ? file_->record(point) : std::nullopt;
+        // A completed outcome counts before a failed one, wherever it stands; of two failed ones
+        // the later.
         return archived && (archived->completed || !found) ? archived : found;
     }
 
@@ -114,6 +120,7 @@ class Source {
 };
 
 bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
+    // By bits: NaN stands for "no value" and must equal itself.
     return std::ranges::equal(a, b, [](double x, double y) {
         return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
     });

@@ -57,6 +57,8 @@ class PointWorker {
         };
         farm::BatchReport report;
         std::size_t kept = 0;
+        // Each point is in the journal before the next one is counted: what the farm reports as
+        // done survives the death of this process.
         const auto commit = [&](const archive::PointRecord& record) {
             journal_.append(record);
             ++kept;
@@ -132,6 +134,7 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
     } catch (const core::StorageError& error) {
         complaint = error.what();
     }
+    // All ranks learn of it. A rank that left alone would keep the others waiting in the map.
     const bool any_failed = communicator != nullptr
                                 ? communicator->is_true_anywhere(!journal.has_value())
                                 : !journal.has_value();
@@ -147,6 +150,8 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
     };
     farm::FarmOptions farm_options = options.farm;
     farm_options.seconds_per_cost = 1.0; // make_batches plans in seconds
+    // An earlier job on this study has measured what the estimate only guesses; a deadline needs
+    // that.
     farm_options.pace = earlier_pace(folder, batches, communicator);
     if (options.announce && rank_of(communicator) == 0)
         options.announce(estimate(study, batches), farm_options.pace);
@@ -158,6 +163,7 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
     journal->close();
     if (rank_of(communicator) == 0)
         write_pace(folder, outcome.farm.pace);
+    // Rank 0 reads all journals next: they must be closed.
     if (communicator != nullptr)
         communicator->barrier();
 }

@@ -46,6 +46,7 @@ void read_archive(const StudyFolder& folder, FolderDepth depth, FolderState& sta
         return;
     std::error_code ignored; // the size is for people
     state.archive_bytes = fs::file_size(folder.archive(), ignored);
+    // HDF5 may crash on a damaged file (verify.hpp), and this command is asked about damaged files.
     if (std::string death = archive::death_while_opening(folder.archive()); !death.empty()) {
         state.problems.push_back(std::move(death));
         return;
@@ -100,6 +101,7 @@ void add_outcome(const archive::JournalEntry& entry, std::vector<PointStatus>& p
     if (is_journalled[k])
         ++state.repeated_outcomes;
     is_journalled[k] = true;
+    // A retried point has two outcomes; a failure does not undo a success.
     if (points[k] != PointStatus::Completed)
         points[k] = entry.status;
 }

@@ -119,6 +119,7 @@ farm::Pace read_pace(const StudyFolder& folder) {
 
 void write_pace(const StudyFolder& folder, const farm::Pace& pace) {
     std::error_code error;
+    // The pace only improves an estimate: where it cannot be kept nothing is said.
     if (!is_sound(pace) || !fs::is_directory(folder.journals(), error))
         return;
     const fs::path temporary = folder.pace().string() + ".tmp";
@@ -143,6 +144,8 @@ farm::Pace earlier_pace(const StudyFolder& folder, const std::vector<farm::Batch
     for (const farm::Batch& batch : batches)
         longest = std::max(longest, batch.cost);
     const int ranks = communicator == nullptr ? 1 : communicator->size();
+    // This run's first batch of every rank counts as much as all earlier runs together, which may
+    // have been on another machine.
     return pace.with_weight_up_to(longest * ranks);
 }
 

@@ -141,6 +141,7 @@ class StabilityCheck {
         run::CaseSpec unit = spec;
         unit.stem.bond_youngs_modulus = 1e9;
         const auto& stem = unit.stem;
+        // Without Y: a study that varies stiffness alone asks for one eigenvalue problem.
         const auto key =
             std::tuple{stem.sphere_count,        stem.sphere_diameter,     stem.bond_length,
                        stem.bond_outer_diameter, stem.bond_inner_diameter, stem.density,
@@ -180,6 +181,7 @@ Study checked(StudyConfig config) {
         check_points(study.config, study.design,
                      [&stability](const run::CaseSpec& spec) { return stability(spec); });
     } catch (const core::InputError& error) {
+        // The fault is another one; advice about the step would mislead.
         if (study.config.base.integrator.timestep <= stability.smallest_limit())
             throw;
         throw core::InputError(
@@ -228,6 +230,8 @@ std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std:
     const auto lanes = static_cast<double>(run::lanes_per_batch());
     for (const std::int64_t point : in_lane_order(study, points)) {
         run::CaseSpec spec = case_of_point(study.config, study.design, point);
+        // A point during which a process died before goes alone: its death must not take others
+        // along.
         if (std::ranges::binary_search(alone, point)) {
             lone.push_back({{point}, lanes * seconds_of_point(study.config, spec)});
             continue;

@@ -86,6 +86,8 @@ archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome out
             reduce::fit_ring_down(sample_times(spec), result.tip_deflection, fit_options(options)),
             record.values);
     } catch (const core::NumericalError& error) {
+        // Without a fit and without a history nothing would be kept of the point: that is a
+        // failure. A stored history is an answer, and can be fitted again with other options.
         if (spec.store == run::StoreLevel::Fit)
             return failed_record(spec.point, error.kind(), error.what());
         record.values.assign(fit_columns, std::numeric_limits<double>::quiet_NaN());
@@ -128,6 +130,7 @@ StepFit fit_of(const run::CaseSpec& spec, const run::CaseOutcome& outcome,
 /// The case over the record that the study compares.
 run::CaseSpec recorded(const TimestepOptions& options, run::CaseSpec spec) {
     const auto per_cycle = static_cast<double>(options.samples_per_cycle);
+    // In units of the stem's own period, so that stems of any stiffness are compared alike.
     spec.sample_interval = run::undamped_period(spec) / per_cycle;
     spec.duration = std::round(options.record_cycles * per_cycle) * spec.sample_interval;
     spec.integrator = {run::IntegrationMethod::Implicit, 0.0, options.reference_tolerance};

@@ -71,6 +71,7 @@ Points compare_outcomes(const StudyFile& archived, const StudyFile& now, Repetit
             continue;
         }
         ++repetition.points;
+        // The reason of a failure is a sentence and may be worded anew; its kind may not change.
         const bool is_other = before != now.status(point) ||
                               (before == PointStatus::Failed &&
                                archived.failure_kind(point) != now.failure_kind(point));

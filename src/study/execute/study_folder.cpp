@@ -206,6 +206,8 @@ bool is_at(const std::filesystem::path& path, const archive::FileDescriptor& fil
 
 archive::FileDescriptor hold(const std::filesystem::path& path) {
     archive::FileDescriptor file = locked(path);
+    // Between opening and locking, the job before may have removed the file: the lock would then
+    // guard a name that nobody else can find.
     while (!is_at(path, file))
         file = locked(path);
     return file;

@@ -107,6 +107,7 @@ double extrapolated_to_zero(const std::vector<double>& steps, const std::vector<
     if (known.size() < 2)
         return std::numeric_limits<double>::quiet_NaN();
     while (known.size() > richardson_steps)
+        // The smallest steps: the expansion in powers of the step holds for them.
         known.erase(std::prev(known.end()));
     // Lagrange's polynomial at zero, as a correction of the value at the smallest step: the values
     // agree in many digits, which their weighted sum would lose.
