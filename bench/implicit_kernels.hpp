@@ -4,7 +4,7 @@
 
 #include "core/error.hpp"
 #include "integrate/condensed_newton.hpp"
-#include "integrate/rosenbrock_methods.hpp"
+#include "integrate/rosenbrock.hpp"
 #include "integrate/statics.hpp"
 
 #include <vector>

@@ -4,6 +4,7 @@
 #include "bench/implicit_probe.hpp"
 #include "bench/run_program.hpp"
 #include "core/error.hpp"
+#include "reference_integrator/rosenbrock_methods.hpp"
 
 #include <algorithm>
 #include <array>

@@ -3,10 +3,10 @@
 
 #include "bench/cpu_time.hpp"
 #include "core/error.hpp"
-#include "integrate/arkode.hpp"
 #include "integrate/history_sampler.hpp"
 #include "integrate/statics.hpp"
 #include "reduce/ring_down_fit.hpp"
+#include "reference_integrator/arkode.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -45,7 +45,7 @@ using Method = std::function<integrate::SolveSummary(Problem&)>;
 [[nodiscard]] Method method_in_use();
 /// One of ARKODE's DIRK tables under the number that ARKODE 6.4 gives it.
 [[nodiscard]] Method arkode_method(int butcher_table);
-/// A Rosenbrock method of integrate/rosenbrock_methods.hpp.
+/// A Rosenbrock method: Rodas5, or one of tests/reference_integrator.
 template <class Coefficients>
 [[nodiscard]] Method rosenbrock_method() {
     return [](Problem& problem) {

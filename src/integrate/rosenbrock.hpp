@@ -5,7 +5,6 @@
 #include "core/lanes.hpp"
 #include "integrate/condensed_newton.hpp"
 #include "integrate/error_scales.hpp"
-#include "integrate/rosenbrock_methods.hpp"
 
 #include <algorithm>
 #include <array>
@@ -14,10 +13,70 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace culm::integrate {
+
+/// Di Marzo (1993), thesis, University of Geneva; listed by Hairer & Wanner (1996). L-stable
+/// and stiffly accurate: the last stage's argument plus its increment is the new solution, and the
+/// increment itself the difference to the embedded one. `argument` holds a_ij and `coupling` c_ij
+/// of their Eq. IV.7.25; tests/integrate measures the order.
+struct Rodas5 {
+    static constexpr std::string_view name = "RODAS5";
+    static constexpr std::size_t stages = 8;
+    static constexpr int order = 5;
+    static constexpr int embedded_order = 4;
+    static constexpr double gamma = 0.19;
+    static constexpr std::array<std::array<double, stages>, stages> argument{{
+        {{}},
+        {{2}},
+        {{3.040894194418781, 1.041747909077569}},
+        {{2.576417536461461, 1.622083060776640, -0.9089668560264532}},
+        {{2.760842080225597, 1.446624659844071, -0.3036980084553738, 0.2877498600325443}},
+        {{-14.09640773051259, 6.925207756232704, -41.47510893210728, 2.343771018586405,
+          24.13215229196062}},
+        {{-14.09640773051259, 6.925207756232704, -41.47510893210728, 2.343771018586405,
+          24.13215229196062, 1}},
+        {{-14.09640773051259, 6.925207756232704, -41.47510893210728, 2.343771018586405,
+          24.13215229196062, 1, 1}},
+    }};
+    static constexpr std::array<std::array<double, stages>, stages> coupling{{
+        {{}},
+        {{-10.31323885133993}},
+        {{-21.04823117650003, -7.234992135176716}},
+        {{32.22751541853323, -4.943732386540191, 19.44922031041879}},
+        {{-20.69865579590063, -8.816374604402768, 1.260436877740897, -0.7495647613787146}},
+        {{-46.22004352711257, -17.49534862857472, -289.6389582892057, 93.60855400400906,
+          318.3822534212147}},
+        {{34.20013733472935, -14.15535402717690, 57.82335640988400, 25.83362985412365,
+          1.408950972071624, -6.551835421242162}},
+        {{42.57076742291101, -13.80770672017997, 93.98938432427124, 18.77919633714503,
+          -31.58359187223370, -6.685968952921985, -5.810979938412932}},
+    }};
+};
+
+/// Of an equation whose right-hand side depends on time, with time as one more unknown: where a
+/// stage evaluates it, and time's own increment, in steps.
+struct StageTime {
+    double argument = 0.0;
+    double increment = 0.0;
+};
+
+template <class Method>
+inline constexpr auto stage_times = [] {
+    std::array<StageTime, Method::stages> times{};
+    for (std::size_t i = 0; i < Method::stages; ++i) {
+        double coupled = 1.0;
+        for (std::size_t j = 0; j < i; ++j) {
+            times[i].argument += Method::argument[i][j] * times[j].increment;
+            coupled += Method::coupling[i][j] * times[j].increment;
+        }
+        times[i].increment = Method::gamma * coupled;
+    }
+    return times;
+}();
 
 /// Keeps time and step of one stem. Errors are given in units of what is allowed.
 /// Gustafsson's PI controller in the constants of Hairer & Wanner (1996), section IV.2.

@@ -39,15 +39,14 @@ class LoadStep {
           residual_(blocks_.block_count(), Column::Zero()) {}
 
     /// Moves `state` to the equilibrium under `load` times gravity with the tip at
-    /// `tip_deflection`. Returns the iterations used, or 0 without touching `state` on failure.
-    [[nodiscard]] int advance(std::vector<double>& state, double tip_deflection, double load) {
+    /// `tip_deflection`; false, without touching `state`, if there is none nearby.
+    [[nodiscard]] bool advance(std::vector<double>& state, double tip_deflection, double load) {
         const double load_at_start = load_;
-        const int iterations = iterate(state, tip_deflection, load);
-        if (iterations == 0) {
-            load_ = load_at_start;
-            std::fill(increment_.begin(), increment_.end(), Column::Zero());
-        }
-        return iterations;
+        if (iterate(state, tip_deflection, load))
+            return true;
+        load_ = load_at_start;
+        std::fill(increment_.begin(), increment_.end(), Column::Zero());
+        return false;
     }
 
     /// Lateral force that the last bond exerts on the tip's support after advance().
@@ -67,17 +66,17 @@ class LoadStep {
     }
 
   private:
-    [[nodiscard]] int iterate(std::vector<double>& state, double tip_deflection, double load) {
+    [[nodiscard]] bool iterate(std::vector<double>& state, double tip_deflection, double load) {
         const auto& layout = chain_.layout();
         load_before_ = load_;
         load_ = load;
         const double to_go =
             tip_deflection - layout.sphere(state.data(), layout.bond_count()).position[1];
         bool converged = false; // starts from what the load step before brought
-        for (int iteration = 1; iteration <= newton_limit; ++iteration) {
+        for (int iteration = 0; iteration < newton_limit; ++iteration) {
             assemble(state, to_go);
             if (!blocks_.factorise())
-                return 0;
+                return false;
             blocks_.solve(residual_);
             double largest = 0.0;
             for (std::size_t i = 0; i < increment_.size(); ++i) {
@@ -88,14 +87,14 @@ class LoadStep {
                                     residual_[i].template tail<rotation>().cwiseAbs().maxCoeff()});
             }
             if (!std::isfinite(largest))
-                return 0;
+                return false;
             if (converged) {
                 commit(state);
-                return iteration;
+                return true;
             }
             converged = largest < newton_tolerance;
         }
-        return 0;
+        return false;
     }
 
     /// Forces of bond `j` at the end of the step, and its new history, as functions of the
@@ -304,7 +303,7 @@ template <int Dim>
 StaticState deflected_equilibrium(const physics::Chain<Dim, double>& chain, double tip_deflection) {
     const auto& layout = chain.layout();
     const double free_length = chain.bond_coefficients().length * layout.bond_count();
-    StaticState result{chain.straight_state(), 0.0, 0};
+    StaticState result{chain.straight_state(), 0.0};
     LoadStep<Dim> step(chain);
 
     double fraction = 0.0;
@@ -313,10 +312,8 @@ StaticState deflected_equilibrium(const physics::Chain<Dim, double>& chain, doub
     int halvings = 0;
     while (fraction < 1.0) {
         const double next = fraction + stride > 1.0 - 1e-9 ? 1.0 : fraction + stride;
-        const int iterations = step.advance(result.state, next * tip_deflection, next);
-        if (iterations > 0) {
+        if (step.advance(result.state, next * tip_deflection, next)) {
             fraction = next;
-            result.newton_iterations += iterations;
             continue;
         }
         stride *= 0.5;

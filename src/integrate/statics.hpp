@@ -12,7 +12,6 @@ namespace culm::integrate {
 struct StaticState {
     std::vector<double> state; ///< in the chain's layout, velocities zero
     double holding_force;      ///< lateral force on the tip that keeps it there, N
-    int newton_iterations;
 };
 
 /// The equilibrium of a clamped chain whose tip centre is displaced laterally (axis 1) by

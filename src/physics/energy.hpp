@@ -133,29 +133,4 @@ template <int Dim, class T>
     return energy;
 }
 
-/// Linear momentum, kg m/s.
-template <int Dim, class T>
-[[nodiscard]] Vec<Dim, T> linear_momentum(const Chain<Dim, T>& chain, const T* state) {
-    Vec<Dim, T> sum = Vec<Dim, T>::zero();
-    for (int i = 0; i < chain.layout().sphere_count(); ++i)
-        sum += chain.sphere_inertia(i).mass * chain.layout().sphere(state, i).velocity;
-    return sum;
-}
-
-/// Angular momentum about the origin, orbital and spin, kg m²/s.
-template <int Dim, class T>
-[[nodiscard]] Rotational<Dim, T> angular_momentum(const Chain<Dim, T>& chain, const T* state) {
-    Rotational<Dim, T> sum = Rotational<Dim, T>::zero();
-    for (int i = 0; i < chain.layout().sphere_count(); ++i) {
-        const SphereState<Dim, T> sphere = chain.layout().sphere(state, i);
-        const SphereInertia<T>& inertia = chain.sphere_inertia(i);
-        if constexpr (Dim == 2)
-            sum[0] = sum[0] + inertia.mass * cross(sphere.position, sphere.velocity);
-        else
-            sum += inertia.mass * cross(sphere.position, sphere.velocity);
-        sum += inertia.moment * sphere.spin;
-    }
-    return sum;
-}
-
 } // namespace culm::physics

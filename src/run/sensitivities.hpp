@@ -24,12 +24,11 @@ struct CaseParameter {
 /// Y (Pa), β and the tip's deflection before the release (m).
 [[nodiscard]] std::vector<CaseParameter> baseline_parameters();
 
-/// A case and its derivatives. Both have the samples and the tip or heights of
-/// CaseResult::tip_deflection and ::height_deflection, as far as the case stores them.
+/// A case and the derivatives of its CaseResult::height_deflection.
 struct CaseWithSensitivities {
     CaseResult result;
-    std::vector<std::vector<double>> tip_derivatives;    ///< (parameters)(samples), m per unit
-    std::vector<std::vector<double>> height_derivatives; ///< (parameters)(samples × heights)
+    /// (parameters)(samples × heights), m per unit
+    std::vector<std::vector<double>> height_derivatives;
 };
 using SensitivityOutcome = std::variant<CaseWithSensitivities, CaseFailure>;
 

@@ -4,10 +4,11 @@
 #include "integrate/rosenbrock.hpp"
 
 #include "core/error.hpp"
-#include "integrate/arkode.hpp"
 #include "integrate/history_sampler.hpp"
 #include "integrate/implicit.hpp"
 #include "integrate/statics.hpp"
+#include "reference_integrator/arkode.hpp"
+#include "reference_integrator/rosenbrock_methods.hpp"
 
 #include <algorithm>
 #include <array>

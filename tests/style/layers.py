@@ -38,7 +38,7 @@ LIBRARIES = {
     "SUNDIALS": (
         r"(sundials|arkode|cvodes?|idas?|kinsol|nvector|sunmatrix|sunlinsol|sunnonlinsol)/",
         r"SUNDIALS::",
-        {"integrate"},
+        set(),  # only tests and bench compare with it
     ),
     "toml++": (r"toml\+\+/", r"tomlplusplus::", {"core/toml", "study"}),
     "OpenCV": (r"opencv2/", r"OpenC[vV]::", {"measure/track"}),
@@ -49,7 +49,7 @@ LINK = re.compile(r"\bculm(?:::|_)(\w+)")
 
 
 def names(layers: set[str]) -> str:
-    return ", ".join(sorted(layers))
+    return ", ".join(sorted(layers)) or "the tests"
 
 
 def strip_cmake_comments(text: str) -> str:

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/config/parameters.hpp"
 
+#include "core/decimal_text.hpp"
+
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <string>
-#include <system_error>
 
 #include <fmt/format.h>
 
@@ -32,31 +32,14 @@ constexpr std::array known_units{
     metre_per_second_squared,
 };
 
-/// value · 10^power, correctly rounded from the shortest decimal number that identifies `value`.
-double with_point_moved(double value, int power) {
-    if (power == 0 || value == 0.0 || !std::isfinite(value))
-        return value;
-    std::array<char, 40> digits{};
-    const auto written = std::to_chars(digits.data(), digits.data() + digits.size(), value,
-                                       std::chars_format::scientific);
-    std::string text(digits.data(), written.ptr);
-    const std::size_t e = text.find('e');
-    const int exponent = std::stoi(text.substr(e + 1)) + power;
-    text = text.substr(0, e) + "e" + std::to_string(exponent);
-    double moved = 0.0;
-    const auto read = std::from_chars(text.data(), text.data() + text.size(), moved);
-    // Beyond the range of double only the product says what is left: zero or infinity.
-    return read.ec == std::errc{} ? moved : value * std::pow(10.0, power);
-}
-
 } // namespace
 
 double Unit::to_si(double value) const {
-    return with_point_moved(value, power_of_ten);
+    return core::with_point_moved(value, power_of_ten);
 }
 
 double Unit::from_si(double value) const {
-    return with_point_moved(value, -power_of_ten);
+    return core::with_point_moved(value, -power_of_ten);
 }
 
 KeyParts split_key(std::string_view key) {

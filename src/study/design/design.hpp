@@ -22,8 +22,6 @@ struct Design {
     std::vector<double> values;     ///< (points, factors), row-major, SI
 
     [[nodiscard]] std::int64_t point_count() const { return design_points * replicates; }
-    /// The stem that is tested at a point, counted over the design.
-    [[nodiscard]] std::int64_t stem_of(std::int64_t point) const { return point / tests; }
     [[nodiscard]] std::span<const double> row(std::int64_t point) const {
         return std::span(values).subspan(static_cast<std::size_t>(point) * factors.size(),
                                          factors.size());

@@ -162,33 +162,4 @@ void spread_evenly(Strata& strata, const std::vector<bool>& is_movable,
         search(strata, movable, DiscrepancyTerms{points}, key);
 }
 
-double centred_discrepancy(const Strata& strata) {
-    const Table table(strata);
-    const DiscrepancyTerms terms{static_cast<double>(table.points())};
-    double sum = 1.0;
-    for (std::size_t c = 0; c < strata.size(); ++c)
-        sum *= 13.0 / 12.0;
-    for (std::size_t i = 0; i < table.points(); ++i) {
-        sum += terms.single(table.point(i));
-        for (std::size_t j = 0; j < i; ++j)
-            sum += terms.pair(table.point(i), table.point(j));
-    }
-    return sum;
-}
-
-double smallest_distance(const Strata& strata) {
-    const Table table(strata);
-    double smallest = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < table.points(); ++i)
-        for (std::size_t j = 0; j < i; ++j) {
-            double square = 0.0;
-            for (std::size_t c = 0; c < strata.size(); ++c) {
-                const double distance = table.point(i)[c] - table.point(j)[c];
-                square += distance * distance;
-            }
-            smallest = std::min(smallest, square);
-        }
-    return std::sqrt(smallest);
-}
-
 } // namespace culm::study

@@ -30,10 +30,4 @@ using Strata = std::vector<std::vector<std::int64_t>>;
 void spread_evenly(Strata& strata, const std::vector<bool>& is_movable,
                    HypercubeCriterion criterion, const SampleKey& key);
 
-/// Squared centred L2 discrepancy of the strata's midpoints (Hickernell 1998, Eq. 5.6).
-[[nodiscard]] double centred_discrepancy(const Strata& strata);
-
-/// Smallest distance of two points, in strata.
-[[nodiscard]] double smallest_distance(const Strata& strata);
-
 } // namespace culm::study

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "integrate/arkode.hpp"
+#include "reference_integrator/arkode.hpp"
 
 #include "core/error.hpp"
 #include "integrate/condensed_newton.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Implicit integration of a chain by SUNDIALS' ARKODE: the independent check of our own integrator.
+// Implicit integration of a chain by SUNDIALS' ARKODE: the independent check of culm's integrator.
 #pragma once
 
 #include "integrate/error_scales.hpp"
