@@ -42,7 +42,7 @@ class FileDescriptor {
     void sync_data();
     /// StorageError if another process holds the file. File systems that know no locks pass.
     void lock_exclusively();
-    /// Whether another process holds the file; false where that cannot be told.
+    /// Whether another process holds the file; false where that is unknown.
     [[nodiscard]] bool is_locked() const;
     /// Whether this is the file with that device and inode number.
     [[nodiscard]] bool is_same_file(dev_t device, ino_t inode) const;

@@ -80,7 +80,7 @@ std::string decimal_text(double value, int power_of_ten) {
         return std::isfinite(value) && std::signbit(value) ? "-0" : fmt::format("{}", value);
     Scientific parts = shortest_digits(value);
     parts.exponent += power_of_ten;
-    // Beyond these exponents nobody wants to count zeros.
+    // Beyond these exponents an exponent is easier to read than zeros.
     const bool is_plain = parts.exponent >= -7 && parts.exponent <= 15;
     return fmt::format("{}{}", parts.is_negative ? "-" : "",
                        is_plain ? plain_text(parts) : exponent_text(parts));

@@ -12,7 +12,7 @@ enum class ExitCode : int {
     Done = 0,
     BadInput = 2,
     PointsFailed = 3,
-    StoppedEarly = 75, ///< everything computed so far is kept; running again with --resume goes on
+    StoppedEarly = 75, ///< everything computed so far is kept; --resume continues
 };
 
 /// The user's input is wrong. The text names file, key or line, the value found and what is

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A whole file in memory, of a size that somebody thought of.
+// A whole file in memory, up to a limit of its size.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ inline constexpr std::size_t largest_description = std::size_t{64} << 20U; // by
 inline constexpr std::size_t largest_recording = std::size_t{1} << 30U; // bytes
 
 /// The bytes of a file of at most `largest` bytes. Throws InputError with the file and the reason:
-/// a folder, not there, too large. Devices and pipes are read up to the limit, never for ever.
+/// a folder, missing, too large. Devices and pipes are read up to the limit.
 [[nodiscard]] std::string file_text(const std::filesystem::path& file,
                                     std::size_t largest = largest_description);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A function applied to independent items, wherever they are computed: who has items to compute
-// takes an ItemMap and does not know of ranks.
+// takes an ItemMap and needs no knowledge of ranks.
 //
 //     std::vector<std::optional<Fit>> fits =
 //         map.values(costs, [&](std::size_t item, const core::Heartbeat& heartbeat) {

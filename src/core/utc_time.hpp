@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The present as provenance states it.
+// The current time as provenance states it.
 #pragma once
 
 #include <array>

@@ -80,7 +80,7 @@ using Work = std::function<BatchReport(const Batch&, Heartbeat&)>;
 /// point's id, then by index. Throws FarmError if a cost is negative or not finite.
 [[nodiscard]] std::vector<std::size_t> plan_order(std::span<const Batch> batches);
 
-/// 64-bit FNV-1a hash of all points and costs: tells whether two ranks hold the same list.
+/// 64-bit FNV-1a hash of all points and costs: two ranks with equal hashes hold the same list.
 [[nodiscard]] std::uint64_t digest(std::span<const Batch> batches);
 
 } // namespace culm::farm

@@ -332,7 +332,7 @@ Summary Coordinator::take_summary() {
 }
 
 void Coordinator::dismiss_workers(const Summary& summary) {
-    // The dead get it too: one that was only slow must not wait for ever.
+    // The dead get it too: one that was only slow must not wait forever.
     for (int worker = 1; worker < call_.size; ++worker)
         post(worker, MessageKind::Summary, call_.message(summary));
     for (int worker = 1; worker < call_.size; ++worker)
@@ -340,7 +340,8 @@ void Coordinator::dismiss_workers(const Summary& summary) {
 }
 
 void Coordinator::await_farewell(int worker) {
-    // Asks this worker alone: others may have begun the next map, whose messages must stay in line.
+    // Asks this worker alone: others may have started the next map, whose messages must stay in
+    // line.
     const Clock::time_point start = Clock::now();
     Backoff backoff;
     while (alive_[static_cast<std::size_t>(worker)]) {

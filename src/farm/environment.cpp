@@ -9,7 +9,7 @@
 #ifdef __SANITIZE_ADDRESS__
 #include <sanitizer/lsan_interface.h>
 
-/// PMIx, by which a rank speaks to its launcher, loses a few bytes in a thread of its own.
+/// PMIx, which connects a rank with its launcher, leaks a few bytes in a thread of its own.
 // NOLINTNEXTLINE(bugprone-reserved-identifier): LeakSanitizer asks for this function by its name
 extern "C" const char* __lsan_default_suppressions() {
     return "leak:libpmix";
@@ -26,7 +26,7 @@ namespace {
 
 /// In a build with AddressSanitizer: reports what culm has leaked, and ends the process if that is
 /// anything. It must be asked before MPI_Finalize, which unloads Open MPI's plugins: what they keep
-/// until the end of the process cannot be told from leaks afterwards.
+/// until the end of the process looks like leaks afterwards.
 void check_leaks() {
 #ifdef __SANITIZE_ADDRESS__
     __lsan_do_leak_check();

@@ -10,8 +10,8 @@ namespace culm::farm {
 /// goes out of scope. Works without mpirun, as a farm of one rank.
 ///
 /// If it is destroyed by an exception while other ranks run, it calls MPI_Abort: they would wait
-/// for ever in their next collective. Errors that all ranks find alike (bad input) should therefore
-/// be caught inside the scope and end in an ordinary return.
+/// forever in their next collective call. Errors that all ranks find alike (bad input) should
+/// therefore be caught inside the scope and end in an ordinary return.
 class Environment {
   public:
     /// Collective. Throws FarmError if MPI is already initialised or cannot be.

@@ -25,9 +25,9 @@ struct FarmOptions {
     std::function<bool()> stop_requested;
     std::chrono::milliseconds stop_interval{20};
     /// Walltime limit: from then on the farm behaves as if stop_requested were true. Before it no
-    /// batch is begun that would not be done by then, as far as the pace is known.
+    /// batch is started that would not finish by then, as far as the pace is known.
     std::optional<Clock::time_point> deadline;
-    /// What earlier maps on the same cost unit taught about the batches' times. This one's reports
+    /// Times of batches that earlier maps with the same cost unit measured. This one's reports
     /// are added to it (Summary::pace).
     Pace pace;
     /// The clock by which the deadline is judged, for tests; empty: Clock.
@@ -43,7 +43,7 @@ struct FarmOptions {
     /// Batches much shorter than this are handed out several at a time, s; 0: always one by one.
     double chunk_seconds = 0.01;
     /// What a unit of the batches' cost is expected to take, s: for the first ranges, before
-    /// reports tell and if `pace` does not. 0: unknown.
+    /// reports arrive and if `pace` is unknown. 0: unknown.
     double seconds_per_cost = 0.0;
     /// A rank that has not been heard of for so long is given up; 0: never. Must be well above the
     /// longest time that a work function goes without a beat.
@@ -71,16 +71,19 @@ class Farm {
     /// ranks give the same batches, and all get the same summary (only batch indices travel, so
     /// results are whatever `work` stores).
     ///
-    /// * If `work` throws, the batch is listed as lost with the exception's text; the farm goes on.
+    /// * If `work` throws, the batch is listed as lost with the exception's text; the farm
+    /// continues.
     /// * If it throws core::StorageError or reports a storage failure, or if a function in the
     /// options throws, the farm stops on
     ///   all ranks as for a stop, and Summary::failure holds the text.
-    /// * After a stop no batch is begun any more; those in work are finished, or left early if
+    /// * After a stop no further batch is started; those being computed are finished, or left early
+    /// if
     ///   `work` heeds Heartbeat::stop_requested. Summary::stopped_early: points are missing.
-    /// * Of the batches that would not be done by the deadline none is begun, shorter ones still
-    ///   are; the map ends when nothing is left that would be. Summary::stopped_early as well.
-    /// * A rank that falls silent (`silence_until_dead`) loses the batch that it was computing, or
-    ///   its range of short ones. If it speaks again it gets new work, and what it had been given
+    /// * No batch is started that would not finish by the deadline; shorter ones still
+    ///   are; the map ends when no batch that would finish remains. Summary::stopped_early as well.
+    /// * A rank that stops sending messages (`silence_until_dead`) loses the batch that it was
+    /// computing, or
+    ///   its range of short ones. If it sends again it gets new work, and what it had been given
     ///   before may be computed twice. The death of rank 0 is not survived. After a death no
     ///   collective call returns, MPI_Finalize included.
     ///
@@ -91,7 +94,7 @@ class Farm {
   private:
     std::unique_ptr<Mailbox> mailbox_; ///< none with one rank
     std::vector<bool> alive_;          ///< (ranks), as known to rank 0
-    std::int64_t maps_ = 0;            ///< so far: tells late messages of an earlier map apart
+    std::int64_t maps_ = 0;            ///< so far: identifies late messages of an earlier map
 };
 
 } // namespace culm::farm

@@ -32,7 +32,7 @@ struct Message {
     Bytes bytes;
 };
 
-/// Polite waiting for messages: more and more rarely, so that other processes on the same core can
+/// Waiting for messages, at growing intervals, so that other processes on the same core can
 /// work.
 class Backoff {
   public:

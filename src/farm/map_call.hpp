@@ -81,7 +81,7 @@ struct MapCall {
 
 struct RangeOutcome {
     Range range;
-    std::int64_t executed = 0;  ///< batches begun; fewer than the range has after a stop, or when
+    std::int64_t executed = 0;  ///< batches started; fewer than the range has after a stop, or when
                                 ///< the next would not have been done by the deadline
     double seconds = 0.0;       ///< wall time of the range
     std::int64_t completed = 0; ///< points; sums over the batches that returned, as the next two

@@ -27,7 +27,7 @@ struct Pace {
     [[nodiscard]] double mean() const { return seconds / cost; }
 
     /// Seconds for a unit of cost that a batch will hardly exceed: a tenth above the mean (which
-    /// a single batch may tell) and three standard deviations of what was timed. Only if known.
+    /// a single batch may give) and three standard deviations of what was timed. Only if known.
     [[nodiscard]] double cautious() const {
         const double variance = std::max(0.0, squares / cost - mean() * mean());
         return 1.1 * mean() + 3.0 * std::sqrt(variance);

@@ -44,7 +44,7 @@ class Scheduler {
     static constexpr double coordinator_seconds = 50e-6;
 
     /// `costs`: of the batches in the plan's order, any unit. `seconds_per_cost`: what a unit of it
-    /// is expected to take until reports tell; 0: unknown, and ranges are single batches until
+    /// is expected to take until the first reports; 0: unknown, and ranges are single batches until
     /// then. They always are if `chunk_seconds` is 0. Throws FarmError if `ranks` < 1.
     Scheduler(std::span<const double> costs, int ranks, double chunk_seconds,
               double seconds_per_cost = 0.0);
@@ -72,17 +72,17 @@ class Scheduler {
     /// Takes back everything that `rank` holds: it is known never to have started.
     void withdraw(int rank);
 
-    /// Ranges that `rank` holds, the one in work first.
+    /// Ranges that `rank` holds, the one being computed first.
     [[nodiscard]] std::span<const Range> held_by(int rank) const {
         return held_[static_cast<std::size_t>(rank)];
     }
 
-    /// Nothing is in work and nothing will be handed out.
+    /// Nothing is being computed and nothing will be handed out.
     [[nodiscard]] bool is_finished() const {
         return ranges_held_ == 0 && (stopped_ || remaining_ == 0);
     }
 
-    /// Nothing is in work, but something may be left to hand out.
+    /// Nothing is being computed, but something may remain to be handed out.
     [[nodiscard]] bool is_idle() const { return ranges_held_ == 0; }
 
     [[nodiscard]] std::int64_t remaining() const { return remaining_; } ///< batches not handed out

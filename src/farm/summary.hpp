@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a map over batches tells while it runs, and when it is over.
+// What a map over batches reports while it runs and when it is over.
 #pragma once
 
 #include "core/wire.hpp"

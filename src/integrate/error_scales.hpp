@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Sizes of what moves, against which an integrator weighs its errors.
+// Scales of motion, against which an integrator weighs its errors.
 #pragma once
 
 #include "physics/stem.hpp"

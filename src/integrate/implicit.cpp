@@ -27,7 +27,7 @@ class LaneProgress {
         return std::any_of(runs_.begin(), runs_.end(), [](bool lane) { return lane; });
     }
 
-    /// Takes note of what lane `lane` has reached.
+    /// Records how far lane `lane` has come.
     void update(std::size_t lane, const StepController& controller) {
         const std::int64_t steps = controller.accepted_steps();
         const std::int64_t attempts = steps + controller.rejected_steps();

@@ -93,7 +93,7 @@ class StepController {
         is_fixed_ = true;
     }
 
-    /// No step is longer than this from now on, but for fixed ones.
+    /// No step is longer than this from now on, except fixed ones.
     void limit_step(double largest) {
         largest_step_ = largest;
         if (!is_fixed_)
@@ -215,8 +215,9 @@ class Rosenbrock {
     }
 
   private:
-    /// A support that shakes is followed also when the stem has come to rest, and when its
-    /// amplitude is so small that no error tells of it and it serves only for a derivative.
+    /// Limits the step to a fraction of the support's period. The error estimate does not see a
+    /// support whose stem has come to rest, or whose amplitude is so small that it only serves for
+    /// a derivative.
     void follow_base_motion() {
         constexpr double steps_per_period = 16.0;
         const auto& base_motion = chain_.model().base_motion;
@@ -253,7 +254,7 @@ class Rosenbrock {
 
     /// A clamp that turns is judged by its rotation, as large as the stem's, and by its spin: dry
     /// friction switches within a small part of the spin's scale, and where it goes wrong the
-    /// positions tell too late.
+    /// positions react too late.
     void weigh_turning_base(const ErrorScalesOf<T>& scales, double tolerance,
                             std::vector<T>& weights) const {
         constexpr double spin_weight = 0.1;

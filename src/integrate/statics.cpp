@@ -18,7 +18,8 @@ namespace {
 constexpr double load_steps_per_slope = 200.0;
 constexpr int least_load_steps = 10;
 /// Newton has converged when the largest displacement or rotation of an iteration, relative to the
-/// bond length or one radian, falls below this; one more iteration then squares what is left.
+/// bond length or one radian, falls below this; one more iteration then squares the remaining
+/// error.
 constexpr double newton_tolerance = 1e-6;
 constexpr int newton_limit = 30;
 constexpr int halving_limit = 12;

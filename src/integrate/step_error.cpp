@@ -12,7 +12,7 @@ namespace {
 using Complex = std::complex<double>;
 
 /// Vector of the null space of a nearly singular matrix, by inverse iteration. Convergence is
-/// immediate: the matrix is singular but for the rounding of its eigenvalue.
+/// immediate: the matrix is singular up to the rounding of its eigenvalue.
 Eigen::VectorXcd null_vector(const Eigen::MatrixXcd& matrix, const Eigen::VectorXd& mass) {
     const Eigen::PartialPivLU<Eigen::MatrixXcd> solver(matrix);
     Eigen::VectorXcd vector = Eigen::VectorXcd::Ones(matrix.rows());

@@ -19,7 +19,7 @@ struct StepError {
 ///     (2 sinh(λh/2)/h)² M + ((1 − e^(−λh))/h) C + K,
 /// singular at the λ of the discrete motion. Against the exact mode that is a perturbation of
 /// −λ²h/2 C + λ⁴h²/12 M + …, whose effect on λ follows from the left and right eigenvectors to
-/// first order in the perturbation: errors of 1e-9 are told apart, which two eigenvalue
+/// first order in the perturbation: errors of 1e-9 are resolved, which two eigenvalue
 /// computations of a stiff chain could not do.
 class FirstModeStepError {
   public:

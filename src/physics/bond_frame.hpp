@@ -132,7 +132,7 @@ class BondFrame<3, T> {
         return rescaled(transverse(force), dot(force, force));
     }
     /// The twist is laid along the new direction, the bending moment into its normal plane; both
-    /// keep their magnitude. `old_direction` tells which part was twist.
+    /// keep their magnitude. `old_direction` determines which part was twist.
     [[nodiscard]] Rotational<3, T> turned_moment(const Rotational<3, T>& moment,
                                                  const Vec<3, T>& old_direction) const {
         const T twisting = dot(moment, old_direction);

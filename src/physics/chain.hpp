@@ -107,7 +107,7 @@ class Chain {
                 (T(1.0) / frame.length()) * (velocity - stretching * frame.direction())};
     }
 
-    /// Forces on sphere `i` from outside the chain, gravity excepted; `bond_below` tells the
+    /// Forces on sphere `i` from outside the chain, gravity excepted; `bond_below` gives the
     /// curvature and its rate that a user's law may ask for. Slopes of user laws only if wanted.
     [[nodiscard]] NodeLoad<Dim, T> node_load(int i, const SphereState<Dim, T>& sphere,
                                              const BondExtras<Dim, T>& bond_below, const T& time,

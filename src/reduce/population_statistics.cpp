@@ -149,7 +149,7 @@ LineFit fit_line(std::span<const double> x, std::span<const double> y,
         xy += weight(i) * (x[i] - mean_x) * (y[i] - mean_y);
         yy += weight(i) * (y[i] - mean_y) * (y[i] - mean_y);
     }
-    // Places that differ by rounding alone tell no slope.
+    // Abscissas that differ by rounding alone determine no slope.
     if (n < 3 || !(xx > 1e-24 * sum * mean_x * mean_x) || !(xx > 0.0))
         return line;
     line.count = n;

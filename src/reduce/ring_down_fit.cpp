@@ -17,7 +17,7 @@ namespace culm::reduce {
 
 namespace {
 
-// Below this share of a period an exponential and a cosine cannot be told apart.
+// Below this share of a period an exponential and a cosine are indistinguishable.
 constexpr double fewest_periods = 0.05;
 // No free vibration grows; up to this exponent per cycle noise or beating may make it seem to.
 constexpr double largest_growth_per_cycle = 1.0;

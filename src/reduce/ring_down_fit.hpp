@@ -55,8 +55,8 @@ struct RingDownFit {
 /// frequency (up to half the sampling rate) and decay, so the fit does not settle in a wrong
 /// period. The result is the minimum to about 1e-10 relative. Throws core::NumericalError
 /// (FitFailed) for too few samples, times out of order, values that are not finite, constant or
-/// near-critically damped signals, and for histories too short or too noisy to tell the frequency;
-/// with amplitude_is_free = false also if no sample tells the deflection at the release.
+/// near-critically damped signals, and for histories too short or too noisy to determine the
+/// frequency; with amplitude_is_free = false also if no sample gives the deflection at the release.
 [[nodiscard]] RingDownFit fit_ring_down(std::span<const double> times,
                                         std::span<const double> deflections,
                                         const RingDownFitOptions& options = {});

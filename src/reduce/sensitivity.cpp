@@ -225,7 +225,7 @@ class ChaosFit {
         loadings_ = factor_.triangularView<Eigen::Lower>().solve(products);
     }
 
-    /// Highest degree whose terms the points tell apart.
+    /// Highest degree whose terms the points distinguish.
     [[nodiscard]] int degree() const { return degree_; }
 
     /// Sums of the squared leave-one-out errors: (degrees from 0, responses).
@@ -370,7 +370,7 @@ void fill_shares(Sensitivity& result, const ChaosBasis& basis, const ChaosFit::S
     result.interactions = std::max(0.0, 1.0 - alone);
 }
 
-/// The smallest degree whose error is the least but for rounding; 0 for a constant response.
+/// The smallest degree whose error is the minimum up to rounding; 0 for a constant response.
 int best_degree(const VectorXd& errors) {
     constexpr double rounding = 1e-24; // squared, as a share of the response's own variance
     const double least = errors.minCoeff() * (1.0 + 1e-9) + rounding * errors(0);

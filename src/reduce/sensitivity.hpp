@@ -63,7 +63,7 @@ struct Sensitivity {
 class GroupPolynomials {
   public:
     /// `nodes` has the shape (nodes, inputs), `weights` (nodes) sums to one. Functions that the
-    /// nodes cannot tell from lower ones (two levels know no parabola) are left out.
+    /// nodes cannot distinguish from lower ones (two levels determine no parabola) are left out.
     GroupPolynomials(const Eigen::MatrixXd& nodes, const Eigen::VectorXd& weights,
                      int largest_degree);
 

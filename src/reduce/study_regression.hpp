@@ -132,7 +132,7 @@ inline constexpr const char* frequency_predictor_name = "frequency";
 
 /// Regresses √Y and β on the fitted decay per cycle and frequency, each by its single-predictor law
 /// and by the full interaction model reduced with nested F-tests at `significance`. Designs that
-/// cannot tell a law give a reason instead of it: fewer than 3 usable points, one value only of the
+/// do not determine a law give a reason instead: fewer than 3 usable points, one value only of the
 /// response or of its predictor. Throws core::NumericalError (FitFailed) only if the spans differ
 /// in length or significance is not in (0, 1).
 [[nodiscard]] StudyRegression regress_study(const StudyPoints& points, double significance = 0.05);

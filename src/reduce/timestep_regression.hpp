@@ -27,7 +27,7 @@ struct TimestepLaw {
     double largest_residual = 0.0; ///< of their absolute values
 };
 
-/// A law, or the reason why the points cannot tell it.
+/// A law, or the reason why the points do not determine it.
 struct TimestepLawOutcome {
     std::optional<TimestepLaw> law;
     std::string reason; ///< one sentence if `law` is empty

@@ -34,7 +34,7 @@ struct VarianceComponents {
     double p_value = 1.0;
     std::size_t between_degrees_of_freedom = 0;
     std::size_t within_degrees_of_freedom = 0;
-    std::string reason; ///< one sentence if `between` or `within` cannot be told
+    std::string reason; ///< one sentence if `between` or `within` is not identifiable
 };
 
 /// Analysis of variance with unweighted means of the stems (Thomas & Hultquist 1978); for equal

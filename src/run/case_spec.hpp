@@ -23,7 +23,7 @@ struct Integrator {
     IntegrationMethod method = IntegrationMethod::Implicit;
     double timestep = 0.0;               ///< s; explicit only
     double relative_tolerance = 2e-6;    ///< implicit only
-    std::int64_t step_limit = 2'000'000; ///< likewise: a case that needs more has failed
+    std::int64_t step_limit = 2'000'000; ///< implicit only: a case that needs more has failed
 };
 
 /// How the stem is let go.

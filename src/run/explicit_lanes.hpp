@@ -12,7 +12,7 @@ namespace culm::run {
 /// Steps between two looks at the heartbeat: about a millisecond for 56 spheres.
 inline constexpr std::int64_t steps_per_beat = 1000;
 /// A released stem only loses energy. One that has gained this share of what it was released with
-/// is unstable: the step is too large. The deflection alone would not tell, because an unstable
+/// is unstable: the step is too large. The deflection alone is no criterion, because an unstable
 /// axial mode saturates in a crumpled chain whose tip looks harmless. Velocity Verlet's own energy
 /// error stays far below at any stable step.
 inline constexpr double unstable_energy_gain = 0.05;

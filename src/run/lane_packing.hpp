@@ -24,10 +24,10 @@ template <class T>
 [[nodiscard]] physics::StemParameters<T> packed_stems(std::span<const CaseSpec> specs);
 
 /// The equilibria that the lanes are released from, in the chain's layout. A case without one has a
-/// failure, and its lane goes on with the straight chain at rest.
+/// failure, and its lane continues with the straight chain at rest.
 template <class T>
 struct ReleasedState {
-    physics::ChainModel<T> model; ///< of the chains, with what the release tells of them
+    physics::ChainModel<T> model; ///< of the chains, with what only the release determines
     std::vector<T> state;
     std::vector<std::optional<CaseFailure>> failures; ///< one a case
 };

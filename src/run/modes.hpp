@@ -10,8 +10,8 @@
 
 namespace culm::run {
 
-/// The slowest transverse modes of the case in the plane of the pull, its effects included but for
-/// those that leave the plane: integrate::transverse_modes().
+/// The slowest transverse modes of the case in the plane of the pull, with its effects except those
+/// that leave the plane: integrate::transverse_modes().
 [[nodiscard]] std::vector<integrate::VibrationMode> chain_modes(const CaseSpec& spec,
                                                                 std::size_t count);
 

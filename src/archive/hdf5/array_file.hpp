@@ -26,8 +26,8 @@ struct GroupTexts {
     std::vector<std::pair<std::string, std::string>> texts;
 };
 
-/// Writes the file anew; one that stands there stays until then. Datasets are as in study.h5: with
-/// unit, description and checksums. Throws core::StorageError.
+/// Writes a new file; an existing one stays until the new one is complete. Datasets are as in
+/// study.h5: with unit, description and checksums. Throws core::StorageError.
 void write_array_file(const std::filesystem::path& path, std::span<const GroupTexts> groups,
                       std::span<const NamedArray> arrays);
 

@@ -90,7 +90,7 @@ class Hdf5Output {
     void write_series(hid_t parent, const std::string& name, const std::string& unit,
                       std::span<const double> values) const;
 
-    /// Writes what is left, synchronises and closes.
+    /// Writes the remaining data, synchronises and closes.
     void close();
 
   private:

@@ -15,7 +15,7 @@
 
 namespace culm::archive {
 
-/// Version 2 added the marks of points in work; version 1 is read as well.
+/// Version 2 added the marks of points being computed; version 1 is read as well.
 inline constexpr std::uint32_t journal_version = 2;
 inline constexpr std::uint32_t oldest_journal_version = 1;
 inline constexpr std::array<char, 8> journal_magic = {'C', 'U', 'L', 'M', 'J', 'R', 'N', 'L'};
@@ -23,7 +23,7 @@ inline constexpr std::array<char, 8> journal_magic = {'C', 'U', 'L', 'M', 'J', '
 inline constexpr std::size_t journal_prefix_size = 16;
 
 /// Starts every record. Not a text and not the start of any likely double, so that a search for it
-/// seldom stops in vain.
+/// rarely finds anything else.
 inline constexpr std::array<std::byte, 8> record_magic = {
     std::byte{0xC5}, std::byte{'R'},  std::byte{'E'},  std::byte{'C'},
     std::byte{0x0D}, std::byte{0x0A}, std::byte{0x1A}, std::byte{0xF1}};

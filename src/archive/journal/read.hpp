@@ -29,7 +29,7 @@ struct JournalScan {
     std::uint64_t size = 0;            ///< of the file, bytes
     bool header_finished = true;       ///< false: died before the header was written; no entries
     std::vector<JournalEntry> entries; ///< whole records in the order of the file
-    /// How often each point was begun without an outcome and without being given back: once for
+    /// How often each point was started without an outcome and without being given back: once for
     /// every process that died while it computed the point, and once more if one computes it now.
     std::map<std::int64_t, int> unfinished_starts;
     std::uint64_t valid_end = 0;       ///< behind the last whole record (or the header), bytes
@@ -84,7 +84,7 @@ class JournalIndex {
     [[nodiscard]] std::size_t size() const { return places_.size(); }
 
     /// The record of a point, or nothing if the index does not know it; StorageError as for
-    /// read_record. Journals stay open for the next record, some dozens of them at a time.
+    /// read_record. Some dozens of journals stay open for the next record.
     [[nodiscard]] std::optional<PointRecord> find_record(std::int64_t point);
 
   private:

@@ -41,7 +41,7 @@ JournalWriter::~JournalWriter() {
     try {
         close();
     } catch (const core::StorageError&) {
-        // Every committed record is in the kernel already; a destructor has nobody to tell.
+        // Every committed record is in the kernel already; a destructor cannot report an error.
         return;
     }
 }

@@ -26,9 +26,9 @@ struct JournalOptions {
 /// One rank's journal. Nothing is buffered in user space. One writer per file: the file is locked.
 class JournalWriter {
   public:
-    /// Creates the journal (and its folder), or goes on with it: a torn tail is cut off first.
-    /// InputError if it belongs to another study; StorageError if it cannot be opened or written,
-    /// is in use, or is no readable journal.
+    /// Creates the journal (and its folder), or continues it: an incomplete record at its end is
+    /// cut off first. InputError if it belongs to another study; StorageError if it cannot be
+    /// opened or written, is in use, or is no readable journal.
     JournalWriter(const std::filesystem::path& path, std::string_view identity,
                   const JournalOptions& options = {});
     /// Closes; errors are lost here, so call close() where they matter.
@@ -42,8 +42,8 @@ class JournalWriter {
     /// and what was written of it has been cut off again, so that the journal stays whole and a
     /// later append may succeed.
     void append(const PointRecord& record);
-    /// Marks the points as begun; what is neither appended nor given back later counts as in work
-    /// when the process died. StorageError as for append.
+    /// Marks the points as started. A point that is neither appended nor given back later counts as
+    /// being computed when the process died. StorageError as for append.
     void mark_started(std::span<const std::int64_t> points);
     /// Takes the marks back for points that were left in order, without an outcome.
     void mark_given_back(std::span<const std::int64_t> points);

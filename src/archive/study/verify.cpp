@@ -78,7 +78,7 @@ class ChunkReader {
     }
 
   private:
-    /// Beyond so many there is nothing to learn from looking at each.
+    /// With more than this the chunks are counted and not examined one by one.
     static constexpr hsize_t most_absent = 10'000;
 
     /// Chunks that the shape needs and the file has not.
@@ -180,7 +180,7 @@ Verification verify(const std::filesystem::path& path) {
 
 namespace {
 
-/// In the child: opens the file, without a word and without a core file, and ends.
+/// In the child: opens the file, prints nothing, writes no core file, and ends.
 [[noreturn]] void open_and_exit(const std::filesystem::path& path) {
     // A crash is expected here, and must not fill the user's folder with core files.
     const rlimit nothing{0, 0};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether every byte of a study file's data is still what was written, and whether HDF5 survives
-// it.
+// Whether every byte of a study file's data is still what was written, and whether HDF5 can open
+// the file without crashing.
 #pragma once
 
 #include <cstdint>
@@ -30,10 +30,9 @@ struct Verification {
 [[nodiscard]] Verification verify(const std::filesystem::path& path);
 
 /// HDF5 1.10 keeps short texts in a heap without checksums and believes the sizes in it: a flipped
-/// bit there may end the process that reads it, or keep it for ever. So a child process reads all
-/// but the numbers first, for a limited time.
-/// Empty if it survived (whatever it thinks of the file), else what happened to it. Not for
-/// processes with several threads.
+/// bit there may end the process that reads it, or keep it busy forever. So a child process first
+/// reads everything except the numbers, for a limited time. Empty if it survived (whatever it
+/// thinks of the file), else what happened to it. Not for processes with several threads.
 [[nodiscard]] std::string death_while_opening(const std::filesystem::path& path);
 
 } // namespace culm::archive

@@ -68,7 +68,7 @@ void refuse_still_stem(const WatchedHistory& history, const std::string& source)
                                            source, range, limit));
 }
 
-/// Standard deviation of what was seen in the frames begin … end − 1; NaN of fewer than two.
+/// Standard deviation of the readings in the frames begin … end − 1; NaN of fewer than two.
 double deviation_of(const std::vector<double>& column, std::size_t begin, std::size_t end) {
     double count = 0.0;
     double mean = 0.0;
@@ -88,8 +88,8 @@ double deviation_of(const std::vector<double>& column, std::size_t begin, std::s
 /// limit.
 std::optional<std::size_t> find_rest(const WatchedHistory& history, std::size_t after,
                                      double period, double limit) {
-    // A window of a period shows the whole amplitude of what still swings. From the end backwards:
-    // the first windows that exceed the limit are the end of the swing.
+    // A window of one period shows the whole amplitude of a remaining swing. From the end
+    // backwards: the first windows that exceed the limit are the end of the swing.
     const auto window = std::max<std::size_t>(8, std::size_t(std::ceil(period)));
     const std::size_t count = history.column.size();
     std::optional<std::size_t> begin;
@@ -136,7 +136,8 @@ void draw_together(std::vector<double>& deviations, std::size_t frames) {
             std::sqrt((own * deviation * deviation + common * sum / count) / (own + common));
 }
 
-/// (places) standard deviation of a reading by what the recurrence leaves from frame `begin` on.
+/// (places) standard deviation of a reading by the residuals of the recurrence from frame `begin`
+/// on.
 std::vector<double> spread_about(const SwingModel& swing, const AxisRecord& record,
                                  std::size_t begin) {
     // x_k − a x_{k−1} − b x_{k−2} of readings with the standard deviation σ has σ √(1 + a² + b²).

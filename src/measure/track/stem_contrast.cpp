@@ -168,7 +168,7 @@ std::size_t shared_runs(const StemChain& chain, const StemChain& other) {
     }));
 }
 
-/// Whether the stem seems to go on in the piece: the chain that may use it keeps the moving part
+/// Whether the stem seems to continue in the piece: the chain that may use it keeps the moving part
 /// and passes through a good part of the piece's rows (its box was grown with it).
 bool continues_stem(const StemChain& moving, const StemChain& with_piece, const StillPieces& pieces,
                     int label) {

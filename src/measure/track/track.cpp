@@ -164,7 +164,7 @@ void choose_frames(Track& track) {
     }
 }
 
-/// Millimetres with five digits after the point hold a hundredth of what a camera can tell.
+/// Millimetres with five digits after the point hold a hundredth of a camera's resolution.
 double rounded_length(double metres) {
     return std::round(metres * 1e8) / 1e8;
 }

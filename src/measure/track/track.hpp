@@ -117,10 +117,10 @@ struct WindowOptions {
 /// from the largest deflection that is followed by a swing back, the last frame at the held
 /// position, and the moment from which a cantilever's ReleaseCurve follows.
 /// Rest: from where a period's range stays within the noise. Noise: the spread while held (at least
-/// 5 frames), else at rest, else of what the swing's recurrence leaves. Remarks report a release
-/// that was no sudden one and of jumps that look like frames lost without a gap in the numbers.
-/// Throws core::InputError, saying what was seen, if the stem does not move, is never let go, does
-/// not swing, or was let go before the first frame.
+/// 5 frames), else at rest, else of the residuals of the swing's recurrence. Remarks report a
+/// release that was no sudden one and of jumps that look like frames lost without a gap in the
+/// numbers. Throws core::InputError, saying what was seen, if the stem does not move, is never let
+/// go, does not swing, or was let go before the first frame.
 [[nodiscard]] RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& options);
 
 struct TrackOptions {
@@ -154,7 +154,7 @@ struct Track {
 
 /// Young's modulus, Pa, with which a uniform Euler–Bernoulli cantilever of the stem's length,
 /// section and density would swing as the recording shows, f = 1.8751²/(2π L²) √(EI/μ). Goes with
-/// the square of the frame rate: what pictures alone cannot tell, a person may see in it.
+/// the square of the frame rate: a person may see in it what the checks of the pictures miss.
 [[nodiscard]] double modulus_of_swing(const Track& track);
 
 /// Adds remarks on what does not fit together: frames that are missing, a swing too fast for the

@@ -35,7 +35,7 @@ namespace culm::physics {
 }
 
 /// A clamp that lowers the frequencies by some 4 % is a common one; one a thousand times softer
-/// does not hold the stem, and one a thousand times stiffer cannot be told from a rigid one.
+/// does not hold the stem, and one a thousand times stiffer is indistinguishable from a rigid one.
 inline void suit_clamp_stiffness(const StemParameters<double>& stem, EffectParameter& stiffness) {
     const double typical = 50.0 * stiffness_scale(stem);
     stiffness.default_value = typical;

@@ -16,7 +16,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
 }
 
 /// A fit stays away from motion in one plane: steps that are chosen for it are too long for the
-/// stem's twist, so what the smallest departure from the plane does could not be told.
+/// stem's twist, so the response to a small departure from the plane would be undetermined.
 void suit(const StemParameters<double>& /*stem*/, std::span<EffectParameter> parameters) {
     parameters[0].lower = 1e-3;
     parameters[1].lower = 3.0;

@@ -19,7 +19,7 @@ struct Violation {
 };
 
 struct CaseConstraint {
-    std::span<const std::string_view> keys; ///< every key that has a say in it, the likeliest first
+    std::span<const std::string_view> keys; ///< every key that influences it, the likeliest first
     std::optional<Violation> (*violation)(const run::CaseSpec&) = nullptr;
 };
 

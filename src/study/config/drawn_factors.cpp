@@ -166,7 +166,7 @@ std::optional<Distribution> read_formula(const FactorTable& table, const std::st
     };
     Distribution distribution = make();
     // Draws are made by the quantile of the truncated distribution. In the far tail it depends on
-    // the assumed shape alone, which nobody knows there.
+    // the assumed shape alone, which no measurement supports there.
     if (distribution.kept_probability() < smallest_kept_probability) {
         table.reader.error("mean", fmt::format("only {:.2g} of the distribution lies between min = "
                                                "{} and max = {}; at least {} must",

@@ -49,7 +49,7 @@ bool check_exclusive_keys(const ConfigContext& context) {
     return context.errors.count() == errors_before;
 }
 
-/// Checks the constraints on which no factor has a say; plan.hpp checks the others.
+/// Checks the constraints that no factor influences; plan.hpp checks the others.
 void check_base(const ConfigContext& context) {
     for (const CaseConstraint& constraint : case_constraints()) {
         const auto place_of = [&](std::string_view key) { return context.places.find(key); };
@@ -83,7 +83,7 @@ StudyConfig parse_config(std::string_view text, const std::string& file, const S
     config.text = std::string(text);
     core::FileFaults errors(file);
     ConfigContext context{root, config, errors, {}, files};
-    // Each reader goes on after an error, so that one run reports all of them. The order matters
+    // Each reader continues after an error, so that one run reports all of them. The order matters
     // only where a section refers to another: the design decides how factors are read.
     check_sections(context);
     read_study(context);

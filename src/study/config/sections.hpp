@@ -42,7 +42,7 @@ struct ConfigContext {
 };
 
 // The sections, one function each (sections.cpp, factors.cpp). Every function
-// records what is wrong and goes on.
+// records what is wrong and continues.
 void read_study(ConfigContext& context);
 void read_effects(ConfigContext& context); ///< after the study's kind, before the factors
 void read_stem_and_release(ConfigContext& context);

@@ -36,7 +36,7 @@ class Distribution {
     [[nodiscard]] static Distribution empirical(std::vector<double> values);
 
     /// The value below which the fraction u of the (confined) distribution lies, 0 < u < 1; always
-    /// in [min, max] and increasing in u (but for empirical values in another order).
+    /// in [min, max] and increasing in u (except for empirical values in another order).
     [[nodiscard]] double quantile(double u) const;
 
     /// How much of the unconfined distribution lies between min and max; 1 for the uniform ones.

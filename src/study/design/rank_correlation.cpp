@@ -45,7 +45,7 @@ double smallest_eigenvalue(const MatrixXd& matrix) {
         .minCoeff();
 }
 
-/// Variables nearer to a linear dependence than this cannot be told apart.
+/// Variables nearer to a linear dependence than this are treated as dependent.
 constexpr double least_eigenvalue = 1e-8;
 
 /// The largest share of the correlations that is possible, rounded down to three digits.

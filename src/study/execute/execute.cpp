@@ -93,7 +93,8 @@ class PointWorker {
     }
 
   private:
-    /// Without the marks the points would count as deaths of this process: a nuisance, no loss.
+    /// Without the marks the points would count as deaths of this process, which costs a slower
+    /// restart and no data.
     void give_back(std::span<const std::int64_t> points) {
         if (points.empty())
             return;
@@ -180,7 +181,7 @@ StudyNote note_of(const Study& study, const std::string& start,
             study.config.files};
 }
 
-/// A note is for people who look on; whether the disk takes points is for the journals to tell.
+/// The note informs people who watch the study. A full disk is reported by the journals.
 void leave_note(const StudyFolder& folder, const StudyNote& note) {
     try {
         write_note(folder, note);

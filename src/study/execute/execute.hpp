@@ -22,7 +22,7 @@ struct ExecuteOptions {
     farm::FarmOptions farm;
     /// Facts about this program for the archive's provenance: name and text.
     std::vector<std::pair<std::string, std::string>> provenance;
-    /// Called on rank 0 before the first point is begun, with what is to be computed and what
+    /// Called on rank 0 before the first point is started, with what is to be computed and what
     /// earlier runs in the folder left about the pace; may be empty.
     std::function<void(const Estimate& plan, const farm::Pace& pace)> announce;
     /// Called instead of the simulation and the fit, to test and to measure everything around them;
@@ -39,7 +39,7 @@ struct ExecuteOutcome {
     double shortest_batch_s = 0.0;
 };
 
-/// Every point is marked in its rank's journal before it is begun. One in whose computation a
+/// Every point is marked in its rank's journal before it is started. One in whose computation a
 /// process has died before is computed in a batch of its own; one that reached the crash limit is
 /// recorded as failed (archive::rank_died) without another try.
 /// Computes the points that `folder` lacks and, once none is missing, writes the study file from

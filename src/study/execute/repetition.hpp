@@ -46,8 +46,8 @@ struct Repetition {
 /// understands in another way (with the settings that differ).
 [[nodiscard]] Study study_to_repeat(const StudyFolder& folder);
 
-/// Reads the whole archive once, so that nobody computes for hours what cannot be compared. Throws
-/// core::InputError: damage, tables or histories of another size.
+/// Reads the whole archive once, so that no hours are spent on results that cannot be compared.
+/// Throws core::InputError: damage, tables or histories of another size.
 void require_comparable(const StudyFolder& folder);
 
 /// Compares design, results and histories bit for bit; two values that are not a number are equal.

@@ -32,7 +32,7 @@ class StudyFolder {
     std::filesystem::path folder_;
 };
 
-/// Whether there is such a file or folder. Throws core::InputError when that cannot be told, for
+/// Whether there is such a file or folder. Throws core::InputError when that is unknown, for
 /// example because the folder above may not be searched.
 [[nodiscard]] bool is_there(const std::filesystem::path& path);
 
@@ -42,7 +42,7 @@ void make_writable(const StudyFolder& folder);
 
 /// What to do with a folder that holds the study already.
 struct ResumeOptions {
-    bool resume = false;       ///< go on with it; else it is refused
+    bool resume = false;       ///< continue it; otherwise it is refused
     bool retry_failed = false; ///< failed points are computed again
     /// A point in whose computation so many processes died is not tried again; 0: no limit.
     int crash_limit = 5;
