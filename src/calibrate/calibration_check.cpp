@@ -27,6 +27,8 @@ reduce::StemHistories simulated_histories(const fit::RecordingFit& fit,
 class PairedMean {
   public:
     void add(const reduce::Estimate& measured, const reduce::Estimate& simulated) {
+        // The weights of the measurement for both: a height where it is uncertain must not move the
+        // simulated mean alone.
         const double weight = 1.0 / (measured.standard_error * measured.standard_error);
         weights_ += weight;
         measured_ += weight * measured.value;

@@ -45,6 +45,8 @@ class Profile {
                 return fitted.value + side * distance;
             if (root < reduce::normal_quantile_95 && distance >= std::abs(limit - fitted.value))
                 break;
+            // The root of the excess is linear where the likelihood is a parabola, so the secant
+            // method needs few fits.
             const double slope = (root - known_root) / (distance - known_distance);
             known_distance = distance;
             known_root = root;
@@ -86,6 +88,7 @@ class Profile {
 std::vector<ProfileInterval> profile_intervals(const fit::RecordingFit& fit,
                                                const measure::Measurement& measurement,
                                                const fit::SolveOptions& options) {
+    // Huber's loss is no likelihood: its excess has no known distribution.
     fit::SolveOptions plain = options;
     plain.is_robust = false;
     std::vector<ProfileInterval> intervals;

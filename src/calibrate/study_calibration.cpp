@@ -69,6 +69,8 @@ RowReading read_highest_row(const measure::Measurement& measurement, double wind
     reduce::RingDownAnalysisOptions options;
     options.window = window;
     std::string reason = "there are no rows";
+    // From the top down: the regressions are of the tip's deflection, which the highest row
+    // resembles.
     for (std::size_t j = measurement.heights.size(); j-- > 0;) {
         options.noise = measurement.noise_at(j);
         try {

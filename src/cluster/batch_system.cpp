@@ -39,6 +39,7 @@ constexpr std::size_t longest_output = 64 * 1024;
     ::posix_spawn_file_actions_t actions;
     ::posix_spawn_file_actions_init(&actions);
     ::posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+    // Not the user's terminal: a query that asks for a password would wait there.
     ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     ::posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
     ::pid_t process = -1;
@@ -82,6 +83,7 @@ std::string program_output(const std::vector<std::string>& words,
     ::close(ends[0]);
     if (process <= 0)
         return "";
+    // A busy controller may not answer for minutes; culm computes meanwhile and asks no more.
     if (!is_whole)
         ::kill(process, SIGKILL);
     int status = 0;
@@ -122,6 +124,7 @@ double start_ticks(::pid_t process) {
     std::ifstream in(fmt::format("/proc/{}/stat", process));
     std::string text;
     std::getline(in, text);
+    // The name of the program is field 2, in parentheses, and may itself contain any character.
     std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 1)));
     std::string field;
     for (int k = 3; k <= 22; ++k)

@@ -30,6 +30,7 @@ constexpr double shortest_walltime_s = 300.0;
 /// Cost on the rank that is through last when batches go out longest first, as the farm does it.
 double makespan(std::vector<double> costs, int ranks) {
     std::ranges::sort(costs, std::greater<>());
+    // Longest first on the rank with the least load (Graham 1969), as the farm hands out batches.
     std::priority_queue<double, std::vector<double>, std::greater<>> loads(
         std::greater<>(), std::vector<double>(static_cast<std::size_t>(ranks), 0.0));
     double longest = 0.0;
@@ -98,6 +99,7 @@ void require_directive_word(std::string_view option, std::string_view text) {
         return is_letter_or_digit(c) ||
                std::string_view("_.-+@,").find(c) != std::string_view::npos;
     };
+    // Directives are comments of the shell and cannot be quoted.
     if (text.starts_with('-') || !std::ranges::all_of(text, is_allowed))
         throw core::InputError(
             fmt::format("{}: {} is no name that a batch system has; allowed are letters, digits "

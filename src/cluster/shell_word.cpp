@@ -38,6 +38,8 @@ std::string quoted_word(std::string_view text) {
     std::string word = "'";
     for (const char c : text) {
         if (c == '\'')
+            // A quote cannot stand within quotes: it ends them, stands escaped, and begins new
+            // ones.
             word += "'\\''";
         else
             word += c;

@@ -59,6 +59,8 @@ std::optional<double> days_and_clock(std::string_view text) {
         const auto parts = split(text, ':');
         if (parts.size() < 2 || parts.size() > 3)
             return std::nullopt;
+        // As Slurm reads a limit: two parts are minutes and seconds, after a dash they are hours
+        // and minutes.
         return clock_seconds(parts, parts.size() == 3 ? 3600.0 : 60.0);
     }
     const auto days = whole_number(text.substr(0, dash));

@@ -69,6 +69,8 @@ void CoarseImage::match_first_mode() {
     const StemModel& fine = fine_.parts.front().model;
     StemModel coarse = fine;
     coarse.spec = with_spheres(std::move(coarse.spec), coarse_spheres);
+    // with_spheres keeps the damping time of the stem. The first mode of a coarse chain still
+    // decays a little differently, which keep_first_mode corrects.
     const double same_time = coarse.spec.stem.bond_damping;
     if (const auto modes = run::chain_modes(fine.spec, 1); !modes.empty())
         keep_first_mode(modes.front(), coarse);
@@ -88,6 +90,8 @@ void CoarseImage::add_part(std::size_t m, const run::Heartbeat& heartbeat) {
     part.prediction = predict_readings(part.model, part.times, heartbeat);
     measure::Measurement shifted = fine_recordings_[m];
     for (std::size_t k = 0; k < fine.size(); ++k)
+        // Both chains then have the same residuals at this model, so that a test or a fit on the
+        // coarse one starts from the same misfit.
         if (const double shift = part.prediction.readings[k] - fine[k]; std::isfinite(shift))
             shifted.deflections[k] += shift;
     recordings_.push_back(std::move(shifted));

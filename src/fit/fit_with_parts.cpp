@@ -43,6 +43,8 @@ Fit fit_with_parts(const SelectedEffects& effects, const Fit& smaller,
             continue;
         SelectedEffects rest = effects;
         rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
+        // Effects that are added together may compensate each other from the first step on. From
+        // the best of the smaller models only one of them is new.
         Fit part = fit_with_parts(rest, smaller, recordings, options);
         whole.runs += part.runs;
         if (part.is_fitted() && (!best || part.weighted_rms < best->weighted_rms))

@@ -80,6 +80,8 @@ class CandidateFits {
     }
 
     void set_reach(const FitGoal& goal, double smallest_begun) {
+        // Fits that cannot win are stopped early. The aim is the best that is known now, so a
+        // stopped fit was beaten by something that exists.
         const double aim =
             goal.is_of_best ? std::min(goal.chi_squared, smallest_begun) : goal.chi_squared;
         if (!std::isfinite(aim) || smaller_.failed() || !smaller_.is_noise_known_everywhere())

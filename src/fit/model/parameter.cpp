@@ -56,6 +56,7 @@ double value_per_internal(const FreeParameter& parameter, const run::CaseSpec& s
     case FittedAs::Logarithm:
         return value;
     case FittedAs::Inverse:
+        // d(1/internal)/d(internal) = −value².
         return -value * value / size_of(parameter, start);
     case FittedAs::Itself:
         break;

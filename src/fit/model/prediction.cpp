@@ -140,7 +140,7 @@ run::CaseWithSensitivities simulate(const run::CaseSpec& spec,
         return std::get<0>(std::move(outcome));
     };
     if (parameters.empty())
-        return {or_throw(run::simulate(spec, heartbeat)), {}, {}};
+        return {or_throw(run::simulate(spec, heartbeat)), {}};
     return or_throw(run::simulate_with_sensitivities(spec, parameters, heartbeat));
 }
 

@@ -57,6 +57,7 @@ void divide(double length, double mass_per_length, int spheres,
     stem.sphere_count = spheres;
     stem.bond_length = length / (spheres - 1);
     stem.sphere_diameter = stem.bond_length;
+    // A sphere of diameter l weighs ρπl³/6 and stands for the length l of stem.
     stem.density = mass_per_length * 6.0 / (std::numbers::pi * stem.bond_length * stem.bond_length);
 }
 
@@ -69,6 +70,7 @@ StemChain chain_of(const measure::Measurement& measurement, const ChainOptions& 
     StemChain chain;
     physics::StemParameters<double>& stem = chain.spec.stem;
     divide(measured.length, measure::mass_per_length(measured), spheres, stem);
+    // The stem ends at the centre of the last sphere, which stands for half a bond length.
     stem.tip_mass_share = 0.5;
     stem.poissons_ratio = measured.poissons_ratio.value_or(stem.poissons_ratio);
     set_section(measured, chain);
@@ -96,6 +98,9 @@ run::CaseSpec with_spheres(run::CaseSpec spec, int spheres) {
 double damping_time(const run::CaseSpec& spec) {
     const auto bond = physics::make_bond_coefficients(spec.stem, spec.law);
     const double bending = bond.bending_damping / bond.bending_stiffness;
+    // A slender beam of such bonds has the stiffness EI (1 + iωτ_b)(1 + iωτ_s) where the shear
+    // dashpots exert no torque and EI (1 + iωτ_b) where they do (docs/physics.md): to first order
+    // the times add.
     return spec.law.shear_damping_torque ? bending
                                          : bending + bond.shear_damping / bond.shear_stiffness;
 }

@@ -74,6 +74,7 @@ MeasuredMode measured_mode(const measure::Measurement& measurement) {
                         "from: {}",
                         measurement.stem.id, reason));
     const double decay = std::max(-best->decay_per_cycle.value, 0.0) / (2.0 * std::numbers::pi);
+    // b2 is the damped frequency and b1/b2 = −2π ζ/√(1 − ζ²).
     return {best->frequency.value * std::hypot(1.0, decay), decay / std::hypot(1.0, decay)};
 }
 
@@ -87,6 +88,7 @@ double released_deflection(const measure::Measurement& measurement) {
         for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
             const double x = measurement.heights[j] / measurement.stem.length;
             const double reading = measurement.deflection(i, j);
+            // Lower readings are divided by a small number, and with them their noise.
             if (x > 0.5 && !std::isnan(reading))
                 deflections.push_back(reading / (0.5 * x * x * (3.0 - x)));
         }

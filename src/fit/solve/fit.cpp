@@ -116,6 +116,8 @@ void add_covariance(const JointLayout& layout, const std::vector<bool>& is_held,
     if (free.empty())
         return;
     const Eigen::MatrixXd all = joint_information(layout, fit);
+    // A misfit above the noise makes the errors larger; a χ² below 1 does not make them smaller
+    // than the stated noise allows.
     const double factor = std::max(1.0, fit.reduced_chi_squared);
     const Eigen::MatrixXd inverse = inverse_information(all(free, free));
     fit.covariance(free, free) = factor * inverse;
