@@ -132,8 +132,6 @@ BegunFit BestFit::begin(const StartModels& start, bool is_first_guess) {
 }
 
 void BestFit::go_on(std::vector<BegunFit> begun) {
-    // The best after a few iterations is usually the best at the end. The others are followed only
-    // while they were, at that stage, better than the finished one.
     std::ranges::stable_sort(begun, {}, &BegunFit::weighted_rms);
     starts_ += static_cast<int>(begun.size());
     for (const BegunFit& fit : begun) {
@@ -169,8 +167,6 @@ void BestFit::try_larger(const std::vector<StartModels>& starts,
         try_starts(starts, false);
     if (best_ && best_->out_of_reach)
         return; // wherever it ends is too far off
-    // A larger model that is worse than its part has converged to a solution a cycle away: windows
-    // that grow from a few cycles find the cycle again.
     if (!is_nested || !is_as_good_as(smaller))
         try_starts(starts, true);
     if (!is_nested || !best_ || is_as_good_as(smaller))
@@ -399,8 +395,6 @@ std::vector<StartModels> FitPlan::larger_starts() const {
     for (std::size_t k = 0; k < count; ++k) {
         StartModels& start = starts.emplace_back();
         for (const std::vector<StemModel>& each : own)
-            // Recordings without the effect have a single start; it goes with each start of the
-            // others.
             start.push_back(each[k % each.size()]);
         if (recordings_.size() > 1 && reconciling.size() < most_reconciling)
             for (StartModels& other : reconciling_starts(start, smaller_.parts, swings_))
