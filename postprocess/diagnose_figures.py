@@ -23,7 +23,6 @@ from figure_style import FigureSkipped, literal, mark, new_figure, styled
 from palette import BLUE, GREY, ORANGE, VERMILLION, number
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-NAMING_GAIN = 10.0  # by which BIC must fall (docs/diagnosis.md)
 LINEAR_BELOW = 10.0  # of the symmetric logarithmic axis of BIC, on either side of 0
 
 
@@ -85,7 +84,7 @@ def ranking_figure(diagnosis: Diagnosis):
         if chosen:
             axes.barh([place for place, _ in chosen], [change for _, change in chosen], 0.7,
                       color=colour, label=label)
-    axes.axvline(-NAMING_GAIN, color=VERMILLION, linewidth=0.8, linestyle="--")
+    axes.axvline(-diagnosis.content["policy"]["naming_gain"], color=VERMILLION, linewidth=0.8, linestyle="--")
     axes.axvline(0.0, color="black", linewidth=0.6)
     axes.set_xscale("symlog", linthresh=LINEAR_BELOW)
     changes = [entry["delta_bic"] for entry in ranked]

@@ -42,14 +42,7 @@ def calibration_section(results: CalibrationResults, key: str, place: str) -> Se
 
 
 def _sentences(results: CalibrationResults, done: list, failed: list) -> list[str]:
-    found = []
-    for stem in done if len(done) <= MOST_DETAILED else []:
-        parameters, fit = stem["parameters"], stem["fit"]
-        modulus, damping = parameters["bond_youngs_modulus_pa"], parameters["bond_damping"]
-        end = ("the chain explains the recording to its noise" if fit["adequate"]
-               else "SOMETHING IS MISSING in the model: " + _missing(fit))
-        found.append(f"{stem['measurement']}: Y = {with_error(modulus, 1e-9)} GPa, beta = "
-                     f"{with_error(damping)} (95 %); {end}.")
+    found = [stem["sentence"] for stem in done] if len(done) <= MOST_DETAILED else []
     if len(done) > MOST_DETAILED:
         missing = sum(not stem["fit"]["adequate"] for stem in done)
         found.append(f"{len(done)} stems were calibrated; the chain explains {len(done) - missing} "
@@ -66,12 +59,6 @@ def _sentences(results: CalibrationResults, done: list, failed: list) -> list[st
     return found
 
 
-def _missing(fit: dict) -> str:
-    tests = [test["name"] for test in fit["tests"]
-             if test["adjusted_p_value"] is not None and test["adjusted_p_value"] < 0.01]
-    return fit["reason"] or ", ".join(tests) or "see the tests"
-
-
 def _stem_table(stems: list) -> str:
     rows = []
     for stem in stems:
@@ -81,9 +68,9 @@ def _stem_table(stems: list) -> str:
                      with_error(stem["parameters"]["bond_damping"]),
                      with_error(mode["b2_hz"]), with_error(mode["b1_per_cycle"]),
                      fit["rmse_mm"], fit["noise_mm"], fit["reduced_chi2"],
-                     "fits" if fit["adequate"] else "something is missing"])
+                     ", ".join(fit["failed_tests"]) or "none"])
     return table(["stem", "Y, GPa", "beta", "b2, Hz", "b1 per cycle", "rms, mm", "noise, mm",
-                  "reduced chi²", "verdict"], rows)
+                  "reduced chi²", "failed tests"], rows)
 
 
 def _value(stem: dict, key: str):
@@ -131,7 +118,7 @@ def _add_stem(section: Section, results: CalibrationResults, number: int, stem: 
     if len(heights) > 1:
         section.add_plots([map_plot(f"map-{name}", "measured − fitted, mm", time, heights, residual,
                                     colour_limit(residual))],
-                          "What the chain leaves; noise has no pattern.")
+                          "Residuals of the chain; noise has no pattern.")
         add_animation(section, name, time, heights, measured, [("fitted chain", predicted)])
 
 
@@ -156,7 +143,7 @@ def _add_checks(section: Section, stem: dict):
             section.note(part["failure"])
     for remark in stem.get("remarks", []):
         section.note(remark)
-    section.add(folded("Tests of what is missing", table(
+    section.add(folded("Tests for lack of fit", table(
         ["test", "p", "p, adjusted for their number"],
         [[test["name"], test["p_value"], test["adjusted_p_value"]]
          for test in stem["fit"]["tests"]])))

@@ -12,14 +12,13 @@ from report_page.measured import (FIRST, LAST, PARAMETER_COLUMNS, add_motion, am
                                   parameter_rows, read_motion, where_plots, where_table)
 
 MOST_MAPS = 3
-FINDINGS = {"adequate": "fits", "inadequate": "something is missing", "undecided": "undecided"}
 
 
 def comparison_section(comparison: Comparison, key: str, place: str) -> Section:
     """The section of a folder of `culm compare -o`."""
     section = Section(key, f"Comparison of {comparison.measurement} ({place})")
     _add_verdict(section, comparison)
-    section.heading("The error ladder")
+    section.heading("Residual by model")
     _add_ladder(section, comparison)
     section.heading("Where the models fail")
     _add_maps(section, comparison)
@@ -39,44 +38,21 @@ def comparison_section(comparison: Comparison, key: str, place: str) -> Section:
 
 
 def best_rung(comparison: Comparison) -> dict:
-    """The last model that was a gain, else the baseline."""
-    gains = [rung for rung in comparison.rungs if rung.get("gain")]
-    return (gains or comparison.rungs[:1])[-1]
+    """The last model that improves on the one below it, else the baseline."""
+    return comparison.content["ladder"][comparison.content["best"]]
 
 
 def _add_verdict(section: Section, comparison: Comparison):
     base, best = comparison.rungs[0], best_rung(comparison)
     section.tone = "good" if best["verdict"]["finding"] == "adequate" else "doubt"
-    section.verdict.append(_in_one_sentence(comparison, base, best))
+    section.verdict.append(comparison.content["headline"])
     section.verdict.append(f"The published chain: {base['sentences'][0]}")
     if best is base:
         section.verdict += base["sentences"][1:]
     else:
         section.verdict.append(f"With {' and '.join(best['model'][1:])}: {best['sentences'][0]}")
-        section.verdict += best["sentences"][1:]
-        before = comparison.content["ladder"][best["compared_with"]]
-        section.verdict.append(f"Against {name_of(before)} the calibrated Y changes by "
-                               f"{_percent(best['change']['bond_youngs_modulus'])}, beta by "
-                               f"{_percent(best['change']['bond_damping'])}.")
-    refused = [rung for rung in comparison.rungs[1:] if not rung.get("gain")]
-    section.verdict += [f"The step to {name_of(rung)} was no gain: {rung['why']}."
-                        for rung in refused]
-
-
-def _in_one_sentence(comparison: Comparison, base: dict, best: dict) -> str:
-    which, finding = comparison.measurement, best["verdict"]["finding"]
-    if finding == "undecided":
-        return f"{which} is too short, too small or too noisy to tell whether the model explains it."
-    if best is base:
-        return (f"The published chain explains {which} to its noise." if finding == "adequate" else
-                f"The published chain does not explain {which}: something is missing.")
-    effects = " and ".join(best["model"][1:])
-    end = "does" if finding == "adequate" else "comes nearer, but something is missing still"
-    return f"The published chain does not explain {which}; with {effects} it {end}."
-
-
-def _percent(share) -> str:
-    return "–" if share is None else f"{100.0 * share:+.3g} %".replace("-", "\N{MINUS SIGN}")
+        section.verdict += [*best["sentences"][1:], best["step"]]
+    section.verdict += [rung["step"] for rung in comparison.rungs[1:] if not rung["gain"]]
 
 
 def _held_out(rung: dict, key: str):
@@ -96,13 +72,13 @@ def _add_ladder(section: Section, comparison: Comparison):
         traces.append(dots(numbers(shares[-len(rungs):]), labels, label, colour, 10, symbol))
     left = 24 + 7 * max(map(len, labels))
     plot = Plot("ladder", "", "Residual over noise of every model on the ladder.", traces,
-                layout(log_axis("residual / noise (1: nothing but noise is left)", [1.0, *shares]),
+                layout(log_axis("residual / noise (1: only noise)", [1.0, *shares]),
                        axis(type="category", range=[len(rungs) - 0.5, -0.5]), left,
                        shapes=[level(1.0, along="x")]), 150 + 42 * len(rungs))
     rows = [[name_of(rung), rung["rmse_mm"], rung["rmse_over_noise"], rung["reduced_chi2"],
              rung["bic"], rung.get("delta_bic"), _held_out(rung, "last_third"),
-             _held_out(rung, "one_height"), FINDINGS[rung["verdict"]["finding"]],
-             {True: "a gain", False: "no gain"}.get(rung.get("gain"), "")] for rung in rungs]
+             _held_out(rung, "one_height"), rung["verdict"]["finding_text"],
+             {True: "improves", False: "no improvement"}.get(rung.get("gain"), "")] for rung in rungs]
     section.add_plots([plot], "Every model from the published chain upward; predicted: of readings "
                               "that the fit did not see.")
     section.add(table(["model", "rms, mm", "/ noise", "reduced chi²", "BIC", "change of BIC",
@@ -141,7 +117,7 @@ def _add_motion(section: Section, comparison: Comparison):
         section.note(str(refusal))
         return
     if motion is None:
-        section.note("`culm compare -o DIR` leaves comparison.h5, from which the motion is drawn; "
+        section.note("`culm compare -o DIR` writes comparison.h5, from which the motion is drawn; "
                      "it is not here.")
         return
     add_motion(section, "all", motion, name_of(comparison.rungs[0]),

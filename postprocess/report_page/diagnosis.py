@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A diagnosis: which effect is missing, how sure that is, what the recording could not show."""
+"""A diagnosis: which effect is missing, with what certainty, and what the recording cannot detect."""
 from __future__ import annotations
 
 import math
@@ -14,9 +14,7 @@ from report_page.measured import (PARAMETER_COLUMNS, add_motion, amplitude_plots
                                   colour_limit, legend_of, map_array, map_plot, parameter_rows,
                                   read_motion, where_plots, where_table)
 
-NAMING_GAIN = 10.0  # by which BIC must fall (docs/diagnosis.md)
 MOST_RECORDINGS = 3
-FINDINGS = {"adequate": "fits", "inadequate": "something is missing", "undecided": "undecided"}
 
 
 def diagnosis_section(diagnosis: Diagnosis, key: str, place: str) -> Section:
@@ -24,8 +22,8 @@ def diagnosis_section(diagnosis: Diagnosis, key: str, place: str) -> Section:
     content = diagnosis.content
     section = Section(key, f"Diagnosis of {content['measurement']} ({place})")
     section.tone = "good" if content["verdict"] in ("adequate", "effect") else "doubt"
-    section.verdict += verdict_sentences(content)
-    section.heading("The error ladder")
+    section.verdict += content["sentences"]
+    section.heading("Residual by model")
     _add_ladder(section, content)
     _add_missing_force(section, content)
     section.heading("The candidates")
@@ -36,40 +34,6 @@ def diagnosis_section(diagnosis: Diagnosis, key: str, place: str) -> Section:
     _add_motion(section, diagnosis)
     _add_provenance(section, content)
     return section
-
-
-def verdict_sentences(content: dict) -> list[str]:
-    """What a hurried reader takes away."""
-    effects = " and ".join(content["effects"])
-    first = {
-        "adequate": "ADEQUATE: the published chain explains the recording to its noise; no effect "
-                    "is missing that this recording could show.",
-        "effect": f"EFFECT: {effects} is missing from the published chain."
-                  if len(content["effects"]) == 1 else
-                  f"EFFECT: {effects} are missing from the published chain.",
-        "tie": f"TIE: something is missing; {effects or 'several effects'} would explain it, and so "
-               "would others that this recording cannot tell apart.",
-        "unknown": "UNKNOWN: none of the candidates explains the recording.",
-    }[content["verdict"]]
-    found = [first]
-    base, last = content["ladder"][0], content["ladder"][-1]
-    if last is not base:
-        found.append(f"The error falls from {shown(base['rmse_mm'], 3)} mm (rms) to "
-                     f"{shown(last['rmse_mm'], 3)} mm; the noise is "
-                     f"{shown(content['noise_mm'], 3)} mm.")
-    else:
-        found.append(f"The published chain leaves {shown(base['rmse_mm'], 3)} mm (rms); the noise "
-                     f"is {shown(content['noise_mm'], 3)} mm.")
-    for group, separate in zip(content["ties"], content["ties_separate_by"]):
-        found.append(f"Cannot be told apart: {', '.join(group)}. {separate}")
-    force = content["missing_force"]
-    if force and force["form"]:
-        found.append(f"The missing {force['kind'].replace('_', ' ')} looks like {force['form']} "
-                     f"({force['character']}) and explains "
-                     f"{shown(100.0 * force['explained'], 3)} % of the misfit.")
-    if content["reason"]:
-        found.append(f"Why: {content['reason']}.")
-    return found
 
 
 def _add_ladder(section: Section, content: dict):
@@ -88,7 +52,7 @@ def _add_ladder(section: Section, content: dict):
                   legend=False, shapes=[level(noise, VERMILLION, "dash", "x")] if noise else [])
     rows = [[" + ".join(rung["model"]), rung["rmse_mm"], rung["reduced_chi2"],
              rung.get("delta_bic"), rung.get("held_out_before_over_noise"),
-             rung.get("held_out_over_noise"), FINDINGS[rung["finding"]]] for rung in ladder]
+             rung.get("held_out_over_noise"), rung["finding_text"]] for rung in ladder]
     section.add_plots([Plot("ladder", "", "Residual of every model on the way to the answer.",
                             [trace], look, 130 + 52 * len(ladder))],
                       "Every model on the way to the answer.")
@@ -152,7 +116,8 @@ def _add_ranking(section: Section, content: dict):
                            ticktext=[shown(float(tick), 6) for tick in ticks]),
                       axis(type="category", autorange="reversed", categoryorder="array",
                            categoryarray=names), 24 + 7 * max(map(len, names)),
-                      shapes=[level(_symmetric_log(-NAMING_GAIN), VERMILLION, "dash", "x"),
+                      shapes=[level(_symmetric_log(-content["policy"]["naming_gain"]), VERMILLION,
+                                    "dash", "x"),
                               level(0.0, "#444444", "solid", "x")])
         section.add_plots([Plot("ranking", "", "Change of BIC by every candidate.", traces, look,
                                 120 + 22 * len(ranked))],
@@ -160,11 +125,11 @@ def _add_ranking(section: Section, content: dict):
                           "score test promises.")
     rows = [[entry["effect"], entry["rmse_mm"], entry["delta_bic"], entry["p_value"],
              "yes" if entry["refitted"] else "score only",
-             entry["obstacle"] or (f"looks like {', '.join(entry['looks_like'])}"
+             entry["obstacle"] or (f"hard to distinguish from {', '.join(entry['looks_like'])}"
                                    if entry["looks_like"] else ""),
              entry.get("signature", "")] for entry in content["ranking"]]
     section.add(folded("All candidates with their signatures", table(
-        ["effect", "rms, mm", "change of BIC", "p", "fitted", "remark", "what it leaves"], rows)))
+        ["effect", "rms, mm", "change of BIC", "p", "fitted", "remark", "signature"], rows)))
     if content["failed"]:
         section.add(table(["candidate that could not be fitted", "why"],
                           [[entry["effect"], entry["reason"]] for entry in content["failed"]]))
@@ -185,7 +150,7 @@ def _bic_ticks(values: list[float]) -> list[float]:
 
 def _add_blind_spots(section: Section, diagnosis: Diagnosis):
     spots = sorted(diagnosis.visible_spots, key=lambda spot: -_largest_bias(spot))
-    section.heading("What this recording could not show")
+    section.heading("Blind spots: effects below their detection limit")
     content = diagnosis.content
     others = [spot["effect"] for spot in content["blind_spots"] if spot not in spots]
     if spots:
@@ -195,25 +160,25 @@ def _add_blind_spots(section: Section, diagnosis: Diagnosis):
                    "marker": {"color": colour}, "hoverinfo": "x+y"}
                   for key, label, colour in (("bond_youngs_modulus", "bias of Y, %", BLUE),
                                              ("bond_damping", "bias of beta, %", VERMILLION))]
-        section.add_plots([Plot("blind-spots", "", "Bias of Y and beta by an effect that is just "
-                                "too small to be seen.", traces,
-                                layout(axis("bias, % (of an effect that is just not visible)",
+        section.add_plots([Plot("blind-spots", "", "Bias of Y and beta by an effect at its "
+                                "detection limit.", traces,
+                                layout(axis("bias, % (of an effect at its detection limit)",
                                             zeroline=True),
                                        axis(type="category", autorange="reversed"),
                                        24 + 7 * max(map(len, names)), barmode="group"),
                                 120 + 30 * len(spots))],
-                          "An effect below the size in the table may be there unseen; by so much "
-                          "the calibration would be off.")
-        section.add(table(["effect", "visible from", "unit", "bias of Y, %", "bias of beta, %"],
+                          "An effect below its detection limit can act unseen; this is the "
+                          "error that it causes in the calibration.")
+        section.add(table(["effect", "detection limit", "unit", "bias of Y, %", "bias of beta, %"],
                           [[f"{spot['effect']}: {spot['smallest_visible']['parameter']}",
                             spot["smallest_visible"]["value"], spot["smallest_visible"]["unit"],
                             _percent(spot["bias"]["bond_youngs_modulus"]),
                             _percent(spot["bias"]["bond_damping"])] for spot in spots]))
     if others:
-        section.note(f"At no possible size: {', '.join(others)}.")
+        section.note(f"Undetectable at any size: {', '.join(others)}.")
     rate = content["false_naming"]
     if rate["rate"] is not None:
-        section.paragraph(f"False naming: {shown(100.0 * rate['rate'], 2)} % of {rate['draws']} "
+        section.paragraph(f"False-positive rate: {shown(100.0 * rate['rate'], 2)} % of {rate['draws']} "
                           "recordings simulated without any further effect (95 %: at most "
                           f"{shown(100.0 * rate['upper_bound'], 2)} %).")
 
@@ -229,15 +194,15 @@ def _percent(share):
 def _add_next(section: Section, content: dict):
     if not content["next_experiment"]:
         return
-    section.heading("Next experiments, the most telling first")
+    section.heading("Suggested experiments, most informative first")
     rows = [[entry["what"], "; ".join(" from ".join(pair) for pair in entry["separates"]),
              None if entry["expected_gap"] is None else entry["expected_gap"] ** 0.5]
             for entry in content["next_experiment"]]
-    section.add(table(["experiment", "tells apart", "distance, standard deviations"], rows))
+    section.add(table(["experiment", "distinguishes", "distance, standard deviations"], rows))
 
 
 def _add_where(section: Section, content: dict):
-    section.heading("What the best model leaves")
+    section.heading("Residuals of the best model")
     wheres = content.get("where_by_recording") or [content["where"]]
     recordings = content["recordings"]
     for place, (where, recording) in enumerate(zip(wheres[:MOST_RECORDINGS], recordings)):

@@ -54,7 +54,7 @@ def add_vibrations(section: Section, study: Study):
     if laws:
         section.verdict[0] += f" {'; '.join(laws)}."
     texts = [_point_text(points, row) for row in range(points.id.size)]
-    section.heading("The laws that read a stem")
+    section.heading("Calibration regressions")
     _add_regressions(section, study, points, responses, texts)
     _add_residual_histograms(section, study, responses)
     section.heading("The points")
@@ -94,8 +94,8 @@ def _law_sentence(study: Study, response: _Response) -> str:
     if isinstance(found, str):
         return f"No law for {response.symbol}: {found}"
     largest = np.abs(found.law.residuals_percent(response.predictor, response.values)).max()
-    return (f"{_equation(response, found.law)} (adjusted R² {found.adjusted_r_squared:.5f}) reads "
-            f"{response.symbol} within {shown(float(largest), 2)} % of its largest value; published "
+    return (f"{_equation(response, found.law)} (adjusted R² {found.adjusted_r_squared:.5f}) predicts "
+            f"{response.symbol} to within {shown(float(largest), 2)} % of its largest value; published "
             f"({response.equation}): {_equation(response, response.published)}.")
 
 

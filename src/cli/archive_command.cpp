@@ -99,7 +99,7 @@ void add_merge(CLI::App& archive, CommandResult& result) {
         "merge", "One study.h5 from the journals and archives of folders of the same study");
     auto arguments = std::make_shared<MergeArguments>();
     command
-        ->add_option("dirs", arguments->folders, "Folders of the same study; they stay as they are")
+        ->add_option("dirs", arguments->folders, "Folders of the same study; they are not changed")
         ->required()
         ->type_name("DIR...");
     command->add_option("-o,--output", arguments->output, "Folder for the study.h5 to be written")
@@ -152,7 +152,7 @@ void add_archive_command(CLI::App& app, CommandResult& result) {
                "What is in a study's folder: points, tables, histories, provenance, size",
                present::info_text);
     add_glance(*archive, result, "status",
-               "How far a study is, also while it runs; reads headers only",
+               "Progress of a study, also while it runs; reads headers only",
                [](const auto&, const auto& found) { return present::status_text(found); });
     add_verify(*archive, result);
     add_merge(*archive, result);

@@ -2,21 +2,21 @@
 // culm calibrate MEASUREMENT...: many stems spread over the ranks of a launcher.
 #include "calibrate/calibration.hpp"
 #include "calibrate/study_calibration.hpp"
-#include "cli/chain_fits.hpp"
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
+#include "cli/recordings.hpp"
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/calibration.hpp"
 #include "present/files.hpp"
+#include "present/motion_files.hpp"
 #include "study/config/study_effects.hpp"
 #include "study/execute/study_folder.hpp"
 #include "study/summary/summary.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -32,17 +32,12 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-struct CalibrateArguments {
-    std::vector<std::string> paths;
-    std::string json;
-    std::string output;
+struct CalibrateArguments : RecordingArguments {
     std::string via;
     std::string effects;
-    ChainArguments chain;
     bool is_robust = false;
     bool with_profiles = false;
     bool with_check = false;
-    bool is_quiet = false;
 };
 
 /// Everything that is read and checked before the first fit; the same on every rank.
@@ -80,8 +75,8 @@ calibrate::StudyForCalibration study_for_calibration(const std::string& folder) 
 CalibrationPlan plan_of(const CalibrateArguments& arguments) {
     CalibrationPlan plan;
     plan.read = measure::read_measurements(arguments.paths);
-    plan.options.chain = chain_options(arguments.chain);
-    plan.options.fit.window = arguments.chain.window_s;
+    plan.options.chain = chain_options(arguments);
+    plan.options.fit.window = arguments.window_s;
     plan.options.fit.is_robust = arguments.is_robust;
     if (!arguments.effects.empty())
         plan.options.effects = study::effects_from(arguments.effects);
@@ -102,24 +97,6 @@ std::vector<fs::path> calibration_inputs(const CalibrateArguments& arguments,
     if (!arguments.via.empty())
         files.push_back(study::StudyFolder(arguments.via).archive());
     return files;
-}
-
-/// DIR/predictions/NNN.csv: of every frame and height the measured and the predicted deflection.
-void write_prediction(const fs::path& file, const measure::Measurement& measurement,
-                      const fit::RecordingFit& fit) {
-    std::string text = "time_s";
-    for (const double height : measurement.heights)
-        text += fmt::format(",measured h={0:.10g}mm,predicted h={0:.10g}mm", 1e3 * height);
-    text += '\n';
-    const std::size_t rows = measurement.heights.size();
-    for (std::size_t i = 0; i < fit.times.size(); ++i) {
-        text += fmt::format("{:.9g}", fit.times[i]);
-        for (std::size_t j = 0; j < rows; ++j)
-            text += present::csv_cell(1e3 * measurement.deflection(i, j)) +
-                    present::csv_cell(1e3 * fit.prediction.readings[i * rows + j]);
-        text += '\n';
-    }
-    present::write_text(file, text);
 }
 
 /// What is said of a stem, on its way between ranks.
@@ -148,7 +125,7 @@ json calibrated(const CalibrationPlan& plan, std::size_t index, const CalibrateA
                 const run::Heartbeat& heartbeat, StemAnswer& answer) {
     const present::TextStyle style = style_of(stdout);
     const measure::Measurement& measurement = plan.read.measurements[index];
-    const std::string& law = arguments.chain.law;
+    const std::string& law = arguments.law;
     try {
         calibrate::CalibrationOptions options = plan.options;
         options.fit.heartbeat = heartbeat;
@@ -157,9 +134,9 @@ json calibrated(const CalibrationPlan& plan, std::size_t index, const CalibrateA
         answer.line = present::calibration_table_line(found, arguments.with_check, style);
         answer.numbers = present::numbers_of(found);
         if (!arguments.output.empty())
-            write_prediction(fs::path(arguments.output) / "predictions" /
-                                 fmt::format("{:03}.csv", index + 1),
-                             measurement, found.fit);
+            present::write_text(fs::path(arguments.output) / "predictions" /
+                                    fmt::format("{:03}.csv", index + 1),
+                                present::deflections_csv(measurement, {{"predicted", &found.fit}}));
         return present::calibration_json(found, law);
     } catch (const core::InputError& error) {
         return refused(measurement.stem.id, error.what(), style, answer);
@@ -231,9 +208,9 @@ json document_of(const CalibrateArguments& arguments, const CalibrationPlan& pla
     return {{"format", "culm-calibration"},
             {"version", 1},
             {"options",
-             {{"law", arguments.chain.law},
+             {{"law", arguments.law},
               {"with", arguments.effects},
-              {"window_s", present::number(arguments.chain.window_s)},
+              {"window_s", present::number(arguments.window_s)},
               {"robust", arguments.is_robust}}},
             {"population", population ? present::population_json(*population) : json()},
             {"stems", std::move(stems)},
@@ -268,7 +245,7 @@ std::string next_command(const CalibrateArguments& arguments, const CalibrationP
         command += as_words({plan.read.folders.front().string()});
     if (!arguments.effects.empty())
         command += " --with" + as_words({arguments.effects});
-    return command + chain_words(arguments.chain);
+    return command + chain_words(arguments);
 }
 
 /// Rank 0 writes and prints; the exit code.
@@ -276,14 +253,8 @@ core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan
                       const std::vector<StemAnswer>& answers, const json& provenance) {
     const std::optional<present::Population> population = population_of(answers);
     const json document = document_of(arguments, plan, answers, population, provenance);
-    for (const measure::Measurement& measurement : plan.read.measurements)
-        for (const std::string& remark : measurement.remarks)
-            print_note(remark);
-    if (!arguments.json.empty())
-        present::write_json(arguments.json, document);
-    if (!arguments.output.empty())
-        present::write_json((fs::path(arguments.output) / "calibration.json").string(), document);
-    if (arguments.json != "-")
+    write_results(arguments, plan.read.measurements, "calibration.json", document);
+    if (arguments.prints_text())
         fmt::print("{}{}", calibrations_text(arguments, plan, answers, population),
                    next_step(next_command(arguments, plan)));
     const bool all_calibrated =
@@ -295,7 +266,7 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
                                       const farm::Communicator* communicator) {
     const CalibrationPlan plan = plan_of(arguments);
     const RunProvenance provenance(calibration_inputs(arguments, plan), communicator);
-    const bool is_quiet = arguments.is_quiet || arguments.json == "-" || !is_root(communicator);
+    const bool is_quiet = arguments.is_silent(communicator);
     if (!is_quiet)
         fmt::print(
             stderr, "{}",
@@ -332,42 +303,30 @@ void add_calibration_options(CLI::App& command, CalibrateArguments& arguments) {
     command.add_flag("--profile", arguments.with_profiles,
                      "Also intervals by profile likelihood (some 30 more runs)");
     command
-        .add_option("--with", arguments.effects,
-                    "Known physics beside the published chain, as `culm effects` names it: "
-                    "gravity, quadratic_drag(drag_coefficient=1.2), ...; what is not fixed is "
-                    "fitted")
+        .add_option(
+            "--with", arguments.effects,
+            "Effects that are known to act, added to the published chain (`culm effects`): "
+            "gravity, quadratic_drag(drag_coefficient=1.2), ...; parameters without a value "
+            "are fitted")
         ->type_name("EFFECT,...");
     command.add_flag("--robust", arguments.is_robust,
-                     "Readings that are off by more than 2 sigma count less (Huber's loss)");
-    add_chain_options(command, arguments.chain, "Fit");
+                     "Give less weight to residuals above 2 sigma (Huber's loss)");
 }
 
 } // namespace
 
 void add_calibrate_command(CLI::App& app, CommandResult& result, int& argc, char**& argv) {
     CLI::App* command = app.add_subcommand(
-        "calibrate", "Fit the chain itself to measured stems: Y, beta and how sure they are");
+        "calibrate", "Fit the chain to measured stems: Y and beta with their uncertainty");
     auto arguments = std::make_shared<CalibrateArguments>();
-    command
-        ->add_option("measurements", arguments->paths,
-                     "Measurement folders, or folders that hold some; spread over the ranks of "
-                     "mpirun")
-        ->required()
-        ->type_name("MEASUREMENT");
-    command->add_option("--json", arguments->json, "Write all results to this file (- for stdout)")
-        ->type_name("FILE");
-    command
-        ->add_option("-o,--output", arguments->output,
-                     "Folder for calibration.json and the measured and predicted deflections")
-        ->type_name("DIR");
+    add_recording_options(*command, *arguments,
+                          "Measurement folders, or folders that contain some; shared among the "
+                          "ranks of mpirun",
+                          "Folder for calibration.json and the measured and predicted deflections",
+                          "Fit");
     add_calibration_options(*command, *arguments);
-    command->add_flag("-q,--quiet", arguments->is_quiet, "No estimate of the cost, no progress");
-    command->callback([arguments, &result, &argc, &argv] {
-        result.exit_code = alone_or_under_launcher(
-            argc, argv, [&arguments](const farm::Communicator* communicator) {
-                return calibrate_measurements(*arguments, communicator);
-            });
-    });
+    add_chain_options(*command, *arguments);
+    run_on_ranks(*command, arguments, result.exit_code, argc, argv, calibrate_measurements);
 }
 
 } // namespace culm::cli

@@ -10,6 +10,7 @@
 
 #include <cstdio>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -44,6 +45,18 @@ void print_warning(std::string_view text);
 [[nodiscard]] core::ExitCode
 alone_or_under_launcher(int& argc, char**& argv,
                         const std::function<core::ExitCode(const farm::Communicator*)>& action);
+
+/// Runs `action` like that when the command has been parsed. `argc` and `argv` are main's.
+template <class Arguments, class Action>
+void run_on_ranks(CLI::App& command, std::shared_ptr<Arguments> arguments,
+                  core::ExitCode& exit_code, int& argc, char**& argv, const Action& action) {
+    command.callback([arguments, &exit_code, &argc, &argv, action] {
+        exit_code =
+            alone_or_under_launcher(argc, argv, [&](const farm::Communicator* communicator) {
+                return action(*arguments, communicator);
+            });
+    });
+}
 
 /// Does this process print? `communicator` is null without a launcher.
 [[nodiscard]] inline bool is_root(const farm::Communicator* communicator) {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm compare MEASUREMENT: one measurement against growing models, or with --table many against
 // every effect.
-#include "cli/chain_fits.hpp"
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
+#include "cli/recordings.hpp"
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
 #include "present/comparison.hpp"
 #include "present/files.hpp"
-#include "present/motion_arrays.hpp"
+#include "present/motion_files.hpp"
 #include "study/config/study_effects.hpp"
 
 #include <algorithm>
@@ -19,6 +19,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -31,21 +32,16 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-struct CompareArguments {
-    std::vector<std::string> paths;
+struct CompareArguments : RecordingArguments {
     std::vector<std::string> with; ///< effects of one model each, with commas between them
     std::string ladder;
-    std::string json;
-    std::string output;
-    ChainArguments chain;
     bool is_table = false;
-    bool is_quiet = false;
 };
 
 fit::FitOptions fit_options(const CompareArguments& arguments) {
     fit::FitOptions options;
-    options.chain = chain_options(arguments.chain);
-    options.window = arguments.chain.window_s;
+    options.chain = chain_options(arguments);
+    options.window = arguments.window_s;
     return options;
 }
 
@@ -79,31 +75,15 @@ std::vector<fit::SelectedEffects> growing_models(const CompareArguments& argumen
     return models;
 }
 
-/// DIR/deflections.csv: measured, and of every model the predicted deflections.
-void write_deflections(const fs::path& file, const measure::Measurement& measurement,
-                       const diagnose::Ladder& ladder) {
-    std::string text = "time_s";
-    std::vector<const fit::RecordingFit*> fits;
+/// Measured, and of every model that could be fitted the predicted deflections.
+std::string deflections_csv(const measure::Measurement& measurement,
+                            const diagnose::Ladder& ladder) {
+    std::vector<std::pair<std::string, const fit::RecordingFit*>> models;
     for (const diagnose::Rung& rung : ladder.rungs)
         if (!rung.fit.failed())
-            fits.push_back(&rung.fit.parts.front());
-    for (const double height : measurement.heights) {
-        text += fmt::format(",measured h={:.10g}mm", 1e3 * height);
-        for (std::size_t k = 0; k < fits.size(); ++k)
-            text += fmt::format(",model {} h={:.10g}mm", k + 1, 1e3 * height);
-    }
-    text += '\n';
-    const std::size_t rows = measurement.heights.size();
-    for (std::size_t i = 0; !fits.empty() && i < fits.front()->times.size(); ++i) {
-        text += fmt::format("{:.9g}", measurement.times[i]);
-        for (std::size_t j = 0; j < rows; ++j) {
-            text += present::csv_cell(1e3 * measurement.deflection(i, j));
-            for (const fit::RecordingFit* fit : fits)
-                text += present::csv_cell(1e3 * fit->prediction.readings[i * rows + j]);
-        }
-        text += '\n';
-    }
-    present::write_text(file, text);
+            models.emplace_back(fmt::format("model {}", models.size() + 1),
+                                &rung.fit.parts.front());
+    return present::deflections_csv(measurement, models);
 }
 
 /// What the user should type next: search if something is missing, calibrate if nothing is.
@@ -112,14 +92,14 @@ std::string next_command(const CompareArguments& arguments, const fs::path& fold
     const std::string place = as_words({folder.string()});
     const std::optional<std::size_t> last = ladder.comparison.back();
     if (!last || ladder.comparisons[*last].verdict.finding != diagnose::Finding::Adequate)
-        return "culm diagnose" + place + chain_words(arguments.chain);
+        return "culm diagnose" + place + chain_words(arguments);
     std::vector<std::string> effects = arguments.with;
     if (!arguments.ladder.empty())
         effects.push_back(arguments.ladder);
     return "culm calibrate" + place +
            (effects.empty() ? std::string()
                             : " --with" + as_words({fmt::format("{}", fmt::join(effects, ","))})) +
-           chain_words(arguments.chain) + " --check";
+           chain_words(arguments) + " --check";
 }
 
 json ladder_document(const CompareArguments& arguments, const fs::path& folder,
@@ -128,10 +108,10 @@ json ladder_document(const CompareArguments& arguments, const fs::path& folder,
     json document = present::comparison_json(ladder, measurement);
     document["folder"] = folder.string();
     document["options"] = {
-        {"law", arguments.chain.law},
+        {"law", arguments.law},
         {"with", arguments.with.empty() ? std::string() : arguments.with.front()},
         {"ladder", arguments.ladder},
-        {"window_s", present::number(arguments.chain.window_s)}};
+        {"window_s", present::number(arguments.window_s)}};
     document["provenance"] = provenance.document();
     return document;
 }
@@ -142,23 +122,17 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
     const measure::Measurement measurement = measure::read_measurement(folder);
     const RunProvenance provenance(comparison_inputs({folder}, arguments), nullptr);
     const fit::FitOptions options = fit_options(arguments);
-    if (!arguments.output.empty())
-        present::make_folder(arguments.output);
-    if (!arguments.is_quiet && arguments.json != "-")
+    if (!arguments.is_silent(nullptr))
         fmt::print(stderr, "{}", cost_of_ladder(measurement, models, options));
     const diagnose::Ladder ladder = diagnose::climb(measurement, models, options);
     const json document = ladder_document(arguments, folder, ladder, measurement, provenance);
-    for (const std::string& remark : measurement.remarks)
-        print_note(remark);
-    if (!arguments.json.empty())
-        present::write_json(arguments.json, document);
+    write_results(arguments, {&measurement, 1}, "comparison.json", document);
     if (!arguments.output.empty()) {
         const fs::path output = arguments.output;
-        present::write_json((output / "comparison.json").string(), document);
-        write_deflections(output / "deflections.csv", measurement, ladder);
+        present::write_text(output / "deflections.csv", deflections_csv(measurement, ladder));
         present::write_comparison_arrays(output / "comparison.h5", ladder, measurement);
     }
-    if (arguments.json != "-")
+    if (arguments.prints_text())
         fmt::print("{}{}", present::comparison_text(ladder, measurement, style_of(stdout)),
                    next_step(next_command(arguments, folder, ladder)));
     return std::ranges::any_of(ladder.rungs, [](const auto& rung) { return rung.fit.failed(); })
@@ -230,16 +204,11 @@ core::ExitCode report(const CompareArguments& arguments, const present::EffectTa
                       const fs::path& first_folder, const json& provenance) {
     json document = present::effect_table_json(table);
     document["provenance"] = provenance;
-    if (!arguments.json.empty())
-        present::write_json(arguments.json, document);
-    if (!arguments.output.empty()) {
-        present::make_folder(arguments.output);
-        present::write_json((fs::path(arguments.output) / "effect_table.json").string(), document);
-    }
-    if (arguments.json != "-")
+    write_results(arguments, {}, "effect_table.json", document);
+    if (arguments.prints_text())
         fmt::print("{}{}", present::effect_table_text(table, style_of(stdout)),
                    next_step("culm diagnose" + as_words({first_folder.string()}) +
-                             chain_words(arguments.chain)));
+                             chain_words(arguments)));
     return core::ExitCode::Done;
 }
 
@@ -251,7 +220,7 @@ core::ExitCode compare_all(const CompareArguments& arguments,
     const auto [measurements, folders] = measure::read_measurements(arguments.paths);
     const RunProvenance provenance(comparison_inputs(folders, arguments), communicator);
     const fit::FitOptions options = fit_options(arguments);
-    const bool is_quiet = arguments.is_quiet || arguments.json == "-" || !is_root(communicator);
+    const bool is_quiet = arguments.is_silent(communicator);
     if (!is_quiet) {
         std::vector<fit::SelectedEffects> effects;
         for (const TableModel& model : models)
@@ -295,41 +264,29 @@ core::ExitCode compare_measurements(const CompareArguments& arguments,
 
 void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**& argv) {
     CLI::App* command = app.add_subcommand(
-        "compare", "Model against measurement: where, when and how it fails, and what an effect "
-                   "added by hand makes of that");
+        "compare", "Compare a model with a measurement: where, when and how it fails, and whether "
+                   "added effects improve it");
     auto arguments = std::make_shared<CompareArguments>();
+    add_recording_options(*command, *arguments,
+                          "A measurement folder; with --table many, or folders that contain some",
+                          "Folder for comparison.json, comparison.h5 and deflections.csv",
+                          "Compare");
     command
-        ->add_option("measurement", arguments->paths,
-                     "A measurement folder; with --table many, or folders that hold some")
-        ->required()
-        ->type_name("MEASUREMENT");
-    command
-        ->add_option("--with", arguments->with,
-                     "Add these effects (`culm effects`) to the published chain: "
-                     "quadratic_drag,relaxation(hold_time_s=3); what is not fixed is fitted")
+        ->add_option(
+            "--with", arguments->with,
+            "Add these effects (`culm effects`) to the published chain: "
+            "quadratic_drag,relaxation(hold_time_s=3); parameters without a value are fitted")
         ->type_name("EFFECT,...")
         ->allow_extra_args(false);
     command
         ->add_option("--ladder", arguments->ladder,
-                     "Add these effects one after the other and judge every step")
+                     "Add these effects one by one and judge each step")
         ->type_name("EFFECT,...");
     command->add_flag("--table", arguments->is_table,
                       "Every effect of the library alone (and each --with) against every "
-                      "measurement, spread over the ranks of mpirun");
-    command->add_option("--json", arguments->json, "Write all results to this file (- for stdout)")
-        ->type_name("FILE");
-    command
-        ->add_option("-o,--output", arguments->output,
-                     "Folder for comparison.json, comparison.h5 and deflections.csv")
-        ->type_name("DIR");
-    add_chain_options(*command, arguments->chain, "Compare");
-    command->add_flag("-q,--quiet", arguments->is_quiet, "No estimate of the cost, no progress");
-    command->callback([arguments, &result, &argc, &argv] {
-        result.exit_code = alone_or_under_launcher(
-            argc, argv, [&arguments](const farm::Communicator* communicator) {
-                return compare_measurements(*arguments, communicator);
-            });
-    });
+                      "measurement, shared among the ranks of mpirun");
+    add_chain_options(*command, *arguments);
+    run_on_ranks(*command, arguments, result.exit_code, argc, argv, compare_measurements);
 }
 
 } // namespace culm::cli

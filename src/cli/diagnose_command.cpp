@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm diagnose MEASUREMENT...: which effect recordings call for, found by all ranks together.
-#include "cli/chain_fits.hpp"
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
+#include "cli/recordings.hpp"
 #include "cluster/shell_word.hpp"
 #include "diagnose/diagnosis.hpp"
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/diagnosis.hpp"
 #include "present/files.hpp"
-#include "present/motion_arrays.hpp"
+#include "present/motion_files.hpp"
 #include "study/config/study_effects.hpp"
 
 #include <algorithm>
@@ -38,16 +38,11 @@ using nlohmann::json;
 
 constexpr const char* force_file_name = "missing_force.toml";
 
-struct DiagnoseArguments {
-    std::vector<std::string> paths;
+struct DiagnoseArguments : RecordingArguments {
     std::string candidates; ///< with commas between them; empty: all that make sense
     std::vector<std::string> effect_files;
     std::string known;
-    std::string json;
-    std::string output;
-    ChainArguments chain;
     std::size_t most_effects = 3;
-    bool is_quiet = false;
 };
 
 /// Which effects a diagnosis may name, as the command line says.
@@ -124,7 +119,7 @@ DiagnosisPlan plan_of(const DiagnoseArguments& arguments) {
                 fmt::format("two recordings are called \"{}\"; give each its own stem.id in "
                             "stem.toml",
                             recording.stem.id));
-        static_cast<void>(fit::chain_of(recording, chain_options(arguments.chain)));
+        static_cast<void>(fit::chain_of(recording, chain_options(arguments)));
     }
     plan.effects = effects_for_diagnosis(arguments, plan.read.measurements);
     return plan;
@@ -133,8 +128,8 @@ DiagnosisPlan plan_of(const DiagnoseArguments& arguments) {
 diagnose::DiagnosisOptions options_of(const DiagnoseArguments& arguments,
                                       const DiagnosisPlan& plan) {
     diagnose::DiagnosisOptions options;
-    options.candidate.chain = chain_options(arguments.chain);
-    options.candidate.window = arguments.chain.window_s;
+    options.candidate.chain = chain_options(arguments);
+    options.candidate.window = arguments.window_s;
     options.known = plan.effects.known;
     options.candidates = plan.effects.candidates;
     options.most_effects = arguments.most_effects;
@@ -161,13 +156,12 @@ json document_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
         present::diagnosis_json({found, plan.read.measurements, plan.effects.candidates});
     for (std::size_t k = 0; k < plan.read.folders.size(); ++k)
         document["recordings"][k]["folder"] = plan.read.folders[k].string();
-    document["options"] = {
-        {"law", arguments.chain.law},
-        {"spheres", arguments.chain.spheres ? json(*arguments.chain.spheres) : json()},
-        {"window_s", present::number(arguments.chain.window_s)},
-        {"max_effects", arguments.most_effects},
-        {"candidates", names_of(plan.effects.candidates)},
-        {"known", names_of(plan.effects.known)}};
+    document["options"] = {{"law", arguments.law},
+                           {"spheres", arguments.spheres ? json(*arguments.spheres) : json()},
+                           {"window_s", present::number(arguments.window_s)},
+                           {"max_effects", arguments.most_effects},
+                           {"candidates", names_of(plan.effects.candidates)},
+                           {"known", names_of(plan.effects.known)}};
     document["provenance"] = provenance;
     return document;
 }
@@ -187,7 +181,7 @@ std::string model_options(const DiagnoseArguments& arguments, const DiagnosisPla
         add(effect);
     std::string text =
         effects.empty() ? "" : fmt::format(" --with {}", cluster::shell_word(effects));
-    return text + chain_words(arguments.chain);
+    return text + chain_words(arguments);
 }
 
 /// What the user should type next.
@@ -224,19 +218,14 @@ std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan
 core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
                       const diagnose::Diagnosis& found, const json& provenance) {
     const json document = document_of(arguments, plan, found, provenance);
-    for (const measure::Measurement& recording : plan.read.measurements)
-        for (const std::string& remark : recording.remarks)
-            print_note(remark);
-    if (!arguments.json.empty())
-        present::write_json(arguments.json, document);
+    write_results(arguments, plan.read.measurements, "diagnosis.json", document);
     if (!arguments.output.empty()) {
         const fs::path folder = arguments.output;
-        present::write_json((folder / "diagnosis.json").string(), document);
         present::write_diagnosis_arrays(folder / "diagnosis.h5", found, plan.read.measurements);
         if (found.missing_force && !found.missing_force->as_effect_file.empty())
             present::write_text(folder / force_file_name, found.missing_force->as_effect_file);
     }
-    if (arguments.json != "-")
+    if (arguments.prints_text())
         fmt::print("{}{}",
                    present::diagnosis_text({found, plan.read.measurements, plan.effects.candidates},
                                            style_of(stdout)),
@@ -256,7 +245,7 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
         return core::ExitCode::Done;
     }));
     diagnose::DiagnosisOptions options = options_of(arguments, plan);
-    if (is_root(communicator) && !arguments.is_quiet && arguments.json != "-")
+    if (!arguments.is_silent(communicator))
         fmt::print(stderr, "{}",
                    cost_of_diagnosis(plan.read.measurements, options, rank_count(communicator)));
     diagnose::Diagnosis found;
@@ -281,8 +270,8 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
 void add_effect_options(CLI::App& command, DiagnoseArguments& arguments) {
     command
         .add_option("--candidates", arguments.candidates,
-                    "Only these effects may be missing (default: all of `culm effects` that make "
-                    "sense for the recording)")
+                    "Try only these effects (default: all of `culm effects` that apply to the "
+                    "recording)")
         ->type_name("EFFECT,...");
     command
         .add_option("--effect-file", arguments.effect_files,
@@ -291,12 +280,11 @@ void add_effect_options(CLI::App& command, DiagnoseArguments& arguments) {
         ->allow_extra_args(false);
     command
         .add_option("--known", arguments.known,
-                    "Effects that act for certain, part of every model: gravity, "
-                    "relaxation(hold_time_s=3), ...; what is not fixed is fitted")
+                    "Effects that are known to act, part of every model: gravity, "
+                    "relaxation(hold_time_s=3), ...; parameters without a value are fitted")
         ->type_name("EFFECT,...");
     command
-        .add_option("--max-effects", arguments.most_effects,
-                    "Name at most so many effects (default: 3)")
+        .add_option("--max-effects", arguments.most_effects, "Name at most N effects (default: 3)")
         ->type_name("N")
         ->check(CLI::Range(1, 6));
 }
@@ -305,31 +293,18 @@ void add_effect_options(CLI::App& command, DiagnoseArguments& arguments) {
 
 void add_diagnose_command(CLI::App& app, CommandResult& result, int& argc, char**& argv) {
     CLI::App* command = app.add_subcommand(
-        "diagnose", "Which effect is missing from the published chain, how sure that is, and what "
-                    "the recording cannot show");
+        "diagnose", "Find which effect is missing from the published chain, with its uncertainty, "
+                    "and which effects the recording cannot detect");
     auto arguments = std::make_shared<DiagnoseArguments>();
-    command
-        ->add_option("measurements", arguments->paths,
-                     "Measurement folders, or folders that hold some; several are one stem in "
-                     "several recordings, explained together")
-        ->required()
-        ->type_name("MEASUREMENT");
-    command->add_option("--json", arguments->json, "Write all results to this file (- for stdout)")
-        ->type_name("FILE");
-    command
-        ->add_option("-o,--output", arguments->output,
-                     "Folder for diagnosis.json and, where no effect of the library suffices, "
-                     "missing_force.toml")
-        ->type_name("DIR");
+    add_recording_options(*command, *arguments,
+                          "Measurement folders, or folders that contain some; several are "
+                          "recordings of one stem and are explained together",
+                          "Folder for diagnosis.json and, where no effect of the library suffices, "
+                          "missing_force.toml",
+                          "Use");
     add_effect_options(*command, *arguments);
-    add_chain_options(*command, arguments->chain, "Use");
-    command->add_flag("-q,--quiet", arguments->is_quiet, "No progress");
-    command->callback([arguments, &result, &argc, &argv] {
-        result.exit_code = alone_or_under_launcher(
-            argc, argv, [&arguments](const farm::Communicator* communicator) {
-                return diagnose_measurements(*arguments, communicator);
-            });
-    });
+    add_chain_options(*command, *arguments);
+    run_on_ranks(*command, arguments, result.exit_code, argc, argv, diagnose_measurements);
 }
 
 } // namespace culm::cli

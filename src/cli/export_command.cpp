@@ -115,7 +115,7 @@ void export_lines(const BulkExportArguments& arguments) {
 
 void add_export_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
-        "export", "Write input lines for the bulk simulation from a calibration");
+        "export", "Write the input lines of a bulk simulation from a calibration");
     auto arguments = std::make_shared<BulkExportArguments>();
     command
         ->add_option("code", arguments->code,

@@ -3,6 +3,7 @@
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/provenance.hpp"
+#include "cli/recordings.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/files.hpp"
 #include "present/ring_down_fits.hpp"
@@ -22,11 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-struct FitArguments {
-    std::vector<std::string> paths;
-    std::string json;
-    std::string output;
-    std::optional<double> window_s;
+struct FitArguments : RecordingArguments {
     std::string phase = "fixed";
     std::string offset = "auto";
 };
@@ -52,10 +49,9 @@ std::string normalised_csv(const measure::Measurement& measurement,
 }
 
 void write_folder(const FitArguments& arguments, const present::FitReport& report,
-                  const json& document, const std::vector<measure::Measurement>& measurements) {
+                  const std::vector<measure::Measurement>& measurements) {
     const fs::path folder(arguments.output);
     present::make_folder(folder / "normalised");
-    present::write_json((folder / "fit.json").string(), document);
     present::write_text(folder / "fits.csv", present::fit_csv(report));
     for (std::size_t i = 0; i < report.stems.size(); ++i)
         if (report.stems[i].frequency)
@@ -86,15 +82,12 @@ void fit(const FitArguments& arguments, CommandResult& result) {
     const reduce::PopulationSummary population = reduce::summarise_population(report.stems);
     if (report.stems.size() > 1)
         report.population = population;
-    for (const std::string& remark : report.remarks)
-        print_note(remark);
     json document = present::fit_json(report);
     document["provenance"] = provenance.document();
-    if (!arguments.json.empty())
-        present::write_json(arguments.json, document);
+    write_results(arguments, measurements, "fit.json", document);
     if (!arguments.output.empty())
-        write_folder(arguments, report, document, measurements);
-    if (arguments.json != "-")
+        write_folder(arguments, report, measurements);
+    if (arguments.prints_text())
         fmt::print("{}{}", present::fit_table(report, style_of(stdout)),
                    next_step("culm calibrate" + as_words(arguments.paths)));
     if (std::ranges::any_of(report.stems, [](const auto& stem) { return !stem.frequency; }))
@@ -105,28 +98,14 @@ void fit(const FitArguments& arguments, CommandResult& result) {
 
 void add_fit_command(CLI::App& app, CommandResult& result) {
     CLI::App* command = app.add_subcommand(
-        "fit", "Fit Eq. 1 at every height of measured stems; mean and spread over many");
+        "fit", "Fit Eq. 1 at every height of measured stems; mean and spread of several stems");
     auto arguments = std::make_shared<FitArguments>();
-    command
-        ->add_option("measurements", arguments->paths,
-                     "Measurement folders, or folders that hold some")
-        ->required()
-        ->type_name("MEASUREMENT");
-    command->add_option("--json", arguments->json, "Write all results to this file (- for stdout)")
-        ->type_name("FILE");
-    command
-        ->add_option("-o,--output", arguments->output,
-                     "Folder for fit.json, fits.csv and the normalised histories")
-        ->type_name("DIR");
-    command
-        ->add_option("--window", arguments->window_s,
-                     "Fit only the first SECONDS after the release (default: all)")
-        ->type_name("SECONDS")
-        ->check(number_in({0.0, 1e6, true}));
+    add_recording_options(*command, *arguments, "Measurement folders, or folders that contain some",
+                          "Folder for fit.json, fits.csv and the normalised histories", "Fit");
     command
         ->add_option("--phase", arguments->phase,
-                     "\"fixed\" at 0 as in Eq. 1, or \"free\" for a stem that starts at rest or a "
-                     "release time that is not sure (default: fixed)")
+                     "\"fixed\" at 0 as in Eq. 1, or \"free\" for a stem that starts at rest or an "
+                     "uncertain release time (default: fixed)")
         ->check(CLI::IsMember({"fixed", "free"}));
     command
         ->add_option(

@@ -84,8 +84,8 @@ void reduce(const ReduceArguments& arguments, CommandResult& result) {
 
 void add_reduce_command(CLI::App& app, CommandResult& result) {
     CLI::App* command = app.add_subcommand(
-        "reduce", "Fit Eq. 1 to a study's stored histories again, repeat the regressions and the "
-                  "spread of its stems");
+        "reduce", "Fit Eq. 1 to the stored histories of a study again, and repeat the regressions "
+                  "and the spread of its stems");
     auto arguments = std::make_shared<ReduceArguments>();
     command->add_option("dir", arguments->folder, "Folder of a completed study")
         ->required()
@@ -106,7 +106,7 @@ void add_reduce_command(CLI::App& app, CommandResult& result) {
         ->check(number_in({1e-6, 0.5}));
     command->add_option("--json", arguments->json, "Write the summary to this file (- for stdout)")
         ->type_name("FILE");
-    command->add_flag("--keep", arguments->keep, "Leave summary.json and fits.csv as they are");
+    command->add_flag("--keep", arguments->keep, "Do not change summary.json and fits.csv");
     command->callback([arguments, &result] { reduce(*arguments, result); });
 }
 

@@ -64,7 +64,7 @@ std::filesystem::path report_program() {
 
 void add_report_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
-        "report", "Write what a folder of results holds as one page with figures (docs/report.md)");
+        "report", "Write the results of a folder as one page with figures (docs/report.md)");
     auto arguments = std::make_shared<ReportArguments>();
     command
         ->add_option("directory", arguments->directory,
@@ -78,7 +78,7 @@ void add_report_command(CLI::App& app) {
         ->type_name("FILE");
     command
         ->add_option("--plotly-js", arguments->plotly_js,
-                     "The drawing library plotly.js, if it is not found by itself")
+                     "The drawing library plotly.js, where it is not found automatically")
         ->type_name("FILE");
     command->callback([arguments] { hand_over(*arguments); });
 }

@@ -149,10 +149,10 @@ std::string announcement(const study::Estimate& plan, const farm::Pace& pace, in
 
 /// For a disk that let a run down: it may be full, broken, or have turned read-only.
 core::ExitCode storage_failure(const core::StorageError& error) {
-    print_error(
-        fmt::format("{}\nNothing computed so far is lost. Once the disk can be written again, go "
-                    "on with --resume.",
-                    error.what()));
+    print_error(fmt::format(
+        "{}\nNothing computed so far is lost. Once the disk can be written again, continue "
+        "with --resume.",
+        error.what()));
     return core::ExitCode::StoppedEarly;
 }
 
@@ -347,24 +347,24 @@ void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& ar
                      "Folder for study.h5 and summary.json (default: results/<study name>, of a "
                      "repeated study results/<study name>-repeated)")
         ->type_name("DIR");
-    CLI::Option* resume =
-        command->add_flag("--resume", arguments->folder.resume,
-                          "Compute only what the folder lacks; refuses a changed study");
+    CLI::Option* resume = command->add_flag(
+        "--resume", arguments->folder.resume,
+        "Compute only the points that are missing in the folder; refuses a changed study");
     command
         ->add_flag("--retry-failed", arguments->folder.retry_failed,
                    "With --resume: compute failed points again")
         ->needs(resume);
     command
         ->add_option("--crash-limit", arguments->folder.crash_limit,
-                     "A point in whose computation so many processes died has failed (default 5; "
-                     "0: try for ever)")
+                     "A point fails after N processes died while computing it (default 5; 0: no "
+                     "limit)")
         ->type_name("N")
         ->check(CLI::Range(0, 1'000'000));
     command
         ->add_option("--walltime", arguments->walltime,
-                     "End within this time (90s, 45min, HH:MM:SS, D-HH:MM:SS): no point is started "
-                     "that would not be done by then, exit code 75 if some are missing (default: "
-                     "what the batch system says of this job)")
+                     "End within this time (90s, 45min, HH:MM:SS, D-HH:MM:SS): start no point that "
+                     "would not finish by then; exit code 75 if points are missing (default: the "
+                     "time limit of the batch job)")
         ->type_name("TIME");
     command->add_flag("--dry-run", arguments->dry_run,
                       "Check everything and print the plan: points, lanes, cost, memory, archive");

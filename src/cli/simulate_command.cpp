@@ -178,7 +178,7 @@ void add_simulate_command(CLI::App& app, CommandResult&) {
         return number_in(study::find_parameter(key)->range);
     };
     CLI::App* command = app.add_subcommand(
-        "simulate", "Simulate one stem and read b1 and b2 from it (the paper's closing test)");
+        "simulate", "Simulate one stem and fit b1 and b2 to its motion (the paper's closing test)");
     auto arguments = std::make_shared<SimulateArguments>();
     command->add_option("study", arguments->study, "Study file whose stem and release are used")
         ->type_name("STUDY.toml");

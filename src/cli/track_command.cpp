@@ -14,7 +14,7 @@ void add_track_command(CLI::App& app, CommandResult& result, int& argc, char**& 
     auto arguments = std::make_shared<TrackArguments>();
     command
         ->add_option("videos", arguments->videos,
-                     "Descriptions of recordings; several are spread over the ranks of mpirun")
+                     "Descriptions of recordings; several are shared among the ranks of mpirun")
         ->required()
         ->type_name("VIDEO.toml");
     command

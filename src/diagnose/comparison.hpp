@@ -36,8 +36,4 @@ struct Comparison {
 [[nodiscard]] Comparison compare(const fit::Fit& candidate,
                                  const measure::Measurement& measurement);
 
-/// Three sentences for people: does it fit; where and when does it fail most; what does that look
-/// like.
-[[nodiscard]] std::vector<std::string> in_words(const Comparison& comparison);
-
 } // namespace culm::diagnose

@@ -107,6 +107,34 @@ json chain_json(const fit::RecordingFit& fit, const std::string& law) {
             {"effects", effects}};
 }
 
+std::vector<std::string> failed_tests(const diagnose::Verdict& verdict) {
+    std::vector<std::string> names;
+    for (const residuals::LackOfFitTest& test : verdict.tests)
+        if (test.adjusted_p_value < diagnose::Policy{}.lack_of_fit_level)
+            names.push_back(test.name);
+    return names;
+}
+
+std::string adequacy_text(const diagnose::Verdict& verdict) {
+    switch (verdict.finding) {
+    case diagnose::Finding::Adequate:
+        return "No model deficiency detectable in this recording.";
+    case diagnose::Finding::Inadequate:
+        return fmt::format("Model inadequate; failed tests: {}.", verdict.reason);
+    case diagnose::Finding::Undecided:
+        break;
+    }
+    return fmt::format("Undecided whether the model is adequate: {}.", verdict.reason);
+}
+
+/// Y, β and the verdict.
+std::string calibration_sentence(const calibrate::Calibration& calibration) {
+    return fmt::format("{}: Y = {} GPa, beta = {} (95 %). {}", calibration.id,
+                       plus_minus(parameter_of(calibration, "bond_youngs_modulus"), 1e-9, 4),
+                       plus_minus(parameter_of(calibration, "bond_damping"), 1.0, 2),
+                       adequacy_text(calibration.verdict));
+}
+
 json fit_quality_json(const calibrate::Calibration& calibration) {
     const fit::RecordingFit& fit = calibration.fit;
     return {{"rmse_mm", 1e3 * fit.rmse},
@@ -118,6 +146,7 @@ json fit_quality_json(const calibrate::Calibration& calibration) {
             {"runs", fit.runs},
             {"adequate", calibration.verdict.finding == diagnose::Finding::Adequate},
             {"reason", calibration.verdict.reason},
+            {"failed_tests", failed_tests(calibration.verdict)},
             {"tests", tests_json(calibration.verdict.tests)}};
 }
 
@@ -198,10 +227,11 @@ std::string check_lines(const calibrate::Calibration& calibration) {
                    : fmt::format("  check: not possible: {}\n", calibration.check_failure);
     const calibrate::CalibrationCheck& check = *calibration.check;
     return fmt::format(
-        "  check: Eq. 1 read from the simulated stem against the measured one\n"
-        "    b1 per cycle  {:.4f} against {:.4f}, error {:+.2f} % (the reading is good to {:.2f} "
+        "  check: Eq. 1 fitted to the simulated stem and to the measured one\n"
+        "    b1 per cycle  simulated {:.4f}, measured {:.4f}, error {:+.2f} % (resolution {:.2f} "
         "%)\n"
-        "    b2            {:.3f} Hz against {:.3f} Hz, error {:+.3f} % (good to {:.3f} %)\n",
+        "    b2            simulated {:.3f} Hz, measured {:.3f} Hz, error {:+.3f} % (resolution "
+        "{:.3f} %)\n",
         check.simulated_decay_per_cycle, check.measured_decay_per_cycle, 100.0 * check.decay_error,
         100.0 * check.decay_resolution, check.simulated_frequency, check.measured_frequency,
         100.0 * check.frequency_error, 100.0 * check.frequency_resolution);
@@ -244,6 +274,7 @@ Uncertain read_frequency(const calibrate::StudyCalibration& found) {
 
 json calibration_json(const calibrate::Calibration& calibration, const std::string& law) {
     json out{{"measurement", calibration.id},
+             {"sentence", calibration_sentence(calibration)},
              {"parameters", stem_parameters_json(calibration)},
              {"correlation", correlation_json(calibration.fit)},
              {"mode", mode_json(calibration)},
@@ -266,12 +297,13 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
                        plus_minus(frequency_of(calibration), 1.0, 3),
                        plus_minus(decay_of(calibration), 1.0, 5),
                        calibration.mode.damping_ratio()) +
-           fmt::format("  leaves {:.4f} mm rms; noise {:.4f} mm ({}); reduced chi2 {:.4f}: {}\n",
-                       1e3 * fit.rmse, 1e3 * fit::typical_noise(fit), fit.noise_source,
-                       fit.reduced_chi_squared,
-                       calibration.verdict.finding == diagnose::Finding::Adequate
-                           ? style.good("nothing is missing that this record could show")
-                           : style.warning("SOMETHING IS MISSING: ") + calibration.verdict.reason) +
+           fmt::format(
+               "  residual {:.4f} mm rms; noise {:.4f} mm ({}); reduced chi2 {:.4f}\n  {}\n",
+               1e3 * fit.rmse, 1e3 * fit::typical_noise(fit), fit.noise_source,
+               fit.reduced_chi_squared,
+               calibration.verdict.finding == diagnose::Finding::Adequate
+                   ? style.good(adequacy_text(calibration.verdict))
+                   : style.warning(adequacy_text(calibration.verdict))) +
            check_lines(calibration);
 }
 
@@ -279,7 +311,7 @@ std::string calibration_table_head(bool is_checked) {
     return fmt::format("{:<14} {:>18} {:>16} {:>18} {:>17} {:>8}  {}{}\n", "stem", "Y GPa", "beta",
                        "b1 per cycle", "b2 Hz", "chi2/dof",
                        is_checked ? fmt::format("{:>9} {:>9}  ", "b1 error", "b2 error") : "",
-                       "what shows that something is missing");
+                       "failed tests");
 }
 
 std::string calibration_table_line(const calibrate::Calibration& calibration, bool is_checked,
@@ -371,8 +403,8 @@ json population_json(const Population& population) {
 }
 
 std::string population_text(const Population& population) {
-    return fmt::format("{} stems calibrated, {} failed; something is missing in {}\n90 % of the "
-                       "stems lie in\n",
+    return fmt::format("{} stems calibrated, {} failed; model inadequate for {}\n90 % of the stems "
+                       "lie in\n",
                        population.stems, population.failed, population.inadequate) +
            range_line("Y", population.bond_youngs_modulus, 1e-9, "GPa") +
            range_line("beta", population.bond_damping, 1.0, "") +

@@ -6,12 +6,27 @@
 #include "diagnose/ladder.hpp"
 #include "present/text_style.hpp"
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
 namespace culm::present {
+
+/// Place of the last model that improves on the one that it is compared with; 0: the baseline.
+[[nodiscard]] std::size_t best_model(const diagnose::Ladder& ladder);
+
+/// Does the published chain explain the measurement, and which effects make it do so?
+[[nodiscard]] std::string comparison_headline(const diagnose::Ladder& ladder,
+                                              const std::string& measurement);
+
+/// Is the step to model `k` a gain, why, and what it makes of Y and β: one or two sentences.
+[[nodiscard]] std::vector<std::string> step_sentences(const diagnose::Ladder& ladder,
+                                                      std::size_t k);
+
+/// Three sentences: is the model adequate; where and when is the misfit largest; what is it.
+[[nodiscard]] std::vector<std::string> comparison_sentences(const diagnose::Comparison& comparison);
 
 /// All models with what each leaves, and the verdict on them.
 [[nodiscard]] nlohmann::json comparison_json(const diagnose::Ladder& ladder,

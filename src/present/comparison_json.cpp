@@ -5,6 +5,9 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 namespace culm::present {
 namespace {
 
@@ -156,6 +159,7 @@ json held_out_part(const diagnose::HeldOutPart& part) {
 
 json verdict_json(const diagnose::Verdict& verdict) {
     return {{"finding", diagnose::to_string(verdict.finding)},
+            {"finding_text", finding_text(verdict.finding)},
             {"adequate", verdict.finding == diagnose::Finding::Adequate},
             {"p_value", number(verdict.p_value)},
             {"reason", verdict.reason},
@@ -171,7 +175,7 @@ json compared_fit_json(const fit::RecordingFit& fit, const diagnose::Comparison&
         {"effective_degrees_of_freedom", number(comparison.verdict.effective_degrees_of_freedom)},
         {"parameters", parameters_json(fit.parameters)},
         {"verdict", verdict_json(comparison.verdict)},
-        {"sentences", diagnose::in_words(comparison)},
+        {"sentences", comparison_sentences(comparison)},
         {"where", where_json(comparison, fit)},
         {"remarks", fit.model.remarks}};
 }
@@ -187,6 +191,7 @@ json rung_json(const diagnose::Ladder& ladder, std::size_t k,
         out["compared_with"] = rung.compared_with;
         out["gain"] = rung.is_gain;
         out["why"] = rung.why;
+        out["step"] = fmt::format("{}", fmt::join(step_sentences(ladder, k), " "));
     }
     if (rung.fit.failed()) {
         out["failure"] = rung.fit.reason;
@@ -262,6 +267,8 @@ json comparison_json(const diagnose::Ladder& ladder, const measure::Measurement&
              {"heights", measurement.heights.size()},
              {"effective_readings", number(ladder.effective_readings)},
              {"ladder", std::move(rungs)},
+             {"headline", comparison_headline(ladder, measurement.stem.id)},
+             {"best", best_model(ladder)},
              {"remarks", measurement.remarks}};
     for (const diagnose::Rung& rung : ladder.rungs)
         if (!rung.fit.failed()) {

@@ -31,13 +31,13 @@ std::string comparison_header(const diagnose::Ladder& ladder,
     const diagnose::Rung* last = last_fitted(ladder);
     const bool is_noise_known = last != nullptr && last->fit.parts.front().is_noise_known;
     return fmt::format(
-        "{}: {} heights, {} frames, {}\n", measurement.stem.id, measurement.heights.size(),
-        measurement.times.size(),
+        "{}: {}, {} frames, {}\n", measurement.stem.id,
+        counted(measurement.heights.size(), "height"), measurement.times.size(),
         is_noise_known
             ? fmt::format("noise {} mm ({})",
                           number_cell(1e3 * fit::typical_noise(last->fit.parts.front()), 4),
                           last->fit.parts.front().noise_source)
-            : std::string("noise not known"));
+            : std::string("noise not stated"));
 }
 
 std::string held_out_cell(const diagnose::HeldOutPart& part) {
@@ -73,22 +73,6 @@ std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style)
     return text + '\n';
 }
 
-/// Whether the step to rung `k` is a gain, and what it makes of Y and β.
-std::string step_lines(const diagnose::Ladder& ladder, std::size_t k) {
-    const diagnose::Rung& rung = ladder.rungs[k];
-    const std::string added = fmt::format("{}", fmt::join(rung.added, " and "));
-    if (rung.fit.failed())
-        return fmt::format("{} could not be fitted.\n", added);
-    std::string text =
-        fmt::format("{} {} {} over {}: {}.\n", added, rung.added.size() > 1 ? "together are" : "is",
-                    rung.is_gain ? "a gain" : "no gain",
-                    model_name(ladder.rungs[rung.compared_with].fit.names), rung.why);
-    if (rung.modulus_change != 0.0)
-        text += fmt::format("    Y changes by {:+.2f} %, beta by {:+.2f} %\n",
-                            100.0 * rung.modulus_change, 100.0 * rung.damping_change);
-    return text;
-}
-
 std::string model_parameters(const fit::Fit& fit) {
     std::string text;
     if (!fit.failed() && fit.moves())
@@ -111,18 +95,66 @@ std::string effect_cell_text(const diagnose::EffectCell& cell, const TextStyle& 
 
 } // namespace
 
+std::size_t best_model(const diagnose::Ladder& ladder) {
+    const auto best = std::find_if(ladder.rungs.rbegin(), ladder.rungs.rend(),
+                                   [](const auto& rung) { return rung.is_gain; });
+    return best == ladder.rungs.rend() ? 0
+                                       : static_cast<std::size_t>(ladder.rungs.rend() - best) - 1;
+}
+
+std::string comparison_headline(const diagnose::Ladder& ladder, const std::string& measurement) {
+    const std::size_t best = best_model(ladder);
+    if (ladder.rungs[best].fit.failed())
+        return fmt::format("The published chain could not be fitted to {}.", measurement);
+    const diagnose::Finding finding = comparison_of(ladder, best).verdict.finding;
+    if (finding == diagnose::Finding::Undecided)
+        return fmt::format("{} is too short, too small or too noisy to decide whether the model is "
+                           "adequate.",
+                           measurement);
+    const bool is_adequate = finding == diagnose::Finding::Adequate;
+    if (best == 0)
+        return is_adequate
+                   ? fmt::format("The published chain explains {} to its noise.", measurement)
+                   : fmt::format("The published chain is inadequate for {}.", measurement);
+    std::vector<std::string> effects = ladder.rungs[best].fit.names;
+    effects.erase(effects.begin()); // the baseline
+    return fmt::format("The published chain is inadequate for {}; with {} it {}.", measurement,
+                       fmt::join(effects, " and "),
+                       is_adequate ? "is adequate" : "fits better, but is still inadequate");
+}
+
+std::vector<std::string> step_sentences(const diagnose::Ladder& ladder, std::size_t k) {
+    const diagnose::Rung& rung = ladder.rungs[k];
+    const std::string added = fmt::format("{}", fmt::join(rung.added, " and "));
+    if (rung.fit.failed())
+        return {fmt::format("{} could not be fitted.", added)};
+    const bool is_one = rung.added.size() == 1;
+    const std::vector<std::string>& smaller = ladder.rungs[rung.compared_with].fit.names;
+    std::vector<std::string> sentences{fmt::format(
+        "{}{} {} {}: {}.", added, is_one ? "" : " together",
+        rung.is_gain ? (is_one ? "improves on" : "improve on")
+                     : (is_one ? "does not improve on" : "do not improve on"),
+        smaller.size() == 1 ? std::string("the baseline") : model_name(smaller), rung.why)};
+    if (rung.modulus_change != 0.0)
+        sentences.push_back(fmt::format("Y changes by {:+.2f} %, beta by {:+.2f} %.",
+                                        100.0 * rung.modulus_change, 100.0 * rung.damping_change));
+    return sentences;
+}
+
 std::string comparison_text(const diagnose::Ladder& ladder, const measure::Measurement& measurement,
                             const TextStyle& style) {
     std::string text = comparison_header(ladder, measurement) + ladder_lines(ladder, style);
     for (std::size_t k = 0; k < ladder.rungs.size(); ++k) {
-        text += k > 0 ? step_lines(ladder, k)
-                      : std::string("baseline (± is half of the 95 % interval):\n");
+        if (k == 0)
+            text += "baseline (± is half of the 95 % interval):\n";
+        else
+            text += fmt::format("{}\n", fmt::join(step_sentences(ladder, k), "\n    "));
         text += model_parameters(ladder.rungs[k].fit);
     }
     if (const diagnose::Rung* last = last_fitted(ladder)) {
         text += fmt::format("\n{}:\n", model_name(last->fit.names));
         const auto place = static_cast<std::size_t>(last - ladder.rungs.data());
-        for (const std::string& sentence : diagnose::in_words(comparison_of(ladder, place)))
+        for (const std::string& sentence : comparison_sentences(comparison_of(ladder, place)))
             text += fmt::format("  {}\n", sentence);
     }
     return text;
@@ -142,8 +174,8 @@ std::string effect_table_text(const EffectTableReport& table, const TextStyle& s
             text += effect_cell_text(table.cell(i, k), style);
         text += '\n';
     }
-    return text + "* explained to 1.10 times the noise; b: a parameter stands at its bound; -: the "
-                  "effect means nothing for this measurement\n";
+    return text + "* residual at most 1.10 times the noise; b: a parameter is at its bound; -: the "
+                  "effect does not apply to this measurement\n";
 }
 
 } // namespace culm::present

@@ -8,6 +8,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -35,6 +36,9 @@ struct DiagnosisReport {
 
 /// docs/schemas/diagnosis.schema.json, but for options, folders and provenance.
 [[nodiscard]] nlohmann::json diagnosis_json(const DiagnosisReport& report);
+
+/// The verdict in sentences, the headline first.
+[[nodiscard]] std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report);
 
 /// The verdict in plain words and the tables below it; a screenful.
 [[nodiscard]] std::string diagnosis_text(const DiagnosisReport& report, const TextStyle& style);

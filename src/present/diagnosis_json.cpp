@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/comparison.hpp"
+#include "diagnose/policy.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "present/comparison.hpp"
 #include "present/diagnosis.hpp"
@@ -89,6 +90,7 @@ json models_json(const std::vector<diagnose::DiagnosisRung>& ladder) {
                    {"rmse_mm", number(1e3 * rung.fit.rmse)},
                    {"reduced_chi2", number(rung.fit.reduced_chi_squared)},
                    {"finding", diagnose::to_string(rung.finding)},
+                   {"finding_text", finding_text(rung.finding)},
                    {"p_value", number(rung.p_value)},
                    {"tests", rung.tests},
                    {"parameters", parameters_with_units(rung.fit.parameters)}};
@@ -246,6 +248,8 @@ json diagnosis_json(const DiagnosisReport& report) {
         {"version", 1},
         {"verdict", diagnose::to_string(found.conclusion)},
         {"reason", found.reason},
+        {"sentences", diagnosis_sentences(report)},
+        {"policy", {{"naming_gain", diagnose::Policy{}.naming_gain}}},
         {"effects", found.effects},
         {"explained", number(found.explained)},
         {"baseline", baseline_json(found)},

@@ -20,12 +20,8 @@ using diagnose::Conclusion;
 
 constexpr std::size_t diagnosis_width = 96; ///< characters of a line of running text
 
-std::string sentence_lines(const std::string& text) {
-    return wrapped("  ", text, diagnosis_width);
-}
-
-/// Has the blind spot a size from which on it would show?
-bool is_visible(const diagnose::EffectScore& blind_spot) {
+/// Is there a size from which on the effect would be detected?
+bool is_detectable(const diagnose::EffectScore& blind_spot) {
     return blind_spot.failure.empty() && !blind_spot.is_beyond_bounds &&
            std::isfinite(blind_spot.smallest_visible);
 }
@@ -37,10 +33,10 @@ std::string diagnosis_header(const DiagnosisReport& report) {
         const fit::RecordingFit& part = report.best_fit().parts[k];
         const std::string noise = number_cell(1e3 * fit::typical_noise(part), 4);
         text +=
-            fmt::format("{}: {} heights, {} frames, noise {}\n", recording.stem.id,
-                        recording.heights.size(), recording.times.size(),
+            fmt::format("{}: {}, {} frames, noise {}\n", recording.stem.id,
+                        counted(recording.heights.size(), "height"), recording.times.size(),
                         part.is_noise_known ? fmt::format("{} mm ({})", noise, part.noise_source)
-                                            : fmt::format("not known; {} mm is left", noise));
+                                            : fmt::format("not stated; residual {} mm", noise));
     }
     return text + '\n';
 }
@@ -62,19 +58,17 @@ std::string strength_lines(const DiagnosisReport& report, const std::string& eff
     return text;
 }
 
-/// Where the model misses more than noise: what its numbers would be if that did not count.
-std::string weighing_lines(const DiagnosisReport& report) {
-    if (!report.found.correlated)
-        return {};
-    std::string text = "What the model misses is alike from frame to frame, and the numbers "
-                       "above count it so.";
+/// Of numbers that count the residuals as correlated: what they would be without that.
+std::string correlation_sentence(const DiagnosisReport& report) {
+    std::string text = "The residuals are correlated from frame to frame, and the numbers above "
+                       "account for that.";
     std::vector<std::string> counted;
     for (const auto& [key, parameter] : by_key(report.best_fit().parameters))
         if (parameter->id.is_of_effect())
             counted.push_back(fmt::format("{} = {}", key, number_cell(parameter->value, 4)));
     if (!counted.empty())
-        text += fmt::format(" Were every reading independent: {}.", fmt::join(counted, ", "));
-    return sentence_lines(text);
+        text += fmt::format(" If all readings were independent: {}.", fmt::join(counted, ", "));
+    return text;
 }
 
 /// Relative error of a number of the baseline; NaN if one of the models does not have it.
@@ -87,92 +81,111 @@ double bias_of(const DiagnosisReport& report, const physics::ParameterId& id) {
 }
 
 /// What the missing effects did to the calibration, and what they explain.
-std::string consequence_lines(const DiagnosisReport& report) {
+std::string consequence_sentence(const DiagnosisReport& report) {
     const fit::Fit& first = report.found.ladder.front().fit;
     const fit::Fit& last = report.found.ladder.back().fit;
     std::string text =
-        fmt::format("The error falls from {} mm (rms) to {} mm; the noise is {} mm.",
+        fmt::format("The residual falls from {} mm (rms) to {} mm; the noise is {} mm.",
                     number_cell(1e3 * first.rmse, 4), number_cell(1e3 * last.rmse, 4),
                     number_cell(1e3 * report.noise(), 4));
     const double modulus = bias_of(report, physics::bond_youngs_modulus);
     const double damping = bias_of(report, physics::bond_damping);
     // With known effects the first model is not the baseline, whose numbers these are.
     if (first.names.size() == 1 && std::isfinite(modulus) && std::isfinite(damping))
-        text += fmt::format(" Without {} the calibrated Y was off by {} and beta by {}.",
+        text += fmt::format(" Without {} the calibrated Y is off by {} and beta by {}.",
                             report.found.effects.size() == 1 ? "it" : "them", percent_text(modulus),
                             percent_text(damping));
-    return sentence_lines(text);
-}
-
-std::string tie_lines(const std::vector<diagnose::TieGroup>& ties) {
-    std::string text;
-    for (const diagnose::TieGroup& tie : ties) {
-        text += sentence_lines(
-            fmt::format("This recording cannot tell {} apart.", fmt::join(tie.names, " and ")));
-        if (!tie.separate_by.empty())
-            text += wrapped("    to separate them: ", tie.separate_by, diagnosis_width - 20);
-    }
     return text;
 }
 
-std::string named_lines(const DiagnosisReport& report) {
-    const diagnose::Diagnosis& found = report.found;
-    const bool is_tie = found.conclusion == Conclusion::Tie;
-    std::string text = fmt::format("{}: {} {} missing from {}.\n", is_tie ? "TIE" : "EFFECT",
-                                   fmt::join(found.effects, " and "),
-                                   is_tie                      ? "or a look-alike is"
-                                   : found.effects.size() == 1 ? "is"
-                                                               : "are",
-                                   first_model(found));
-    for (const std::string& effect : found.effects) {
-        if (const std::string summary = report.summary_of(effect); !summary.empty())
-            text += wrapped("  " + effect + ": ", summary, diagnosis_width - effect.size());
-        text += strength_lines(report, effect);
+std::vector<std::string> sentences_on_named(const DiagnosisReport& report) {
+    std::vector<std::string> sentences;
+    if (report.found.correlated)
+        sentences.push_back(correlation_sentence(report));
+    for (const diagnose::TieGroup& tie : report.found.ties) {
+        sentences.push_back(fmt::format("This recording cannot distinguish between {}.",
+                                        fmt::join(tie.names, " and ")));
+        if (!tie.separate_by.empty())
+            sentences.push_back("To separate them: " + tie.separate_by);
     }
-    return text + weighing_lines(report) + tie_lines(found.ties) + consequence_lines(report);
+    sentences.push_back(consequence_sentence(report));
+    return sentences;
 }
 
-std::string unknown_lines(const diagnose::Diagnosis& found) {
+std::vector<std::string> sentences_on_unknown(const diagnose::Diagnosis& found) {
     if (found.ladder.back().finding == diagnose::Finding::Undecided)
-        return "UNKNOWN: this recording cannot tell whether anything is missing.\n";
-    const std::string text =
-        fmt::format("UNKNOWN: something is missing that none of the {} candidates explains.\n",
-                    found.ranking.size());
+        return {};
     if (!found.missing_force || found.missing_force->form.empty())
-        return text + sentence_lines("No simple force of position and speed explains it either.");
+        return {"No simple force law of position and velocity explains it either."};
     const diagnose::MissingForce& force = *found.missing_force;
-    return text +
-           sentence_lines(fmt::format(
-               "This {} explains {:.0f} % of the misfit{}; x is the deflection, v its rate, kappa "
-               "the curvature, in SI units:",
-               force.kind == "bending_moment" ? "bending moment" : "force per length",
-               100.0 * force.explained,
-               force.character.empty() ? "" : fmt::format(" ({})", force.character))) +
-           fmt::format("    {}\n", force.form);
+    return {fmt::format("This {} explains {:.0f} % of the misfit{}; x is the deflection, v its "
+                        "rate, kappa the curvature, in SI units:",
+                        force.kind == "bending_moment" ? "bending moment" : "force per length",
+                        100.0 * force.explained,
+                        force.character.empty() ? "" : fmt::format(" ({})", force.character)),
+            force.form};
 }
 
-std::string adequate_lines(const DiagnosisReport& report) {
+std::string adequate_sentence(const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = report.found;
-    return fmt::format("ADEQUATE: {} explains the recording.\n", first_model(found)) +
-           sentence_lines(fmt::format(
-               "It leaves {} mm (rms), the noise is {} mm. Of {} other effects {} would have shown "
-               "from the sizes below on.",
-               number_cell(1e3 * found.ladder.front().fit.rmse, 4),
-               number_cell(1e3 * report.noise(), 4), found.blind_spots.size(),
-               std::ranges::count_if(found.blind_spots, is_visible)));
+    return fmt::format(
+        "The residual is {} mm (rms), the noise {} mm. {} of {} other effects would "
+        "be detected from the sizes below on.",
+        number_cell(1e3 * found.ladder.front().fit.rmse, 4), number_cell(1e3 * report.noise(), 4),
+        std::ranges::count_if(found.blind_spots, is_detectable), found.blind_spots.size());
 }
 
-std::string verdict_lines(const DiagnosisReport& report) {
-    switch (report.found.conclusion) {
+std::string diagnosis_headline(const diagnose::Diagnosis& found) {
+    switch (found.conclusion) {
     case Conclusion::Adequate:
-        return adequate_lines(report);
+        return fmt::format("ADEQUATE: {} explains the recording.", first_model(found));
     case Conclusion::Unknown:
-        return unknown_lines(report.found);
+        return found.ladder.back().finding == diagnose::Finding::Undecided
+                   ? std::string("UNKNOWN: this recording cannot decide whether the model is "
+                                 "adequate.")
+                   : fmt::format("UNKNOWN: the model is inadequate, and none of the {} candidates "
+                                 "explains the misfit.",
+                                 found.ranking.size());
     case Conclusion::Effect:
     case Conclusion::Tie:
         break;
     }
-    return named_lines(report);
+    const bool is_tie = found.conclusion == Conclusion::Tie;
+    return fmt::format("{}: {}{} {} missing from {}.", is_tie ? "TIE" : "EFFECT",
+                       fmt::join(found.effects, " and "),
+                       is_tie ? ", or an effect that is hard to distinguish," : "",
+                       is_tie || found.effects.size() == 1 ? "is" : "are", first_model(found));
+}
+
+/// What stands below the headline and the sizes of the effects.
+std::vector<std::string> explanations(const DiagnosisReport& report) {
+    std::vector<std::string> sentences;
+    switch (report.found.conclusion) {
+    case Conclusion::Adequate:
+        sentences = {adequate_sentence(report)};
+        break;
+    case Conclusion::Unknown:
+        sentences = sentences_on_unknown(report.found);
+        break;
+    case Conclusion::Effect:
+    case Conclusion::Tie:
+        sentences = sentences_on_named(report);
+        break;
+    }
+    if (!report.found.reason.empty())
+        sentences.push_back(fmt::format("Why: {}.", report.found.reason));
+    return sentences;
+}
+
+/// The effects that are named, with their sizes.
+std::string effect_lines(const DiagnosisReport& report) {
+    std::string text;
+    for (const std::string& effect : report.found.effects) {
+        if (const std::string summary = report.summary_of(effect); !summary.empty())
+            text += wrapped("  " + effect + ": ", summary, diagnosis_width - effect.size());
+        text += strength_lines(report, effect);
+    }
+    return text;
 }
 
 constexpr std::size_t listed_candidates = 5;
@@ -191,10 +204,10 @@ std::string change_cell(double delta_bic) {
 
 std::string model_lines(const std::vector<diagnose::DiagnosisRung>& ladder,
                         const TextStyle& style) {
-    std::size_t width = 15;
+    std::size_t width = 17;
     for (const diagnose::DiagnosisRung& rung : ladder)
         width = std::max(width, model_name(rung.fit.names).size());
-    std::string text = fmt::format("{:<{}} {:>9} {:>10} {:>10} {:>11}  {}\n", "the error falls",
+    std::string text = fmt::format("{:<{}} {:>9} {:>10} {:>10} {:>11}  {}\n", "residual by model",
                                    width, "rms mm", "red. chi2", "BIC", "held out", "");
     for (const diagnose::DiagnosisRung& rung : ladder) {
         const bool is_first = &rung == &ladder.front();
@@ -216,7 +229,7 @@ std::string remark_of(const diagnose::RankedEffect& ranked) {
         return ranked.obstacle;
     return ranked.looks_like.empty()
                ? std::string()
-               : fmt::format("looks like {}", fmt::join(ranked.looks_like, ", "));
+               : fmt::format("hard to distinguish from {}", fmt::join(ranked.looks_like, ", "));
 }
 
 std::string candidate_line(const diagnose::RankedEffect& ranked) {
@@ -255,30 +268,30 @@ std::string blind_spot_lines(const std::vector<diagnose::EffectScore>& spots) {
     if (spots.empty())
         return {};
     std::string text = fmt::format("{:<24} {:<38} {:>9} {:>9}\n", "blind spots",
-                                   "visible at (3 sigma)", "bias of Y", "of beta");
+                                   "detection limit (3 sigma)", "bias of Y", "of beta");
     std::vector<std::string> hidden;
     std::string failed;
     for (const diagnose::EffectScore& spot : spots) {
-        if (is_visible(spot))
+        if (is_detectable(spot))
             text += blind_spot_line(spot);
         else if (!spot.failure.empty())
-            failed += wrapped(fmt::format("not known: {}: ", spot.effect), spot.failure,
-                              diagnosis_width - 20);
+            failed += wrapped(fmt::format("detection limit unknown: {}: ", spot.effect),
+                              spot.failure, diagnosis_width - 20);
         else
             hidden.push_back(spot.effect);
     }
     if (!hidden.empty())
-        text += fmt::format("at no possible size: {}\n", fmt::join(hidden, ", "));
+        text += fmt::format("undetectable at any size: {}\n", fmt::join(hidden, ", "));
     return text + failed + '\n';
 }
 
-std::string false_naming_line(const diagnose::FalseNaming& naming) {
+std::string false_positive_line(const diagnose::FalseNaming& naming) {
     if (naming.draws == 0)
-        return "false naming: not estimated\n";
-    return fmt::format("false naming: {:.0f} of {} recordings simulated from this fit without any "
-                       "other effect ({:.1f} %, 95 %: at most {:.1f} %)\n",
-                       naming.rate * naming.draws, naming.draws, 100.0 * naming.rate,
-                       100.0 * naming.upper_bound);
+        return "false-positive rate: not estimated\n";
+    return fmt::format(
+        "false-positive rate: {:.0f} of {} recordings simulated from this fit without "
+        "any other effect ({:.1f} %, 95 %: at most {:.1f} %)\n",
+        naming.rate * naming.draws, naming.draws, 100.0 * naming.rate, 100.0 * naming.upper_bound);
 }
 
 /// Effects of one model that the other does not have; models are names with " + " between them.
@@ -301,34 +314,35 @@ std::vector<std::string> only_in(const std::string& model, const std::string& ot
     return names;
 }
 
-/// "tells viscous_drag from hysteretic_damping", "shows taper or tip_mass".
-std::string what_it_tells(const diagnose::Experiment& experiment) {
-    std::vector<std::string> told;
-    std::vector<std::string> shown;
+/// "would distinguish viscous_drag from hysteretic_damping", "would reveal taper …".
+std::string what_it_shows(const diagnose::Experiment& experiment) {
+    std::vector<std::string> distinguished;
+    std::vector<std::string> revealed;
     for (const auto& [model, rival] : experiment.separates) {
         const std::vector<std::string> one = only_in(model, rival);
         const std::vector<std::string> other = only_in(rival, model);
         if (one.empty() || other.empty())
-            shown.push_back(fmt::format("{}", fmt::join(one.empty() ? other : one, " with ")));
+            revealed.push_back(fmt::format("{}", fmt::join(one.empty() ? other : one, " with ")));
         else
-            told.push_back(
+            distinguished.push_back(
                 fmt::format("{} from {}", fmt::join(one, " with "), fmt::join(other, " with ")));
     }
     std::string text;
-    if (!told.empty())
-        text = fmt::format("tells {}", fmt::join(told, ", "));
-    if (!shown.empty())
-        text += fmt::format("{}shows {} that would just be visible here", told.empty() ? "" : "; ",
-                            fmt::join(shown, ", "));
+    if (!distinguished.empty())
+        text = fmt::format("would distinguish {}", fmt::join(distinguished, ", "));
+    if (!revealed.empty())
+        text += fmt::format("{}would reveal {} at today's detection limit",
+                            distinguished.empty() ? "" : "; ", fmt::join(revealed, ", "));
     return text;
 }
 
 std::string experiment_lines(const std::vector<diagnose::Experiment>& experiments) {
-    std::string text = experiments.empty() ? "" : "next experiments, the most telling first:\n";
+    std::string text =
+        experiments.empty() ? "" : "suggested experiments, most informative first:\n";
     for (std::size_t k = 0; k < std::min(listed_experiments, experiments.size()); ++k)
         text += wrapped("  - ",
-                        fmt::format("{}: {} ({:.0f} sigma)", experiments[k].what,
-                                    what_it_tells(experiments[k]),
+                        fmt::format("{}: {} with {:.0f} sigma", experiments[k].what,
+                                    what_it_shows(experiments[k]),
                                     std::sqrt(experiments[k].expected_gap)),
                         diagnosis_width);
     return text;
@@ -366,14 +380,22 @@ std::string DiagnosisReport::summary_of(const std::string& effect) const {
     return candidate == candidates.end() ? std::string() : candidate->effect->summary();
 }
 
+std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report) {
+    std::vector<std::string> sentences{diagnosis_headline(report.found)};
+    for (std::string& sentence : explanations(report))
+        sentences.push_back(std::move(sentence));
+    return sentences;
+}
+
 std::string diagnosis_text(const DiagnosisReport& report, const TextStyle& style) {
-    std::string text = diagnosis_header(report) + style.headline(verdict_lines(report));
-    if (!report.found.reason.empty())
-        text += wrapped("  why: ", report.found.reason, diagnosis_width - 5);
     const diagnose::Diagnosis& found = report.found;
+    std::string text = diagnosis_header(report) + style.headline(diagnosis_headline(found)) + '\n' +
+                       effect_lines(report);
+    for (const std::string& sentence : explanations(report))
+        text += wrapped("  ", sentence, diagnosis_width);
     return trimmed_lines(text + '\n' + model_lines(found.ladder, style) +
                          candidate_lines(found.ranking) + blind_spot_lines(found.blind_spots) +
-                         false_naming_line(found.false_naming) +
+                         false_positive_line(found.false_naming) +
                          experiment_lines(found.next_experiments));
 }
 

@@ -133,6 +133,7 @@ nlohmann::json effects_json(std::span<const physics::EffectPointer> effects) {
                          {"energy", effect->energy()},
                          {"dimensions", effect->dimensions()},
                          {"excludes", effect->excludes()},
+                         {"is_default_candidate", effect->is_default_candidate()},
                          {"parameters", parameters}});
     }
     return {{"format", "culm-effects"}, {"version", 1}, {"effects", cards}};

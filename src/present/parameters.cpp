@@ -87,13 +87,13 @@ std::string model_name(const std::vector<std::string>& names) {
 std::string_view finding_text(diagnose::Finding finding) {
     switch (finding) {
     case diagnose::Finding::Adequate:
-        return "fits";
+        return "adequate";
     case diagnose::Finding::Inadequate:
-        return "something is missing";
+        return "inadequate";
     case diagnose::Finding::Undecided:
         break;
     }
-    return "cannot tell";
+    return "undecided";
 }
 
 std::string finding_text(diagnose::Finding finding, const TextStyle& style) {

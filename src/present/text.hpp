@@ -40,6 +40,11 @@ inline constexpr std::size_t text_width = 78;
     return out + '\n';
 }
 
+/// "1 height", "9 heights".
+[[nodiscard]] inline std::string counted(std::size_t count, const char* noun) {
+    return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
 /// A cell of a table; "-" where there is no number.
 [[nodiscard]] inline std::string number_cell(double value, int decimals) {
     return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : std::string("-");

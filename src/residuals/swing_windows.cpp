@@ -9,7 +9,7 @@
 namespace culm::residuals {
 namespace {
 
-constexpr double cycles = 5.0;
+constexpr double cycles_of_window = 5.0;
 constexpr std::size_t fewest_window_frames = 15; ///< for five numbers
 constexpr double smallest_amplitude = 3.0;       ///< over the noise
 
@@ -32,7 +32,7 @@ std::optional<WindowFit> fit_window(const std::vector<double>& times,
 
 std::vector<SwingWindow> swing_windows(const Swing& swing) {
     std::vector<SwingWindow> windows;
-    const double length = cycles / swing.frequency;
+    const double length = cycles_of_window / swing.frequency;
     for (double begin = 0.0; begin + length <= swing.times.back() * (1.0 + 1e-9);
          begin += 0.5 * length) {
         std::vector<double> times;

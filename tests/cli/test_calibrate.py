@@ -50,11 +50,13 @@ class Calibrate(CulmTest):
         modulus = stem["parameters"]["bond_youngs_modulus_pa"]
         self.assertAlmostEqual(modulus["value"] / TRUE_MODULUS, 1, delta=0.002)
         self.assertTrue(stem["fit"]["adequate"])
+        self.assertEqual(stem["fit"]["failed_tests"], [])
+        self.assertRegex(stem["sentence"], r"^T1: Y = 2\.40.* GPa, beta = 1.*No model deficiency")
         self.assertLess(abs(stem["check"]["b1_error_percent"]), 2)
         self.assertLess(abs(stem["check"]["b2_error_percent"]), 0.2)
         self.assertIsNone(result["population"])
-        self.assertIn("nothing is missing that this record could show", finished.stdout)
-        self.assertIn("check: Eq. 1 read from the simulated stem", finished.stdout)
+        self.assertIn("No model deficiency detectable in this recording.", finished.stdout)
+        self.assertIn("check: Eq. 1 fitted to the simulated stem", finished.stdout)
 
     def test_profile_intervals_hold_the_value(self):
         _, result = self.calibrate(str(EXAMPLES / "T1-null"), "--profile", *QUICKLY)

@@ -35,7 +35,7 @@ class Compare(CulmTest):
     def test_shows_that_the_published_chain_lacks_something_and_where(self):
         finished = self.culm("compare", DRAG, *QUICK, "--json", "found.json")
         self.assert_exit(finished, DONE)
-        self.assertRegex(finished.stdout, r"(?m)^baseline .* something is missing$")
+        self.assertRegex(finished.stdout, r"(?m)^baseline .* inadequate$")
         self.assertIn("the measured decay per cycle goes from", finished.stdout)
         found = json.loads((self.folder / "found.json").read_text("utf-8"))
         self.assertEqual(schema_faults(found, SCHEMA), [])
@@ -49,11 +49,15 @@ class Compare(CulmTest):
     def test_watches_the_error_fall_to_the_noise_with_the_missing_effect(self):
         finished = self.culm("compare", DRAG, *QUICK, "--with", "quadratic_drag", "-o", "out")
         self.assert_exit(finished, DONE)
-        self.assertRegex(finished.stdout, r"(?m)^baseline \+ quadratic_drag .* fits$")
-        self.assertIn("quadratic_drag is a gain over baseline: BIC falls by", finished.stdout)
+        self.assertRegex(finished.stdout, r"(?m)^baseline \+ quadratic_drag .* adequate$")
+        self.assertIn("quadratic_drag improves on the baseline: BIC falls by", finished.stdout)
         found = json.loads((self.folder / "out" / "comparison.json").read_text("utf-8"))
         self.assertEqual(schema_faults(found, SCHEMA), [])
         before, after = found["ladder"]
+        self.assertEqual(found["best"], 1)
+        self.assertTrue(found["headline"].endswith("; with quadratic_drag it is adequate."))
+        self.assertIn(after["step"].split(". Y changes")[0], finished.stdout)
+        self.assertEqual(after["verdict"]["finding_text"], "adequate")
         self.assertGreater(before["rmse_over_noise"], 3.0)
         self.assertLess(after["rmse_over_noise"], 1.10)
         drag = after["parameters"]["quadratic_drag.drag_coefficient"]
@@ -92,7 +96,7 @@ class Compare(CulmTest):
     def test_says_that_the_record_without_a_hidden_effect_is_explained(self):
         finished = self.culm("compare", NULL, *QUICK)
         self.assert_exit(finished, DONE)
-        self.assertIn("The model fits:", finished.stdout)
+        self.assertIn("The model is adequate:", finished.stdout)
 
     def test_does_not_depend_on_the_order_in_which_effects_are_named(self):
         texts = [self.culm("compare", DRAG, "--spheres", "12", "--with", names, "--json", "-").stdout
@@ -103,7 +107,7 @@ class Compare(CulmTest):
     def test_says_that_a_record_is_too_short_to_tell(self):
         finished = self.culm("compare", NULL, *QUICK, "--window", "0.01")
         self.assert_exit(finished, DONE)
-        self.assertIn("This record cannot tell: 10 frames", finished.stdout)
+        self.assertIn("Undecided: 10 frames", finished.stdout)
 
     def test_says_that_nothing_moves_a_stem_that_is_held_straight(self):
         shutil.copytree(NULL, self.folder / "held")
@@ -121,9 +125,9 @@ class Table(CulmTest):
         self.assert_exit(finished, DONE)
         table = json.loads((self.folder / "table.json").read_text("utf-8"))
         self.assertEqual(schema_faults(table, TABLE_SCHEMA), [])
-        listed = self.culm("effects").stdout.splitlines()
-        names = [line.split()[0] for line in listed if "[" in line]
-        names.remove("power_drag")  # tried only when named
+        cards = json.loads(self.culm("effects", "--json", "-").stdout)["effects"]
+        names = [card["name"] for card in cards if card["is_default_candidate"]]
+        self.assertIn("power_drag", {card["name"] for card in cards} - set(names))
         self.assertEqual([row["name"] for row in table["models"]],
                          ["baseline", *names, "taper,quadratic_drag"])
         ratios = {row["name"]: row["cells"][0].get("rmse_over_noise", float("inf"))

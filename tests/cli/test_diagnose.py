@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""culm diagnose: which effect is missing, and what a recording cannot tell."""
+"""culm diagnose: which effect is missing, and what a recording cannot decide."""
 
 import json
 import os
@@ -80,7 +80,7 @@ class Answers(Diagnose):
         # 2 % is the goal; of 200 draws up to 8 are then within chance (P < 0.05).
         self.assertLessEqual(found["false_naming_rate"], 0.04)
         self.assertIn("ADEQUATE: the published chain explains the recording.", finished.stdout)
-        self.assertIn("false naming: ", finished.stdout)
+        self.assertIn("false-positive rate: ", finished.stdout)
 
     def test_of_a_laboratory_stem_names_nothing_either(self):
         _, found = self.diagnose(S01, *QUICK, "--candidates", "quadratic_drag,taper")
@@ -91,8 +91,11 @@ class Answers(Diagnose):
                                         "-o", "out")
         self.assertEqual(found["verdict"], "unknown")
         self.assertEqual(found["effects"], [])
-        self.assertIn("UNKNOWN: something is missing that none of the 2 candidates explains.",
-                      finished.stdout)
+        self.assertEqual(found["sentences"][0], "UNKNOWN: the model is inadequate, and none of the "
+                         "2 candidates explains the misfit.")
+        printed = " ".join(finished.stdout.split())
+        for sentence in found["sentences"]:
+            self.assertIn(" ".join(sentence.split()), printed)
         force = found["missing_force"]
         self.assertGreater(force["explained"], 0.8)
         text = (self.folder / "out" / "missing_force.toml").read_text("utf-8")
@@ -100,7 +103,7 @@ class Answers(Diagnose):
         self.assertIn(" --with out/missing_force.toml", finished.stdout.splitlines()[-1])
         again = self.culm("compare", DRAG, "--spheres", "24", "--with", "out/missing_force.toml")
         self.assert_exit(again, DONE)
-        self.assertRegex(again.stdout, r"missing_force is a gain over baseline")
+        self.assertRegex(again.stdout, r"missing_force improves on the baseline")
 
     def test_takes_what_is_known_into_every_model(self):
         finished, found = self.diagnose(DRAG, *QUICK, "--known", "quadratic_drag", "--candidates",
@@ -217,7 +220,7 @@ class ShortRecord(Diagnose):
         finished, found = self.diagnose(NULL, *QUICK, "--window", "0.012", "--candidates", "taper")
         self.assertIn(found["verdict"], ("adequate", "unknown"))
         self.assertEqual(found["effects"], [])
-        self.assertIn("cannot tell", finished.stdout)
+        self.assertIn("undecided", finished.stdout)
 
 
 if __name__ == "__main__":

@@ -40,9 +40,9 @@ class Terminal(CulmTest):
         return printed.decode()
 
     def test_shows_findings_in_colour(self):
-        self.assertIn(f"{GREEN}nothing is missing", self.on_terminal("calibrate", NULL, *QUICKLY))
-        self.assertIn(f"{GREEN}fits", self.on_terminal("compare", NULL, *QUICKLY))
-        self.assertIn(f"{YELLOW}something is missing", self.on_terminal("compare", DRAG, *QUICKLY))
+        self.assertIn(f"{GREEN}No model deficiency", self.on_terminal("calibrate", NULL, *QUICKLY))
+        self.assertIn(f"{GREEN}adequate", self.on_terminal("compare", NULL, *QUICKLY))
+        self.assertIn(f"{YELLOW}inadequate", self.on_terminal("compare", DRAG, *QUICKLY))
         self.write("s.toml", QUICK)
         ran = self.on_terminal("run", "s.toml", "-o", "out")
         self.assertIn(f"{GREEN}9 of 9 points completed", ran)
@@ -99,7 +99,7 @@ class Cost(CulmTest):
     def test_of_a_diagnosis_before_it_begins(self):
         # Its progress too goes to standard error.
         told = self.culm("diagnose", NULL, *QUICKLY, "--candidates", "taper,quadratic_drag").stderr
-        self.assertRegex(told, rf"^2 candidates scored, those that promise something fitted to 1 "
+        self.assertRegex(told, rf"^2 candidates scored, the promising ones fitted to 1 "
                                rf"recording: about {SECONDS} to {SECONDS} of processor time on the "
                                r"reference machine\n")
 
@@ -112,7 +112,7 @@ class Cost(CulmTest):
         zeros = ",0.0" * header.count(",")
         (still / "deflection.csv").write_text(
             "\n".join([header, *(f"{k * 1e-3}{zeros}" for k in range(100))]) + "\n", "utf-8")
-        self.assertIn("how long that takes is not known before",
+        self.assertIn("the time cannot be estimated",
                       self.culm("calibrate", "still").stderr)
 
 

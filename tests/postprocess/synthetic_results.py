@@ -86,13 +86,14 @@ def where(predicted, decay):
 def comparison_rung(names, finding, predicted, decay):
     held_out = {"rms_mm": 0.1, "rms_over_noise": 2.0}
     ratio = 5.0 if finding == "inadequate" else 1.0
-    sentence = "The model fits." if finding == "adequate" else "Something is missing."
+    sentence = f"The model is {finding}."
     rung = {
         "model": names, "added": names[1:], "runs": 9, "starts": 1, "moves": True,
         "rmse_mm": NOISE_MM * ratio, "rmse_over_noise": ratio, "reduced_chi2": ratio**2,
         "degrees_of_freedom": 170, "effective_degrees_of_freedom": 120.5,
         "parameters": parameters(), "bic": 1000.0 * ratio, "sentences": [sentence, "And so on."],
-        "verdict": {"finding": finding, "adequate": finding == "adequate", "p_value": 0.5,
+        "verdict": {"finding": finding, "finding_text": f"finding: {finding}",
+                    "adequate": finding == "adequate", "p_value": 0.5,
                     "reason": "", "tests": [{"name": "size", "p_value": 0.5,
                                              "adjusted_p_value": 1.0}]},
         "where": where(predicted, decay), "remarks": [],
@@ -100,6 +101,7 @@ def comparison_rung(names, finding, predicted, decay):
     }
     if len(names) > 1:
         rung |= {"compared_with": 0, "gain": True, "why": "BIC falls by 4000", "delta_bic": -4000.0,
+                 "step": "quadratic_drag improves on the baseline: BIC falls by 4000.",
                  "change": {"bond_youngs_modulus": -0.01, "bond_damping": -0.4}}
     return rung
 
@@ -111,10 +113,12 @@ def comparison(name="T2"):
         "frames": TIME.size, "heights": len(HEIGHTS_MM), "noise_mm": NOISE_MM,
         "noise_source": "stated", "noise_known": True, "effective_readings": 150.0, "remarks": [],
         "options": {"law": "consistent", "with": "quadratic_drag", "ladder": "", "window_s": None},
+        "headline": f"With quadratic_drag the published chain explains {name}.", "best": 1,
         "ladder": [comparison_rung(["baseline"], "inadequate", predicted[0], -0.15),
                    comparison_rung(["baseline", "quadratic_drag"], "adequate", predicted[1], -0.2),
                    {"model": ["baseline", "quadratic_drag", "taper"], "added": ["taper"],
-                    "runs": 3, "starts": 1, "failure": "a taper <of> no use"}],
+                    "runs": 3, "starts": 1, "step": "taper could not be fitted.",
+                    "failure": "a taper <of> no use"}],
     }
 
 
@@ -152,9 +156,9 @@ def write_comparison(folder, name="T2", with_arrays=True):
 def diagnosis(name="T2", verdict="effect"):
     united = {key: {**value, "unit": ""} for key, value in parameters().items()}
     rung = {"model": ["baseline"], "rmse_mm": 0.2, "reduced_chi2": 25.0, "finding": "inadequate",
-            "p_value": 0.0, "tests": "size", "parameters": united}
+            "finding_text": "finding: inadequate", "p_value": 0.0, "tests": "size", "parameters": united}
     better = {**rung, "model": ["baseline", "quadratic_drag"], "rmse_mm": NOISE_MM,
-              "finding": "adequate", "delta_bic": -4000.0, "held_out_over_noise": 1.0,
+              "finding": "adequate", "finding_text": "finding: adequate", "delta_bic": -4000.0, "held_out_over_noise": 1.0,
               "held_out_before_over_noise": 4.0}
     named = verdict in ("effect", "tie")
     force = {"kind": "force_per_length", "form": "(-0.002)*v*abs(v)", "character": "dissipative",
@@ -185,6 +189,8 @@ def diagnosis(name="T2", verdict="effect"):
         "baseline": {"rmse_mm": 0.2, "reduced_chi2": 25.0, "adequate": verdict == "adequate",
                      "parameters": united},
         "verdict": verdict, "reason": "with it the residuals are noise",
+        "sentences": [f"{verdict.upper()}: the verdict.", "Why: with it the residuals are noise."],
+        "policy": {"naming_gain": 7.0},
         "effects": ["quadratic_drag"] if named else [], "explained": 0.99, "parameters": united,
         "ties": [["quadratic_drag", "relaxation"]] if verdict == "tie" else [],
         "ties_separate_by": ["Release in a vacuum."] if verdict == "tie" else [],
@@ -208,13 +214,14 @@ def diagnosis(name="T2", verdict="effect"):
 def calibrated(name, adequate=True):
     return {
         "measurement": name, "folder": f"data/{name}",
+        "sentence": f"{name}: Y = 2.0 GPa; the model is {'' if adequate else 'in'}adequate.",
         "parameters": {key: estimate(*pair) for key, pair in PARAMETERS.items()},
         "correlation": {"names": list(PARAMETERS), "matrix": np.eye(4).tolist()},
         "mode": {"b2_hz": estimate(60.0), "b1_per_cycle": estimate(-0.2),
                  "natural_frequency_hz": 60.0, "damping_ratio": 0.03, "damping_time_s": 1e-4},
         "fit": {"rmse_mm": 0.05, "noise_mm": NOISE_MM, "noise_source": "stated",
                 "reduced_chi2": 1.1, "degrees_of_freedom": 170, "readings": 180, "runs": 12,
-                "adequate": adequate, "reason": "",
+                "adequate": adequate, "reason": "", "failed_tests": [] if adequate else ["size"],
                 "tests": [{"name": "size", "p_value": 1e-9, "adjusted_p_value": 2e-9}]},
         "chain": {"law": "consistent", "spheres": 56, "bond_length_m": 0.003,
                   "sphere_diameter_m": 0.003, "sphere_density_kg_m3": 125.0,

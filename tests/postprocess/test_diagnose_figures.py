@@ -46,7 +46,7 @@ class DiagnoseFigures(unittest.TestCase):
             "blind_spots": [spot("tip_mass", 2e-6, -0.07, 0.0), spot("taper", 0.01, 0.02, 0.01),
                             spot("camera_tilt", None, 0.0, 0.0),
                             {"effect": "gravity", "failure": "no"}],
-            "missing_force": None,
+            "missing_force": None, "policy": {"naming_gain": 7.0},
         }
         self.write()
 
@@ -67,6 +67,7 @@ class DiagnoseFigures(unittest.TestCase):
         axes = self.figure("ranking").axes[0]
         widths = [[bar.get_width() for bar in group] for group in axes.containers]
         self.assertEqual(widths, [[-5000.0], [-20.0], [5.0]])
+        self.assertEqual(list(axes.lines[0].get_xdata()), [-7.0, -7.0])
         self.assertEqual([text.get_text() for text in axes.get_legend().get_texts()],
                          ["fitted", "fitted; cannot be named, or ended early", "score only"])
 

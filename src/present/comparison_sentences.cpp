@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/comparison.hpp"
+#include "present/comparison.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,35 +11,39 @@
 
 #include <fmt/format.h>
 
-namespace culm::diagnose {
+namespace culm::present {
 namespace {
+
+using diagnose::Comparison;
+using diagnose::Finding;
+using residuals::ResidualStructure;
+using residuals::SwingError;
+using residuals::SwingWindow;
 
 constexpr double largest_relative_error = 0.25; ///< of a decay that is quoted
 constexpr double fastest_decay = 2.0;           ///< per cycle; what falls faster is no swing
-constexpr double standard_errors = 3.0;         ///< from where on a difference is worth a word
+constexpr double standard_errors = 3.0;         ///< of a difference that is mentioned
 constexpr double smallest_swing = 3.0;          ///< amplitude over noise; below, it has died
 
 std::string p_in_words(double p_value) {
     return p_value < 1e-12 ? "p < 1e-12" : fmt::format("p = {:.2g}", p_value);
 }
 
-std::string whether_it_fits(const Verdict& verdict) {
+std::string whether_it_fits(const diagnose::Verdict& verdict) {
     const std::string sizes =
         !verdict.is_noise_known
-            ? fmt::format("the residuals are {:.4f} mm (rms); the noise is not known",
-                          1e3 * verdict.rmse)
-            : fmt::format(
-                  "the residuals are {:.4f} mm (rms) where the noise is {:.4f} mm, {:.2f} times",
-                  1e3 * verdict.rmse, 1e3 * verdict.noise, verdict.rmse / verdict.noise);
+            ? fmt::format("residual {:.4f} mm (rms); the noise is not stated", 1e3 * verdict.rmse)
+            : fmt::format("residual {:.4f} mm (rms), noise {:.4f} mm, ratio {:.2f}",
+                          1e3 * verdict.rmse, 1e3 * verdict.noise, verdict.rmse / verdict.noise);
     switch (verdict.finding) {
     case Finding::Adequate:
-        return fmt::format("The model fits: {} ({}).", sizes, p_in_words(verdict.p_value));
+        return fmt::format("The model is adequate: {} ({}).", sizes, p_in_words(verdict.p_value));
     case Finding::Inadequate:
-        return fmt::format("Something is missing: {} ({}).", sizes, p_in_words(verdict.p_value));
+        return fmt::format("The model is inadequate: {} ({}).", sizes, p_in_words(verdict.p_value));
     case Finding::Undecided:
         break;
     }
-    return fmt::format("This record cannot tell: {}.", verdict.reason);
+    return fmt::format("Undecided: {}.", verdict.reason);
 }
 
 std::string where_it_fails(const Comparison& comparison) {
@@ -74,7 +78,7 @@ std::string where_it_fails(const Comparison& comparison) {
 
 /// " … early, … in the middle, … late", for the thirds of which `words` has something to say.
 template <class Words>
-std::string in_thirds(const residuals::ResidualStructure& structure, const Words& words) {
+std::string in_thirds(const ResidualStructure& structure, const Words& words) {
     static constexpr std::array<const char*, 3> places{"early", "in the middle", "late"};
     std::string text;
     for (std::size_t k = 0; k < structure.thirds.size(); ++k) {
@@ -92,8 +96,8 @@ bool has_died(double over_noise) {
 }
 
 /// The model's amplitude against the measured one, where either swings.
-std::string amplitude_words(const residuals::ResidualStructure& structure) {
-    const auto words = [](const residuals::SwingError& error, const char* place) -> std::string {
+std::string amplitude_words(const ResidualStructure& structure) {
+    const auto words = [](const SwingError& error, const char* place) -> std::string {
         const bool has_stopped = has_died(error.measured_over_noise);
         if (has_stopped && has_died(error.modelled_over_noise))
             return {};
@@ -109,7 +113,8 @@ std::string amplitude_words(const residuals::ResidualStructure& structure) {
                            error.amplitude < 0.0 ? "large" : "small", place);
     };
     const std::string thirds = in_thirds(structure, words);
-    return thirds.empty() ? "a wrong amplitude" : "the model's amplitude, which is" + thirds;
+    return thirds.empty() ? "amplitude error"
+                          : "amplitude error: the model's amplitude is" + thirds;
 }
 
 bool is_swing(const residuals::WindowFit& found) {
@@ -117,23 +122,23 @@ bool is_swing(const residuals::WindowFit& found) {
 }
 
 /// The first and the last window in which both sides are known well enough to be quoted.
-std::optional<std::pair<residuals::SwingWindow, residuals::SwingWindow>>
-telling_windows(const std::vector<residuals::SwingWindow>& windows) {
-    std::vector<residuals::SwingWindow> telling;
-    for (const residuals::SwingWindow& window : windows)
+std::optional<std::pair<SwingWindow, SwingWindow>>
+well_known_windows(const std::vector<SwingWindow>& windows) {
+    std::vector<SwingWindow> known;
+    for (const SwingWindow& window : windows)
         if (window.measured && window.modelled && is_swing(*window.measured) &&
             is_swing(*window.modelled) &&
             window.measured->decay_per_cycle.standard_error <
                 largest_relative_error * std::abs(window.measured->decay_per_cycle.value))
-            telling.push_back(window);
-    if (telling.size() < 2)
+            known.push_back(window);
+    if (known.size() < 2)
         return std::nullopt;
-    return std::pair(telling.front(), telling.back());
+    return std::pair(known.front(), known.back());
 }
 
 /// How measured and modelled decay change as the amplitude falls.
 std::string decay_words(const Comparison& comparison) {
-    const auto windows = telling_windows(comparison.windows);
+    const auto windows = well_known_windows(comparison.windows);
     if (!windows)
         return {};
     const auto& [first, last] = *windows;
@@ -146,7 +151,7 @@ std::string decay_words(const Comparison& comparison) {
 
 /// Which swing is ahead, where both still swing: in degrees, 360 a cycle.
 std::string phase_words(const Comparison& comparison) {
-    const auto words = [](const residuals::SwingError& error, const char* place) -> std::string {
+    const auto words = [](const SwingError& error, const char* place) -> std::string {
         if (has_died(error.measured_over_noise) || has_died(error.modelled_over_noise))
             return {};
         if (std::abs(error.lag) < standard_errors * error.lag_error)
@@ -155,10 +160,10 @@ std::string phase_words(const Comparison& comparison) {
                            error.lag > 0.0 ? "behind" : "ahead", place);
     };
     const std::string thirds = in_thirds(comparison.structure, words);
-    std::string text = thirds.empty() ? "a wrong phase"
-                                      : "the model's phase: against it the measured swing is" +
+    std::string text = thirds.empty() ? "phase error"
+                                      : "phase error: against the model the measured swing is" +
                                             thirds + " (a cycle has 360°)";
-    if (const auto windows = telling_windows(comparison.windows)) {
+    if (const auto windows = well_known_windows(comparison.windows)) {
         const auto& [first, last] = *windows;
         text += fmt::format(
             "; as the amplitude falls from {:.2g} to {:.2g} mm the measured frequency goes from "
@@ -170,9 +175,9 @@ std::string phase_words(const Comparison& comparison) {
     return text;
 }
 
-std::string rest_words(const residuals::ResidualStructure& structure) {
-    return fmt::format("the position of rest: the stem's lies {:+.4f} mm beside the model's early, "
-                       "{:+.4f} mm in the middle, {:+.4f} mm late (+: toward positive deflection)",
+std::string rest_words(const ResidualStructure& structure) {
+    return fmt::format("an error of the rest position: measured minus modelled {:+.4f} mm early, "
+                       "{:+.4f} mm in the middle, {:+.4f} mm late",
                        1e3 * structure.thirds[0].rest, 1e3 * structure.thirds[1].rest,
                        1e3 * structure.thirds[2].rest);
 }
@@ -182,13 +187,12 @@ std::string shape_words(const Comparison& comparison) {
     const auto second = std::ranges::find(comparison.spectrum.bands, std::string("mode 2"),
                                           &fit::SpectrumBand::name);
     const bool is_second = second != comparison.spectrum.bands.end() && second->share > 0.5;
-    return is_second ? "the second mode, which is not as the model has it"
-                     : "a shape over the heights that is not that of the swing: the stem bends "
-                       "elsewhere than the model does";
+    return is_second ? "error of the second mode"
+                     : "shape error: the stem bends at other heights than the model";
 }
 
-std::string what_it_looks_like(const Comparison& comparison) {
-    const residuals::ResidualStructure& structure = comparison.structure;
+std::string what_it_is(const Comparison& comparison) {
+    const ResidualStructure& structure = comparison.structure;
     struct Part {
         double share;
         std::string words;
@@ -197,12 +201,13 @@ std::string what_it_looks_like(const Comparison& comparison) {
         Part{structure.amplitude_share, amplitude_words(structure) + decay_words(comparison)},
         Part{structure.phase_share, phase_words(comparison)},
         Part{structure.rest_share, rest_words(structure)},
-        Part{structure.other_motion_share, "a motion with the swing's shape but another frequency"},
+        Part{structure.other_motion_share,
+             "motion with the shape of the swing but another frequency"},
         Part{structure.other_shape_share, shape_words(comparison)}};
     std::array<std::size_t, 5> order{0, 1, 2, 3, 4};
     std::ranges::stable_sort(order, std::greater{}, [&](std::size_t k) { return parts[k].share; });
-    std::string text = fmt::format("Of what is left, {:.0f} % is {}", 100.0 * parts[order[0]].share,
-                                   parts[order[0]].words);
+    std::string text = fmt::format("{:.0f} % of the remaining misfit is {}",
+                                   100.0 * parts[order[0]].share, parts[order[0]].words);
     if (parts[order[1]].share > 0.2)
         text += fmt::format(". Another {:.0f} % is {}", 100.0 * parts[order[1]].share,
                             parts[order[1]].words);
@@ -211,16 +216,15 @@ std::string what_it_looks_like(const Comparison& comparison) {
 
 } // namespace
 
-std::vector<std::string> in_words(const Comparison& comparison) {
+std::vector<std::string> comparison_sentences(const Comparison& comparison) {
     std::vector<std::string> sentences{whether_it_fits(comparison.verdict)};
     if (!comparison.moves) {
-        sentences.emplace_back("Nothing in this model moves a stem that was held straight: what is "
-                               "left is the whole measured motion; add gravity.");
+        sentences.emplace_back("Nothing in this model moves a stem that was held straight: the "
+                               "residual is the whole measured motion; add gravity.");
         return sentences;
     }
     if (comparison.verdict.finding == Finding::Adequate) {
-        sentences.emplace_back("Nothing is left that could be told from noise at any height, time "
-                               "or frequency.");
+        sentences.emplace_back("The residuals are noise at every height, time and frequency.");
         return sentences;
     }
     if (comparison.verdict.finding == Finding::Undecided)
@@ -228,8 +232,8 @@ std::vector<std::string> in_words(const Comparison& comparison) {
     if (std::string where = where_it_fails(comparison); !where.empty())
         sentences.push_back(std::move(where));
     if (comparison.structure.excess_over_noise > 0.0)
-        sentences.push_back(what_it_looks_like(comparison));
+        sentences.push_back(what_it_is(comparison));
     return sentences;
 }
 
-} // namespace culm::diagnose
+} // namespace culm::present

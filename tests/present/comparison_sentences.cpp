@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What culm compare says of a misfit, and what it must not say.
-#include "diagnose/comparison.hpp"
+#include "present/comparison.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-/// A comparison in which something is missing, with a swing far above its noise.
+/// A comparison of an inadequate model, with a swing far above its noise.
 diagnose::Comparison misfit() {
     diagnose::Comparison comparison;
     comparison.verdict.finding = diagnose::Finding::Inadequate;
@@ -28,7 +28,7 @@ diagnose::Comparison misfit() {
 }
 
 std::string last_sentence(const diagnose::Comparison& comparison) {
-    return diagnose::in_words(comparison).back();
+    return present::comparison_sentences(comparison).back();
 }
 
 TEST(Words, SayWhichSwingIsAhead) {
@@ -36,9 +36,10 @@ TEST(Words, SayWhichSwingIsAhead) {
     comparison.structure.phase_share = 0.9;
     comparison.structure.thirds[0].lag = 0.01;
     comparison.structure.thirds[1].lag = -0.02;
-    EXPECT_EQ(last_sentence(comparison),
-              "Of what is left, 90 % is the model's phase: against it the measured swing is 0.57° "
-              "behind early, 1.15° ahead in the middle, in step late (a cycle has 360°).");
+    EXPECT_EQ(
+        last_sentence(comparison),
+        "90 % of the remaining misfit is phase error: against the model the measured swing is "
+        "0.57° behind early, 1.15° ahead in the middle, in step late (a cycle has 360°).");
 }
 
 TEST(Words, SayNothingOfThePhaseOfASwingThatHasDied) {
@@ -79,10 +80,11 @@ TEST(Words, NameNoHeightWhereThereIsOnlyOne) {
     diagnose::Comparison comparison = misfit();
     comparison.by_time.resize(3);
     comparison.by_height.resize(1);
-    EXPECT_THAT(diagnose::in_words(comparison)[1],
+    EXPECT_THAT(present::comparison_sentences(comparison)[1],
                 HasSubstr("The misfit is largest in the first third of the time"));
     comparison.by_height.resize(2);
-    EXPECT_THAT(diagnose::in_words(comparison)[1], HasSubstr("The misfit is largest at h ="));
+    EXPECT_THAT(present::comparison_sentences(comparison)[1],
+                HasSubstr("The misfit is largest at h ="));
 }
 
 } // namespace

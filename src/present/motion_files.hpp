@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Measured and modelled motion as HDF5 files: comparison.h5 (docs/compare.md) and diagnosis.h5
-// (docs/diagnosis.md).
+// Measured and modelled motion as files: tables of deflections, comparison.h5 (docs/compare.md) and
+// diagnosis.h5 (docs/diagnosis.md).
 #pragma once
 
 #include "diagnose/diagnosis.hpp"
@@ -9,8 +9,16 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace culm::present {
+
+/// Of every frame and height the measured deflection, and that of each model under its label; mm.
+[[nodiscard]] std::string
+deflections_csv(const measure::Measurement& measurement,
+                const std::vector<std::pair<std::string, const fit::RecordingFit*>>& models);
 
 /// Times, heights, measured deflections and, of every model that has a fit, what it predicts and
 /// leaves, the spectrum of that, and the swing in windows. Throws core::StorageError.

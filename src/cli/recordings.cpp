@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cli/chain_fits.hpp"
+#include "cli/recordings.hpp"
 
-#include "cli/command_line.hpp"
 #include "fit/coarse_image.hpp"
 #include "physics/bond_law_options.hpp"
+#include "present/files.hpp"
 #include "present/text.hpp"
 #include "study/execute/plan.hpp"
 
+#include <filesystem>
 #include <optional>
-#include <string_view>
 
 #include <fmt/format.h>
 
@@ -72,7 +72,7 @@ std::optional<double> run_seconds(const measure::Measurement& recording,
 /// ": about 3 s to 20 s of processor time …" and the end of the line.
 std::string time_text(const std::optional<Span>& seconds, int ranks) {
     if (!seconds)
-        return "; how long that takes is not known before\n";
+        return "; the time cannot be estimated\n";
     const auto range = [](const Span& span) {
         return fmt::format("{} to {}", present::estimate_text(span.least),
                            present::estimate_text(span.most));
@@ -82,10 +82,6 @@ std::string time_text(const std::optional<Span>& seconds, int ranks) {
     if (ranks > 1)
         text += fmt::format(", {} on {} ranks", range((1.0 / ranks) * *seconds), ranks);
     return text + '\n';
-}
-
-std::string counted(std::size_t count, std::string_view noun) {
-    return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
 /// Adds a model's cost to `sum`, which becomes nothing where it is not known.
@@ -98,7 +94,23 @@ void add(std::optional<Span>& sum, const Span& runs, const std::optional<double>
 
 } // namespace
 
-void add_chain_options(CLI::App& command, ChainArguments& arguments, const char* window_use) {
+void add_recording_options(CLI::App& command, RecordingArguments& arguments, const char* paths,
+                           const char* output, const char* window) {
+    command.add_option("measurements", arguments.paths, paths)
+        ->required()
+        ->type_name("MEASUREMENT");
+    command.add_option("--json", arguments.json, "Write all results to this file (- for stdout)")
+        ->type_name("FILE");
+    command.add_option("-o,--output", arguments.output, output)->type_name("DIR");
+    command
+        .add_option(
+            "--window", arguments.window_s,
+            fmt::format("{} only the first SECONDS after the release (default: all)", window))
+        ->type_name("SECONDS")
+        ->check(number_in({0.0, 1e6, true}));
+}
+
+void add_chain_options(CLI::App& command, RecordingArguments& arguments) {
     command
         .add_option("--law", arguments.law,
                     "Law of the bonds' damping: \"consistent\" (physical) or \"schramm2019\" (as "
@@ -109,21 +121,16 @@ void add_chain_options(CLI::App& command, ChainArguments& arguments, const char*
                     "Spheres in the chain (default: as stem.toml says, else 56)")
         ->type_name("N")
         ->check(CLI::Range(5, 1000));
-    command
-        .add_option(
-            "--window", arguments.window_s,
-            fmt::format("{} only the first SECONDS after the release (default: all)", window_use))
-        ->type_name("SECONDS")
-        ->check(number_in({0.0, 1e6, true}));
+    command.add_flag("-q,--quiet", arguments.is_quiet, "No estimate of the cost, no progress");
 }
 
-fit::ChainOptions chain_options(const ChainArguments& arguments) {
+fit::ChainOptions chain_options(const RecordingArguments& arguments) {
     return {arguments.spheres, *physics::law_by_name(arguments.law)};
 }
 
-std::string chain_words(const ChainArguments& arguments) {
+std::string chain_words(const RecordingArguments& arguments) {
     std::string text;
-    if (arguments.law != ChainArguments{}.law)
+    if (arguments.law != RecordingArguments{}.law)
         text += " --law " + arguments.law;
     if (arguments.spheres)
         text += fmt::format(" --spheres {}", *arguments.spheres);
@@ -132,13 +139,27 @@ std::string chain_words(const ChainArguments& arguments) {
     return text;
 }
 
+void write_results(const RecordingArguments& arguments,
+                   std::span<const measure::Measurement> recordings, const std::string& file,
+                   const nlohmann::json& document) {
+    for (const measure::Measurement& recording : recordings)
+        for (const std::string& remark : recording.remarks)
+            print_note(remark);
+    if (!arguments.json.empty())
+        present::write_json(arguments.json, document);
+    if (arguments.output.empty())
+        return;
+    present::make_folder(arguments.output);
+    present::write_json((std::filesystem::path(arguments.output) / file).string(), document);
+}
+
 std::string cost_of_calibration(const std::vector<measure::Measurement>& recordings,
                                 const calibrate::CalibrationOptions& options, int ranks) {
     std::optional<Span> seconds{Span{}};
     const fit::FitOptions chain{options.chain, options.fit.window, {}};
     for (const measure::Measurement& recording : recordings)
         add(seconds, runs_of_first_fit, run_seconds(recording, options.effects, chain));
-    return counted(recordings.size(), "recording") + ", one fit of the chain to each" +
+    return present::counted(recordings.size(), "recording") + ", one fit of the chain to each" +
            time_text(seconds, ranks);
 }
 
@@ -151,7 +172,8 @@ std::string cost_of_ladder(const measure::Measurement& recording,
     for (const SelectedEffects& effects : models)
         for (const Span& runs : {runs_of_effect_fit, runs_of_held_out_fits})
             add(seconds, runs, run_seconds(recording, effects, options));
-    return counted(models.size() + 1, "model") + ", three fits of each" + time_text(seconds, 1);
+    return present::counted(models.size() + 1, "model") + ", three fits of each" +
+           time_text(seconds, 1);
 }
 
 std::string cost_of_table(const std::vector<measure::Measurement>& recordings,
@@ -162,8 +184,8 @@ std::string cost_of_table(const std::vector<measure::Measurement>& recordings,
         for (const SelectedEffects& effects : models)
             add(seconds, effects.empty() ? runs_of_first_fit : runs_of_effect_fit,
                 run_seconds(recording, effects, options));
-    return fmt::format("{} fitted to {}", counted(models.size(), "model"),
-                       counted(recordings.size(), "recording")) +
+    return fmt::format("{} fitted to {}", present::counted(models.size(), "model"),
+                       present::counted(recordings.size(), "recording")) +
            time_text(seconds, ranks);
 }
 
@@ -186,9 +208,9 @@ std::string cost_of_diagnosis(std::span<const measure::Measurement> recordings,
                 run);
         }
     }
-    return fmt::format("{} scored, those that promise something fitted to {}",
-                       counted(options.candidates.size(), "candidate"),
-                       counted(recordings.size(), "recording")) +
+    return fmt::format("{} scored, the promising ones fitted to {}",
+                       present::counted(options.candidates.size(), "candidate"),
+                       present::counted(recordings.size(), "recording")) +
            time_text(seconds, ranks);
 }
 
