@@ -130,8 +130,8 @@ std::string adequacy_text(const diagnose::Verdict& verdict) {
 /// Y, β and the verdict.
 std::string calibration_sentence(const calibrate::Calibration& calibration) {
     return fmt::format("{}: Y = {} GPa, beta = {} (95 %). {}", calibration.id,
-                       plus_minus(parameter_of(calibration, "bond_youngs_modulus"), 1e-9, 4),
-                       plus_minus(parameter_of(calibration, "bond_damping"), 1.0, 2),
+                       plus_minus(parameter_of(calibration, physics::bond_youngs_modulus), 1e-9, 4),
+                       plus_minus(parameter_of(calibration, physics::bond_damping), 1.0, 2),
                        adequacy_text(calibration.verdict));
 }
 
