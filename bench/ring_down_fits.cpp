@@ -3,7 +3,7 @@
 #include "archive/study/file.hpp"
 #include "bench/cpu_time.hpp"
 #include "bench/run_program.hpp"
-#include "reduce/ring_down_fit.hpp"
+#include "reduce/ring_down/ring_down_fit.hpp"
 
 #include <algorithm>
 #include <cmath>

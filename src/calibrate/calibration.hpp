@@ -2,13 +2,13 @@
 // One measured stem calibrated: the fitted chain, what it lacks, and the tests asked for.
 #pragma once
 
-#include "calibrate/calibration_check.hpp"
 #include "calibrate/profile_likelihood.hpp"
 #include "calibrate/study_calibration.hpp"
 #include "diagnose/adequacy.hpp"
 #include "fit/solve/fit.hpp"
 #include "integrate/modes.hpp"
 #include "physics/effects/selection.hpp"
+#include "reduce/ring_down/stem_ring_downs.hpp"
 #include "run/modes.hpp"
 
 #include <optional>
@@ -16,6 +16,29 @@
 #include <vector>
 
 namespace culm::calibrate {
+
+/// The paper's closing test: Eq. 1 fitted to the calibrated stem and to the measured one.
+struct CalibrationCheck {
+    reduce::StemRingDowns measured;
+    reduce::StemRingDowns simulated; ///< at the same times and heights, without noise
+    /// Means over the heights that both fits have, weighted by the measured one's precision; the
+    /// errors are simulated over measured, less 1.
+    double measured_decay_per_cycle = 0.0;
+    double simulated_decay_per_cycle = 0.0;
+    double decay_error = 0.0;
+    double measured_frequency = 0.0; ///< Hz
+    double simulated_frequency = 0.0;
+    double frequency_error = 0.0;
+    /// One standard error of the measured values, relative: what the test can tell.
+    double decay_resolution = 0.0;
+    double frequency_resolution = 0.0;
+};
+
+/// Simulates the calibrated stem over the whole record and fits Eq. 1 at every height to both, in
+/// the same way. Throws core::NumericalError if Eq. 1 cannot be fitted to one of them.
+[[nodiscard]] CalibrationCheck check_calibration(const fit::RecordingFit& fit,
+                                                 const measure::Measurement& measurement,
+                                                 const reduce::RingDownAnalysisOptions& options);
 
 struct CalibrationOptions {
     fit::ChainOptions chain;

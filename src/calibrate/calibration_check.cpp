@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibrate/calibration_check.hpp"
-
+#include "calibrate/calibration.hpp"
 #include "core/error.hpp"
 #include "residuals/ring_downs.hpp"
 

@@ -2,6 +2,7 @@
 #include "diagnose/answer.hpp"
 
 #include "diagnose/candidate_field.hpp"
+#include "diagnose/criterion.hpp"
 #include "diagnose/judge.hpp"
 #include "fit/coarse_image.hpp"
 #include "fit/solve/residual_statistics.hpp"

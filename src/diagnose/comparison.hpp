@@ -6,7 +6,7 @@
 #include "fit/fit_model.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "fit/start/residual_spectrum.hpp"
-#include "reduce/stem_ring_downs.hpp"
+#include "reduce/ring_down/stem_ring_downs.hpp"
 #include "residuals/mode_shapes.hpp"
 #include "residuals/residual_structure.hpp"
 #include "residuals/swing_windows.hpp"

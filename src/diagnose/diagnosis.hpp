@@ -6,7 +6,7 @@
 #include "diagnose/adequacy.hpp"
 #include "diagnose/correlated_estimate.hpp"
 #include "diagnose/missing_force/missing_force.hpp"
-#include "diagnose/next_experiment.hpp"
+#include "diagnose/experiment/next_experiment.hpp"
 #include "diagnose/policy.hpp"
 #include "diagnose/score/score_test.hpp"
 #include "fit/fit_model.hpp"

@@ -7,7 +7,7 @@
 namespace culm::diagnose {
 
 /// The rules that use these numbers are in adequacy.hpp (is a model adequate?), judge.hpp (is a
-/// larger model accepted?), diagnosis.cpp (the search) and answer.cpp (what is reported).
+/// larger model accepted?), search.cpp (the search) and answer.cpp (what is reported).
 struct Policy {
     // --- Is a fitted model adequate? (adequacy.cpp)
 
@@ -54,7 +54,7 @@ struct Policy {
     /// Allowed rise at the height that was left out; both fits have seen its neighbours.
     double allowed_rise = 1.02;
 
-    // --- Which models cannot be told apart? (diagnosis.cpp)
+    // --- Which models cannot be told apart? (search.cpp)
 
     /// Of the criterion: odds of 20 to 1 (Kass & Raftery 1995: "strong"). An effect whose removal
     /// costs less goes.

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "present/text_style.hpp"
-#include "reduce/stem_ring_downs.hpp"
+#include "reduce/ring_down/stem_ring_downs.hpp"
 
 #include <optional>
 #include <string>

@@ -4,7 +4,7 @@
 
 #include "fit/solve/fit.hpp"
 #include "measure/folder/measurement.hpp"
-#include "reduce/stem_ring_downs.hpp"
+#include "reduce/ring_down/stem_ring_downs.hpp"
 
 namespace culm::residuals {
 

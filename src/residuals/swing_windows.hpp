@@ -2,7 +2,7 @@
 // Frequency, decay and position of rest of the swing as its amplitude falls, measured and modelled.
 #pragma once
 
-#include "reduce/ring_down_analysis.hpp"
+#include "reduce/ring_down/ring_down_analysis.hpp"
 #include "residuals/swing.hpp"
 
 #include <optional>

@@ -5,7 +5,7 @@
 #include "core/error.hpp"
 #include "integrate/history_sampler.hpp"
 #include "integrate/statics.hpp"
-#include "reduce/ring_down_fit.hpp"
+#include "reduce/ring_down/ring_down_fit.hpp"
 #include "support/modal_state.hpp"
 
 #include <cmath>

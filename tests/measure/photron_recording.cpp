@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/refused_text.hpp"
-#include "measure/track/frame_source.hpp"
+#include "measure/track/frames/frame_source.hpp"
 #include "measure/tracked_video.hpp"
 #include "support/optional_data.hpp"
 

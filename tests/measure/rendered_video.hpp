@@ -2,7 +2,7 @@
 // Renders small videos of a vibrating stem whose position in every row is known exactly.
 #pragma once
 
-#include "measure/track/frame_image.hpp"
+#include "measure/track/frames/frame_image.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <array>

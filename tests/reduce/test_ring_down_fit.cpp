@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The fit of Eq. 1: recovery, options, intervals, and refusals.
 #include "core/error.hpp"
-#include "reduce/ring_down_fit.hpp"
+#include "reduce/ring_down/ring_down_fit.hpp"
 #include "ring_down_signal.hpp"
 
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Eq. 1 and the derivatives of its sum of squares, as the fit uses them.
-#include "reduce/ring_down_model.hpp"
+#include "reduce/ring_down/ring_down_model.hpp"
 
 #include <cmath>
 #include <numbers>

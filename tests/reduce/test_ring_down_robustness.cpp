@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The fit of Eq. 1 never falls into a wrong period: a sweep over what stems and cameras can do.
 #include "core/error.hpp"
-#include "reduce/ring_down_fit.hpp"
-#include "reduce/ring_down_model.hpp"
+#include "reduce/ring_down/ring_down_fit.hpp"
+#include "reduce/ring_down/ring_down_model.hpp"
 #include "ring_down_signal.hpp"
 
 #include <array>

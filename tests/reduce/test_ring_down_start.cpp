@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The scan behind the fit of Eq. 1.
-#include "reduce/ring_down_start.hpp"
+#include "reduce/ring_down/ring_down_start.hpp"
 #include "ring_down_signal.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "reduce/stem_ring_downs.hpp"
+#include "reduce/ring_down/stem_ring_downs.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/simulate.hpp"
 
-#include "reduce/ring_down_fit.hpp"
+#include "reduce/ring_down/ring_down_fit.hpp"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 // One stem at several explicit steps: the same motion as in ordinary runs, and its order.
 #include "run/step_comparison.hpp"
 
-#include "reduce/ring_down_fit.hpp"
+#include "reduce/ring_down/ring_down_fit.hpp"
 #include "run/modes.hpp"
 #include "run/timestep_theory.hpp"
 

@@ -5,7 +5,7 @@
 #include "measure/folder/measurement.hpp"
 #include "physics/effects/library.hpp"
 #include "reduce/population_statistics.hpp"
-#include "reduce/ring_down_analysis.hpp"
+#include "reduce/ring_down/ring_down_analysis.hpp"
 #include "run/case_model.hpp"
 #include "run/modes.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
-#include "measure/track/frame_from_opencv.hpp"
-#include "measure/track/frame_source.hpp"
+#include "measure/track/frames/frame_from_opencv.hpp"
+#include "measure/track/frames/frame_source.hpp"
 #include "measure/track/track_report.hpp"
 
 #include <algorithm>

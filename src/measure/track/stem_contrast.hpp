@@ -2,7 +2,7 @@
 // What stands out from the background: the stem, and clutter that never moves.
 #pragma once
 
-#include "measure/track/frame_image.hpp"
+#include "measure/track/frames/frame_image.hpp"
 #include "measure/track/stem_trace.hpp"
 
 #include <cstdint>

@@ -2,7 +2,7 @@
 // The stem in one frame: the chain of its runs from the clamp upward, and its axis in each row.
 #pragma once
 
-#include "measure/track/frame_image.hpp"
+#include "measure/track/frames/frame_image.hpp"
 
 #include <array>
 #include <cstdint>

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "measure/folder/measurement.hpp"
-#include "measure/track/frame_image.hpp"
-#include "measure/track/frame_source.hpp"
+#include "measure/track/frames/frame_image.hpp"
+#include "measure/track/frames/frame_source.hpp"
 #include "measure/track/row_record.hpp"
 #include "measure/track/stem_trace.hpp"
 

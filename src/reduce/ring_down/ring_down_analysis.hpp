@@ -3,7 +3,7 @@
 // verdict whether Eq. 1 suffices.
 #pragma once
 
-#include "reduce/ring_down_fit.hpp"
+#include "reduce/ring_down/ring_down_fit.hpp"
 
 #include <optional>
 #include <span>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "reduce/ring_down_model.hpp"
+#include "reduce/ring_down/ring_down_model.hpp"
 
 #include <algorithm>
 #include <cmath>

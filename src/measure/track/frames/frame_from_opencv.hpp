@@ -2,7 +2,7 @@
 // From OpenCV's pictures to plain numbers and back.
 #pragma once
 
-#include "measure/track/frame_image.hpp"
+#include "measure/track/frames/frame_image.hpp"
 
 #include <string>
 

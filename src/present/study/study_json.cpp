@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
 #include "present/files.hpp"
-#include "present/study.hpp"
+#include "present/study/study.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm keys [NAME...]
 #include "cli/commands.hpp"
-#include "present/config_reference.hpp"
+#include "present/study/config_reference.hpp"
 #include "study/config/keys.hpp"
 
 #include <memory>

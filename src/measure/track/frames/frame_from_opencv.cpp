@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/track/frame_from_opencv.hpp"
+#include "measure/track/frames/frame_from_opencv.hpp"
 
 #include "core/error.hpp"
 

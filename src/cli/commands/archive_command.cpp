@@ -3,7 +3,7 @@
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/provenance.hpp"
-#include "present/archive.hpp"
+#include "present/study/archive.hpp"
 #include "present/files.hpp"
 #include "study/execute/assemble.hpp"
 #include "study/execute/folder_state.hpp"

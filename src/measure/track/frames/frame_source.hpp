@@ -3,7 +3,7 @@
 // header .cih or .cihx and raw pixels .mraw).
 #pragma once
 
-#include "measure/track/frame_image.hpp"
+#include "measure/track/frames/frame_image.hpp"
 
 #include <cstddef>
 #include <cstdint>

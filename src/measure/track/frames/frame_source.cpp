@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/track/frame_source.hpp"
+#include "measure/track/frames/frame_source.hpp"
 
 #include "core/error.hpp"
-#include "measure/track/frame_from_opencv.hpp"
-#include "measure/track/parallel_frames.hpp"
+#include "measure/track/frames/frame_from_opencv.hpp"
+#include "measure/track/frames/parallel_frames.hpp"
 
 #include <algorithm>
 #include <charconv>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "present/archive.hpp"
+#include "present/study/archive.hpp"
 
 #include "present/text.hpp"
 #include "study/execute/folder_state.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "present/archive.hpp"
-#include "present/study.hpp"
+#include "present/study/archive.hpp"
+#include "present/study/study.hpp"
 #include "study/summary/summary.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/next_experiment.hpp"
+#include "diagnose/experiment/next_experiment.hpp"
 
 #include "core/error.hpp"
 #include "physics/effects/stem_scales.hpp"

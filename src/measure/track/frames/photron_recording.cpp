@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
 #include "core/file_text.hpp"
-#include "measure/track/frame_source.hpp"
-#include "measure/track/parallel_frames.hpp"
+#include "measure/track/frames/frame_source.hpp"
+#include "measure/track/frames/parallel_frames.hpp"
 
 #include <algorithm>
 #include <array>

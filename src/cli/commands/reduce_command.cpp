@@ -3,7 +3,7 @@
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "present/files.hpp"
-#include "present/study.hpp"
+#include "present/study/study.hpp"
 #include "study/summary/summary.hpp"
 
 #include <memory>

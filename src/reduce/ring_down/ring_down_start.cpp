@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "reduce/ring_down_start.hpp"
+#include "reduce/ring_down/ring_down_start.hpp"
 
 #include <algorithm>
 #include <bit>

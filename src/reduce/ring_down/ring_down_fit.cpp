@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "reduce/ring_down_fit.hpp"
+#include "reduce/ring_down/ring_down_fit.hpp"
 
 #include "core/error.hpp"
 #include "reduce/distributions.hpp"
-#include "reduce/ring_down_model.hpp"
-#include "reduce/ring_down_start.hpp"
+#include "reduce/ring_down/ring_down_model.hpp"
+#include "reduce/ring_down/ring_down_start.hpp"
 
 #include <algorithm>
 #include <cmath>

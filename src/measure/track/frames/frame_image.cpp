@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/track/frame_image.hpp"
+#include "measure/track/frames/frame_image.hpp"
 
 #include <algorithm>
 

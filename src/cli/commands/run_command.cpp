@@ -10,7 +10,7 @@
 #include "farm/communicator.hpp"
 #include "farm/environment.hpp"
 #include "present/files.hpp"
-#include "present/study.hpp"
+#include "present/study/study.hpp"
 #include "present/text.hpp"
 #include "run/simulate.hpp"
 #include "study/execute/execute.hpp"

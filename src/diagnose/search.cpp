@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/diagnosis.hpp"
-
 #include "core/error.hpp"
 #include "diagnose/answer.hpp"
 #include "diagnose/candidate_field.hpp"
+#include "diagnose/criterion.hpp"
+#include "diagnose/diagnosis.hpp"
 #include "diagnose/judge.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "present/config_reference.hpp"
+#include "present/study/config_reference.hpp"
 
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"

@@ -4,7 +4,7 @@
 // commands, arguments, types), and the keys of study files come from no program's help.
 #include "cli/build_facts.hpp"
 #include "cli/commands.hpp"
-#include "present/config_reference.hpp"
+#include "present/study/config_reference.hpp"
 #include "present/files.hpp"
 
 #include <algorithm>

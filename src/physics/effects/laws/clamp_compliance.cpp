@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The clamp yields like a spring.
-#include "physics/effects/clamp.hpp"
+#include "physics/effects/laws/clamp.hpp"
 #include "physics/effects/effect.hpp"
 
 namespace culm::physics {

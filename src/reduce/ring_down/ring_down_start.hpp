@@ -2,7 +2,7 @@
 // Where the fit of Eq. 1 starts: the best peaks of a scan over every frequency and decay.
 #pragma once
 
-#include "reduce/ring_down_model.hpp"
+#include "reduce/ring_down/ring_down_model.hpp"
 
 #include <vector>
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "reduce/population_statistics.hpp"
-#include "reduce/ring_down_analysis.hpp"
+#include "reduce/ring_down/ring_down_analysis.hpp"
 
 #include <optional>
 #include <string>
