@@ -39,6 +39,8 @@ std::string what_is_too_little(const fit::RecordingFit& fit, const residuals::Sw
     return {};
 }
 
+/// Holm (1979): the family of tests rejects falsely at the level at most, however the tests depend
+/// on each other, and with more power than Bonferroni's division.
 void adjust(Verdict& verdict, const Policy& policy) {
     std::vector<double> p_values;
     for (const residuals::LackOfFitTest& test : verdict.tests)

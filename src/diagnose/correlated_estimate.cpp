@@ -27,6 +27,7 @@ void for_each_reading(const ReadingSequence& sequence, const Act& act) {
     }
 }
 
+/// The lag-one autocorrelation, which maximises the likelihood of AR(1) noise to first order.
 double correlation_of(const Eigen::VectorXd& residual, const ReadingSequence& sequence) {
     double product = 0.0;
     double square = 0.0;

@@ -37,6 +37,9 @@ void scale_material(double modulus, double damping, std::vector<FittedParameter>
 
 } // namespace
 
+// Readings of the image are the measured ones shifted by the difference of the two chains at the
+// present model: the coarse chain then has the residuals of the fine one, and its own
+// discretisation error cancels to first order in the change of the model.
 int searched_spheres(int spheres) {
     return spheres - 1 > worthwhile * (coarse_spheres - 1) ? coarse_spheres : spheres;
 }

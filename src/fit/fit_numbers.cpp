@@ -69,6 +69,8 @@ std::vector<StemModel> models_of(const Fit& numbers,
     return models;
 }
 
+// One run per recording with everything held: cheaper than to send residuals and Jacobians between
+// ranks, and the same bits on every rank.
 Fit restored(const Fit& numbers, std::span<const measure::Measurement> recordings,
              const FitOptions& options) {
     Fit out = numbers;

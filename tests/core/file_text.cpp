@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Files that are read as a whole: what comes back, and what is refused.
-#include "core/file_text.hpp"
-
 #include "core/error.hpp"
+#include "core/user_files.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <fstream>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Names of files inside other files: what they may lead to.
-#include "core/named_path.hpp"
-
 #include "core/error.hpp"
+#include "core/user_files.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 #include "calibrate/bulk_export.hpp"
 #include "cli/commands.hpp"
 #include "core/error.hpp"
-#include "core/file_text.hpp"
 #include "core/nearest_name.hpp"
+#include "core/user_files.hpp"
 #include "present/files.hpp"
 
 #include <map>

@@ -2,9 +2,9 @@
 #include "core/toml/table.hpp"
 
 #include "core/decimal_text.hpp"
-#include "core/file_text.hpp"
 #include "core/nearest_name.hpp"
 #include "core/toml/value.hpp"
+#include "core/user_files.hpp"
 
 #include <algorithm>
 #include <array>

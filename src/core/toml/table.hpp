@@ -3,8 +3,8 @@
 // value, what is allowed, and the right place or name.
 #pragma once
 
-#include "core/file_faults.hpp"
 #include "core/interval.hpp"
+#include "core/user_files.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -113,6 +113,8 @@ std::vector<double> frames_of(const fit::RecordingFit& fit, const Change& change
     return times;
 }
 
+/// Schur's complement of the release in the information matrix: what is known of the other numbers
+/// once the release has been fitted.
 /// Information of the record at hand about all but the release, whose numbers are new each time:
 /// (parameters, parameters), over the noise.
 Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
@@ -207,6 +209,9 @@ double gap(const fit::RecordingFit& truth, const fit::RecordingFit& other, const
         normal += column * column.transpose();
         gradient += distance * column;
     }
+    // Least squares of the other model to what the first predicts, with the recording at hand as
+    // prior information: min over θ of |d − J θ|² + θᵀ I θ = |d|² − gᵀ (JᵀJ + I)⁻¹ g, g = Jᵀ d.
+    // Scaled to a unit diagonal, because the units of the numbers differ by decades.
     Eigen::VectorXd size = normal.diagonal().cwiseSqrt();
     for (double& entry : size)
         entry = entry > 0.0 ? 1.0 / entry : 0.0;

@@ -13,6 +13,8 @@
 namespace culm::diagnose {
 namespace {
 
+/// A coefficient starts where its term makes this share of the elastic forces: large enough for a
+/// derivative above the noise of the runs, small enough to stay linear.
 constexpr double small_share = 1e-3; ///< of the elastic forces
 constexpr double widest = 1e4;       ///< bounds of a coefficient, times its scale
 

@@ -89,6 +89,8 @@ void VisibleSize::settle(const fit::StartModels& default_start) {
         size = size_of(own, own.access.get(default_start.front().spec));
         imitated = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(fitted_.ids.size()));
     }
+    // The signature grows as a power of the size, p = 1 where the first order tells and 2 where it
+    // vanishes. Each run corrects both, as a secant does on logarithmic axes.
     double before = 0.0;
     double growth = 1.0;
     for (int run = 0; run < most_runs; ++run) {

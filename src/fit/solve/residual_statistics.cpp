@@ -141,6 +141,8 @@ double effective_degrees_of_freedom(const Eigen::MatrixXd& whitened, std::size_t
     const Eigen::Index frames = whitened.rows();
     const Eigen::Index rows = whitened.cols();
     const double entries = static_cast<double>(frames * rows);
+    // Two separate factors, time and rows: the variance of a sum of squares of Gaussian numbers is
+    // 2 Σ of squared covariances, and for the residuals of a chain that sum nearly factorises.
     double share = 0.0; // of independent frames, weighted by the rows' variances
     double weights = 0.0;
     for (Eigen::Index j = 0; j < rows; ++j) {
@@ -175,6 +177,7 @@ double effective_readings(const Eigen::MatrixXd& whitened) {
                                        ? std::clamp(covariance.back() / covariance.front(), 0.0,
                                                     largest_residual_correlation)
                                        : 0.0;
+        // The variance of a mean of AR(1) noise is that of n (1 − ρ)/(1 + ρ) independent readings.
         sum += static_cast<double>(values.size()) * (1.0 - correlation) / (1.0 + correlation);
     }
     return sum;
@@ -192,6 +195,8 @@ SpatialPattern spatial_pattern(const Eigen::MatrixXd& whitened) {
     const double largest = solver.eigenvalues()(whitened.cols() - 1);
     pattern.shape = solver.eigenvectors().col(whitened.cols() - 1);
     pattern.share = largest / total;
+    // Johnstone (2001), Theorem 1.1: (λ₁ − centre)/width tends to the Tracy-Widom law. The unknown
+    // variance is the table's own mean square, so λ₁ is counted in units of total/(n m).
     const double root = std::sqrt(n - 1.0) + std::sqrt(m);
     const double centre = root * root;
     const double width = root * std::cbrt(1.0 / std::sqrt(n - 1.0) + 1.0 / std::sqrt(m));

@@ -135,6 +135,7 @@ double JointResiduals::upper(std::size_t parameter) const {
     return bounds(parameter).second;
 }
 
+// Ceres asks for every reading by itself; the chains run here, once for all of them.
 void JointResiduals::PrepareForEvaluation(bool, bool) {
     for (std::size_t k = 0; k < internal_.size(); ++k)
         per_internal_[k] = natural_per_internal(k);

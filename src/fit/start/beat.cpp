@@ -56,6 +56,9 @@ SwingHistory swing_history(const RecordingFit& fit) {
 }
 
 /// Misses of the beat. Parameters: ω, δ, ε, α and A, each over its scale.
+/// A stem that is pulled at an angle α to its principal planes swings in both: seen from the side,
+/// x = A e^(−δt) [cos²α cos ω₁t + sin²α cos ω₂t] with ω₁,₂² = ω² (1 ± ε/2). Fitting it to the swing
+/// is a problem of five numbers, hundreds of times cheaper than a fit of the spatial chain.
 struct BeatCost {
     double time;
     double measured;

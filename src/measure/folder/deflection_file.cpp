@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/decimal_text.hpp"
-#include "core/file_faults.hpp"
+#include "core/user_files.hpp"
 #include "measure/folder/delimited_text.hpp"
 #include "measure/folder/measurement.hpp"
 #include "measure/folder/measurement_files.hpp"

@@ -3,7 +3,7 @@
 
 #include "core/decimal_text.hpp"
 #include "core/error.hpp"
-#include "core/file_text.hpp"
+#include "core/user_files.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
-#include "core/file_text.hpp"
+#include "core/user_files.hpp"
 #include "measure/import/recorded_series.hpp"
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 #include "measure/import/import_mapping.hpp"
 
 #include "core/decimal_text.hpp"
-#include "core/named_path.hpp"
 #include "core/toml/table.hpp"
+#include "core/user_files.hpp"
 #include "measure/folder/measurement_files.hpp"
 
 #include <algorithm>

@@ -3,8 +3,8 @@
 
 #include "core/decimal_text.hpp"
 #include "core/error.hpp"
-#include "core/file_faults.hpp"
 #include "core/nearest_name.hpp"
+#include "core/user_files.hpp"
 #include "measure/folder/delimited_text.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/decimal_text.hpp"
-#include "core/named_path.hpp"
+#include "core/user_files.hpp"
 #include "measure/folder/measurement_files.hpp"
 #include "measure/track/track.hpp"
 

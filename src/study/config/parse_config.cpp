@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Reads a whole study file: section by section, then what must hold between them.
 #include "core/error.hpp"
-#include "core/file_text.hpp"
+#include "core/user_files.hpp"
 #include "study/config/case_constraints.hpp"
 #include "study/config/keys.hpp"
 #include "study/config/reader.hpp"

@@ -2,9 +2,9 @@
 // Reads one table of a study file against the catalogue of keys.
 #pragma once
 
-#include "core/file_faults.hpp"
 #include "core/toml/table.hpp"
 #include "core/toml/value.hpp"
+#include "core/user_files.hpp"
 #include "study/config/keys.hpp"
 
 #include <cstddef>

@@ -2,8 +2,7 @@
 #include "study/config/sections.hpp"
 
 #include "core/error.hpp"
-#include "core/file_text.hpp"
-#include "core/named_path.hpp"
+#include "core/user_files.hpp"
 #include "study/config/reader.hpp"
 #include "study/config/study_effects.hpp"
 

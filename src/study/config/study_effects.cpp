@@ -2,8 +2,8 @@
 #include "study/config/study_effects.hpp"
 
 #include "core/error.hpp"
-#include "core/file_text.hpp"
 #include "core/toml/table.hpp"
+#include "core/user_files.hpp"
 #include "physics/effects/user_effect.hpp"
 
 #include <algorithm>

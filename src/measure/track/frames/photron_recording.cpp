@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
-#include "core/file_text.hpp"
+#include "core/user_files.hpp"
 #include "measure/track/frames/frame_source.hpp"
 #include "measure/track/frames/parallel_frames.hpp"
 

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Files that users write: reading them within limits, names of files inside them, and all that is
+// wrong in one reported at once.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace culm::core {
+
+/// Descriptions that people write: studies, stems, effects, mappings.
+inline constexpr std::size_t largest_description = std::size_t{64} << 20U; // bytes
+/// Recordings: a million samples of a hundred columns.
+inline constexpr std::size_t largest_recording = std::size_t{1} << 30U; // bytes
+
+/// The bytes of a file of at most `largest` bytes. Throws InputError with the file and the reason:
+/// a folder, missing, too large. Devices and pipes are read up to the limit.
+[[nodiscard]] std::string file_text(const std::filesystem::path& file,
+                                    std::size_t largest = largest_description);
+
+/// What is wrong with the name of a file as it stands inside another file; empty if nothing is. A
+/// name may only lead to that file's folder and below: not absolute, no ".." that leaves it. So a
+/// study or a recording that came from elsewhere cannot make culm read other files of its reader.
+/// Symbolic links are followed: they are the folder's owner's doing, not the text's.
+[[nodiscard]] std::string named_path_fault(std::string_view name);
+
+/// The path of the file that `file` calls `name`. Throws InputError with named_path_fault.
+[[nodiscard]] std::filesystem::path path_named_in(const std::filesystem::path& file,
+                                                  const std::string& name);
+
+/// Collects what is wrong in a file, to report all of it at once.
+class FileFaults {
+  public:
+    explicit FileFaults(std::string file) : file_(std::move(file)) {}
+
+    /// Records `file:line: text`; line 0 means the file as a whole.
+    void add(std::size_t line, std::string_view text);
+    /// Records `file:line: key = value: allowed`.
+    void add(std::size_t line, std::string_view key, std::string_view value,
+             std::string_view allowed);
+    [[nodiscard]] std::size_t count() const { return faults_.size(); }
+    [[nodiscard]] const std::string& file() const { return file_; }
+
+    /// Throws core::InputError with the faults by line if there is one. More than a dozen are
+    /// counted instead of listed: a wrong decimal separator makes a fault of every cell.
+    void throw_if_any() const;
+
+  private:
+    struct Fault {
+        std::size_t line = 0;
+        std::string text;
+    };
+    std::string file_;
+    std::vector<Fault> faults_;
+};
+
+} // namespace culm::core
