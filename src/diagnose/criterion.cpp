@@ -43,6 +43,8 @@ Criterion criterion_of(const fit::Fit* best) {
         out.rmse.push_back(misfit.rmse);
     out.inflation = std::max(1.0, best->reduced_chi_squared);
     out.effective_readings = std::max(best->effective_readings, 2.0);
+    // Correlated residuals carry less evidence than their number says: χ² counts by the share of
+    // the readings that are independent, and so does n of the penalty.
     out.share = std::min(1.0, out.effective_readings / readings(*best));
     return out;
 }

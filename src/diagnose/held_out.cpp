@@ -232,6 +232,8 @@ bool predicts_better(const HeldOutPart& larger, const HeldOutPart& smaller, cons
         return false;
     if (larger.blocks.size() < policy.fewest_blocks)
         return mean(larger.blocks) < policy.clear_fall * mean(smaller.blocks);
+    // A paired test over blocks: both models face the same blocks, and beyond some periods their
+    // residuals are independent.
     std::vector<double> differences;
     for (std::size_t k = 0; k < larger.blocks.size(); ++k)
         differences.push_back(larger.blocks[k] - smaller.blocks[k]);
@@ -248,6 +250,8 @@ bool is_predicted_better(const HeldOutPart& larger, const HeldOutPart& smaller,
     if (!larger.failure.empty() || !smaller.failure.empty())
         return false;
     const double square = larger.over_noise * larger.over_noise;
+    // Divided by what the better model leaves where that is above the noise: a misfit that both
+    // have makes χ² scatter by as much.
     const double fall = static_cast<double>(larger.readings) *
                         (smaller.over_noise * smaller.over_noise - square) / std::max(1.0, square);
     return fall > policy.held_out_gain || predicts_better(larger, smaller, policy);

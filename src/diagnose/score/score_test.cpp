@@ -22,6 +22,7 @@ constexpr int most_bounded = 4; ///< parameters that are held in turn because th
 /// Of Y in a start, within which it counts as the model as it is.
 constexpr double largest_modulus_change = 0.1;
 
+/// Above it AR(1) noise is nearly a random walk over the record, and a draw says nothing.
 constexpr double largest_null_correlation = 0.95;
 constexpr std::uint64_t null_seed = 0x63756c6dULL;
 
@@ -186,6 +187,9 @@ class ScoreTest {
 
     /// The gain of one linear step from here that stays within the effect's bounds.
     void judge_gain(const StackedReadings& stacked, const fit::StartModels& start) {
+        // An active-set method in a few passes: a parameter whose step leaves its bounds is held at
+        // its start, and the others are solved for again. A mass that wants to be negative then
+        // promises nothing, as it would in the fit.
         std::vector<bool> is_held(stacked.ids.size(), false);
         LinearSolution solution = solve_linear(stacked, is_held);
         for (int pass = 0; pass < most_bounded; ++pass) {
@@ -243,6 +247,8 @@ class ScoreTest {
             const Eigen::VectorXd own = project_off(old, column).standing_out;
             if (!(own.norm() > least_standing_out * column.norm()))
                 continue;
+            // In units of its own length: the gain of noise is the square of its projection, χ²
+            // with one degree of freedom for each independent column.
             added.emplace_back(own / own.norm());
             is_one_sided = leaves_bounds(start, stacked.ids[k], -1.0) ||
                            leaves_bounds(start, stacked.ids[k], 1.0);

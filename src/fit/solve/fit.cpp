@@ -60,6 +60,8 @@ Eigen::MatrixXd information(const RecordingFit& fit) {
             fit.prediction.jacobian.data() + place * fit.prediction.parameters, count);
         if (!gradient.allFinite())
             continue;
+        // Readings are independent here; what their correlation does to the numbers is a matter of
+        // diagnose/correlated_estimate.hpp.
         const double noise = fit.noise[place % fit.prediction.rows];
         sum += gradient * gradient.transpose() / (noise * noise);
     }
@@ -82,6 +84,8 @@ Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& matrix) {
     }
     inverse =
         told.scale.cwiseInverse().asDiagonal() * inverse * told.scale.cwiseInverse().asDiagonal();
+    // A parameter that takes part in an unknown direction by more than a thousandth of its length
+    // is unknown itself: its variance has no bound.
     for (Eigen::Index k = 0; k < count; ++k)
         if (unknown(k) > 1e-6)
             inverse(k, k) = std::numeric_limits<double>::infinity();
@@ -300,6 +304,9 @@ StemModel started_from(StemModel model, const RecordingFit& fit) {
 
 namespace {
 
+/// χ² as a function of the frequency has a minimum at every cycle that a wrong one skips over the
+/// window: after N cycles they lie 1/N apart. Over two cycles a fit finds its way from a frequency
+/// that is wrong by a quarter; each solution is then good enough for the next window.
 constexpr std::array<double, 3> first_windows{2.0, 5.0, 12.0}; // cycles
 /// Factors on Y about its start. Within two cycles a frequency that is wrong by a quarter still
 /// leads downhill; 6 % of Y is 3 % of it.
@@ -307,7 +314,8 @@ constexpr std::array<double, 3> first_moduli{1.0, 0.94, 1.06};
 /// A fit that leaves less of the motion than this has found it.
 constexpr double small_remainder = 0.2;
 
-/// Of recordings whose noise is not known, until their residuals tell it.
+/// Of recordings whose noise is not known, until their residuals tell it. One value for all rows: a
+/// common factor of the weights changes no least-squares solution.
 constexpr double provisional_noise = 1e-3; // m
 
 /// Share of the motion that a solution leaves: rms residual over rms reading after the release.

@@ -45,6 +45,10 @@ struct Trial {
     double excess = 0.0;
 };
 
+/// Finds the size at which the excess vanishes: doubling steps away from where the effect is
+/// absent, then bisection. The excess is not smooth at the bounds and may have no zero, so Newton's
+/// method would leave the range; each evaluation is an eigenvalue of the chain and costs a
+/// millisecond.
 class ModulusSearch {
   public:
     ModulusSearch(const FreeParameter& size, const run::CaseSpec& spec,
@@ -122,6 +126,8 @@ double first_frequency(const run::CaseSpec& spec) {
     return std::numeric_limits<double>::quiet_NaN();
 }
 
+// f² = Y a + b with b from effects that do not scale with Y (gravity, a clamp): a fixed-point
+// iteration on the ratio of squares converges by the factor b/f² a pass.
 double matching_modulus(run::CaseSpec spec, double frequency) {
     for (int pass = 0; pass < modulus_passes; ++pass) {
         const double own = first_frequency(spec);
