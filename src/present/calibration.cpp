@@ -37,14 +37,15 @@ Uncertain parameter_of(const calibrate::Calibration& calibration, const physics:
     return {parameter.value, parameter.standard_error};
 }
 
-/// The frequency goes with √Y.
+/// ω = √(k/m) and every stiffness k of the chain is proportional to Y, so dω/ω = ½ dY/Y.
 Uncertain frequency_of(const calibrate::Calibration& calibration) {
     const Uncertain modulus = parameter_of(calibration, physics::bond_youngs_modulus);
     const double frequency = calibration.mode.frequency;
     return {frequency, 0.5 * frequency * modulus.standard_error / modulus.value};
 }
 
-/// The decay per cycle goes with β, up to the square of the damping ratio.
+/// The bonds' damping coefficients are proportional to β, so the logarithmic decrement is, up to
+/// the square of the damping ratio: dδ/δ = dβ/β.
 Uncertain decay_of(const calibrate::Calibration& calibration) {
     const Uncertain damping = parameter_of(calibration, physics::bond_damping);
     const double decay = calibration.mode.decay_per_cycle;
@@ -55,6 +56,8 @@ json bounds_json(double lower, double upper) {
     return json::array({number(lower), number(upper)});
 }
 
+/// The profile's interval stands beside that of the covariance: where they differ the fit is not
+/// linear in the parameter.
 json stem_parameters_json(const calibrate::Calibration& calibration) {
     json out = json::object();
     for (std::size_t k = 0; k < calibration.fit.parameters.size(); ++k) {
@@ -81,6 +84,7 @@ json correlation_json(const fit::RecordingFit& fit) {
     return {{"names", names}, {"matrix", rows}};
 }
 
+/// Everything that `culm export` needs, so that it can write the chain without the recording.
 json chain_json(const fit::RecordingFit& fit, const std::string& law) {
     const physics::StemParameters<double>& stem = fit.model.spec.stem;
     json effects = json::array();
@@ -107,6 +111,7 @@ json chain_json(const fit::RecordingFit& fit, const std::string& law) {
             {"effects", effects}};
 }
 
+/// After Holm's adjustment, at the level at which the verdict was reached.
 std::vector<std::string> failed_tests(const diagnose::Verdict& verdict) {
     std::vector<std::string> names;
     for (const residuals::LackOfFitTest& test : verdict.tests)
@@ -158,6 +163,7 @@ json mode_json(const calibrate::Calibration& calibration) {
             {"damping_time_s", calibration.damping_time}};
 }
 
+/// The errors and, beside them, what the reading itself can resolve: an error below it is none.
 json check_json(const calibrate::Calibration& calibration) {
     if (!calibration.check)
         return {{"failure", calibration.check_failure}};
@@ -180,6 +186,7 @@ json prediction_json(const std::optional<reduce::Prediction>& found) {
             {"interval", bounds_json(found->lower, found->upper)}};
 }
 
+/// 5 % and 95 % quantiles, and the bootstrap interval of either end.
 json central_range_json(const calibrate::CentralRange& found) {
     return {{"mean", found.sample.mean},
             {"standard_deviation", number(found.sample.standard_deviation)},
@@ -205,6 +212,7 @@ std::string calibrated_value(const fit::FittedParameter& parameter) {
                        reduce::normal_quantile_95 * parameter.standard_error);
 }
 
+/// In the order of the JSON's keys, so that both can be compared line by line.
 std::string parameter_lines(const calibrate::Calibration& calibration) {
     std::string text;
     for (const auto& [key, parameter] : by_key(calibration.fit.parameters)) {
@@ -370,6 +378,7 @@ StemNumbers numbers_of(const calibrate::Calibration& calibration) {
             calibration.verdict.finding == diagnose::Finding::Adequate};
 }
 
+// A spread needs two stems; of fewer nothing is said.
 std::optional<Population> population_of(std::span<const StemNumbers> calibrated,
                                         std::size_t failed) {
     if (calibrated.size() < 2)

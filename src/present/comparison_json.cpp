@@ -32,6 +32,7 @@ json bare_estimate(const reduce::Estimate& found, double scale = 1.0) {
             {"stderr", number(scale * found.standard_error)}};
 }
 
+/// Over its noise, so that heights and times of different noise can be compared.
 json group_json(const fit::ResidualGroup& found) {
     return {{"readings", found.readings},
             {"rms_mm", number(millimetres * found.rms)},
@@ -39,6 +40,7 @@ json group_json(const fit::ResidualGroup& found) {
             {"rms_over_noise", number(found.over_noise)}};
 }
 
+/// `lower` and `upper` are keys; heights have no upper end.
 json groups_json(const std::vector<fit::ResidualGroup>& found, const char* lower, const char* upper,
                  double scale) {
     json out = json::array();
@@ -73,6 +75,8 @@ json window_fit_json(const std::optional<residuals::WindowFit>& found) {
             {"rest_mm", bare_estimate(found->rest, millimetres)}};
 }
 
+/// Measured and modelled motion are fitted by Eq. 1 in the same windows: what Eq. 1 cannot describe
+/// affects both alike.
 json windows_json(const std::vector<residuals::SwingWindow>& found) {
     json out = json::array();
     for (const residuals::SwingWindow& window : found)
@@ -99,7 +103,7 @@ json slope_json(const reduce::StemRingDowns& stem) {
     return {{"slope", number(stem.banding->slope)}, {"p_value", number(stem.banding->p_value)}};
 }
 
-/// b1 per cycle at every height.
+/// b1 per cycle at every height, and its slope along the stem (the paper's "banding").
 json banding_json(const diagnose::Comparison& comparison) {
     json heights = json::array();
     const auto& measured = comparison.measured_ring_downs.heights;
@@ -117,6 +121,7 @@ json banding_json(const diagnose::Comparison& comparison) {
             {"modelled", slope_json(comparison.modelled_ring_downs)}};
 }
 
+/// Thirds of the time: an error that grows, falls or changes its sign points to different effects.
 json structure_json(const residuals::ResidualStructure& found) {
     json thirds = json::array();
     for (const residuals::SwingError& error : found.thirds)
@@ -166,6 +171,7 @@ json verdict_json(const diagnose::Verdict& verdict) {
             {"tests", tests_json(verdict.tests)}};
 }
 
+/// What only a model that could be fitted has.
 json compared_fit_json(const fit::RecordingFit& fit, const diagnose::Comparison& comparison) {
     return {
         {"rmse_mm", number(1e3 * fit.rmse)},

@@ -13,7 +13,7 @@
 namespace culm::present {
 namespace {
 
-constexpr double explained = 1.10; ///< residual over noise, at most
+constexpr double explained = 1.10; ///< residual over noise; up to it a cell of the table is marked
 
 const diagnose::Comparison& comparison_of(const diagnose::Ladder& ladder, std::size_t rung) {
     return ladder.comparisons[*ladder.comparison[rung]];
@@ -40,6 +40,7 @@ std::string comparison_header(const diagnose::Ladder& ladder,
             : std::string("noise not stated"));
 }
 
+/// Over the noise, of readings that the fit has not seen.
 std::string held_out_cell(const diagnose::HeldOutPart& part) {
     return part.failure.empty() ? number_cell(part.over_noise, 2) : std::string("-");
 }
@@ -73,6 +74,7 @@ std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style)
     return text + '\n';
 }
 
+/// Nothing of a model in which nothing moves: its parameters are where they started.
 std::string model_parameters(const fit::Fit& fit) {
     std::string text;
     if (!fit.failed() && fit.moves())
@@ -130,11 +132,12 @@ std::vector<std::string> step_sentences(const diagnose::Ladder& ladder, std::siz
         return {fmt::format("{} could not be fitted.", added)};
     const bool is_one = rung.added.size() == 1;
     const std::vector<std::string>& smaller = ladder.rungs[rung.compared_with].fit.names;
-    std::vector<std::string> sentences{fmt::format(
-        "{}{} {} {}: {}.", added, is_one ? "" : " together",
-        rung.is_gain ? (is_one ? "improves on" : "improve on")
-                     : (is_one ? "does not improve on" : "do not improve on"),
-        smaller.size() == 1 ? std::string("the baseline") : model_name(smaller), rung.why)};
+    std::vector<std::string> sentences{
+        fmt::format("{}{} {} {}{}.", added, is_one ? "" : " together",
+                    rung.is_gain ? (is_one ? "improves on" : "improve on")
+                                 : (is_one ? "does not improve on" : "do not improve on"),
+                    smaller.size() == 1 ? std::string("the baseline") : model_name(smaller),
+                    rung.why.empty() ? std::string() : ": " + rung.why)};
     if (rung.modulus_change != 0.0)
         sentences.push_back(fmt::format("Y changes by {:+.2f} %, beta by {:+.2f} %.",
                                         100.0 * rung.modulus_change, 100.0 * rung.damping_change));

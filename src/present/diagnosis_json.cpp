@@ -26,6 +26,7 @@ json parameters_with_units(std::span<const fit::FittedParameter> parameters) {
     return out;
 }
 
+/// The noise is the one that the fit was weighted by: stated, measured, or the residuals' own.
 json recordings_json(const fit::Fit& fit, std::span<const measure::Measurement> recordings) {
     json out = json::array();
     for (std::size_t k = 0; k < recordings.size(); ++k) {
@@ -51,6 +52,7 @@ json baseline_json(const diagnose::Diagnosis& diagnosis) {
             {"parameters", parameters_with_units(fit.parameters)}};
 }
 
+/// Numbers of a failed fit are null: a rank by them would mean nothing.
 json ranking_json(const DiagnosisReport& report) {
     json out = json::array();
     for (const diagnose::RankedEffect& ranked : report.found.ranking) {
@@ -83,6 +85,7 @@ json failed_json(const std::vector<diagnose::RankedEffect>& ranking) {
     return out;
 }
 
+/// Readings are held out only where an effect might be accepted; elsewhere the numbers are null.
 json models_json(const std::vector<diagnose::DiagnosisRung>& ladder) {
     json out = json::array();
     for (const diagnose::DiagnosisRung& rung : ladder) {
@@ -146,6 +149,7 @@ json experiments_json(const std::vector<diagnose::Experiment>& experiments) {
     return out;
 }
 
+/// The force at the tip along one axis of its phase plane.
 json samples_json(const std::vector<diagnose::ForceSample>& samples, const char* key) {
     json out = json::array();
     for (const diagnose::ForceSample& sample : samples)
@@ -174,6 +178,7 @@ json missing_force_json(const diagnose::MissingForce& force) {
             {"effect_file", force.as_effect_file}};
 }
 
+/// The residuals of one recording of a joint fit, as `culm compare` reports them.
 json where_of(const fit::Fit& fit, std::size_t part, const measure::Measurement& recording) {
     fit::Fit candidate;
     candidate.names = fit.names;

@@ -191,6 +191,7 @@ std::string effect_lines(const DiagnosisReport& report) {
 constexpr std::size_t listed_candidates = 5;
 constexpr std::size_t listed_experiments = 3;
 
+/// Below 1e-12 the asymptotic distributions of the tests mean nothing.
 std::string probability(double p_value) {
     return !std::isfinite(p_value) ? "-"
            : p_value < 1e-12       ? "<1e-12"
@@ -239,6 +240,7 @@ std::string candidate_line(const diagnose::RankedEffect& ranked) {
         change_cell(ranked.delta_bic), probability(ranked.p_value), remark_of(ranked));
 }
 
+/// The best candidates; all of them are in the JSON.
 std::string candidate_lines(const std::vector<diagnose::RankedEffect>& ranking) {
     std::string text =
         fmt::format("{:<24} {:>9} {:>10} {:>9}\n", "candidates, best first", "rms mm", "BIC", "p");
@@ -264,6 +266,7 @@ std::string blind_spot_line(const diagnose::EffectScore& spot) {
                        percent_text(spot.youngs_modulus_bias), percent_text(spot.damping_bias));
 }
 
+/// Bias: what an effect at its detection limit does to the calibrated Y and β.
 std::string blind_spot_lines(const std::vector<diagnose::EffectScore>& spots) {
     if (spots.empty())
         return {};
@@ -285,6 +288,7 @@ std::string blind_spot_lines(const std::vector<diagnose::EffectScore>& spots) {
     return text + failed + '\n';
 }
 
+/// With the upper end of the 95 % interval: no false positive in 200 draws does not mean never.
 std::string false_positive_line(const diagnose::FalseNaming& naming) {
     if (naming.draws == 0)
         return "false-positive rate: not estimated\n";
@@ -336,6 +340,7 @@ std::string what_it_shows(const diagnose::Experiment& experiment) {
     return text;
 }
 
+/// The expected gap is the square of the distance in standard deviations.
 std::string experiment_lines(const std::vector<diagnose::Experiment>& experiments) {
     std::string text =
         experiments.empty() ? "" : "suggested experiments, most informative first:\n";

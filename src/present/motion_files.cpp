@@ -90,6 +90,8 @@ void add_windows(std::vector<NamedArray>& arrays, const std::string& group,
     }
 }
 
+/// A group of comparison.h5: the motion of a model, the spectrum of its residuals, and the swing of
+/// both in windows.
 void add_model(std::vector<NamedArray>& arrays, const std::string& group,
                const fit::RecordingFit& fit, const diagnose::Comparison& comparison) {
     add_predicted(arrays, group, fit);

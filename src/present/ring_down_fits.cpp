@@ -33,6 +33,7 @@ json adequacy(const reduce::RingDownAdequacy& judged) {
             {"chi2_p_value", number(judged.chi_squared_p_value)}};
 }
 
+/// A height that Eq. 1 could not be fitted to keeps its place, with the reason.
 json height_json(const reduce::HeightRingDown& height, bool has_offset, bool has_phase) {
     json out{{"height_mm", 1e3 * height.height}};
     if (!height.fit) {
@@ -57,6 +58,7 @@ json height_json(const reduce::HeightRingDown& height, bool has_offset, bool has
     return out;
 }
 
+/// Null where a line has no points, as banding of a stem with one height.
 json line_json(const reduce::LineFit& line) {
     if (line.count == 0)
         return nullptr;
@@ -84,6 +86,7 @@ json stem_json(const reduce::StemRingDowns& stem, const std::string& folder, boo
              {"heights", heights}};
     if (!stem.frequency || !stem.decay_per_cycle)
         return out;
+    // With δ the logarithmic decrement, ζ/√(1 − ζ²) = δ/2π and ω₀ = ω_d √(1 + (δ/2π)²).
     const double decay = -stem.decay_per_cycle->value / (2.0 * std::numbers::pi);
     const double critical = std::hypot(1.0, decay);
     out["b1_per_cycle"] = estimate_with_interval(*stem.decay_per_cycle);
