@@ -4,8 +4,8 @@
 // commands, arguments, types), and the keys of study files come from no program's help.
 #include "cli/build_facts.hpp"
 #include "cli/commands.hpp"
-#include "present/study/config_reference.hpp"
 #include "present/files.hpp"
+#include "present/study/config_reference.hpp"
 
 #include <algorithm>
 #include <filesystem>
