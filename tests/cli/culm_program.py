@@ -10,8 +10,10 @@ import unittest
 from pathlib import Path
 
 PROGRAM = os.environ["CULM_PROGRAM"]
+# How many times slower the program is than a release build: preset "asan" says 10.
+SLOWNESS = float(os.environ.get("CULM_TEST_SLOWNESS", "1"))
 # Seconds after which a run hangs: far beyond what any of these studies takes.
-PATIENCE = 60
+PATIENCE = 60 * SLOWNESS
 
 DONE, BAD_INPUT, POINTS_FAILED, STOPPED_EARLY = 0, 2, 3, 75
 

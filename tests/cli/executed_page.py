@@ -23,13 +23,13 @@ import tempfile
 from importlib.util import find_spec
 from pathlib import Path
 
-from culm_program import PROGRAM
+from culm_program import PROGRAM, SLOWNESS
 
 MPIEXEC = os.environ["CULM_MPIEXEC"]
 ROOT = Path(__file__).resolve().parents[2]
 NEEDED_FOR_FIGURES = ("matplotlib", "numpy")
 # Seconds after which a block hangs; the slowest takes half a minute of an idle core.
-PATIENCE = 300
+PATIENCE = 300 * SLOWNESS
 
 FENCE = re.compile(r"^```(.*)\n((?:(?!```).*\n)*)^```$", re.MULTILINE)
 # Neither part of a word (T2, chi2) nor an interval's or a list's punctuation.

@@ -12,12 +12,12 @@ from pathlib import Path
 
 # What the tests of the command line know of the program, these know too.
 sys.path.append(str(Path(__file__).resolve().parent.parent / "cli"))
-from culm_program import (BAD_INPUT, DONE, POINTS_FAILED, PROGRAM, STOPPED_EARLY,  # noqa: E402,F401
-                          children_of)
+from culm_program import (BAD_INPUT, DONE, POINTS_FAILED, PROGRAM, SLOWNESS,  # noqa: E402,F401
+                          STOPPED_EARLY, children_of)
 
 MPIEXEC = os.environ["CULM_MPIEXEC"]
 # Seconds after which a run hangs: far beyond what any of these studies takes.
-PATIENCE = 120
+PATIENCE = 120 * SLOWNESS
 # mpirun processes that end_in_order had to kill.
 HUNG_LAUNCHERS: list[int] = []
 

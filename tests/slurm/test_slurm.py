@@ -18,12 +18,12 @@ from private_slurm import PrivateSlurm, Unavailable
 
 HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE.parent / "cli"))
-from culm_program import DONE, PROGRAM, QUICK, CulmTest  # noqa: E402
+from culm_program import DONE, PROGRAM, QUICK, SLOWNESS, CulmTest  # noqa: E402
 
 ROOT = HERE.parent.parent
 SKIPPED = 77
 # Seconds after which a job hangs; far beyond what it takes on a busy machine.
-PATIENCE = 300
+PATIENCE = 300 * SLOWNESS
 
 # 1440 points, 180 batches of 8 lanes: some 17 s on one core, more than two can compute in 5 s.
 LONG = """
