@@ -54,7 +54,7 @@ std::string fallen_obstacle(const Found& found, const std::vector<std::string>& 
 /// Which conclusion follows from the model that was reached.
 ConclusionReason reason_of(const Found& found, const Diagnosis& result) {
     const Policy& policy = found.options.policy;
-    const DiagnosisRung& last = result.ladder.back();
+    const SearchedModel& last = result.ladder.back();
     const std::vector<std::string> effects = named(found);
     const bool is_adequate = last.finding == Finding::Adequate;
     if (effects.empty()) {
@@ -92,7 +92,7 @@ Conclusion conclusion_of(ConclusionReason reason, bool has_rivals) {
 
 /// The only place that words conclusions.
 std::string in_words(ConclusionReason reason, const Found& found, const Diagnosis& result) {
-    const DiagnosisRung& last = result.ladder.back();
+    const SearchedModel& last = result.ladder.back();
     const std::vector<std::string> effects = named(found);
     const double percent = 100.0 * result.explained;
     switch (reason) {

@@ -42,7 +42,7 @@ struct Found {
     const DiagnosisOptions& options;
     const fit::SelectedEffects& candidates;
     const fit::Fit& model;                    ///< that was reached
-    const std::vector<DiagnosisRung>& ladder; ///< from the model from which the search set out
+    const std::vector<SearchedModel>& ladder; ///< from the model from which the search set out
     const FirstStep& first;
     const std::vector<Rivals>& rivals;
     const std::map<std::string, std::string>& refused; ///< effects that predict no better, and why

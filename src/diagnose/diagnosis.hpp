@@ -43,14 +43,14 @@ struct RankedEffect {
 };
 
 /// A model on the way to the answer.
-struct DiagnosisRung {
+struct SearchedModel {
     fit::Fit fit;
     Finding finding = Finding::Undecided;
     double p_value = 1.0;         ///< smallest adjusted one of the tests for lack of fit
     std::string tests;            ///< which of them object
-    double delta_bic = 0.0;       ///< against the rung before
+    double delta_bic = 0.0;       ///< against the model before
     double held_out = 0.0;        ///< last third of the time, over noise; 0: not computed
-    double held_out_before = 0.0; ///< by the rung before
+    double held_out_before = 0.0; ///< by the model before
 };
 
 struct TieGroup {
@@ -72,7 +72,7 @@ struct Diagnosis {
     std::vector<std::string> effects; ///< in the order found; empty if adequate or unknown
     std::vector<TieGroup> ties;
     std::vector<RankedEffect> ranking;    ///< best first; failed fits last
-    std::vector<DiagnosisRung> ladder;    ///< the baseline first
+    std::vector<SearchedModel> ladder;    ///< the baseline first
     double explained = 0.0;               ///< share of the baseline's χ² above the noise
     std::vector<EffectScore> blind_spots; ///< what the final model does not contain
     FalseNaming false_naming;

@@ -29,17 +29,17 @@ double relative_change(const fit::RecordingFit& now, const fit::RecordingFit& be
 /// The fitted models with their effective readings.
 std::vector<fit::Fit> numbers_of(const Ladder& ladder) {
     std::vector<fit::Fit> numbers;
-    for (const Rung& rung : ladder.rungs)
-        numbers.push_back(fit::numbers_of(rung.fit));
+    for (const LadderModel& model : ladder.models)
+        numbers.push_back(fit::numbers_of(model.fit));
     return numbers;
 }
 
 /// The model with the smallest residual, which is closest to the noise.
 const fit::Fit* best_fit(const Ladder& ladder) {
     const fit::Fit* best = nullptr;
-    for (const Rung& rung : ladder.rungs)
-        if (!rung.fit.failed() && (best == nullptr || rung.fit.rmse < best->rmse))
-            best = &rung.fit;
+    for (const LadderModel& model : ladder.models)
+        if (!model.fit.failed() && (best == nullptr || model.fit.rmse < best->rmse))
+            best = &model.fit;
     return best;
 }
 
@@ -54,32 +54,32 @@ HoldOut what_to_hold_out(const Ladder& ladder, const Policy& policy) {
 void judge_model(Ladder& ladder, std::size_t k, std::size_t accepted, std::size_t below,
                  const std::vector<fit::Fit>& numbers, const Criterion& criterion,
                  std::size_t tried, const Policy& policy) {
-    Rung& rung = ladder.rungs[k];
-    const Rung& before = ladder.rungs[accepted];
-    rung.compared_with = accepted;
-    rung.added = difference(rung.fit.names, before.fit.names);
+    LadderModel& model = ladder.models[k];
+    const LadderModel& before = ladder.models[accepted];
+    model.compared_with = accepted;
+    model.added = difference(model.fit.names, before.fit.names);
     std::optional<HeldOutPair> held_out;
-    if (rung.held_out && before.held_out)
-        held_out = {*rung.held_out, *before.held_out};
+    if (model.held_out && before.held_out)
+        held_out = {*model.held_out, *before.held_out};
     const Judgement judgement =
         judge({.smaller = numbers[accepted],
                .larger = numbers[k],
                .criterion = criterion,
-               .added = difference(rung.fit.names, ladder.rungs[below].fit.names),
+               .added = difference(model.fit.names, ladder.models[below].fit.names),
                .tried = tried,
                .refused = below == accepted ? nullptr : &numbers[below],
                .held_out = std::move(held_out)},
               policy);
-    rung.is_gain = judgement.is_accepted();
-    rung.why = in_words(judgement, policy);
-    if (rung.fit.failed())
+    model.is_gain = judgement.is_accepted();
+    model.why = in_words(judgement, policy);
+    if (model.fit.failed())
         return;
-    rung.delta_bic = -judgement.gain;
+    model.delta_bic = -judgement.gain;
     if (before.fit.moves()) {
-        const fit::RecordingFit& fit = rung.fit.parts.front();
+        const fit::RecordingFit& fit = model.fit.parts.front();
         const fit::RecordingFit& smaller = before.fit.parts.front();
-        rung.modulus_change = relative_change(fit, smaller, physics::bond_youngs_modulus);
-        rung.damping_change = relative_change(fit, smaller, physics::bond_damping);
+        model.modulus_change = relative_change(fit, smaller, physics::bond_youngs_modulus);
+        model.damping_change = relative_change(fit, smaller, physics::bond_damping);
     }
 }
 
@@ -87,16 +87,16 @@ void judge_models(Ladder& ladder, std::size_t tried, const Policy& policy) {
     const std::vector<fit::Fit> numbers = numbers_of(ladder);
     const Criterion by = criterion(numbers);
     ladder.effective_readings = by.effective_readings;
-    for (std::size_t k = 0; k < ladder.rungs.size(); ++k)
-        if (!ladder.rungs[k].fit.failed())
-            ladder.rungs[k].bic = bic(numbers[k], by);
+    for (std::size_t k = 0; k < ladder.models.size(); ++k)
+        if (!ladder.models[k].fit.failed())
+            ladder.models[k].bic = bic(numbers[k], by);
     std::size_t accepted = 0;
     std::size_t below = 0;
-    for (std::size_t k = 1; k < ladder.rungs.size(); ++k) {
+    for (std::size_t k = 1; k < ladder.models.size(); ++k) {
         judge_model(ladder, k, accepted, below, numbers, by, tried, policy);
-        if (!ladder.rungs[k].fit.failed())
+        if (!ladder.models[k].fit.failed())
             below = k;
-        if (ladder.rungs[k].is_gain)
+        if (ladder.models[k].is_gain)
             accepted = k;
     }
 }
@@ -107,47 +107,47 @@ bool contains(const std::vector<std::string>& larger, const std::vector<std::str
 
 /// The largest fitted model within `names`; the baseline if there is none.
 const fit::Fit& model_within(const std::vector<std::string>& names, const Ladder& ladder) {
-    const fit::Fit* within = &ladder.rungs.front().fit;
-    for (const Rung& rung : ladder.rungs)
-        if (!rung.fit.failed() && contains(names, rung.fit.names))
-            within = &rung.fit;
+    const fit::Fit* within = &ladder.models.front().fit;
+    for (const LadderModel& model : ladder.models)
+        if (!model.fit.failed() && contains(names, model.fit.names))
+            within = &model.fit;
     return *within;
 }
 
 /// Throws what a model that cannot be throws, before any chain is run.
-void refuse_impossible(const std::vector<fit::SelectedEffects>& models,
+void refuse_impossible(const std::vector<fit::SelectedEffects>& effect_sets,
                        const measure::Measurement& measurement, const fit::FitOptions& options) {
     const fit::StemModel baseline = fit::baseline_model(measurement, options.chain);
-    for (const fit::SelectedEffects& effects : models)
+    for (const fit::SelectedEffects& effects : effect_sets)
         (void)fit::candidate_model(baseline, effects, measurement);
 }
 
 } // namespace
 
 Ladder climb(const measure::Measurement& measurement,
-             const std::vector<fit::SelectedEffects>& models, const fit::FitOptions& options,
+             const std::vector<fit::SelectedEffects>& effect_sets, const fit::FitOptions& options,
              const Policy& policy) {
     refuse_without_motion(measurement, options.window, policy);
     Ladder ladder;
     const std::span<const measure::Measurement> alone(&measurement, 1);
-    refuse_impossible(models, measurement, options);
-    ladder.rungs.emplace_back().fit = fit::fit_model({}, {}, alone, options);
-    for (const fit::SelectedEffects& effects : models) {
-        Rung rung;
-        rung.fit = fit::fit_with_parts(effects, model_within(fit::model_names(effects), ladder),
-                                       alone, options);
-        ladder.rungs.push_back(std::move(rung));
+    refuse_impossible(effect_sets, measurement, options);
+    ladder.models.emplace_back().fit = fit::fit_model({}, {}, alone, options);
+    for (const fit::SelectedEffects& effects : effect_sets) {
+        LadderModel model;
+        model.fit = fit::fit_with_parts(effects, model_within(fit::model_names(effects), ladder),
+                                        alone, options);
+        ladder.models.push_back(std::move(model));
     }
-    if (!ladder.rungs.front().fit.failed())
-        ladder.left_out_row = row_to_leave_out(ladder.rungs.front().fit.parts.front());
+    if (!ladder.models.front().fit.failed())
+        ladder.left_out_row = row_to_leave_out(ladder.models.front().fit.parts.front());
     const HoldOut hold_out = what_to_hold_out(ladder, policy);
-    for (Rung& rung : ladder.rungs) {
+    for (LadderModel& model : ladder.models) {
         ladder.comparison.push_back(std::nullopt);
-        if (rung.fit.failed())
+        if (model.fit.failed())
             continue;
-        rung.held_out = predict_held_out(rung.fit, hold_out, measurement, options);
+        model.held_out = predict_held_out(model.fit, hold_out, measurement, options);
         ladder.comparison.back() = ladder.comparisons.size();
-        ladder.comparisons.push_back(compare(rung.fit, measurement));
+        ladder.comparisons.push_back(compare(model.fit, measurement));
     }
     // By as many candidates as diagnose() has: a model is not accepted here and refused there.
     judge_models(ladder, fit::candidate_effects(alone).size(), policy);

@@ -34,7 +34,7 @@ bool promises_significant_gain(const std::vector<EffectScore>& scores, const fit
 struct State {
     fit::Fit model; ///< its numbers, with the effects in the order in which they were found
     std::shared_ptr<const fit::Fit> fit; ///< the same with residuals and derivatives
-    std::vector<DiagnosisRung> ladder;   ///< the models on the way here; the last is this one
+    std::vector<SearchedModel> ladder;   ///< the models on the way here; the last is this one
     std::vector<EffectScore> scores;     ///< of the candidates beside this model
     bool are_scores_final = false;       ///< do the scores say what could not be seen?
     FirstStep first;
@@ -103,15 +103,15 @@ class Search {
     [[nodiscard]] State with_model(State state, const fit::Fit& model, fit::Fit fit,
                                    const HeldOutPair& held_out, double gain) const {
         const SetVerdict verdict = verdict_on(fit, recordings_, policy_);
-        DiagnosisRung rung;
-        rung.fit = model;
-        rung.finding = verdict.finding;
-        rung.p_value = verdict.p_value;
-        rung.tests = verdict.reason;
-        rung.delta_bic = 0.0 - gain;
-        rung.held_out = held_out.larger.last_third.over_noise;
-        rung.held_out_before = held_out.smaller.last_third.over_noise;
-        state.ladder.push_back(std::move(rung));
+        SearchedModel entry;
+        entry.fit = model;
+        entry.finding = verdict.finding;
+        entry.p_value = verdict.p_value;
+        entry.tests = verdict.reason;
+        entry.delta_bic = 0.0 - gain;
+        entry.held_out = held_out.larger.last_third.over_noise;
+        entry.held_out_before = held_out.smaller.last_third.over_noise;
+        state.ladder.push_back(std::move(entry));
         state.model = model;
         state.fit = std::make_shared<const fit::Fit>(std::move(fit));
         state.are_scores_final = false;

@@ -186,34 +186,34 @@ json compared_fit_json(const fit::RecordingFit& fit, const diagnose::Comparison&
         {"remarks", fit.model.remarks}};
 }
 
-json rung_json(const diagnose::Ladder& ladder, std::size_t k,
-               const measure::Measurement& measurement) {
-    const diagnose::Rung& rung = ladder.rungs[k];
-    json out{{"model", rung.fit.names},
-             {"added", rung.added},
-             {"runs", rung.fit.runs},
-             {"starts", rung.fit.starts}};
+json ladder_model_json(const diagnose::Ladder& ladder, std::size_t k,
+                       const measure::Measurement& measurement) {
+    const diagnose::LadderModel& model = ladder.models[k];
+    json out{{"model", model.fit.names},
+             {"added", model.added},
+             {"runs", model.fit.runs},
+             {"starts", model.fit.starts}};
     if (k > 0) {
-        out["compared_with"] = rung.compared_with;
-        out["gain"] = rung.is_gain;
-        out["why"] = rung.why;
+        out["compared_with"] = model.compared_with;
+        out["gain"] = model.is_gain;
+        out["why"] = model.why;
         out["step"] = fmt::format("{}", fmt::join(step_sentences(ladder, k), " "));
     }
-    if (rung.fit.failed()) {
-        out["failure"] = rung.fit.reason;
+    if (model.fit.failed()) {
+        out["failure"] = model.fit.reason;
         return out;
     }
     out.update(
-        compared_fit_json(rung.fit.parts.front(), ladder.comparisons[*ladder.comparison[k]]));
-    out["moves"] = rung.fit.moves();
-    out["bic"] = number(rung.bic);
+        compared_fit_json(model.fit.parts.front(), ladder.comparisons[*ladder.comparison[k]]));
+    out["moves"] = model.fit.moves();
+    out["bic"] = number(model.bic);
     if (k > 0) {
-        out["delta_bic"] = number(rung.delta_bic);
-        out["change"] = {{"bond_youngs_modulus", number(rung.modulus_change)},
-                         {"bond_damping", number(rung.damping_change)}};
+        out["delta_bic"] = number(model.delta_bic);
+        out["change"] = {{"bond_youngs_modulus", number(model.modulus_change)},
+                         {"bond_damping", number(model.damping_change)}};
     }
-    out["held_out"] = {{"last_third", held_out_part(rung.held_out->last_third)},
-                       {"one_height", held_out_part(rung.held_out->one_height)}};
+    out["held_out"] = {{"last_third", held_out_part(model.held_out->last_third)},
+                       {"one_height", held_out_part(model.held_out->one_height)}};
     out["held_out"]["one_height"]["height_mm"] = 1e3 * measurement.heights[ladder.left_out_row];
     return out;
 }
@@ -263,24 +263,24 @@ json where_json(const diagnose::Comparison& comparison, const fit::RecordingFit&
 }
 
 json comparison_json(const diagnose::Ladder& ladder, const measure::Measurement& measurement) {
-    json rungs = json::array();
-    for (std::size_t k = 0; k < ladder.rungs.size(); ++k)
-        rungs.push_back(rung_json(ladder, k, measurement));
+    json models = json::array();
+    for (std::size_t k = 0; k < ladder.models.size(); ++k)
+        models.push_back(ladder_model_json(ladder, k, measurement));
     json out{{"format", "culm-comparison"},
              {"version", 1},
              {"measurement", measurement.stem.id},
              {"frames", measurement.times.size()},
              {"heights", measurement.heights.size()},
              {"effective_readings", number(ladder.effective_readings)},
-             {"ladder", std::move(rungs)},
+             {"ladder", std::move(models)},
              {"headline", comparison_headline(ladder, measurement.stem.id)},
              {"best", best_model(ladder)},
              {"remarks", measurement.remarks}};
-    for (const diagnose::Rung& rung : ladder.rungs)
-        if (!rung.fit.failed()) {
-            out["noise_mm"] = number(1e3 * fit::typical_noise(rung.fit.parts.front()));
-            out["noise_source"] = rung.fit.parts.front().noise_source;
-            out["noise_known"] = rung.fit.parts.front().is_noise_known;
+    for (const diagnose::LadderModel& model : ladder.models)
+        if (!model.fit.failed()) {
+            out["noise_mm"] = number(1e3 * fit::typical_noise(model.fit.parts.front()));
+            out["noise_source"] = model.fit.parts.front().noise_source;
+            out["noise_known"] = model.fit.parts.front().is_noise_known;
         }
     return out;
 }

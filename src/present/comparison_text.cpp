@@ -15,20 +15,20 @@ namespace {
 
 constexpr double explained = 1.10; ///< residual over noise; up to it a cell of the table is marked
 
-const diagnose::Comparison& comparison_of(const diagnose::Ladder& ladder, std::size_t rung) {
-    return ladder.comparisons[*ladder.comparison[rung]];
+const diagnose::Comparison& comparison_of(const diagnose::Ladder& ladder, std::size_t model) {
+    return ladder.comparisons[*ladder.comparison[model]];
 }
 
 /// The uppermost model that could be fitted; null if none could.
-const diagnose::Rung* last_fitted(const diagnose::Ladder& ladder) {
-    const auto last = std::find_if(ladder.rungs.rbegin(), ladder.rungs.rend(),
-                                   [](const auto& rung) { return !rung.fit.failed(); });
-    return last == ladder.rungs.rend() ? nullptr : &*last;
+const diagnose::LadderModel* last_fitted(const diagnose::Ladder& ladder) {
+    const auto last = std::find_if(ladder.models.rbegin(), ladder.models.rend(),
+                                   [](const auto& model) { return !model.fit.failed(); });
+    return last == ladder.models.rend() ? nullptr : &*last;
 }
 
 std::string comparison_header(const diagnose::Ladder& ladder,
                               const measure::Measurement& measurement) {
-    const diagnose::Rung* last = last_fitted(ladder);
+    const diagnose::LadderModel* last = last_fitted(ladder);
     const bool is_noise_known = last != nullptr && last->fit.parts.front().is_noise_known;
     return fmt::format(
         "{}: {}, {} frames, {}\n", measurement.stem.id,
@@ -47,29 +47,29 @@ std::string held_out_cell(const diagnose::HeldOutPart& part) {
 
 std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size_t width,
                         const TextStyle& style) {
-    const diagnose::Rung& rung = ladder.rungs[k];
-    const std::string name = model_name(rung.fit.names);
-    if (rung.fit.failed())
+    const diagnose::LadderModel& model = ladder.models[k];
+    const std::string name = model_name(model.fit.names);
+    if (model.fit.failed())
         return fmt::format("{:<{}} {}: {}\n", name, width, style.failure("failed"),
-                           rung.fit.reason);
-    const fit::RecordingFit& part = rung.fit.parts.front();
+                           model.fit.reason);
+    const fit::RecordingFit& part = model.fit.parts.front();
     const diagnose::Verdict& verdict = comparison_of(ladder, k).verdict;
     return fmt::format("{:<{}} {:>9} {:>7} {:>9} {:>10} {:>10} {:>10}  {}\n", name, width,
                        number_cell(1e3 * part.rmse, 4), number_cell(part.rmse / verdict.noise, 2),
-                       number_cell(part.reduced_chi_squared, 3), number_cell(rung.bic, 0),
-                       held_out_cell(rung.held_out->last_third),
-                       held_out_cell(rung.held_out->one_height),
+                       number_cell(part.reduced_chi_squared, 3), number_cell(model.bic, 0),
+                       held_out_cell(model.held_out->last_third),
+                       held_out_cell(model.held_out->one_height),
                        finding_text(verdict.finding, style));
 }
 
 std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style) {
     std::size_t width = 8;
-    for (const diagnose::Rung& rung : ladder.rungs)
-        width = std::max(width, model_name(rung.fit.names).size());
+    for (const diagnose::LadderModel& model : ladder.models)
+        width = std::max(width, model_name(model.fit.names).size());
     std::string text =
         fmt::format("{:<{}} {:>9} {:>7} {:>9} {:>10} {:>10} {:>10}  {}\n", "model", width, "rms mm",
                     "/noise", "red. chi2", "BIC", "last third", "one height", "verdict");
-    for (std::size_t k = 0; k < ladder.rungs.size(); ++k)
+    for (std::size_t k = 0; k < ladder.models.size(); ++k)
         text += ladder_line(ladder, k, width, style);
     return text + '\n';
 }
@@ -98,15 +98,15 @@ std::string effect_cell_text(const diagnose::EffectCell& cell, const TextStyle& 
 } // namespace
 
 std::size_t best_model(const diagnose::Ladder& ladder) {
-    const auto best = std::find_if(ladder.rungs.rbegin(), ladder.rungs.rend(),
-                                   [](const auto& rung) { return rung.is_gain; });
-    return best == ladder.rungs.rend() ? 0
-                                       : static_cast<std::size_t>(ladder.rungs.rend() - best) - 1;
+    const auto best = std::find_if(ladder.models.rbegin(), ladder.models.rend(),
+                                   [](const auto& model) { return model.is_gain; });
+    return best == ladder.models.rend() ? 0
+                                        : static_cast<std::size_t>(ladder.models.rend() - best) - 1;
 }
 
 std::string comparison_headline(const diagnose::Ladder& ladder, const std::string& measurement) {
     const std::size_t best = best_model(ladder);
-    if (ladder.rungs[best].fit.failed())
+    if (ladder.models[best].fit.failed())
         return fmt::format("The published chain could not be fitted to {}.", measurement);
     const diagnose::Finding finding = comparison_of(ladder, best).verdict.finding;
     if (finding == diagnose::Finding::Undecided)
@@ -118,7 +118,7 @@ std::string comparison_headline(const diagnose::Ladder& ladder, const std::strin
         return is_adequate
                    ? fmt::format("The published chain explains {} to its noise.", measurement)
                    : fmt::format("The published chain is inadequate for {}.", measurement);
-    std::vector<std::string> effects = ladder.rungs[best].fit.names;
+    std::vector<std::string> effects = ladder.models[best].fit.names;
     effects.erase(effects.begin()); // the baseline
     return fmt::format("The published chain is inadequate for {}; with {} it {}.", measurement,
                        fmt::join(effects, " and "),
@@ -126,37 +126,38 @@ std::string comparison_headline(const diagnose::Ladder& ladder, const std::strin
 }
 
 std::vector<std::string> step_sentences(const diagnose::Ladder& ladder, std::size_t k) {
-    const diagnose::Rung& rung = ladder.rungs[k];
-    const std::string added = fmt::format("{}", fmt::join(rung.added, " and "));
-    if (rung.fit.failed())
+    const diagnose::LadderModel& model = ladder.models[k];
+    const std::string added = fmt::format("{}", fmt::join(model.added, " and "));
+    if (model.fit.failed())
         return {fmt::format("{} could not be fitted.", added)};
-    const bool is_one = rung.added.size() == 1;
-    const std::vector<std::string>& smaller = ladder.rungs[rung.compared_with].fit.names;
+    const bool is_one = model.added.size() == 1;
+    const std::vector<std::string>& smaller = ladder.models[model.compared_with].fit.names;
     std::vector<std::string> sentences{
         fmt::format("{}{} {} {}{}.", added, is_one ? "" : " together",
-                    rung.is_gain ? (is_one ? "improves on" : "improve on")
-                                 : (is_one ? "does not improve on" : "do not improve on"),
+                    model.is_gain ? (is_one ? "improves on" : "improve on")
+                                  : (is_one ? "does not improve on" : "do not improve on"),
                     smaller.size() == 1 ? std::string("the baseline") : model_name(smaller),
-                    rung.why.empty() ? std::string() : ": " + rung.why)};
-    if (rung.modulus_change != 0.0)
+                    model.why.empty() ? std::string() : ": " + model.why)};
+    if (model.modulus_change != 0.0)
         sentences.push_back(fmt::format("Y changes by {:+.2f} %, beta by {:+.2f} %.",
-                                        100.0 * rung.modulus_change, 100.0 * rung.damping_change));
+                                        100.0 * model.modulus_change,
+                                        100.0 * model.damping_change));
     return sentences;
 }
 
 std::string comparison_text(const diagnose::Ladder& ladder, const measure::Measurement& measurement,
                             const TextStyle& style) {
     std::string text = comparison_header(ladder, measurement) + ladder_lines(ladder, style);
-    for (std::size_t k = 0; k < ladder.rungs.size(); ++k) {
+    for (std::size_t k = 0; k < ladder.models.size(); ++k) {
         if (k == 0)
             text += "baseline (± is half of the 95 % interval):\n";
         else
             text += fmt::format("{}\n", fmt::join(step_sentences(ladder, k), "\n    "));
-        text += model_parameters(ladder.rungs[k].fit);
+        text += model_parameters(ladder.models[k].fit);
     }
-    if (const diagnose::Rung* last = last_fitted(ladder)) {
+    if (const diagnose::LadderModel* last = last_fitted(ladder)) {
         text += fmt::format("\n{}:\n", model_name(last->fit.names));
-        const auto place = static_cast<std::size_t>(last - ladder.rungs.data());
+        const auto place = static_cast<std::size_t>(last - ladder.models.data());
         for (const std::string& sentence : comparison_sentences(comparison_of(ladder, place)))
             text += fmt::format("  {}\n", sentence);
     }

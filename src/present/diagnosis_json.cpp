@@ -86,23 +86,23 @@ json failed_json(const std::vector<diagnose::RankedEffect>& ranking) {
 }
 
 /// Readings are held out only where an effect might be accepted; elsewhere the numbers are null.
-json models_json(const std::vector<diagnose::DiagnosisRung>& ladder) {
+json models_json(const std::vector<diagnose::SearchedModel>& ladder) {
     json out = json::array();
-    for (const diagnose::DiagnosisRung& rung : ladder) {
-        json entry{{"model", rung.fit.names},
-                   {"rmse_mm", number(1e3 * rung.fit.rmse)},
-                   {"reduced_chi2", number(rung.fit.reduced_chi_squared)},
-                   {"finding", diagnose::to_string(rung.finding)},
-                   {"finding_text", finding_text(rung.finding)},
-                   {"p_value", number(rung.p_value)},
-                   {"tests", rung.tests},
-                   {"parameters", parameters_with_units(rung.fit.parameters)}};
+    for (const diagnose::SearchedModel& model : ladder) {
+        json entry{{"model", model.fit.names},
+                   {"rmse_mm", number(1e3 * model.fit.rmse)},
+                   {"reduced_chi2", number(model.fit.reduced_chi_squared)},
+                   {"finding", diagnose::to_string(model.finding)},
+                   {"finding_text", finding_text(model.finding)},
+                   {"p_value", number(model.p_value)},
+                   {"tests", model.tests},
+                   {"parameters", parameters_with_units(model.fit.parameters)}};
         if (!out.empty()) {
-            entry["delta_bic"] = number(rung.delta_bic);
-            const bool is_computed = rung.held_out > 0.0;
-            entry["held_out_over_noise"] = is_computed ? number(rung.held_out) : json();
+            entry["delta_bic"] = number(model.delta_bic);
+            const bool is_computed = model.held_out > 0.0;
+            entry["held_out_over_noise"] = is_computed ? number(model.held_out) : json();
             entry["held_out_before_over_noise"] =
-                is_computed ? number(rung.held_out_before) : json();
+                is_computed ? number(model.held_out_before) : json();
         }
         out.push_back(std::move(entry));
     }

@@ -203,24 +203,25 @@ std::string change_cell(double delta_bic) {
     return std::isfinite(delta_bic) ? fmt::format("{:+.0f}", delta_bic) : std::string();
 }
 
-std::string model_lines(const std::vector<diagnose::DiagnosisRung>& ladder,
+std::string model_lines(const std::vector<diagnose::SearchedModel>& ladder,
                         const TextStyle& style) {
     std::size_t width = 17;
-    for (const diagnose::DiagnosisRung& rung : ladder)
-        width = std::max(width, model_name(rung.fit.names).size());
+    for (const diagnose::SearchedModel& model : ladder)
+        width = std::max(width, model_name(model.fit.names).size());
     std::string text = fmt::format("{:<{}} {:>9} {:>10} {:>10} {:>11}  {}\n", "residual by model",
                                    width, "rms mm", "red. chi2", "BIC", "held out", "");
-    for (const diagnose::DiagnosisRung& rung : ladder) {
-        const bool is_first = &rung == &ladder.front();
-        const bool has_held_out = !is_first && rung.held_out > 0.0 && std::isfinite(rung.held_out);
+    for (const diagnose::SearchedModel& model : ladder) {
+        const bool is_first = &model == &ladder.front();
+        const bool has_held_out =
+            !is_first && model.held_out > 0.0 && std::isfinite(model.held_out);
         text += fmt::format(
-            "{:<{}} {:>9} {:>10} {:>10} {:>11}  {}\n", model_name(rung.fit.names), width,
-            number_cell(1e3 * rung.fit.rmse, 4), number_cell(rung.fit.reduced_chi_squared, 3),
-            is_first ? std::string() : change_cell(rung.delta_bic),
-            has_held_out ? fmt::format("{} > {}", number_cell(rung.held_out_before, 2),
-                                       number_cell(rung.held_out, 2))
+            "{:<{}} {:>9} {:>10} {:>10} {:>11}  {}\n", model_name(model.fit.names), width,
+            number_cell(1e3 * model.fit.rmse, 4), number_cell(model.fit.reduced_chi_squared, 3),
+            is_first ? std::string() : change_cell(model.delta_bic),
+            has_held_out ? fmt::format("{} > {}", number_cell(model.held_out_before, 2),
+                                       number_cell(model.held_out, 2))
                          : std::string(),
-            finding_text(rung.finding, style));
+            finding_text(model.finding, style));
     }
     return text + '\n';
 }

@@ -148,8 +148,8 @@ void write_comparison_arrays(const std::filesystem::path& file, const diagnose::
                                      {"version", "1.0"},
                                      {"measurement", measurement.stem.id}}}};
     std::vector<NamedArray> arrays;
-    for (std::size_t k = 0; k < ladder.rungs.size(); ++k) {
-        const fit::Fit& fit = ladder.rungs[k].fit;
+    for (std::size_t k = 0; k < ladder.models.size(); ++k) {
+        const fit::Fit& fit = ladder.models[k].fit;
         if (fit.failed())
             continue;
         if (arrays.empty()) // all fits have the same frames

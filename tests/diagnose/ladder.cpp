@@ -31,20 +31,20 @@ std::vector<fit::SelectedEffects> models(std::initializer_list<const char*> text
     return all;
 }
 
-double over_noise(const diagnose::Ladder& ladder, std::size_t rung) {
-    const fit::RecordingFit& fit = ladder.rungs[rung].fit.parts.front();
+double over_noise(const diagnose::Ladder& ladder, std::size_t model) {
+    const fit::RecordingFit& fit = ladder.models[model].fit.parts.front();
     return fit.rmse / fit::typical_noise(fit);
 }
 
 TEST(Ladder, OfARecordWithDragEndsAtTheNoiseWithTheTrueCoefficient) {
     const diagnose::Ladder ladder =
         diagnose::climb(record("T2-quadratic_drag"), models({"quadratic_drag"}), quick());
-    ASSERT_FALSE(ladder.rungs[1].fit.failed()) << ladder.rungs[1].why;
+    ASSERT_FALSE(ladder.models[1].fit.failed()) << ladder.models[1].why;
     EXPECT_GT(over_noise(ladder, 0), 3.0);
     EXPECT_LT(over_noise(ladder, 1), 1.10);
-    EXPECT_TRUE(ladder.rungs[1].is_gain) << ladder.rungs[1].why;
+    EXPECT_TRUE(ladder.models[1].is_gain) << ladder.models[1].why;
     const auto* drag =
-        ladder.rungs[1].fit.parts.front().find(id("quadratic_drag.drag_coefficient"));
+        ladder.models[1].fit.parts.front().find(id("quadratic_drag.drag_coefficient"));
     ASSERT_NE(drag, nullptr);
     EXPECT_NEAR(drag->value, 1.3, 0.05); // the truth; issue 5 asks for 15 %
     EXPECT_EQ(ladder.comparisons[0].verdict.finding, diagnose::Finding::Inadequate);
@@ -52,22 +52,21 @@ TEST(Ladder, OfARecordWithDragEndsAtTheNoiseWithTheTrueCoefficient) {
         << ladder.comparisons[1].verdict.reason;
     // Without drag the model's decay cannot follow the amplitude.
     EXPECT_GT(ladder.comparisons[0].structure.amplitude_share, 0.7);
-    EXPECT_EQ(diagnose::in_words(ladder.comparisons[0]).size(), 3u);
 }
 
 TEST(Ladder, OfAYieldingClampCallsItAGainAndDragNone) {
     const diagnose::Ladder ladder =
         diagnose::climb(record("T3-clamp_compliance"),
                         models({"clamp_compliance", "clamp_compliance,quadratic_drag"}), quick());
-    ASSERT_FALSE(ladder.rungs[1].fit.failed()) << ladder.rungs[1].why;
-    EXPECT_TRUE(ladder.rungs[1].is_gain) << ladder.rungs[1].why;
+    ASSERT_FALSE(ladder.models[1].fit.failed()) << ladder.models[1].why;
+    EXPECT_TRUE(ladder.models[1].is_gain) << ladder.models[1].why;
     EXPECT_LT(over_noise(ladder, 1), 1.10);
     const auto* stiffness =
-        ladder.rungs[1].fit.parts.front().find(id("clamp_compliance.stiffness_nm_rad"));
+        ladder.models[1].fit.parts.front().find(id("clamp_compliance.stiffness_nm_rad"));
     ASSERT_NE(stiffness, nullptr);
     EXPECT_NEAR(stiffness->value, 0.6696, 0.15 * 0.6696); // the truth; issue 5 asks for 15 %
-    EXPECT_FALSE(ladder.rungs[2].is_gain);
-    EXPECT_FALSE(ladder.rungs[2].why.empty());
+    EXPECT_FALSE(ladder.models[2].is_gain);
+    EXPECT_FALSE(ladder.models[2].why.empty());
 }
 
 TEST(Ladder, OfARecordThatLacksNothingHasNoGain) {
@@ -75,16 +74,16 @@ TEST(Ladder, OfARecordThatLacksNothingHasNoGain) {
         diagnose::climb(record("T1-null"), models({"quadratic_drag"}), quick());
     EXPECT_EQ(ladder.comparisons[0].verdict.finding, diagnose::Finding::Adequate)
         << ladder.comparisons[0].verdict.reason;
-    EXPECT_FALSE(ladder.rungs[1].is_gain);
+    EXPECT_FALSE(ladder.models[1].is_gain);
 }
 
 TEST(Ladder, JudgesAStepAgainstTheLastModelThatWasAGain) {
     const diagnose::Ladder ladder = diagnose::climb(
         record("T2-quadratic_drag"),
         models({"taper", "taper,quadratic_drag", "taper,quadratic_drag,gravity"}), quick());
-    ASSERT_EQ(ladder.rungs.size(), 4u);
-    const diagnose::Rung& taper = ladder.rungs[1];
-    const diagnose::Rung& drag = ladder.rungs[2];
+    ASSERT_EQ(ladder.models.size(), 4u);
+    const diagnose::LadderModel& taper = ladder.models[1];
+    const diagnose::LadderModel& drag = ladder.models[2];
     ASSERT_FALSE(taper.fit.failed() || drag.fit.failed()) << taper.why << drag.why;
     EXPECT_FALSE(taper.is_gain);
     EXPECT_EQ(taper.compared_with, 0u);
@@ -92,13 +91,13 @@ TEST(Ladder, JudgesAStepAgainstTheLastModelThatWasAGain) {
     EXPECT_TRUE(drag.is_gain) << drag.why;
     EXPECT_EQ(drag.compared_with, 0u);
     EXPECT_EQ(drag.added, (std::vector<std::string>{"taper", "quadratic_drag"}));
-    EXPECT_DOUBLE_EQ(drag.delta_bic, drag.bic - ladder.rungs[0].bic);
-    const auto modulus = [&](std::size_t rung) {
-        return ladder.rungs[rung].fit.parts.front().find(id("bond_youngs_modulus"))->value;
+    EXPECT_DOUBLE_EQ(drag.delta_bic, drag.bic - ladder.models[0].bic);
+    const auto modulus = [&](std::size_t model) {
+        return ladder.models[model].fit.parts.front().find(id("bond_youngs_modulus"))->value;
     };
     EXPECT_DOUBLE_EQ(drag.modulus_change, modulus(2) / modulus(0) - 1.0);
-    EXPECT_EQ(ladder.rungs[3].compared_with, 2u);
-    EXPECT_FALSE(ladder.rungs[3].is_gain);
+    EXPECT_EQ(ladder.models[3].compared_with, 2u);
+    EXPECT_FALSE(ladder.models[3].is_gain);
 }
 
 // From the baseline the pair ends where the drag is absent and the clamp hardly yields, at 5.84

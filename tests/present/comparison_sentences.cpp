@@ -94,12 +94,12 @@ TEST(Words, NameNoHeightWhereThereIsOnlyOne) {
 /// A model of these effects beside the baseline, with its verdict.
 void add_model(diagnose::Ladder& ladder, const std::vector<std::string>& names,
                diagnose::Finding finding) {
-    diagnose::Rung rung;
-    rung.fit.status = fit::FitStatus::Fitted;
-    rung.fit.names = names;
+    diagnose::LadderModel model;
+    model.fit.status = fit::FitStatus::Fitted;
+    model.fit.names = names;
     ladder.comparison.emplace_back(ladder.comparisons.size());
     ladder.comparisons.emplace_back().verdict.finding = finding;
-    ladder.rungs.push_back(std::move(rung));
+    ladder.models.push_back(std::move(model));
 }
 
 diagnose::Ladder ladder_with_a_useless_top() {
@@ -107,14 +107,14 @@ diagnose::Ladder ladder_with_a_useless_top() {
     add_model(ladder, {"baseline"}, diagnose::Finding::Inadequate);
     add_model(ladder, {"baseline", "drag"}, diagnose::Finding::Adequate);
     add_model(ladder, {"baseline", "drag", "taper"}, diagnose::Finding::Adequate);
-    ladder.rungs[1].added = {"drag"};
-    ladder.rungs[1].is_gain = true;
-    ladder.rungs[1].why = "BIC falls by 400";
-    ladder.rungs[1].modulus_change = -0.01;
-    ladder.rungs[1].damping_change = -0.4;
-    ladder.rungs[2].added = {"taper"};
-    ladder.rungs[2].compared_with = 1;
-    ladder.rungs[2].why = "BIC rises by 8";
+    ladder.models[1].added = {"drag"};
+    ladder.models[1].is_gain = true;
+    ladder.models[1].why = "BIC falls by 400";
+    ladder.models[1].modulus_change = -0.01;
+    ladder.models[1].damping_change = -0.4;
+    ladder.models[2].added = {"taper"};
+    ladder.models[2].compared_with = 1;
+    ladder.models[2].why = "BIC rises by 8";
     return ladder;
 }
 
@@ -123,7 +123,7 @@ TEST(Headline, NamesTheEffectsOfTheLastModelThatImproves) {
     EXPECT_EQ(present::best_model(ladder), 1U);
     EXPECT_EQ(present::comparison_headline(ladder, "T2"),
               "The published chain is inadequate for T2; with drag it is adequate.");
-    ladder.rungs[1].is_gain = false;
+    ladder.models[1].is_gain = false;
     EXPECT_EQ(present::best_model(ladder), 0U);
     EXPECT_EQ(present::comparison_headline(ladder, "T2"),
               "The published chain is inadequate for T2.");
@@ -136,8 +136,8 @@ TEST(Step, SaysAgainstWhichModelAndWhatItChanges) {
                                      "Y changes by -1.00 %, beta by -40.00 %."));
     EXPECT_THAT(present::step_sentences(ladder, 2),
                 testing::ElementsAre("taper does not improve on baseline + drag: BIC rises by 8."));
-    ladder.rungs[2].added = {"drag", "taper"};
-    ladder.rungs[2].compared_with = 0;
+    ladder.models[2].added = {"drag", "taper"};
+    ladder.models[2].compared_with = 0;
     EXPECT_THAT(present::step_sentences(ladder, 2).front(),
                 HasSubstr("drag and taper together do not improve on the baseline"));
 }

@@ -79,10 +79,10 @@ std::vector<fit::SelectedEffects> growing_models(const CompareArguments& argumen
 std::string deflections_csv(const measure::Measurement& measurement,
                             const diagnose::Ladder& ladder) {
     std::vector<std::pair<std::string, const fit::RecordingFit*>> models;
-    for (const diagnose::Rung& rung : ladder.rungs)
-        if (!rung.fit.failed())
+    for (const diagnose::LadderModel& model : ladder.models)
+        if (!model.fit.failed())
             models.emplace_back(fmt::format("model {}", models.size() + 1),
-                                &rung.fit.parts.front());
+                                &model.fit.parts.front());
     return present::deflections_csv(measurement, models);
 }
 
@@ -135,7 +135,7 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
     if (arguments.prints_text())
         fmt::print("{}{}", present::comparison_text(ladder, measurement, style_of(stdout)),
                    next_step(next_command(arguments, folder, ladder)));
-    return std::ranges::any_of(ladder.rungs, [](const auto& rung) { return rung.fit.failed(); })
+    return std::ranges::any_of(ladder.models, [](const auto& model) { return model.fit.failed(); })
                ? core::ExitCode::PointsFailed
                : core::ExitCode::Done;
 }
