@@ -29,6 +29,7 @@ LEFT_OUT = {
     "CONTRIBUTING.md": {
         "jobs/install-packages.sh build test figures develop   # Debian 12; says what is missing "
         "where it may not install": BUILDS,
+        "cmake --preset asan && cmake --build --preset asan && ctest --preset asan": BUILDS,
     },
     "install.md": {
         "jobs/install-packages.sh build run figures": BUILDS,
