@@ -75,7 +75,7 @@ def ranking_figure(diagnosis: Diagnosis):
     axes = figure.subplots()
     places = np.arange(len(ranked))[::-1]
     groups = [("fitted", BLUE, lambda entry: entry["refitted"] and not entry["obstacle"]),
-              ("fitted; cannot be named, or ended early", ORANGE,
+              ("fitted; cannot be named, or stopped", ORANGE,
                lambda entry: entry["refitted"] and entry["obstacle"]),
               ("score only", GREY, lambda entry: not entry["refitted"])]
     for label, colour, belongs in groups:

@@ -162,7 +162,7 @@ void rank(const Found& found, Diagnosis& result) {
         entry.effect = score.effect;
         const fit::Fit* const model =
             single_of(found.first.models, score.effect, found.options.known.size());
-        // A fit that ended early above the model it contains says less than its score.
+        // A fit that was stopped above the model it contains says less than its score.
         const bool tells = model != nullptr &&
                            !(model->out_of_reach && model->chi_squared > start(found).chi_squared);
         if (tells) {
@@ -170,7 +170,7 @@ void rank(const Found& found, Diagnosis& result) {
             entry.is_refitted = true;
             entry.rmse = model->rmse;
             entry.obstacle = model->out_of_reach
-                                 ? "fit ended early: it would not come near the best"
+                                 ? "fit stopped: could not have matched the best model"
                                  : in_words(judge_effect(*model, score.effect));
             if (model->is_fitted()) {
                 entry.delta_bic = bic(*model, by) - bic(start(found), by);
@@ -282,7 +282,7 @@ void complete(const Found& found, Diagnosis& result) {
     std::vector<std::pair<Rival, Rival>> pairs = pairs_to_separate(found, result);
     if (!pairs.empty()) {
         if (found.options.progress)
-            found.options.progress("looking for the experiment that tells most");
+            found.options.progress("computing which experiment distinguishes best");
         const fit::CoarseImage image(result.final_fit, found.recordings, found.options.candidate);
         for (auto& [truth, other] : pairs) {
             truth.fit = image.as_coarse(std::move(truth.fit));

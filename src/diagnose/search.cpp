@@ -235,7 +235,8 @@ class Search {
             if (model.out_of_reach)
                 break;
             fit::Fit larger = field_.restore(model);
-            report(fmt::format("predicting what {} has not seen", fmt::join(model.names, " + ")));
+            report(fmt::format("predicting the readings held out from {}",
+                               fmt::join(model.names, " + ")));
             const HeldOutPair held_out = hold_out_from_both(*state.fit, larger, recordings_,
                                                             options_.candidate, options_.map);
             Step step{state.model, model, by, names_added(state, model), state.scores.size()};
@@ -303,8 +304,8 @@ class Search {
         rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(place));
         if (rest.size() == options_.known.size())
             return {state.first.smaller, state.first.models};
-        report(
-            fmt::format("what else could stand for {}", state.model.effects[place].effect->name()));
+        report(fmt::format("fitting other effects in place of {}",
+                           state.model.effects[place].effect->name()));
         const fit::Fit smaller = field_.recall(rest, baseline_);
         Without out{fit::numbers_of(smaller), {}};
         if (smaller.failed())
@@ -399,7 +400,7 @@ class Search {
 
     [[nodiscard]] Diagnosis answer(State state) {
         if (!state.are_scores_final && state.finding() != Finding::Undecided) {
-            report("what the recording cannot show");
+            report("computing detection limits");
             state.scores = field_.score(*state.fit, state.model.effects, options_.null_draws);
         }
         if (state.first.scores.empty())

@@ -69,7 +69,7 @@ class DiagnoseFigures(unittest.TestCase):
         self.assertEqual(widths, [[-5000.0], [-20.0], [5.0]])
         self.assertEqual(list(axes.lines[0].get_xdata()), [-7.0, -7.0])
         self.assertEqual([text.get_text() for text in axes.get_legend().get_texts()],
-                         ["fitted", "fitted; cannot be named, or ended early", "score only"])
+                         ["fitted", "fitted; cannot be named, or stopped", "score only"])
 
     def test_blind_spots_show_what_is_visible_at_some_size_the_worst_on_top(self):
         modulus, damping = self.figure("blind_spots").axes
