@@ -45,9 +45,6 @@ class Starts {
     [[nodiscard]] std::vector<fit::StemModel> candidates() const {
         return fit::candidate_starts(model_, smaller_.parts.front());
     }
-    [[nodiscard]] fit::StemModel absent() const {
-        return fit::fit_starts(model_, smaller_.parts.front(), fit::StartSize::Absent).front();
-    }
     [[nodiscard]] std::vector<double> excess_from_each() const {
         std::vector<double> found;
         for (const fit::StemModel& start : candidates())
@@ -73,27 +70,19 @@ void expect_that_one_start_is_too_few(const Starts& starts) {
     ASSERT_GE(each.size(), 2u);
     const double best = std::ranges::min(each);
     const double worst = std::ranges::max(each);
-    EXPECT_GT(worst, best + 500.0);
-    EXPECT_LT(starts.excess_of_policy(), best + 0.05 * (worst - best));
+    EXPECT_GT(worst, best + 25.0); // five standard deviations
+    EXPECT_LT(starts.excess_of_policy(), best + 1.0);
 }
 
 TEST(Starts, OfALocationAreSeveral) {
     expect_that_one_start_is_too_few(Starts(
-        {"local_defect", {{"position_m", 0.08}, {"stiffness_factor", 0.3}}}, "local_defect"));
+        {"local_defect", {{"position_m", 0.05}, {"stiffness_factor", 0.3}}}, "local_defect"));
 }
 
 TEST(Starts, OfAFrequencyArePeaksOfTheResiduals) {
     expect_that_one_start_is_too_few(
         Starts({"base_motion", {{"amplitude_m", 4e-4}, {"frequency_hz", 31.0}, {"phase_rad", 0.7}}},
                "base_motion"));
-}
-
-TEST(Starts, OfFrictionAreSizesOfItsOwn) {
-    const Starts starts(
-        {"clamp_friction", {{"moment_nm", 2e-3}, {"stiffness_nm_rad", 0.5}, {"rate_rad_s", 0.05}}},
-        "clamp_friction");
-    const double alone = starts.excess_from(starts.absent());
-    EXPECT_LT(starts.excess_of_policy(), 0.5 * alone);
 }
 
 } // namespace
