@@ -21,6 +21,8 @@ struct Scientific {
 
 Scientific shortest_digits(double value) {
     std::array<char, 40> buffer{};
+    // Without a precision to_chars writes the fewest digits that read back as the same double, on
+    // every machine.
     const auto written = std::to_chars(buffer.data(), buffer.data() + buffer.size(),
                                        std::abs(value), std::chars_format::scientific);
     const std::string text(buffer.data(), written.ptr);
