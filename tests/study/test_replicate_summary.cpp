@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The spread of a study's stems from given b1 and b2: components, indices, dependent factors.
-#include "present/study_json.hpp"
+#include "present/study/study.hpp"
 #include "study/summary/replicate_summary.hpp"
 
 #include <cmath>

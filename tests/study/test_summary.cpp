@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The summary of a study: its keys, and that it is JSON whatever the points were.
 #include "core/error.hpp"
-#include "present/study_json.hpp"
+#include "present/study/study.hpp"
 #include "small_studies.hpp"
 #include "study/execute/execute.hpp"
 #include "study/summary/summary.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Time-step studies from their file to their summary.
 #include "core/error.hpp"
-#include "present/study_json.hpp"
+#include "present/study/study.hpp"
 #include "refused.hpp"
 #include "small_studies.hpp"
 #include "study/execute/execute.hpp"
