@@ -75,7 +75,7 @@ class FullDisk(CulmTest):
         self.assert_exit(stopped, STOPPED_EARLY)
         self.assertRegex(stopped.stderr, r"^culm: .*study\.h5.*No space left on device.*\n"
                                          r"Nothing computed so far is lost\. Once the disk can be "
-                                         r"written again, go on with --resume\.\n$")
+                                         r"written again, continue with --resume\.\n$")
         self.assertFalse((self.folder / place / "study.h5").exists())
         self.make_room()
         finished = self.culm("run", "s.toml", "-o", place, "--resume")

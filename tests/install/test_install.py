@@ -10,6 +10,7 @@ from pathlib import Path
 BUILD = os.environ["CULM_BUILD"]
 CMAKE = os.environ["CULM_CMAKE"]
 COMPILER = os.environ["CULM_CXX"]
+GENERATOR = os.environ["CULM_GENERATOR"]  # a bare machine has Ninja and no make
 CONSUMER = Path(__file__).resolve().parent / "consumer"
 
 
@@ -50,7 +51,7 @@ class Installed(unittest.TestCase):
 
     def test_libraries_serve_a_program_of_somebody_else(self):
         build = self.tree / "consumer"
-        output_of(CMAKE, "-S", CONSUMER, "-B", build, f"-DCMAKE_PREFIX_PATH={self.tree}",
+        output_of(CMAKE, "-G", GENERATOR, "-S", CONSUMER, "-B", build, f"-DCMAKE_PREFIX_PATH={self.tree}",
                   f"-DCMAKE_CXX_COMPILER={COMPILER}", "-DCMAKE_BUILD_TYPE=Debug")
         output_of(CMAKE, "--build", build)
         tip_mm, crossings = output_of(build / "consumer").split()
