@@ -89,8 +89,8 @@ class FullDisk(CulmTest):
         self.assert_exit(stopped, STOPPED_EARLY)
         self.assertEqual(stopped.stderr,
                          "culm: out: summary.json and fits.csv could not be written\n"
-                         "Nothing computed so far is lost. Once the disk can be written again, go "
-                         "on with --resume.\n")
+                         "Nothing computed so far is lost. Once the disk can be written again, continue "
+                         "with --resume.\n")
         (self.folder / "out/summary.json").rmdir()
         self.assert_exit(self.culm("run", "s.toml", "-o", "out", "--resume"), DONE)
 
