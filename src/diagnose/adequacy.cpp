@@ -83,6 +83,7 @@ Verdict verdict_on(const fit::RecordingFit& fit, const residuals::Swing& swing,
     verdict.effective_degrees_of_freedom = lack.effective_degrees_of_freedom;
     verdict.spatial_share = lack.spatial_share;
     verdict.spatial_pattern = std::move(lack.spatial_pattern);
+    // The tests are computed all the same, because the report shows them.
     adjust(verdict, policy);
     if (std::string reason = what_is_too_little(fit, swing, policy); !reason.empty()) {
         verdict.finding = Finding::Undecided;

@@ -44,6 +44,8 @@ void ModelMemory::keep(const fit::SelectedEffects& effects,
     scores_.insert_or_assign(key_of(effects), scores);
 }
 
+// Names with fixed values, sorted: the order in which effects were found does not matter, but a
+// value that the user fixed makes another model.
 ModelMemory::Key ModelMemory::key_of(const fit::SelectedEffects& effects) {
     Key key;
     for (const physics::SelectedEffect& selected : effects) {
@@ -150,6 +152,8 @@ std::vector<EffectScore> CandidateField::score(const fit::Fit& base,
         wanted.push_back(candidate);
         costs.push_back(fit::relative_cost(larger));
     }
+    // On the coarse image: a score is one linear step, and its own error is larger than the
+    // image's.
     const fit::CoarseImage image(base, recordings_, options_.candidate);
     std::vector<std::optional<EffectScore>> answers =
         options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {

@@ -220,6 +220,10 @@ class Estimation {
 
     /// One step of Gauss and Newton with the noise as it is here, shortened until it helps.
     [[nodiscard]] bool improve() {
+        // Cochrane and Orcutt alternate between the numbers and the correlation: whitening with ρ
+        // of the present residuals turns the step into ordinary least squares. The likelihood with
+        // the new ρ decides whether the step helped, because ρ and the numbers can trade with each
+        // other.
         const WhitenedReadings readings = whitened(point_.stacked, sequences_, point_.noise);
         const Eigen::VectorXd change = solve_linear(readings.stacked, is_held_).change;
         const Eigen::MatrixXd covariance = covariance_by_frames(readings, is_held_);

@@ -117,6 +117,8 @@ Judgement judge(const Step& step, const Policy& policy) {
         judgement.gain_over_refused =
             bic(*step.refused, step.criterion) - bic(step.larger, step.criterion);
     }
+    // From the cheapest to the dearest question: what is held out costs four fits and is asked
+    // last.
     judgement.objection = objection_to_gain(step, judgement, policy);
     for (const std::string& effect : step.added)
         if (judgement.is_accepted()) {
@@ -161,6 +163,8 @@ Judgement judge_effect(const fit::Fit& fit, const std::string& effect) {
             absent = parameter;
         }
     }
+    // An estimate at a bound has no interval, so neither its size nor its absence is known. Of
+    // several recordings one may well lie at none while another carries the effect.
     if (at_bound && !(has_own_sizes && is_there)) {
         judgement.objection = Objection::AtBound;
         judgement.parameter = at_bound;

@@ -49,6 +49,8 @@ class LaneProgress {
 
   private:
     [[nodiscard]] static SolveSummary work_of(std::int64_t attempts, std::int64_t steps) {
+        // A Rosenbrock method has no iteration: each attempt costs one factorisation and one force
+        // and one solve a stage. A rejected attempt keeps the Jacobian of the point where it began.
         constexpr std::int64_t stages = Rodas5::stages;
         SolveSummary work;
         work.steps = steps;
@@ -89,6 +91,8 @@ integrate_lanes(const physics::Chain<Dim, T>& chain, const std::vector<T>& relea
     for (std::size_t lane = 0; lane < lanes; ++lane)
         observe(lane, 0.0, rosenbrock.state());
 
+    // Every lane has a step length of its own; a lane that has ended takes part in the arithmetic
+    // and is not recorded. So a stem gets the same numbers alone and beside others.
     while (progress.any_runs()) {
         const std::array<bool, lanes> tried = progress.running();
         const std::array<bool, lanes> accepted = rosenbrock.try_step(tried);

@@ -39,11 +39,6 @@ void fields(Wire& wire, ParameterId& id) {
            (id.recording.empty() ? "" : "@" + id.recording);
 }
 
-/// "tip_mass.mass_kg": as a user writes a parameter of an effect.
-[[nodiscard]] inline std::string dotted_name(const std::string& effect, const std::string& name) {
-    return to_string(ParameterId{effect, name, {}});
-}
-
 inline const ParameterId bond_youngs_modulus{{}, "bond_youngs_modulus", {}};
 inline const ParameterId bond_damping{{}, "bond_damping", {}};
 inline const ParameterId tip_deflection{{}, "tip_deflection", {}}; ///< before the release

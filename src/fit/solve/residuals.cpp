@@ -24,6 +24,7 @@ ReadingResiduals::ReadingResiduals(const StemModel& model, const measure::Measur
 }
 
 void ReadingResiduals::prepare(const std::vector<double>& values) {
+    // Ceres evaluates the same point again for its Jacobian; one run gave both.
     if (values_ == values && runs_ > 0)
         return;
     values_ = values;
@@ -49,6 +50,7 @@ double ReadingResiduals::derivative(const Place& place, std::size_t parameter) c
     const double derivative =
         prediction_->jacobian[place.reading * prediction_->parameters + parameter];
     const bool is_seen = !std::isnan(prediction_->readings[place.reading]);
+    // At the edge of a stem that just reaches the row one lane may miss it: no derivative then.
     return is_seen && std::isfinite(derivative) ? derivative : 0.0;
 }
 
@@ -157,6 +159,8 @@ bool JointResiduals::evaluate(std::size_t part, const ReadingResiduals::Place& p
     std::fill_n(gradient, internal_.size(), 0.0);
     const std::vector<JointLayout::Share>& shares = layout_.shares[part];
     for (std::size_t k = 0; k < shares.size(); ++k)
+        // Chain rule: reading by the part's own value, that by the joint one, that by Ceres's
+        // number.
         gradient[shares[k].place] = own.derivative(place, k) *
                                     (shares[k].factor * per_internal_[shares[k].place]) *
                                     place.inverse_noise;

@@ -44,6 +44,8 @@ physics::StartScales scales_of(const RecordingFit& fit) {
 
 void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& start) {
     physics::StemParameters<double>& stem = start.spec.stem;
+    // A frequency that is wrong by 1/N of itself is a cycle off at the end of N cycles, and no
+    // gradient leads back over it: the start keeps what the readings say of the first mode.
     for (int pass = 0; pass < 2; ++pass) { // the effect's share of the stiffness depends on Y
         const auto modes = run::chain_modes(start.spec, 1);
         if (modes.empty())
@@ -70,6 +72,8 @@ double absent_value(const FreeParameter& parameter) {
                : std::clamp(parameter.absent, parameter.lower, parameter.upper);
 }
 
+// The strongest lines of the periodogram, at least three resolutions apart: closer ones are side
+// lobes of one.
 std::vector<double> residual_peaks(const RecordingFit& fit, std::size_t count) {
     const ResidualSpectrum spectrum = residual_spectrum(fit);
     std::vector<std::size_t> order(spectrum.frequencies.size());
