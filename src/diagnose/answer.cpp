@@ -19,27 +19,18 @@
 namespace culm::diagnose {
 namespace {
 
-/// The model from which the search set out.
-const fit::Fit& start(const Found& found) {
-    return found.ladder.front().fit;
-}
-
 std::vector<std::string> named(const Found& found) {
-    std::vector<std::string> names;
-    for (std::size_t k = found.options.known.size(); k < found.model.effects.size(); ++k)
-        names.push_back(found.model.effects[k].effect->name());
-    return names;
+    return names_behind(found.model, found.options.known.size());
 }
 
 /// Share of the misfit above the noise that is gone.
 double explained_share(const Found& found) {
     const fit::Fit& end = found.model;
     if (!end.is_noise_known_anywhere())
-        return 1.0 - std::pow(end.rmse / start(found).rmse, 2);
+        return 1.0 - std::pow(end.rmse / found.start.rmse, 2);
     // A recording that does not state its noise has no misfit above it: its χ² is its readings.
-    const double excess = start(found).chi_squared - static_cast<double>(start(found).readings);
-    return excess > 0.0 ? std::min((start(found).chi_squared - end.chi_squared) / excess, 1.0)
-                        : 0.0;
+    const double excess = found.start.chi_squared - static_cast<double>(found.start.readings);
+    return excess > 0.0 ? std::min((found.start.chi_squared - end.chi_squared) / excess, 1.0) : 0.0;
 }
 
 /// What of the answer turned out to be absent, or at a bound, once the rest had joined; empty if
@@ -66,8 +57,8 @@ ConclusionReason reason_of(const Found& found, const Diagnosis& result) {
                                                           : ConclusionReason::NothingExplains;
     }
     const bool is_clear = found.is_one_law ||
-                          start(found).reduced_chi_squared > policy.glaring_baseline ||
-                          !start(found).is_noise_known_anywhere();
+                          found.start.reduced_chi_squared > policy.glaring_baseline ||
+                          !found.start.is_noise_known_anywhere();
     const bool may_leave_structure =
         is_clear && effects.size() <= policy.most_effects_beside_structure;
     if (!is_adequate && (result.explained < policy.share_beside_structure || !may_leave_structure))
@@ -152,7 +143,7 @@ double cosine(const EffectScore& a, const EffectScore& b) {
 }
 
 void rank(const Found& found, Diagnosis& result) {
-    std::vector<fit::Fit> fits{start(found)};
+    std::vector<fit::Fit> fits{found.start};
     for (const fit::Fit& model : found.first.models)
         fits.push_back(model);
     const Criterion by = criterion(fits);
@@ -164,7 +155,7 @@ void rank(const Found& found, Diagnosis& result) {
             single_of(found.first.models, score.effect, found.options.known.size());
         // A fit that was stopped above the model it contains says less than its score.
         const bool tells = model != nullptr &&
-                           !(model->out_of_reach && model->chi_squared > start(found).chi_squared);
+                           !(model->out_of_reach && model->chi_squared > found.start.chi_squared);
         if (tells) {
             entry.fit = *model;
             entry.is_refitted = true;
@@ -173,8 +164,8 @@ void rank(const Found& found, Diagnosis& result) {
                                  ? "fit stopped: could not have matched the best model"
                                  : in_words(judge_effect(*model, score.effect));
             if (model->is_fitted()) {
-                entry.delta_bic = bic(*model, by) - bic(start(found), by);
-                entry.p_value = std::min(1.0, tried * gain_p_value(start(found), *model, by));
+                entry.delta_bic = bic(*model, by) - bic(found.start, by);
+                entry.p_value = std::min(1.0, tried * gain_p_value(found.start, *model, by));
             } else {
                 entry.delta_bic = std::numeric_limits<double>::infinity();
             }
@@ -182,8 +173,8 @@ void rank(const Found& found, Diagnosis& result) {
             const double gain = score.gain / by.inflation * by.share;
             entry.delta_bic = score.added * std::log(by.effective_readings) - gain;
             entry.p_value = std::min(1.0, tried * gain_p_value(gain, score.added));
-            entry.rmse = start(found).rmse *
-                         std::sqrt(std::max(0.0, 1.0 - score.gain / start(found).chi_squared));
+            entry.rmse = found.start.rmse *
+                         std::sqrt(std::max(0.0, 1.0 - score.gain / found.start.chi_squared));
             entry.obstacle = score.failure;
         }
         if (const auto refused = found.refused.find(score.effect);

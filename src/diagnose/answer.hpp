@@ -20,7 +20,6 @@ struct Rivals {
 
 /// Every candidate beside the model from which the search set out.
 struct FirstStep {
-    fit::Fit smaller;
     std::vector<fit::Fit> models;
     std::vector<EffectScore> scores;
 };
@@ -41,8 +40,8 @@ struct Found {
     std::span<const measure::Measurement> recordings;
     const DiagnosisOptions& options;
     const fit::SelectedEffects& candidates;
-    const fit::Fit& model;                    ///< that was reached
-    const std::vector<SearchedModel>& ladder; ///< from the model from which the search set out
+    const fit::Fit& model; ///< that was reached
+    const fit::Fit& start; ///< from which the search set out
     const FirstStep& first;
     const std::vector<Rivals>& rivals;
     const std::map<std::string, std::string>& refused; ///< effects that predict no better, and why

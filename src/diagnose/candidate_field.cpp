@@ -92,6 +92,13 @@ const fit::Fit* single_of(const std::vector<fit::Fit>& models, const std::string
     return found == models.end() ? nullptr : &*found;
 }
 
+std::vector<std::string> names_behind(const fit::Fit& model, std::size_t count) {
+    std::vector<std::string> names;
+    for (std::size_t k = count; k < model.effects.size(); ++k)
+        names.push_back(model.effects[k].effect->name());
+    return names;
+}
+
 CandidateField::CandidateField(std::span<const measure::Measurement> recordings,
                                const DiagnosisOptions& options)
     : recordings_(recordings), options_(options),

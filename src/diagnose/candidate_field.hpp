@@ -107,6 +107,8 @@ class CandidateField {
 /// The model that adds this one effect to `known` others; null if there is none.
 [[nodiscard]] const fit::Fit* single_of(const std::vector<fit::Fit>& models,
                                         const std::string& effect, std::size_t known);
+/// Names of the effects that a model has behind its first `count`.
+[[nodiscard]] std::vector<std::string> names_behind(const fit::Fit& model, std::size_t count);
 [[nodiscard]] bool can_be_combined(const fit::SelectedEffects& effects);
 
 } // namespace culm::diagnose

@@ -158,7 +158,7 @@ class Search {
             next = with_best_of(next.state, fitted_pairs);
         }
         if (!has_first)
-            next.state.first = {state.ladder.front().fit, std::move(models), state.scores};
+            next.state.first = {std::move(models), state.scores};
         return next;
     }
 
@@ -178,21 +178,12 @@ class Search {
         return field_.fit_promising(models, state.scores, *state.fit, std::max(needed, 0.0));
     }
 
-    /// What a larger model adds to the state's.
-    [[nodiscard]] static std::vector<std::string> names_added(const State& state,
-                                                              const fit::Fit& model) {
-        std::vector<std::string> names;
-        for (std::size_t k = state.model.effects.size(); k < model.effects.size(); ++k)
-            names.push_back(model.effects[k].effect->name());
-        return names;
-    }
-
     [[nodiscard]] Judgement judge_model(const State& state, const fit::Fit& model,
                                         const Criterion& by) const {
         return judge({.smaller = state.model,
                       .larger = model,
                       .criterion = by,
-                      .added = names_added(state, model),
+                      .added = names_behind(model, state.model.effects.size()),
                       .tried = state.scores.size()},
                      policy_);
     }
@@ -239,7 +230,8 @@ class Search {
                                fmt::join(model.names, " + ")));
             const HeldOutPair held_out = hold_out_from_both(*state.fit, larger, recordings_,
                                                             options_.candidate, options_.map);
-            Step step{state.model, model, by, names_added(state, model), state.scores.size()};
+            Step step{state.model, model, by, names_behind(model, state.model.effects.size()),
+                      state.scores.size()};
             step.held_out = held_out;
             if (const Judgement judgement = judge(step, policy_); !judgement.is_accepted()) {
                 state.refused_models.insert(model.names);
@@ -303,7 +295,7 @@ class Search {
         fit::SelectedEffects rest = state.model.effects;
         rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(place));
         if (rest.size() == options_.known.size())
-            return {state.first.smaller, state.first.models};
+            return {state.ladder.front().fit, state.first.models};
         report(fmt::format("fitting other effects in place of {}",
                            state.model.effects[place].effect->name()));
         const fit::Fit smaller = field_.recall(rest, baseline_);
@@ -384,8 +376,8 @@ class Search {
         const fit::Fit* other =
             single_of(singles, state.model.effects.back().effect->name(), known);
         if (better == nullptr || other == nullptr ||
-            !explains(state.first.smaller, *better, policy_.share_of_one_law) ||
-            !explains(state.first.smaller, *other, policy_.share_of_one_law))
+            !explains(state.ladder.front().fit, *better, policy_.share_of_one_law) ||
+            !explains(state.ladder.front().fit, *other, policy_.share_of_one_law))
             return state;
         const Criterion by = criterion(state.model, std::vector{*better, *other});
         if (bic(*other, by) < bic(*better, by))
@@ -394,7 +386,7 @@ class Search {
         united.rivals = {{better->effects.back(), {*other}, {bic(*other, by) - bic(*better, by)}}};
         united.is_one_law = true;
         united.ladder.resize(1);
-        const double gain = bic(state.first.smaller, by) - bic(*better, by);
+        const double gain = bic(state.ladder.front().fit, by) - bic(*better, by);
         return with_model(std::move(united), *better, field_.restore(*better), {}, gain);
     }
 
@@ -411,7 +403,7 @@ class Search {
         result.runs = field_.runs();
         result.final_fit = *state.fit;
         result.blind_spots = state.scores;
-        complete({recordings_, options_, field_.candidates(), state.model, state.ladder,
+        complete({recordings_, options_, field_.candidates(), state.model, state.ladder.front().fit,
                   state.first, state.rivals, state.refused, state.is_one_law},
                  result);
         if (!result.effects.empty() && state.finding() == Finding::Inadequate) {

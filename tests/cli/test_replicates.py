@@ -5,7 +5,7 @@ import json
 import os
 import unittest
 
-from culm_program import BAD_INPUT, DONE, PATIENCE, PROGRAM, CulmTest
+from culm_program import BAD_INPUT, DONE, PATIENCE, PROGRAM, CulmTest, journal_bytes
 
 LAUNCH = [os.environ["CULM_MPIEXEC"], "--oversubscribe", "--allow-run-as-root", "-n", "3"]
 
@@ -74,8 +74,7 @@ class Replicates(CulmTest):
         self.write("long.toml", POPULATION.replace("points = 24", "points = 800"))
         self.assert_exit(self.culm("run", "long.toml", "-o", "whole", "-q"), DONE)
         process = self.start(PROGRAM, "run", "long.toml", "-o", "parts", "-q")
-        journal = self.folder / "parts/journal/rank-00000.culmj"
-        while process.poll() is None and not (journal.exists() and journal.stat().st_size > 20000):
+        while process.poll() is None and journal_bytes(self.folder / "parts") <= 20000:
             pass
         process.kill()
         process.wait()

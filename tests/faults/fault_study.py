@@ -13,7 +13,7 @@ from pathlib import Path
 # What the tests of the command line know of the program, these know too.
 sys.path.append(str(Path(__file__).resolve().parent.parent / "cli"))
 from culm_program import (BAD_INPUT, DONE, POINTS_FAILED, PROGRAM, SLOWNESS,  # noqa: E402,F401
-                          STOPPED_EARLY, children_of)
+                          STOPPED_EARLY, children_of, journal_bytes)
 
 MPIEXEC = os.environ["CULM_MPIEXEC"]
 # Seconds after which a run hangs: far beyond what any of these studies takes.

@@ -9,7 +9,8 @@ import time
 import unittest
 from pathlib import Path
 
-from fault_study import (DONE, LONG_STUDY, MPIEXEC, PATIENCE, PROGRAM, culm, environment)
+from fault_study import (DONE, LONG_STUDY, MPIEXEC, PATIENCE, PROGRAM, culm, environment,
+                         journal_bytes)
 
 LIBRARIES = sorted(Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"))
 # Ahead, far back, and ahead by more than any lease, heartbeat or walltime.
@@ -37,11 +38,10 @@ class Jumps(unittest.TestCase):
             cwd=self.folder, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
             text=True)
         jump = 0
-        journals = self.folder / "out" / "journal"
         size = 0
         while process.poll() is None:
             self.assertLess(time.monotonic() - started, PATIENCE)
-            written = sum(file.stat().st_size for file in journals.glob("*.culmj"))
+            written = journal_bytes(self.folder / "out")
             if written > size + 500_000:  # a few points later
                 self.clock.write_text(JUMPS[jump % len(JUMPS)] + "\n", encoding="utf-8")
                 size = written

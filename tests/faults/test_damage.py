@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import h5py
 
 from fault_study import (BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, STOPPED_EARLY, STUDY,
-                         LONG_STUDY, committed_points, culm, start, verify)
+                         LONG_STUDY, committed_points, culm, journal_bytes, start, verify)
 
 POINTS = 96  # of the long study
 # Begins every record of a journal.
@@ -72,7 +72,7 @@ class FaultTest(unittest.TestCase):
         self.addCleanup(process.kill)
         journal = self.folder / name / "journal" / "rank-00000.culmj"
         deadline = time.monotonic() + PATIENCE
-        while not journal.exists() or journal.stat().st_size < 1_000_000:
+        while journal_bytes(self.folder / name) < 1_000_000:
             self.assertLess(time.monotonic(), deadline)
             time.sleep(0.001)
         process.send_signal(signal.SIGSTOP)
