@@ -142,6 +142,7 @@ void refuse_without_motion(const measure::Measurement& measurement, std::optiona
             noise_squares += *noise * *noise;
             readings += 1.0;
         }
+    // χ² of n readings that are noise alone has the mean n and the deviation √(2n).
     if (readings > 0.0 &&
         chi_squared - readings < policy.motion_over_noise * std::sqrt(2.0 * readings))
         throw core::InputError(fmt::format(

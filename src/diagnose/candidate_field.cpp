@@ -195,6 +195,8 @@ std::vector<fit::SelectedEffects> CandidateField::one_more(const fit::SelectedEf
             continue;
         const EffectScore* const score = score_of(larger, scores);
         const bool is_spatial = fit::relative_cost({candidate}) > 1.0;
+        // A spatial fit takes six times as long as a planar one: it has to promise more, and
+        // something even where every planar candidate is fitted.
         const double share = only_best ? (is_spatial ? policy.least_promised_share_spatial
                                                      : policy.least_promised_share)
                                        : (is_spatial ? policy.least_promised_share : 0.0);
@@ -214,6 +216,7 @@ CandidateField::in_fewer_recordings(const fit::SelectedEffects& effects, std::si
             absent.size() + 1 >= recordings_.size())
             continue;
         for (const measure::Measurement& recording : recordings_)
+            // One recording at a time: the search comes back for the next.
             if (std::ranges::find(absent, recording.stem.id) == absent.end())
                 models.emplace_back(effects)[k].absent_from.push_back(recording.stem.id);
     }
@@ -223,6 +226,7 @@ CandidateField::in_fewer_recordings(const fit::SelectedEffects& effects, std::si
 std::vector<fit::Fit> CandidateField::fit_promising(const std::vector<fit::SelectedEffects>& models,
                                                     const std::vector<EffectScore>& scores,
                                                     const fit::Fit& smaller, double gained) {
+    // The cheap planar fits first: what they gain decides which spatial ones are worth their time.
     std::vector<fit::SelectedEffects> spatial;
     std::vector<fit::SelectedEffects> planar;
     for (const fit::SelectedEffects& model : models)

@@ -108,6 +108,7 @@ Judgement judge(const Step& step, const Policy& policy) {
         judgement.objection = Objection::Motionless;
         return judgement;
     }
+    // Bonferroni: the best of so many candidates was chosen after all were seen.
     judgement.p_value =
         std::min(1.0, gain_p_value(step.smaller, step.larger, step.criterion) *
                           static_cast<double>(std::max<std::size_t>(step.tried, 1)));

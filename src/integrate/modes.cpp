@@ -72,6 +72,7 @@ double reference_angular_frequency(const LinearisedChain& chain) {
 /// Spectral radius of one velocity-Verlet step of length `step` (in the chain's unit of time).
 double spectral_radius(const NormalisedChain& chain, double step) {
     const Eigen::Index n = chain.stiffness.rows();
+    // x' = x + h v, then v' = v − h (K x' + C v): the mass is 1 in this chain's units.
     Eigen::MatrixXd map(2 * n, 2 * n);
     map.topLeftCorner(n, n).setIdentity();
     map.topRightCorner(n, n) = step * Eigen::MatrixXd::Identity(n, n);
@@ -108,6 +109,7 @@ std::optional<Complex> newton(const LinearisedChain& chain, double angular_frequ
         pencil.diagonal().array() += z * z;
         const Eigen::VectorXcd slope = damping * shape + 2.0 * z * shape;
         const Eigen::VectorXcd next = pencil.partialPivLu().solve(slope);
+        // T(z) u = 0 with nᵀu = 1: one Newton step is u ← T⁻¹T'u and z ← z − nᵀu/nᵀT⁻¹T'u.
         const Complex change = normal.dot(shape) / normal.dot(next);
         if (!std::isfinite(std::abs(change)))
             return std::nullopt;

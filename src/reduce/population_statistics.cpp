@@ -16,14 +16,6 @@ namespace {
 
 constexpr double most_bins = 100.0;
 
-/// Linear interpolation between order statistics.
-double quantile(const std::vector<double>& sorted, double fraction) {
-    const double place = fraction * static_cast<double>(sorted.size() - 1);
-    const auto below = static_cast<std::size_t>(place);
-    const std::size_t above = std::min(below + 1, sorted.size() - 1);
-    return std::lerp(sorted[below], sorted[above], place - static_cast<double>(below));
-}
-
 /// The smallest of 1, 2, 5 times a power of ten that is not below `width`.
 double round_up(double width) {
     const double decade = std::pow(10.0, std::floor(std::log10(width)));
@@ -36,6 +28,8 @@ double round_up(double width) {
 double suitable_width(const std::vector<double>& sorted) {
     const auto n = static_cast<double>(sorted.size());
     const double range = sorted.back() - sorted.front();
+    // Freedman & Diaconis (1981): 2 IQR n^(−1/3). Half of the values alike make that 0; Sturges's
+    // number of bins, 1 + log2 n, needs only the range.
     double width = 2.0 * (quantile(sorted, 0.75) - quantile(sorted, 0.25)) / std::cbrt(n);
     if (width <= 0.0)
         width = range / (1.0 + std::log2(n));
@@ -131,6 +125,7 @@ LineFit fit_line(std::span<const double> x, std::span<const double> y,
     LineFit line;
     const std::size_t n = x.size();
     const auto weight = [&](std::size_t i) { return weights.empty() ? 1.0 : weights[i]; };
+    // About the means: Σ x² − n x̄² would lose the digits that x and x̄ share.
     double sum = 0.0;
     double mean_x = 0.0;
     double mean_y = 0.0;
@@ -156,6 +151,7 @@ LineFit fit_line(std::span<const double> x, std::span<const double> y,
     line.slope = xy / xx;
     line.intercept = mean_y - line.slope * mean_x;
     const double rest = std::max(0.0, yy - line.slope * xy);
+    // s² = Σ w (y − fitted)²/(n − 2), and the slope's variance is s²/Σ w (x − x̄)².
     line.slope_error = std::sqrt(rest / static_cast<double>(n - 2) / xx);
     const double half = student_t_factor(n - 2) * line.slope_error;
     line.slope_interval = {line.slope - half, line.slope + half};

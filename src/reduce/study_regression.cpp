@@ -104,6 +104,7 @@ InteractionModel reduce_interaction_model(const PredictorPair& predictors,
         for (const Term term : droppable(model.terms)) {
             LinearRegression reduced =
                 regress_on_terms(predictors, response, without(model.terms, term));
+            // F = (SS_reduced − SS_full)/q over SS_full/(n − p), q = 1 term.
             const NestedTest test = nested_f_test(reduced, model.regression);
             model.history.push_back({term, term_name(term, predictors), test, round, false});
             if (!weakest || test.p_value > model.history[*weakest].test.p_value) {
@@ -157,6 +158,7 @@ UsablePoints usable_points(const StudyPoints& points) {
         if (!std::isfinite(modulus) || modulus <= 0.0 || !std::isfinite(points.bond_damping[i]) ||
             !std::isfinite(points.decay_per_cycle[i]) || !std::isfinite(points.frequency[i]))
             continue;
+        // A frequency is proportional to √Y (a linear elastic chain): the law is linear in √Y.
         usable.sqrt_youngs_modulus.push_back(std::sqrt(modulus));
         usable.bond_damping.push_back(points.bond_damping[i]);
         usable.decay_per_cycle.push_back(points.decay_per_cycle[i]);

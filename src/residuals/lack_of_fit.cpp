@@ -66,6 +66,7 @@ double balance_p_value(const fit::RecordingFit& fit) {
         double total = 0.0;
         for (const double value : values)
             total += value;
+        // A sum of n independent residuals of unit variance has the variance n.
         sum += total * total / static_cast<double>(values.size());
         ++rows;
     }
@@ -102,6 +103,7 @@ double likeness_p_value(const fit::RecordingFit& fit) {
             }
             if (square_a <= 0.0 || square_b <= 0.0)
                 continue;
+            // n r² of independent rows is χ² of one degree of freedom (Fisher 1915, large n).
             sum += count * product * product / (square_a * square_b);
             ++pairs;
         }

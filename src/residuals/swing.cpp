@@ -36,6 +36,8 @@ std::vector<double> strongest_shape(const fit::RecordingFit& fit,
     Eigen::MatrixXd products = row_products(fit, fit.prediction.readings);
     if (!(products.trace() > 0.0))
         products = row_products(fit, measurement.deflections);
+    // The leading eigenvector of YᵀY: no other shape takes up more of the motion (first principal
+    // component, with readings in units of their noise).
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(products);
     const Eigen::VectorXd strongest = solver.eigenvectors().col(products.rows() - 1);
     std::vector<double> shape;
@@ -58,6 +60,7 @@ class SwingProjection {
 
     template <class Reading>
     [[nodiscard]] double operator()(std::size_t frame, const Reading& reading) const {
+        // q = Σ w s y/Σ w s² minimises Σ w (y − q s)², w = 1/σ².
         double sum = 0.0;
         double norm = 0.0;
         for (std::size_t j = 0; j < shape_.size(); ++j) {
@@ -94,6 +97,7 @@ Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measure
             return std::isfinite(derivative) ? -derivative : 0.0;
         }));
     }
+    // Of q in a frame without gaps: var q = 1/Σ w s².
     double precision = 0.0;
     for (std::size_t j = 0; j < swing.shape.size(); ++j)
         precision += std::pow(swing.shape[j] / fit.noise[j], 2);

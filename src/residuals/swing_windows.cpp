@@ -20,6 +20,7 @@ std::optional<WindowFit> fit_window(const std::vector<double>& times,
     options.has_offset = true;
     try {
         const reduce::RingDownAnalysis found = reduce::analyse_ring_down(times, values, options);
+        // A exp(b t) at the middle of the window, where its amplitude is known best.
         return WindowFit{std::abs(found.amplitude.value) *
                              std::exp(0.5 * length * found.decay_rate.value),
                          found.frequency, found.decay_per_cycle, found.offset};
@@ -63,6 +64,7 @@ std::vector<double> envelope(const Swing& swing, const std::vector<SwingWindow>&
         if (!window.measured)
             continue;
         const double middle = 0.5 * (window.begin + window.end);
+        // Per second from per cycle: b1 f.
         const double rate =
             window.measured->decay_per_cycle.value * window.measured->frequency.value;
         for (std::size_t i = 0; i < swing.times.size(); ++i)

@@ -31,6 +31,8 @@ bool can_share_lanes(const CaseSpec& a, const CaseSpec& b) {
         a.stem.sphere_count != b.stem.sphere_count || dimensions_of(a) != dimensions_of(b) ||
         !same_kind_of_model(a, b))
         return false;
+    // Lanes take their steps together: implicit ones choose them by the tolerance that all share,
+    // explicit ones must have the same step and the same moments to be kept.
     if (a.integrator.method == IntegrationMethod::Implicit)
         return a.integrator.relative_tolerance == b.integrator.relative_tolerance &&
                a.integrator.step_limit == b.integrator.step_limit;

@@ -8,6 +8,7 @@
 namespace culm::run {
 
 double bond_time(const physics::StemParameters<double>& stem) {
+    // √(m/K) with the axial stiffness K = Y A/l of a bond: a wave passes one bond in that time.
     const double stiffness = stem.bond_youngs_modulus * stem.section_area() / stem.bond_length;
     return std::sqrt(stem.sphere_mass() / stiffness);
 }

@@ -84,6 +84,8 @@ Regression regress(UserLawKind kind, const fit::Fit& base,
                 .standing_out;
     }
     const Eigen::VectorXd residual = project_off(fitted.jacobian, fitted.residual).standing_out;
+    // Both sides without what the fitted numbers can take up (Frisch, Waugh and Lovell): the
+    // coefficients are those of a regression in which these numbers are free as well.
     Regression out;
     out.kind = kind;
     out.selected = select_terms(columns, residual, blocks_of(base), most_terms);
@@ -138,6 +140,8 @@ std::string character_of(const MissingForce& force, UserLawKind kind, const run:
     double mean = 0.0;
     constexpr int steps = 200;
     for (int k = 0; k < steps; ++k) {
+        // First Fourier coefficients of the force over the cycle, by the midpoint rule, which is
+        // exact for polynomials in sine and cosine up to the number of steps.
         const double angle = 2.0 * std::numbers::pi * (k + 0.5) / steps;
         physics::UserLawInputs inputs;
         inputs.position = kind == UserLawKind::ForcePerLength ? length : 0.0;

@@ -52,6 +52,8 @@ void VisibleSize::judge(const StackedReadings& stacked, const fit::StartModels& 
             continue;
         const Eigen::VectorXd derivative = stacked.jacobian.col(static_cast<Eigen::Index>(k));
         const Projection projection = project_off(columns_of(fitted_, stacked), derivative);
+        // Readings are in units of their noise, so this norm is the gain √Δχ² per unit of the
+        // parameter, and visible_at over it the size that stands out by so many deviations.
         const double standing_out = projection.standing_out.norm();
         const double at = parameter->access.get(start.front().spec);
         // The change of a compliance is that of the stiffness over −k².
@@ -81,6 +83,8 @@ void VisibleSize::settle(const fit::StartModels& default_start) {
         return;
     const fit::FreeParameter own = *found;
     absent_at_ = own.access.get(absent_.front().spec);
+    // An effect that is even in its size (a camera's roll, cos) has no derivative where it is
+    // absent: its signature grows with the square, from the default size down.
     double power = 1.0;
     double size = size_;
     Eigen::VectorXd imitated = imitated_;

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::array<double, 6> first_splits{0.01, 0.03, 0.07, 0.12, 0.2, 0.35};
 constexpr std::array<double, 4> first_angles{20.0, 40.0, 55.0, 75.0}; // degrees
+/// ε = 0.8: one principal stiffness is (1 + 0.4)/(1 − 0.4) = 2.3 times the other.
 constexpr double largest_split = 0.8;
 constexpr double needed_beat_gain = 0.1; ///< of the square of what the fit leaves
 constexpr double same_split = 0.05;      ///< relative: two solutions are one
@@ -48,6 +49,7 @@ SwingHistory swing_history(const RecordingFit& fit) {
         }
         if (!(squares > 0.0))
             continue;
+        // Projections onto the shape s: Σ s y/Σ s² of the model and of model + residual.
         history.times.push_back(fit.times[i]);
         history.modelled.push_back(modelled / squares);
         history.measured.push_back((modelled + missed) / squares);

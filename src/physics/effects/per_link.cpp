@@ -68,6 +68,7 @@ void join_attached_masses(EffectTarget& target) {
             throw core::InputError(
                 fmt::format("a mass at {} m: must be at or above the clamp", attached.position));
         expand_links(target.model, stem.sphere_count);
+        // Lever rule: the two neighbours together have the attached mass and its centre.
         const double place = std::min(attached.position / stem.bond_length,
                                       static_cast<double>(stem.sphere_count - 1));
         const int below = std::min(static_cast<int>(std::floor(place)), stem.sphere_count - 2);

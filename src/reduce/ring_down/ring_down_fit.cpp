@@ -93,12 +93,14 @@ PreparedHistory prepare(std::span<const double> times, std::span<const double> d
     if (!options.amplitude_is_free)
         history.value_at_release =
             deflection_at_release(times, deflections, first, tolerance) / history.scale;
+    // Amplitudes of order 1, whatever the unit: tolerances of the fit then mean the same for all.
     for (double& value : history.samples.values)
         value /= history.scale;
     return history;
 }
 
 RefinedRingDown best_minimum(const PreparedHistory& history, const RingDownFitOptions& options) {
+    // The sum of squares has a minimum near every frequency of the history: each start is refined.
     // At and beyond half the sampling rate every frequency has a slower twin with the same samples.
     const double highest_frequency = 0.5 / median_interval(history.samples.times) * (1.0 + 1e-9);
     std::optional<RefinedRingDown> best;
@@ -186,6 +188,7 @@ RingDownFit fit_ring_down(std::span<const double> times, std::span<const double>
     fit.decay_per_cycle = fit.decay_rate / fit.frequency;
     fit.deflection_scale = history.scale;
     fit.rms_residual = std::sqrt(best.residual_sum_of_squares / static_cast<double>(samples));
+    // R² = 1 − SS_residual/SS_about_mean; Eq. 1 has no constant, so that it can be negative.
     fit.r_squared =
         1.0 - best.residual_sum_of_squares / sum_of_squares_about_mean(history.samples.values);
     fit.iterations = best.iterations;

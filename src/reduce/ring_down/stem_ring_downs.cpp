@@ -16,6 +16,7 @@ namespace {
 std::optional<Estimate> weighted_mean(const std::vector<Estimate>& estimates) {
     double weights = 0.0;
     double sum = 0.0;
+    // Weights 1/s² give the mean of least variance, 1/Σ 1/s².
     for (const Estimate& estimate : estimates) {
         const double weight = 1.0 / (estimate.standard_error * estimate.standard_error);
         weights += weight;

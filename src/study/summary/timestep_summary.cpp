@@ -109,6 +109,7 @@ double extrapolated_to_zero(const std::vector<double>& steps, const std::vector<
     while (known.size() > richardson_steps)
         // The smallest steps: the expansion in powers of the step holds for them.
         known.erase(std::prev(known.end()));
+    // Richardson's extrapolation to the step zero through all of these points.
     // Lagrange's polynomial at zero, as a correction of the value at the smallest step: the values
     // agree in many digits, which their weighted sum would lose.
     const double nearest = known.begin()->second;

@@ -17,6 +17,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
     for (std::size_t j = 0; j < bonds.size(); ++j) {
         const double place = (static_cast<double>(j) + 0.5) / static_cast<double>(bonds.size());
         const double curvature = values[0] + (values[1] - values[0]) * place;
+        // The bond's moment while it is straight, −E I κ₀ = −(E I/l) l κ₀.
         target.model.straight_moments[j] =
             -bonds[j].bending_stiffness * bonds[j].length * curvature;
     }

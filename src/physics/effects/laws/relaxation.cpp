@@ -11,6 +11,8 @@ namespace culm::physics {
 namespace {
 
 void apply(std::span<const double> values, EffectTarget& target) {
+    // While the stem is held, dκ/dt = 0 and q decays from g E I κ: exp(−t_h/τ) of it is left at the
+    // release.
     const double fraction = values[0];
     const double time = values[1];
     const double hold_time = values[2];
@@ -20,6 +22,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
 }
 
 std::vector<double> start_times(const StartScales& of) {
+    // ωτ = 1, where a branch damps the swing most, and up to what the record can tell from a drift.
     const double shortest = 1.0 / (2.0 * std::numbers::pi * of.first_frequency);
     const double longest = std::max(of.duration / 3.0, shortest);
     // Beyond the record the mean only leans; only there it is taken for a curvature.
