@@ -49,6 +49,7 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
     if (!result.fit.reason.empty())
         throw core::NumericalError(core::FailureKind::FitFailed,
                                    fmt::format("{}: {}", result.id, result.fit.reason));
+    result.budget = fit::uncertainty_budget(result.fit, measurement, options.fit.heartbeat);
     result.mode = run::first_mode(result.fit.model.spec);
     result.damping_time = fit::damping_time(result.fit.model.spec);
     result.verdict = diagnose::verdict_on(result.fit, residuals::swing_of(result.fit, measurement));

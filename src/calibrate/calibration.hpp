@@ -6,6 +6,7 @@
 #include "calibrate/study_calibration.hpp"
 #include "diagnose/adequacy.hpp"
 #include "fit/solve/fit.hpp"
+#include "fit/solve/uncertainty_budget.hpp"
 #include "integrate/modes.hpp"
 #include "physics/effects/selection.hpp"
 #include "reduce/ring_down/stem_ring_downs.hpp"
@@ -52,6 +53,7 @@ struct CalibrationOptions {
 struct Calibration {
     std::string id;
     fit::RecordingFit fit;
+    fit::UncertaintyBudget budget; ///< of the fit's parameters, in their order
     integrate::VibrationMode mode;
     double damping_time = 0.0; ///< τ of M = E I (κ + τ κ̇), s
     diagnose::Verdict verdict;

@@ -4,6 +4,7 @@
 #include "fit/solve/residual_statistics.hpp"
 #include "present/files.hpp"
 #include "present/parameters.hpp"
+#include "present/uncertainty_budget.hpp"
 #include "reduce/distributions.hpp"
 
 #include <algorithm>
@@ -32,14 +33,23 @@ std::string plus_minus(const Uncertain& estimate, double scale, int decimals) {
     return present::plus_minus(estimate.value, estimate.standard_error, scale, decimals);
 }
 
-Uncertain parameter_of(const calibrate::Calibration& calibration, const physics::ParameterId& id) {
+/// With what the noise of the readings alone leaves uncertain.
+Uncertain by_readings(const calibrate::Calibration& calibration, const physics::ParameterId& id) {
     const fit::FittedParameter& parameter = *calibration.fit.find(id);
     return {parameter.value, parameter.standard_error};
 }
 
-/// ω = √(k/m) and every stiffness k of the chain is proportional to Y, so dω/ω = ½ dY/Y.
+/// With everything in the uncertainty budget.
+Uncertain parameter_of(const calibrate::Calibration& calibration, const physics::ParameterId& id) {
+    const fit::FittedParameter& parameter = *calibration.fit.find(id);
+    const auto place = static_cast<std::size_t>(&parameter - calibration.fit.parameters.data());
+    return {parameter.value, calibration.budget.combined[place]};
+}
+
+/// ω = √(k/m) and every stiffness k of the chain is proportional to Y, so dω/ω = ½ dY/Y. The
+/// frequency does not depend on what was stated of the stem.
 Uncertain frequency_of(const calibrate::Calibration& calibration) {
-    const Uncertain modulus = parameter_of(calibration, physics::bond_youngs_modulus);
+    const Uncertain modulus = by_readings(calibration, physics::bond_youngs_modulus);
     const double frequency = calibration.mode.frequency;
     return {frequency, 0.5 * frequency * modulus.standard_error / modulus.value};
 }
@@ -47,7 +57,7 @@ Uncertain frequency_of(const calibrate::Calibration& calibration) {
 /// The bonds' damping coefficients are proportional to β, so the logarithmic decrement is, up to
 /// the square of the damping ratio: dδ/δ = dβ/β.
 Uncertain decay_of(const calibrate::Calibration& calibration) {
-    const Uncertain damping = parameter_of(calibration, physics::bond_damping);
+    const Uncertain damping = by_readings(calibration, physics::bond_damping);
     const double decay = calibration.mode.decay_per_cycle;
     return {decay, std::abs(decay) * damping.standard_error / damping.value};
 }
@@ -63,7 +73,8 @@ json stem_parameters_json(const calibrate::Calibration& calibration) {
     for (std::size_t k = 0; k < calibration.fit.parameters.size(); ++k) {
         const fit::FittedParameter& parameter = calibration.fit.parameters[k];
         json& entry = out[parameter_key(parameter)];
-        entry = estimate_json(parameter.value, parameter.standard_error);
+        entry = estimate_json(parameter.value, calibration.budget.combined[k]);
+        entry["stderr_of_readings"] = number(parameter.standard_error);
         if (k < calibration.profiles.size())
             entry["profile_interval"] =
                 bounds_json(calibration.profiles[k].lower, calibration.profiles[k].upper);
@@ -200,16 +211,16 @@ json central_range_json(const calibrate::CentralRange& found) {
              bounds_json(found.upper_interval.lower, found.upper_interval.upper)}};
 }
 
-std::string calibrated_value(const fit::FittedParameter& parameter) {
+std::string calibrated_value(const fit::FittedParameter& parameter, double standard_error) {
     const ReadableParameter shown = readable(parameter);
-    const Uncertain estimate{parameter.value, parameter.standard_error};
+    const Uncertain estimate{parameter.value, standard_error};
     if (!shown.unit.empty())
         return plus_minus(estimate, shown.scale, shown.scale < 1.0 ? 5 : 4) + ' ' +
                std::string(shown.unit);
     if (parameter.id == physics::bond_damping)
         return plus_minus(estimate, 1.0, 3);
     return fmt::format("{:.5g} ± {:.2g}", parameter.value,
-                       reduce::normal_quantile_95 * parameter.standard_error);
+                       reduce::normal_quantile_95 * standard_error);
 }
 
 /// In the order of the JSON's keys, so that both can be compared line by line.
@@ -217,8 +228,9 @@ std::string parameter_lines(const calibrate::Calibration& calibration) {
     std::string text;
     for (const auto& [key, parameter] : by_key(calibration.fit.parameters)) {
         const ReadableParameter shown = readable(*parameter);
-        text += fmt::format("    {:<24} {}", shown.name, calibrated_value(*parameter));
         const auto place = static_cast<std::size_t>(parameter - calibration.fit.parameters.data());
+        text += fmt::format("    {:<24} {}", shown.name,
+                            calibrated_value(*parameter, calibration.budget.combined[place]));
         if (place < calibration.profiles.size())
             text += fmt::format("   profile {:.6g} … {:.6g}",
                                 shown.scale * calibration.profiles[place].lower,
@@ -284,6 +296,7 @@ json calibration_json(const calibrate::Calibration& calibration, const std::stri
     json out{{"measurement", calibration.id},
              {"sentence", calibration_sentence(calibration)},
              {"parameters", stem_parameters_json(calibration)},
+             {"uncertainty_budget", budget_json(calibration.budget, calibration.fit.parameters)},
              {"correlation", correlation_json(calibration.fit)},
              {"mode", mode_json(calibration)},
              {"fit", fit_quality_json(calibration)},
@@ -312,7 +325,8 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
                calibration.verdict.finding == diagnose::Finding::Adequate
                    ? style.good(adequacy_text(calibration.verdict))
                    : style.warning(adequacy_text(calibration.verdict))) +
-           check_lines(calibration);
+           check_lines(calibration) +
+           budget_text(calibration.budget, calibration.fit.parameters, style);
 }
 
 std::string calibration_table_head(bool is_checked) {

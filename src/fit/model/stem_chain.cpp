@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <fmt/core.h>
 
@@ -16,13 +17,14 @@ namespace {
 constexpr int fewest_spheres = 5; // a cubic through four of them, and the clamp
 constexpr int most_spheres = 1000;
 
-/// Outer and inner diameter of the bonds, and the width that faces the air.
-void set_section(const measure::MeasuredStem& measured, StemChain& chain) {
-    physics::StemParameters<double>& stem = chain.spec.stem;
+/// Outer and inner diameter of the bonds, and the width that faces the air. Returns what of the
+/// section they cannot express; empty if nothing.
+std::string set_section(const measure::MeasuredStem& measured,
+                        physics::StemParameters<double>& stem) {
     if (const auto* circle = std::get_if<measure::CircularSection>(&measured.section)) {
         stem.bond_outer_diameter = circle->diameter;
         stem.bond_inner_diameter = circle->wall ? circle->diameter - 2.0 * *circle->wall : 0.0;
-        return;
+        return {};
     }
     if (const auto* rectangle = std::get_if<measure::RectangularSection>(&measured.section))
         stem.width_across_motion = rectangle->width;
@@ -34,15 +36,14 @@ void set_section(const measure::MeasuredStem& measured, StemChain& chain) {
     if (sum >= difference) {
         stem.bond_outer_diameter = std::sqrt(0.5 * (sum + difference));
         stem.bond_inner_diameter = std::sqrt(0.5 * (sum - difference));
-        return;
+        return {};
     }
     stem.bond_outer_diameter = std::pow(64.0 * second_moment / std::numbers::pi, 0.25);
     stem.bond_inner_diameter = 0.0;
-    chain.remarks.push_back(
-        fmt::format("{}: a section this flat has no ring of the same area and second moment; the "
-                    "bonds have its second moment and {:.2g} of its area, on which only stretching "
-                    "and shear depend",
-                    measured.id, stem.section_area() / area));
+    return fmt::format("{}: a section this flat has no ring of the same area and second moment; "
+                       "the bonds have its second moment and {:.2g} of its area, on which only "
+                       "stretching and shear depend",
+                       measured.id, stem.section_area() / area);
 }
 
 int checked_spheres(const measure::MeasuredStem& measured, int spheres) {
@@ -63,17 +64,23 @@ void divide(double length, double mass_per_length, int spheres,
 
 } // namespace
 
+std::string set_geometry(const measure::MeasuredStem& measured, int spheres,
+                         physics::StemParameters<double>& stem) {
+    divide(measured.length, measure::mass_per_length(measured), spheres, stem);
+    return set_section(measured, stem);
+}
+
 StemChain chain_of(const measure::Measurement& measurement, const ChainOptions& options) {
     const measure::MeasuredStem& measured = measurement.stem;
     const int spheres = checked_spheres(
         measured, options.spheres.value_or(measured.spheres.value_or(default_sphere_count)));
     StemChain chain;
     physics::StemParameters<double>& stem = chain.spec.stem;
-    divide(measured.length, measure::mass_per_length(measured), spheres, stem);
+    if (std::string remark = set_geometry(measured, spheres, stem); !remark.empty())
+        chain.remarks.push_back(std::move(remark));
     // The stem ends at the centre of the last sphere, which stands for half a bond length.
     stem.tip_mass_share = 0.5;
     stem.poissons_ratio = measured.poissons_ratio.value_or(stem.poissons_ratio);
-    set_section(measured, chain);
     chain.spec.law = options.law;
     chain.spec.store = run::StoreLevel::Heights;
     chain.spec.heights = measurement.heights;

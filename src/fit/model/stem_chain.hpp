@@ -33,6 +33,11 @@ struct StemChain {
 [[nodiscard]] StemChain chain_of(const measure::Measurement& measurement,
                                  const ChainOptions& options = {});
 
+/// Length, mass and section of the measured stem as a chain of so many spheres. Returns what of the
+/// section the chain cannot express, one sentence; empty if nothing.
+std::string set_geometry(const measure::MeasuredStem& measured, int spheres,
+                         physics::StemParameters<double>& stem);
+
 /// Time τ of the internal damping, s: the bending moment is E I (κ + τ κ̇). Unlike β it does not
 /// depend on the number of spheres. Under law "schramm2019" the shear dashpots, which exert no
 /// torque, add theirs (docs/physics.md).

@@ -81,6 +81,11 @@ enum class Reading {
 struct StatedUncertainties {
     std::optional<double> length;            ///< m
     std::optional<double> diameter;          ///< m
+    std::optional<double> wall;              ///< m
+    std::optional<double> section_width;     ///< m
+    std::optional<double> section_height;    ///< m
+    std::optional<double> section_area;      ///< m²
+    std::optional<double> second_moment;     ///< m⁴
     std::optional<double> density;           ///< kg/m³
     std::optional<double> frames_per_second; ///< relative
     std::optional<double> scale;             ///< relative, of deflections and heights together

@@ -69,12 +69,17 @@ std::optional<double> read_uncertainty(const core::TomlTable& table, const std::
     return 0.5 * (high - low) / std::sqrt(3.0);
 }
 
-/// Keys that a following version of the fit uses.
-std::string unused_keys(const Measurement& measurement) {
+/// Inputs of which the file states an uncertainty.
+std::string inputs_with_uncertainty(const Measurement& measurement) {
     const StatedUncertainties& stated = measurement.uncertainties;
     const std::vector<std::pair<bool, std::string>> keys{
         {stated.length.has_value(), "length"},
         {stated.diameter.has_value(), "diameter"},
+        {stated.wall.has_value(), "wall"},
+        {stated.section_width.has_value(), "width"},
+        {stated.section_height.has_value(), "height"},
+        {stated.section_area.has_value(), "area"},
+        {stated.second_moment.has_value(), "second_moment"},
         {stated.density.has_value(), "density"},
         {stated.frames_per_second.has_value(), "fps"},
         {stated.scale.has_value(), "scale"},
@@ -87,9 +92,12 @@ std::string unused_keys(const Measurement& measurement) {
     for (const auto& [is_stated, name] : keys)
         if (is_stated)
             named.push_back(name);
+    return fmt::format("{}", fmt::join(named, ", "));
+}
+
+/// Keys that a following version of the fit uses.
+std::string unused_keys(const Measurement& measurement) {
     std::vector<std::string> parts;
-    if (!named.empty())
-        parts.push_back(fmt::format("the uncertainty of {}", fmt::join(named, ", ")));
     const std::vector<std::pair<bool, std::string>> others{
         {!measurement.specimen.empty(), "specimen"},
         {!measurement.rig.empty(), "rig"},
@@ -101,28 +109,39 @@ std::string unused_keys(const Measurement& measurement) {
     return fmt::format("{}", fmt::join(parts, ", "));
 }
 
-void read_section(const core::TomlTable& table, MeasuredStem& stem) {
+void read_section(const core::TomlTable& table, Measurement& measurement) {
+    MeasuredStem& stem = measurement.stem;
+    StatedUncertainties& stated = measurement.uncertainties;
     struct Part {
         std::string name;
         core::KeyUnit unit;
         core::Interval range;
         std::string meaning;
         std::size_t shape;
+        std::optional<double>& uncertainty;
     };
     const std::array<std::string, 2> shapes{"rectangle", "general"};
     const std::array<Part, 4> parts{
-        {{"width", core::length_unit, stem_width, "across the plane of motion", 0},
-         {"height", core::length_unit, stem_width, "in the direction of the motion", 0},
-         {"area", core::area_unit, positive, "of the section", 1},
+        {{"width", core::length_unit, stem_width, "across the plane of motion", 0,
+          stated.section_width},
+         {"height", core::length_unit, stem_width, "in the direction of the motion", 0,
+          stated.section_height},
+         {"area", core::area_unit, positive, "of the section", 1, stated.section_area},
          {"second_moment", core::second_moment_unit, positive, "for bending in the plane of motion",
-          1}}};
+          1, stated.second_moment}}};
     const auto shape = table.word("shape", shapes);
     table.missing("shape", "must be \"rectangle\" or \"general\"");
     std::array<double, 4> values{};
     for (std::size_t i = 0; i < parts.size(); ++i) {
         const Part& part = parts[i];
         values[i] = table.quantity(part.name, part.unit, part.range).value_or(0.0);
+        part.uncertainty =
+            read_uncertainty(table, part.name, part.unit, values[i], part.range.high);
         const std::string key = table.key_of(part.name, part.unit);
+        const std::string uncertainty_key = table.key_of(part.name + "_uncertainty", part.unit);
+        if (shape && shape != part.shape && part.uncertainty)
+            table.fault(uncertainty_key,
+                        fmt::format("belongs to shape = \"{}\"", shapes[part.shape]));
         if (shape == part.shape)
             table.missing(key, part.meaning);
         else if (shape && table.has(key))
@@ -172,6 +191,12 @@ void read_stem(const core::TomlTable& table, bool has_other_section, Measurement
                          std::get<CircularSection>(stem.section).diameter, stem_width.high);
     if (has_other_section && measurement.uncertainties.diameter)
         table.fault("diameter_uncertainty_mm", "a stem with a [section] has no diameter");
+    const auto* const circle = std::get_if<CircularSection>(&stem.section);
+    const double wall = circle != nullptr ? circle->wall.value_or(0.0) : 0.0;
+    measurement.uncertainties.wall =
+        read_uncertainty(table, "wall", core::length_unit, wall, stem_width.high);
+    if (wall == 0.0 && measurement.uncertainties.wall)
+        table.fault("wall_uncertainty_mm", "the file states no wall");
     measurement.uncertainties.density =
         read_uncertainty(table, "density", core::density_unit, stem.density, densities.high);
     measurement.specimen = table.text("specimen").value_or("");
@@ -269,13 +294,16 @@ std::string number_line(const std::string& key, const std::optional<double>& val
     return value ? fmt::format("{} = {}\n", key, core::decimal_text(*value, power)) : "";
 }
 
-std::string section_text(const Section& section) {
+std::string section_text(const Section& section, const StatedUncertainties& stated) {
     if (const auto* rectangle = std::get_if<RectangularSection>(&section))
         return "\n[section]\nshape = \"rectangle\"\n" + line("width", rectangle->width) +
-               line("height", rectangle->height);
+               uncertainty_line("width", stated.section_width) + line("height", rectangle->height) +
+               uncertainty_line("height", stated.section_height);
     if (const auto* general = std::get_if<GeneralSection>(&section))
         return "\n[section]\nshape = \"general\"\n" + line("area", general->area, core::area_unit) +
-               line("second_moment", general->second_moment, core::second_moment_unit);
+               uncertainty_line("area", stated.section_area, core::area_unit) +
+               line("second_moment", general->second_moment, core::second_moment_unit) +
+               uncertainty_line("second_moment", stated.second_moment, core::second_moment_unit);
     return "";
 }
 
@@ -300,7 +328,7 @@ std::string stem_text(const Measurement& measurement) {
     if (const auto* circle = std::get_if<CircularSection>(&stem.section)) {
         text += line("diameter", circle->diameter) + uncertainty_line("diameter", stated.diameter);
         if (circle->wall)
-            text += line("wall", *circle->wall);
+            text += line("wall", *circle->wall) + uncertainty_line("wall", stated.wall);
     }
     text += number_line("density_kg_m3", stem.density) +
             number_line("density_uncertainty_kg_m3", stated.density) +
@@ -311,7 +339,7 @@ std::string stem_text(const Measurement& measurement) {
         text += "specimen = " + quoted(measurement.specimen) + "\n";
     if (!measurement.rig.empty())
         text += "rig = " + quoted(measurement.rig) + "\n";
-    text += section_text(stem.section);
+    text += section_text(stem.section, stated);
     for (const AddedMass& mass : stem.added_masses)
         text += "\n[[added_mass]]\n" + line("height", mass.height) +
                 line("mass", mass.mass, core::mass_unit) +
@@ -336,13 +364,18 @@ void read_stem_tables(const core::TomlTable& root, Measurement& measurement) {
     const core::TomlTable section = root.table("section");
     root.missing("stem", "write a table [stem] with id, length_mm, diameter_mm, density_kg_m3");
     read_stem(root.table("stem"), section.exists(), measurement);
-    read_section(section, measurement.stem);
+    read_section(section, measurement);
     read_added_masses(root, measurement.stem);
     const std::array<std::string, 2> kinds{"tip_pull", "held_straight"};
     if (const auto index = root.table("release").word("kind", kinds))
         measurement.release = *index == 0 ? ReleaseKind::TipPull : ReleaseKind::HeldStraight;
     read_camera(root.table("camera"), measurement);
     read_measurement_table(root.table("measurement"), measurement);
+    if (const std::string inputs = inputs_with_uncertainty(measurement); !inputs.empty())
+        measurement.remarks.push_back(
+            fmt::format("{}: the uncertainty of {} goes into culm calibrate's budget; compare and "
+                        "diagnose take these inputs as exact",
+                        root.file(), inputs));
     if (const std::string unused = unused_keys(measurement); !unused.empty())
         measurement.remarks.push_back(fmt::format(
             "{}: the fit does not use these stated values yet: {}", root.file(), unused));

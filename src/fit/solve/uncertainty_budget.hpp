@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How well a calibration is known: what the noise of the readings and every stated input add.
+#pragma once
+
+#include "fit/model/stated_inputs.hpp"
+#include "fit/solve/fit.hpp"
+
+#include <vector>
+
+namespace culm::fit {
+
+/// One line of an uncertainty budget (JCGM 100, annex H).
+struct BudgetInput {
+    StatedInput input;
+    /// (parameters) change of the fitted parameter with the input, per SI unit of it: the
+    /// sensitivity coefficient c.
+    std::vector<double> sensitivities;
+    /// (input's value that the readings prefer − stated value)/u, at most the data's weight beside
+    /// the statement's. Of an input that the readings cannot tell it is 0.
+    double pull = 0.0;
+    double uncertainty_with_readings = 0.0; ///< of the input, statement and readings together
+};
+
+/// Of every fitted parameter. The estimate is the fit with every input at its stated value; its
+/// variance is that of the readings' noise plus Σ (c u)² over the inputs, which are independent.
+struct UncertaintyBudget {
+    std::vector<BudgetInput> inputs;
+    std::vector<double> from_readings; ///< (parameters) standard uncertainty
+    std::vector<double> combined;      ///< (parameters) standard uncertainty
+
+    /// Part of the parameter's variance that an input, or the readings, contribute.
+    [[nodiscard]] double share(std::size_t input, std::size_t parameter) const;
+    [[nodiscard]] double share_of_readings(std::size_t parameter) const;
+};
+
+/// From one more run with derivatives, by the inputs, at the solution. A parameter that the
+/// readings do not tell has an infinite uncertainty. Throws core::NumericalError if the chain
+/// cannot be computed with an input changed a little.
+[[nodiscard]] UncertaintyBudget uncertainty_budget(const RecordingFit& fit,
+                                                   const measure::Measurement& measurement,
+                                                   const run::Heartbeat& heartbeat = {});
+
+} // namespace culm::fit

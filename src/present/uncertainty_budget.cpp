@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "present/uncertainty_budget.hpp"
+
+#include "present/files.hpp"
+#include "present/parameters.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace culm::present {
+namespace {
+
+using nlohmann::json;
+
+/// A pull beyond this is a statement that the readings contradict: one in 370 by chance.
+constexpr double largest_pull = 3.0;
+
+struct Shown {
+    double scale;
+    const char* unit;
+};
+
+/// In the unit of stem.toml's keys.
+Shown shown(const fit::StatedInput& input) {
+    if (input.unit == "m")
+        return {1e3, " mm"};
+    if (input.unit == "m²")
+        return {1e6, " mm²"};
+    if (input.unit == "m⁴")
+        return {1e12, " mm⁴"};
+    if (input.unit == "kg")
+        return {1e3, " g"};
+    if (input.unit.empty())
+        return {100.0, " %"};
+    return {1.0, " kg/m³"};
+}
+
+/// Of the picture and the clock only the change is a number: none was stated.
+std::string stated_text(const fit::StatedInput& input) {
+    const Shown in = shown(input);
+    return input.value == 0.0 ? "-" : fmt::format("{:.6g}{}", in.scale * input.value, in.unit);
+}
+
+std::string uncertainty_text(const fit::StatedInput& input) {
+    const Shown in = shown(input);
+    return fmt::format("{:.3g}{}{}", in.scale * input.standard_uncertainty, in.unit,
+                       input.is_default ? " *" : "  ");
+}
+
+/// Tip deflection and release time are of this one release: nobody carries them to a simulation.
+std::vector<std::size_t> shown_parameters(std::span<const fit::FittedParameter> parameters) {
+    std::vector<std::size_t> places;
+    for (std::size_t p = 0; p < parameters.size(); ++p)
+        if (const physics::ParameterId id = parameters[p].id.in_one_model();
+            id != physics::tip_deflection && id != physics::release_time)
+            places.push_back(p);
+    return places;
+}
+
+/// A standard uncertainty as a share of the value, and its part of the variance.
+std::string contribution(double uncertainty, double value, double share) {
+    if (!std::isfinite(uncertainty))
+        return fmt::format("{:>24}", "not told");
+    return fmt::format("{:>+13.3f} % {:>6.1f} %", 100.0 * uncertainty / std::abs(value),
+                       100.0 * share);
+}
+
+std::string table_line(const std::string& name, const std::string& stated, const std::string& u,
+                       const std::string& pull) {
+    return fmt::format("    {:<22} {:>12} {:>12} {:>6}", name, stated, u, pull);
+}
+
+std::vector<std::string> sentences(const fit::UncertaintyBudget& budget) {
+    std::vector<std::string> defaults;
+    std::vector<std::string> said;
+    for (const fit::BudgetInput& line : budget.inputs) {
+        if (line.input.is_default)
+            defaults.push_back(line.input.name);
+        if (std::abs(line.pull) > largest_pull)
+            said.push_back(fmt::format(
+                "The readings contradict the stated {}: they prefer a value {:+.1f} standard "
+                "uncertainties away; measure it again.",
+                line.input.name, line.pull));
+    }
+    if (!defaults.empty())
+        said.insert(said.begin(),
+                    fmt::format("No uncertainty is stated for {}: that of a careful laboratory "
+                                "counts.",
+                                fmt::join(defaults, ", ")));
+    return said;
+}
+
+json by_parameter(std::span<const fit::FittedParameter> parameters, const auto& value) {
+    json out = json::object();
+    for (std::size_t p = 0; p < parameters.size(); ++p)
+        out[parameter_key(parameters[p])] = number(value(p));
+    return out;
+}
+
+} // namespace
+
+std::string budget_text(const fit::UncertaintyBudget& budget,
+                        std::span<const fit::FittedParameter> parameters, const TextStyle& style) {
+    const std::vector<std::size_t> places = shown_parameters(parameters);
+    std::string text = "  uncertainty budget (standard uncertainties; * none stated; share of the "
+                       "variance)\n" +
+                       table_line("input", "stated", "u", "pull");
+    for (const std::size_t p : places)
+        text += fmt::format(" {:>23}", readable(parameters[p]).name);
+    text += '\n';
+    for (std::size_t k = 0; k < budget.inputs.size(); ++k) {
+        const fit::BudgetInput& line = budget.inputs[k];
+        text += table_line(line.input.name, stated_text(line.input), uncertainty_text(line.input),
+                           fmt::format("{:+.1f}", line.pull));
+        for (const std::size_t p : places)
+            text += contribution(line.sensitivities[p] * line.input.standard_uncertainty,
+                                 parameters[p].value, budget.share(k, p));
+        text += '\n';
+    }
+    text += table_line("noise of the readings", "", "", "");
+    for (const std::size_t p : places)
+        text +=
+            contribution(budget.from_readings[p], parameters[p].value, budget.share_of_readings(p));
+    text += '\n' + table_line("combined", "", "", "");
+    for (const std::size_t p : places)
+        text += contribution(budget.combined[p], parameters[p].value, 1.0);
+    text += '\n';
+    for (const std::string& sentence : sentences(budget))
+        text += "    " +
+                (sentence.starts_with("The readings") ? style.warning(sentence) : sentence) + '\n';
+    return text;
+}
+
+json budget_json(const fit::UncertaintyBudget& budget,
+                 std::span<const fit::FittedParameter> parameters) {
+    json inputs = json::array();
+    for (std::size_t k = 0; k < budget.inputs.size(); ++k) {
+        const fit::BudgetInput& line = budget.inputs[k];
+        inputs.push_back(
+            {{"name", line.input.name},
+             {"unit", line.input.unit},
+             {"value", number(line.input.value)},
+             {"standard_uncertainty", number(line.input.standard_uncertainty)},
+             {"default", line.input.is_default},
+             {"pull", number(line.pull)},
+             {"uncertainty_with_readings", number(line.uncertainty_with_readings)},
+             {"sensitivities",
+              by_parameter(parameters, [&](std::size_t p) { return line.sensitivities[p]; })},
+             {"shares",
+              by_parameter(parameters, [&](std::size_t p) { return budget.share(k, p); })}});
+    }
+    return {
+        {"inputs", std::move(inputs)},
+        {"readings",
+         {{"standard_uncertainties",
+           by_parameter(parameters, [&](std::size_t p) { return budget.from_readings[p]; })},
+          {"shares",
+           by_parameter(parameters, [&](std::size_t p) { return budget.share_of_readings(p); })}}},
+        {"combined", by_parameter(parameters, [&](std::size_t p) { return budget.combined[p]; })},
+        {"sentences", sentences(budget)}};
+}
+
+} // namespace culm::present
