@@ -2,17 +2,20 @@
 """Calibrated stems: Y and beta with their uncertainty, what is left, and the population."""
 from __future__ import annotations
 
+from itertools import cycle
+
 import numpy as np
 
 from command_results import CalibrationError, CalibrationResults
-from palette import VERMILLION
+from palette import BLACK, ORANGE, SERIES, VERMILLION
 from report_page.drawing import axis, bars, histogram_of, layout, level
-from report_page.markup import (Plot, Section, facts, folded, provenance_rows, shown, table,
+from report_page.markup import (Plot, Section, facts, folded, plain, provenance_rows, shown, table,
                                 with_error)
 from report_page.measured import (PARAMETER_COLUMNS, add_animation, colour_limit, legend_of,
                                   map_plot, motion_plots, parameter_rows)
 
 MOST_DETAILED = 3  # stems that are drawn one by one
+RELEASE = ("tip_deflection_m", "release_time_s")  # of one release: nobody carries them further
 QUANTITIES = (("bond_youngs_modulus_pa", "Y, GPa", 1e-9), ("bond_damping", "beta", 1.0),
               ("b2_hz", "b2, Hz", 1.0), ("b1_per_cycle", "b1 per cycle", 1.0))
 
@@ -104,6 +107,7 @@ def _add_population(section: Section, results: CalibrationResults, stems: list):
 def _add_stem(section: Section, results: CalibrationResults, number: int, stem: dict):
     section.heading(f"Stem {stem['measurement']}")
     section.add(table(PARAMETER_COLUMNS, parameter_rows(stem["parameters"])))
+    _add_budget(section, f"budget-{number:03}", stem)
     _add_checks(section, stem)
     try:
         time, heights, measured, predicted = results.prediction(number)
@@ -120,6 +124,35 @@ def _add_stem(section: Section, results: CalibrationResults, number: int, stem: 
                                     colour_limit(residual))],
                           "Residuals of the chain; noise has no pattern.")
         add_animation(section, name, time, heights, measured, [("fitted chain", predicted)])
+
+
+def _add_budget(section: Section, name: str, stem: dict):
+    """What each input adds to the standard uncertainty of Y, beta and the effects' numbers."""
+    if "uncertainty_budget" not in stem:  # written before there was one
+        return
+    budget, known = stem["uncertainty_budget"], stem["parameters"]
+    keys = [key for key in known if key not in RELEASE and known[key]["value"]
+            and budget["combined"][key] is not None]
+    inputs = [entry["name"] for entry in budget["inputs"]]
+    traces, rows = [], [[entry["name"], entry["value"] or None, entry["unit"] or "share",
+                         entry["standard_uncertainty"], entry["default"], entry["pull"]]
+                        for entry in budget["inputs"]]
+    rows.append(["noise of the readings", None, "", None, False, None])
+    for key, colour in zip(keys, cycle((*SERIES, ORANGE, BLACK))):
+        parts = [abs(entry["sensitivities"][key] * entry["standard_uncertainty"])
+                 for entry in budget["inputs"]]
+        parts.append(budget["readings"]["standard_uncertainties"][key])
+        shares = [100.0 * part / abs(known[key]["value"]) for part in parts]
+        traces.append({"type": "bar", "x": [*inputs, "readings"], "y": shares, "name": plain(key),
+                       "marker": {"color": colour}})
+        for row, share in zip(rows, shares):
+            row.append(share)
+    section.add_plots([Plot(name, "", "What each input adds to the standard uncertainty.", traces,
+                            layout(axis(), axis("standard uncertainty, %"), barmode="group"), 260)],
+                      "Uncertainty budget: roots of sums of squares give the intervals. "
+                      + " ".join(budget["sentences"]),
+                      table(["input", "stated", "unit", "u", "default", "pull",
+                             *(f"{key}, %" for key in keys)], rows))
 
 
 def _add_checks(section: Section, stem: dict):

@@ -4,7 +4,6 @@
 #include "fit/solve/residual_statistics.hpp"
 #include "present/files.hpp"
 #include "present/parameters.hpp"
-#include "present/uncertainty_budget.hpp"
 #include "reduce/distributions.hpp"
 
 #include <algorithm>
@@ -211,16 +210,9 @@ json central_range_json(const calibrate::CentralRange& found) {
              bounds_json(found.upper_interval.lower, found.upper_interval.upper)}};
 }
 
-std::string calibrated_value(const fit::FittedParameter& parameter, double standard_error) {
-    const ReadableParameter shown = readable(parameter);
-    const Uncertain estimate{parameter.value, standard_error};
-    if (!shown.unit.empty())
-        return plus_minus(estimate, shown.scale, shown.scale < 1.0 ? 5 : 4) + ' ' +
-               std::string(shown.unit);
-    if (parameter.id == physics::bond_damping)
-        return plus_minus(estimate, 1.0, 3);
-    return fmt::format("{:.5g} ± {:.2g}", parameter.value,
-                       reduce::normal_quantile_95 * standard_error);
+std::string calibrated_value(fit::FittedParameter parameter, double standard_error) {
+    parameter.standard_error = standard_error;
+    return value_text(parameter);
 }
 
 /// In the order of the JSON's keys, so that both can be compared line by line.

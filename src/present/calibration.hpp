@@ -22,6 +22,18 @@ namespace culm::present {
 [[nodiscard]] std::string calibration_text(const calibrate::Calibration& calibration,
                                            const std::string& law, const TextStyle& style);
 
+/// A table: every input with its standard uncertainty, its pull, and what it adds to Y, β and the
+/// effects' numbers; below it what the defaults are, and which statements the readings contradict.
+[[nodiscard]] std::string budget_text(const fit::UncertaintyBudget& budget,
+                                      std::span<const fit::FittedParameter> parameters,
+                                      const TextStyle& style);
+
+/// {"inputs": [{"name", "unit", "value", "standard_uncertainty", "default", "pull",
+/// "uncertainty_with_readings", "sensitivities", "shares"}], "readings": {"standard_uncertainties",
+/// "shares"}, "combined", "sentences"}; maps are by parameter_key().
+[[nodiscard]] nlohmann::json budget_json(const fit::UncertaintyBudget& budget,
+                                         std::span<const fit::FittedParameter> parameters);
+
 /// Stems as a table: its head, and a line each. `is_checked`: with the errors of the check.
 [[nodiscard]] std::string calibration_table_head(bool is_checked);
 [[nodiscard]] std::string calibration_table_line(const calibrate::Calibration& calibration,

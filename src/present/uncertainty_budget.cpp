@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "present/uncertainty_budget.hpp"
-
+#include "present/calibration.hpp"
 #include "present/files.hpp"
 #include "present/parameters.hpp"
 
@@ -60,12 +59,19 @@ std::vector<std::size_t> shown_parameters(std::span<const fit::FittedParameter> 
     return places;
 }
 
-/// A standard uncertainty as a share of the value, and its part of the variance.
+/// c u of an input as a share of the value, and its part of the variance.
 std::string contribution(double uncertainty, double value, double share) {
     if (!std::isfinite(uncertainty))
         return fmt::format("{:>24}", "not told");
     return fmt::format("{:>+13.3f} % {:>6.1f} %", 100.0 * uncertainty / std::abs(value),
                        100.0 * share);
+}
+
+/// A standard uncertainty as a share of the value.
+std::string share_of_value(double uncertainty, double value) {
+    return std::isfinite(uncertainty)
+               ? fmt::format("{:>13.3f} %{:9}", 100.0 * uncertainty / std::abs(value), "")
+               : fmt::format("{:>24}", "not told");
 }
 
 std::string table_line(const std::string& name, const std::string& stated, const std::string& u,
@@ -126,7 +132,8 @@ std::string budget_text(const fit::UncertaintyBudget& budget,
             contribution(budget.from_readings[p], parameters[p].value, budget.share_of_readings(p));
     text += '\n' + table_line("combined", "", "", "");
     for (const std::size_t p : places)
-        text += contribution(budget.combined[p], parameters[p].value, 1.0);
+        text += share_of_value(budget.combined[p], parameters[p].value);
+    text.erase(text.find_last_not_of(' ') + 1);
     text += '\n';
     for (const std::string& sentence : sentences(budget))
         text += "    " +

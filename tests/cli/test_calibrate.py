@@ -5,6 +5,7 @@ import csv
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -57,6 +58,38 @@ class Calibrate(CulmTest):
         self.assertIsNone(result["population"])
         self.assertIn("No model deficiency detectable in this recording.", finished.stdout)
         self.assertIn("check: Eq. 1 fitted to the simulated stem", finished.stdout)
+
+    def test_a_stem_is_known_as_well_as_its_inputs(self):
+        by_default, plain = self.calibrate(str(EXAMPLES / "T1-null"), *QUICKLY)
+        self.assertIn("No uncertainty is stated for length, diameter, density, scale, clamp "
+                      "height: that of a careful laboratory counts.\n", by_default.stdout)
+        shutil.copytree(EXAMPLES / "T1-null", self.folder / "measured")
+        stem = self.folder / "measured" / "stem.toml"
+        text = stem.read_text("utf-8")
+        stem.write_text(re.sub(r"(?m)^(diameter_mm.*)$", r"\1\ndiameter_uncertainty_mm = 0.001", text),
+                        "utf-8")
+        finished, better = self.calibrate("measured", *QUICKLY)
+        key = "bond_youngs_modulus_pa"
+
+        def shares(result):
+            stem = result["stems"][0]
+            budget = stem["uncertainty_budget"]
+            parts = {entry["name"]: entry["shares"][key] for entry in budget["inputs"]}
+            parts["readings"] = budget["readings"]["shares"][key]
+            self.assertAlmostEqual(sum(parts.values()), 1.0, places=6)
+            self.assertEqual(stem["parameters"][key]["stderr"], budget["combined"][key])
+            return parts, stem["parameters"][key]
+
+        before, wide = shares(plain)
+        after, narrow = shares(better)
+        self.assertGreater(before["diameter"], 0.5)
+        self.assertLess(after["diameter"], 0.01)
+        # Y is the same; its interval was that of the calipers.
+        self.assertEqual(wide["value"], narrow["value"])
+        self.assertEqual(wide["stderr_of_readings"], narrow["stderr_of_readings"])
+        self.assertLess(narrow["stderr"], 0.6 * wide["stderr"])
+        self.assertIn("0.001 mm  ", finished.stdout)
+        self.assertNotIn("stated for length, diameter", finished.stdout)
 
     def test_profile_intervals_hold_the_value(self):
         _, result = self.calibrate(str(EXAMPLES / "T1-null"), "--profile", *QUICKLY)

@@ -4,10 +4,12 @@
 
 #include "beam_generator/recording.hpp"
 #include "fit/fit_model.hpp"
+#include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
 #include "support/single_fit.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -83,6 +85,49 @@ TEST(Starts, OfAFrequencyArePeaksOfTheResiduals) {
     expect_that_one_start_is_too_few(
         Starts({"base_motion", {{"amplitude_m", 4e-4}, {"frequency_hz", 31.0}, {"phase_rad", 0.7}}},
                "base_motion"));
+}
+
+/// What one solution from a start leaves, and where the policy ends from the same start.
+struct Ends {
+    fit::Fit solution;
+    fit::Fit policy;
+};
+
+/// A defect fitted to a clamp that yields: the valley is long, and its steps meet bounds.
+std::vector<Ends> ends_of_each_start() {
+    measure::Measurement recording = measure::read_measurement(
+        std::filesystem::path(CULM_TEST_DATA_DIR) / "hidden-effect" / "T3-clamp_compliance");
+    recording.stem.spheres = 16;
+    const fit::Fit smaller = fit_baseline(recording);
+    const fit::SelectedEffects effects = physics::parse_effects("local_defect", {});
+    const fit::StemModel model =
+        fit::candidate_model(fit::baseline_model(recording), effects, recording);
+    std::vector<Ends> ends;
+    for (const fit::StemModel& start : fit::candidate_starts(model, smaller.parts.front())) {
+        fit::JointOptions once;
+        once.chain.is_first_guess = false;
+        ends.push_back({fit::fit_jointly({&start, 1}, {&recording, 1}, once),
+                        fit::refined({start}, effects, smaller, std::span(&recording, 1), {})});
+    }
+    return ends;
+}
+
+// Without either restart the policy would end where the one solution does.
+TEST(Restarts, GoOnAfterTheLastIterationAndWithoutWhatStandsAtABound) {
+    bool was_unfinished = false;
+    bool was_at_bound = false;
+    for (const Ends& ends : ends_of_each_start()) {
+        const double gain = ends.solution.chi_squared - ends.policy.chi_squared;
+        EXPECT_GT(gain, -1.0);
+        if (gain < 25.0) // five standard deviations
+            continue;
+        was_unfinished |= ends.solution.status == fit::FitStatus::NotConverged;
+        was_at_bound |=
+            ends.solution.status == fit::FitStatus::Fitted &&
+            std::ranges::any_of(ends.solution.parameters, &fit::FittedParameter::is_at_bound);
+    }
+    EXPECT_TRUE(was_unfinished);
+    EXPECT_TRUE(was_at_bound);
 }
 
 } // namespace

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -175,6 +176,60 @@ TEST(ImportRecording, RefusesToGuessAReleaseThatIsNotThere) {
                   static_cast<void>(import_text(table_mapping, "a.txt", still));
               }).find("no release was found"),
               std::string::npos);
+}
+
+/// A swing of 14 mm and 5 Hz with noise, 400 frames at 200/s; the mapping says that the release was
+/// in frame 179, in the middle of it.
+std::string swinging_table(double amplitude) {
+    std::mt19937 generator(3);
+    std::normal_distribution<double> noise(0.0, 0.01); // mm
+    std::string text = "t;tip1;4;middle\n";
+    for (int i = 0; i < 400; ++i) {
+        const double time = i / 200.0;
+        const double swing = amplitude * std::cos(2.0 * std::numbers::pi * 5.0 * time);
+        const double tip = 0.1 * (swing + noise(generator));
+        text += fmt::format("{};{};{};{}\n", 1e3 * time, tip, tip,
+                            0.1 * (0.3 * swing + noise(generator)));
+    }
+    return text;
+}
+
+std::string mapping_with_release() {
+    std::string mapping = table_mapping;
+    const std::string detect = "release_s = \"detect\"";
+    return mapping.replace(mapping.find(detect), detect.size(), "release_s = 0.895");
+}
+
+TEST(ImportRecording, EstimatesNoNoiseFromFramesThatMove) {
+    const Measurement measurement =
+        import_text(mapping_with_release(), "a.txt", swinging_table(14.1));
+    EXPECT_TRUE(measurement.noise_by_height.empty());
+    EXPECT_EQ(measurement.noise_source, "");
+    ASSERT_EQ(measurement.remarks.size(), 1U);
+    EXPECT_EQ(measurement.remarks.front(),
+              "the stem moves in the 179 frames before the release: the recording begins in the "
+              "middle of a swing, or release_s is wrong. No noise is estimated from these frames, "
+              "and their mean is no zero: set zero = \"at_rest\" or \"as_given\"");
+}
+
+TEST(ImportRecording, EstimatesNoiseOfAStemAtRestBesideNoMotion) {
+    const Measurement measurement =
+        import_text(mapping_with_release(), "a.txt", swinging_table(0.0));
+    EXPECT_EQ(measurement.noise_source, "scatter of 179 frames before the release");
+    ASSERT_EQ(measurement.noise_by_height.size(), 2U);
+    EXPECT_NEAR(measurement.noise_by_height.front(), 0.01e-3, 0.002e-3);
+}
+
+TEST(TimeGaps, AreWhereFramesAreMissing) {
+    std::vector<double> times;
+    for (int i = 0; i < 100; ++i)
+        if (i != 20 && (i < 50 || i >= 54))
+            times.push_back(0.01 * i + 1e-4 * (i % 2)); // a camera's jitter
+    const TimeGaps gaps = time_gaps(times);
+    EXPECT_EQ(gaps.count, 2U);
+    EXPECT_NEAR(gaps.longest, 0.05, 2e-4);
+    EXPECT_NEAR(gaps.begin_of_longest, 0.49, 2e-4);
+    EXPECT_EQ(time_gaps(std::vector{0.0, 0.1, 0.2}).count, 0U);
 }
 
 TEST(ImportRecording, TakesThePublicSiliconeBeam) {

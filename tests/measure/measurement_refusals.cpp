@@ -208,6 +208,9 @@ TEST(StemFile, ChecksStatedUncertainties) {
         {plain_stem + "[camera]\nexposure_ms = -1\n", "must be a number in [0, 1000]"},
         {plain_stem + mass + "mass_uncertainty_g = 0\n",
          "added_mass.mass_uncertainty_g = 0: must be a number in (0, "},
+        {plain_stem + "wall_uncertainty_mm = 0.1\n", "the file states no wall"},
+        {plain_stem + "width_uncertainty_mm = 0.1\n",
+         "unknown key: width_uncertainty_mm belongs into [section]"},
         {plain_stem + "rig = 3\n", "stem.rig = 3: must be a text in quotes"}};
     for (const auto& [stem, message] : cases)
         expect_contains(refusal_of(stem, plain_table), message);

@@ -23,6 +23,13 @@ struct ImportArguments {
     std::string output;
 };
 
+std::string time_gaps_text(const measure::TimeGaps& gaps) {
+    return gaps.count == 0
+               ? "no gap in time"
+               : fmt::format("{} gap{} in time, the longest {:.4g} ms at {:.6g} s", gaps.count,
+                             gaps.count == 1 ? "" : "s", 1e3 * gaps.longest, gaps.begin_of_longest);
+}
+
 void import_measurement(const ImportArguments& arguments) {
     const measure::ImportMapping mapping =
         measure::read_import_mapping(arguments.mapping, arguments.recording);
@@ -32,11 +39,12 @@ void import_measurement(const ImportArguments& arguments) {
         print_note(remark);
     const auto before =
         std::ranges::count_if(measurement.times, [](double time) { return time < 0.0; });
-    const auto gaps = std::ranges::count_if(measurement.deflections,
-                                            [](double value) { return std::isnan(value); });
-    fmt::print("{}: {} height{}, {} frames ({} before the release), {} gaps\n", arguments.output,
-               measurement.heights.size(), measurement.heights.size() == 1 ? "" : "s",
-               measurement.times.size(), before, gaps);
+    const auto missing = std::ranges::count_if(measurement.deflections,
+                                               [](double value) { return std::isnan(value); });
+    fmt::print("{}: {} height{}, {} frames ({} before the release), {} readings missing; {}\n",
+               arguments.output, measurement.heights.size(),
+               measurement.heights.size() == 1 ? "" : "s", measurement.times.size(), before,
+               missing, time_gaps_text(measure::time_gaps(measurement.times)));
     for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
         double largest = 0.0;
         for (const double value : measurement.history(j))

@@ -16,6 +16,11 @@ namespace culm::measure {
 namespace {
 
 constexpr std::size_t fewest_frames_for_noise = 8;
+/// Of the scatter after the release: what held frames scatter by less is no swing that matters,
+/// whatever a tracker's errors in consecutive frames have in common.
+constexpr double swing_share = 0.05;
+/// Standard deviations of von Neumann's ratio: by chance one record in a million.
+constexpr double surely_correlated = 4.9;
 constexpr double gap = std::numeric_limits<double>::quiet_NaN();
 
 [[noreturn]] void refuse(const ImportMapping& mapping, const std::string& text) {
@@ -124,6 +129,43 @@ double zero_of(const ImportMapping& mapping, const std::vector<double>& history,
     return level.mean;
 }
 
+/// Does the stem move in the frames [0, release)? White noise has steps from frame to frame with
+/// twice its variance, a motion that the camera resolves has smaller ones (von Neumann 1941: the
+/// ratio of mean square step to variance is 2 ± 2/√n).
+bool moves_before(const std::vector<double>& history, std::size_t release) {
+    const Level before = level_of(history, 0, release);
+    const Level after = level_of(history, release, history.size());
+    if (before.count < fewest_frames_for_noise ||
+        !(before.deviation > swing_share * after.deviation))
+        return false;
+    double steps = 0.0;
+    double count = 0.0;
+    for (std::size_t i = 1; i < release; ++i)
+        if (const double step = history[i] - history[i - 1]; !std::isnan(step)) {
+            steps += step * step;
+            count += 1.0;
+        }
+    const double ratio = steps / std::max(count, 1.0) / (before.deviation * before.deviation);
+    return count > 0.0 && 2.0 - ratio > surely_correlated * 2.0 / std::sqrt(count);
+}
+
+/// Returns whether the frames before the release are of no use, and says so.
+bool is_moving_before(const ImportMapping& mapping,
+                      const std::vector<std::vector<double>>& histories, std::size_t release,
+                      Measurement& measurement) {
+    if (std::ranges::none_of(
+            histories, [release](const auto& history) { return moves_before(history, release); }))
+        return false;
+    measurement.remarks.push_back(fmt::format(
+        "the stem moves in the {} frames before the release: the recording begins in the middle of "
+        "a swing, or release_s is wrong. No noise is estimated from these frames{}",
+        release,
+        mapping.zero == ZeroDeflection::BeforeRelease
+            ? ", and their mean is no zero: set zero = \"at_rest\" or \"as_given\""
+            : ""));
+    return true;
+}
+
 void estimate_noise(const std::vector<std::vector<double>>& histories, std::size_t release,
                     Measurement& measurement) {
     if (measurement.noise || !measurement.noise_by_height.empty())
@@ -193,13 +235,38 @@ Measurement import_recording(const ImportMapping& mapping) {
         for (double& value : history)
             value -= zero;
     }
-    estimate_noise(histories, first_after, measurement);
+    if (!is_moving_before(mapping, histories, first_after, measurement))
+        estimate_noise(histories, first_after, measurement);
     for (const MappedHeight& height : heights)
         measurement.heights.push_back(height.height);
     if (!measurement.frames_per_second)
         measurement.frames_per_second = series.frames_per_second;
     keep_frames(mapping, series, release, histories, measurement);
     return measurement;
+}
+
+TimeGaps time_gaps(std::span<const double> times) {
+    TimeGaps gaps;
+    if (times.size() < 3)
+        return gaps;
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < times.size(); ++i)
+        steps.push_back(times[i] - times[i - 1]);
+    std::vector<double> sorted = steps;
+    // The median: the usual distance, whatever a few gaps are.
+    std::ranges::nth_element(sorted,
+                             sorted.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2));
+    const double usual = sorted[steps.size() / 2];
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        if (!(steps[i] > 1.5 * usual))
+            continue;
+        ++gaps.count;
+        if (steps[i] > gaps.longest) {
+            gaps.longest = steps[i];
+            gaps.begin_of_longest = times[i];
+        }
+    }
+    return gaps;
 }
 
 } // namespace culm::measure

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/model/stated_inputs.hpp"
-
 #include "fit/model/stem_chain.hpp"
+#include "fit/solve/uncertainty_budget.hpp"
 
 #include <functional>
 #include <optional>

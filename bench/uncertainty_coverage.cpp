@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Do the 95 % intervals of a calibration contain the truth? Recordings of the beam generator whose
+// stated inputs are wrong by their own uncertainties, each calibrated with three effects.
+//
+//   bench_uncertainty_coverage FIRST COUNT FILE     writes the cases as JSON, prints the shares
+//
+// The truth of case n follows from n alone, so that two processes can share the cases.
+#include "fit/fit_model.hpp"
+#include "fit/solve/uncertainty_budget.hpp"
+#include "physics/effects/library.hpp"
+#include "reduce/distributions.hpp"
+#include "tests/beam_generator/recording.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+namespace {
+
+using namespace culm;
+using nlohmann::json;
+
+constexpr const char* effects = "clamp_compliance,precurvature,quadratic_drag";
+constexpr int spheres = 40;
+
+struct Truth {
+    beam::RecordingSpec spec;
+    double drag_coefficient;
+    double clamp_stiffness; ///< N m/rad
+    double curvature;       ///< 1/m, uniform
+};
+
+Truth truth_of(std::uint64_t number) {
+    std::mt19937_64 dice(0x5eed0000 + number);
+    std::uniform_real_distribution<double> share(0.0, 1.0);
+    const auto between = [&](double low, double high) { return low + (high - low) * share(dice); };
+    Truth truth;
+    truth.spec.stem.length = between(0.13, 0.18);
+    truth.spec.stem.youngs_modulus = between(1.5e9, 4e9);
+    truth.spec.stem.damping_time = between(0.8e-4, 2.5e-4);
+    truth.spec.tip_deflection = between(12e-3, 22e-3);
+    truth.spec.heights = beam::even_heights(truth.spec.stem.length, 8);
+    truth.spec.duration = 0.3;
+    truth.spec.errors.noise = 0.05e-3;
+    truth.spec.seed = number;
+    truth.drag_coefficient = between(1.0, 3.0);
+    truth.clamp_stiffness =
+        between(20.0, 60.0) * truth.spec.stem.rigidity() / truth.spec.stem.length;
+    truth.curvature = between(-0.3, 0.3);
+    truth.spec.effects = {
+        {"clamp_compliance", {{"stiffness_nm_rad", truth.clamp_stiffness}}},
+        {"precurvature",
+         {{"base_curvature_1_m", truth.curvature}, {"tip_curvature_1_m", truth.curvature}}},
+        {"quadratic_drag", {{"drag_coefficient", truth.drag_coefficient}}}};
+    return truth;
+}
+
+/// The measurement as a person writes it whose ruler, calipers, balance and camera err: each by a
+/// normal number times the uncertainty that culm takes for it.
+measure::Measurement misstated(measure::Measurement measurement, std::uint64_t number) {
+    std::mt19937_64 dice(0xe4404000 + number);
+    std::normal_distribution<double> normal;
+    for (const fit::StatedInput& input : fit::stated_inputs(measurement)) {
+        const double error = input.standard_uncertainty * normal(dice);
+        if (input.name == "length")
+            measurement.stem.length += error;
+        else if (input.name == "diameter")
+            std::get<measure::CircularSection>(measurement.stem.section).diameter += error;
+        else if (input.name == "density")
+            measurement.stem.density += error;
+        else if (input.name == "clamp height")
+            for (double& height : measurement.heights)
+                height += error;
+        else if (input.name == "scale") {
+            for (double& height : measurement.heights)
+                height *= 1.0 + error;
+            for (double& reading : measurement.deflections)
+                reading *= 1.0 + error;
+        }
+    }
+    return measurement;
+}
+
+json case_of(std::uint64_t number) {
+    const Truth truth = truth_of(number);
+    measure::Measurement measurement = misstated(beam::record(truth.spec), number);
+    measurement.stem.spheres = spheres;
+    const std::span recordings(&measurement, 1);
+    const fit::Fit smaller = fit::fit_model({}, {}, recordings, {});
+    const fit::Fit fit =
+        fit::fit_model(physics::parse_effects(effects, {}), smaller, recordings, {});
+    json out{{"number", number},
+             {"failure", fit.is_fitted() ? fit.reason : fit.reason + " failed"}};
+    if (!fit.is_fitted())
+        return out;
+    const fit::RecordingFit& part = fit.parts.front();
+    const fit::UncertaintyBudget budget = fit::uncertainty_budget(part, measurement);
+    out["reduced_chi2"] = part.reduced_chi_squared;
+    run::CaseSpec unit = part.model.spec;
+    unit.stem.bond_damping = 1.0;
+    const std::map<std::string, double> expected{
+        {"bond_youngs_modulus", truth.spec.stem.youngs_modulus},
+        {"bond_damping", truth.spec.stem.damping_time / fit::damping_time(unit)},
+        {"clamp_compliance.stiffness_nm_rad", truth.clamp_stiffness},
+        {"precurvature.base_curvature_1_m", truth.curvature},
+        {"quadratic_drag.drag_coefficient", truth.drag_coefficient}};
+    for (std::size_t p = 0; p < part.parameters.size(); ++p)
+        if (const auto found = expected.find(to_string(part.parameters[p].id));
+            found != expected.end())
+            out["parameters"][found->first] = {{"truth", found->second},
+                                               {"value", part.parameters[p].value},
+                                               {"combined", budget.combined[p]},
+                                               {"readings", budget.from_readings[p]}};
+    for (const fit::BudgetInput& line : budget.inputs)
+        out["pulls"][line.input.name] = line.pull;
+    return out;
+}
+
+/// Share of the cases whose 95 % interval holds the truth, by parameter, with all that is in the
+/// budget and with the noise of the readings alone.
+void print_coverage(const json& cases) {
+    std::map<std::string, std::array<int, 3>> counts;
+    for (const json& each : cases)
+        if (each.contains("parameters"))
+            for (const auto& [name, entry] : each["parameters"].items()) {
+                const double error =
+                    std::abs(entry["value"].get<double>() - entry["truth"].get<double>());
+                auto& [all, combined, readings] = counts[name];
+                ++all;
+                combined += error < reduce::normal_quantile_95 * entry["combined"].get<double>();
+                readings += error < reduce::normal_quantile_95 * entry["readings"].get<double>();
+            }
+    fmt::print(
+        "| parameter | cases | covered | by the readings' noise alone |\n|---|---|---|---|\n");
+    for (const auto& [name, count] : counts)
+        fmt::print("| {} | {} | {:.1f} % | {:.1f} % |\n", name, count[0],
+                   100.0 * count[1] / count[0], 100.0 * count[2] / count[0]);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 4) {
+        fmt::print(stderr, "usage: bench_uncertainty_coverage FIRST COUNT FILE\n");
+        return 2;
+    }
+    const std::uint64_t first = std::strtoull(argv[1], nullptr, 10);
+    const std::uint64_t count = std::strtoull(argv[2], nullptr, 10);
+    json cases = json::array();
+    for (std::uint64_t number = first; number < first + count; ++number)
+        cases.push_back(case_of(number));
+    print_coverage(cases);
+    std::ofstream(argv[3]) << json{{"effects", effects}, {"spheres", spheres}, {"cases", cases}}
+                           << '\n';
+    return 0;
+}

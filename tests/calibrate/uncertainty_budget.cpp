@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/solve/uncertainty_budget.hpp"
+
+#include "calibrate/simulated_measurement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+fit::RecordingFit fitted(const measure::Measurement& measurement) {
+    return fit::fit_chain(fit::baseline_model(measurement), measurement);
+}
+
+std::size_t place_of(const fit::RecordingFit& fit, const physics::ParameterId& id) {
+    return static_cast<std::size_t>(fit.find(id) - fit.parameters.data());
+}
+
+const fit::BudgetInput& line_of(const fit::UncertaintyBudget& budget, const std::string& name) {
+    return *std::ranges::find(budget.inputs, name,
+                              [](const fit::BudgetInput& line) { return line.input.name; });
+}
+
+/// d ln Y/d ln x of an input.
+double exponent(const fit::UncertaintyBudget& budget, const fit::RecordingFit& fit,
+                const std::string& input) {
+    const fit::BudgetInput& line = line_of(budget, input);
+    return line.sensitivities[place_of(fit, physics::bond_youngs_modulus)] * line.input.value /
+           fit.find(physics::bond_youngs_modulus)->value;
+}
+
+// The frequency of a slender beam tells Y I/(m' L⁴) alone.
+TEST(UncertaintyBudget, OfTheModulusFollowsTheFrequencyOfABeam) {
+    measure::Measurement measurement = simulated_measurement();
+    const fit::RecordingFit fit = fitted(measurement);
+    const fit::UncertaintyBudget budget = fit::uncertainty_budget(fit, measurement);
+    EXPECT_NEAR(exponent(budget, fit, "length"), 4.0, 0.05);
+    EXPECT_NEAR(exponent(budget, fit, "diameter"), -2.0, 0.02); // m' ∝ d², I ∝ d⁴
+    EXPECT_NEAR(exponent(budget, fit, "density"), 1.0, 0.01);
+    // By the defaults: (4 · 0.3/155.65)² + (2 · 1 %)² + (1 %)².
+    const std::size_t modulus = place_of(fit, physics::bond_youngs_modulus);
+    EXPECT_NEAR(budget.combined[modulus] / fit.parameters[modulus].value,
+                std::sqrt(std::pow(4.0 * 0.3 / 155.65, 2) + 5e-4), 3e-4);
+}
+
+TEST(UncertaintyBudget, SharesOfOneParameterSumToOne) {
+    measure::Measurement measurement = simulated_measurement();
+    measurement.uncertainties.frames_per_second = 1e-4;
+    const fit::RecordingFit fit = fitted(measurement);
+    const fit::UncertaintyBudget budget = fit::uncertainty_budget(fit, measurement);
+    ASSERT_EQ(budget.inputs.size(), 6U);
+    for (std::size_t p = 0; p < fit.parameters.size(); ++p) {
+        double sum = budget.share_of_readings(p);
+        for (std::size_t k = 0; k < budget.inputs.size(); ++k)
+            sum += budget.share(k, p);
+        EXPECT_NEAR(sum, 1.0, 1e-9) << p;
+    }
+}
+
+/// The measurement as a person would write it who took the input for larger by `change`.
+measure::Measurement restated(measure::Measurement measurement, const std::string& input,
+                              double change) {
+    auto& circle = std::get<measure::CircularSection>(measurement.stem.section);
+    if (input == "length")
+        measurement.stem.length += change;
+    else if (input == "diameter")
+        circle.diameter += change;
+    else if (input == "wall")
+        *circle.wall += change;
+    else if (input == "density")
+        measurement.stem.density += change;
+    else if (input == "mass at 100 mm")
+        measurement.stem.added_masses.front().mass += change;
+    for (double& height : measurement.heights)
+        height = input == "scale"          ? height * (1.0 + change)
+                 : input == "clamp height" ? height + change
+                                           : height;
+    for (double& reading : measurement.deflections)
+        reading *= input == "scale" ? 1.0 + change : 1.0;
+    for (double& time : measurement.times)
+        time /= input == "frame rate" ? 1.0 + change : 1.0;
+    return measurement;
+}
+
+// Against fits of the restated measurement: nothing of the budget's own derivatives is in them.
+TEST(UncertaintyBudget, SensitivitiesAreWhatARestatedInputDoesToTheFit) {
+    measure::Measurement measurement = empty_measurement();
+    std::get<measure::CircularSection>(measurement.stem.section).wall = 0.4e-3;
+    measurement.stem.added_masses = {{0.1, 2e-5, {}}};
+    measurement.uncertainties.frames_per_second = 1e-3;
+    measurement = read_with_noise(measurement, true_model(measurement, {}), 3);
+    const fit::RecordingFit fit = fitted(measurement);
+    const fit::UncertaintyBudget budget = fit::uncertainty_budget(fit, measurement);
+    ASSERT_EQ(budget.inputs.size(), 8U);
+    for (const fit::BudgetInput& line : budget.inputs) {
+        // A tenth of u either way: the fit is linear there.
+        const double change = 0.1 * line.input.standard_uncertainty;
+        const fit::RecordingFit above = fitted(restated(measurement, line.input.name, change));
+        const fit::RecordingFit below = fitted(restated(measurement, line.input.name, -change));
+        for (std::size_t p = 0; p < fit.parameters.size(); ++p) {
+            const double by_refit =
+                (above.parameters[p].value - below.parameters[p].value) / (2.0 * change);
+            // Fits end within a hundredth of a standard error.
+            const double tolerance = 0.02 * std::abs(by_refit) +
+                                     0.02 * fit.parameters[p].standard_error / (2.0 * change);
+            EXPECT_NEAR(line.sensitivities[p], by_refit, tolerance)
+                << line.input.name << " " << to_string(fit.parameters[p].id);
+        }
+    }
+}
+
+TEST(UncertaintyBudget, PullIsTowardsTheInputThatMadeTheReadings) {
+    measure::Measurement truth = empty_measurement();
+    truth.noise = 0.01e-3;
+    const double wrong = 1e-3; // m: five times the default
+    measure::Measurement stated = read_with_noise(truth, true_model(truth, {}), 5);
+    for (double& height : stated.heights)
+        height -= wrong;
+    const fit::UncertaintyBudget budget = fit::uncertainty_budget(fitted(stated), stated);
+    const fit::BudgetInput& clamp = line_of(budget, "clamp height");
+    EXPECT_GT(clamp.pull, 3.0);
+    EXPECT_LT(clamp.uncertainty_with_readings, clamp.input.standard_uncertainty);
+    // The frequency says nothing of the density that Y does not take up.
+    EXPECT_NEAR(line_of(budget, "density").pull, 0.0, 0.05);
+    EXPECT_NEAR(line_of(budget, "density").uncertainty_with_readings, 1.25, 0.01);
+}
+
+TEST(UncertaintyBudget, IntervalsCoverTheTruthWhenInputsAreAsUncertainAsStated) {
+    const TrueValues truth;
+    std::mt19937 generator(11);
+    std::normal_distribution<double> normal;
+    double modulus = 0.0;
+    double damping = 0.0;
+    constexpr int records = 24;
+    for (unsigned seed = 1; seed <= records; ++seed) {
+        const measure::Measurement real = simulated_measurement(truth, seed);
+        measure::Measurement stated = real;
+        for (const fit::StatedInput& input : fit::stated_inputs(real))
+            stated = restated(stated, input.name, input.standard_uncertainty * normal(generator));
+        const fit::RecordingFit fit = fitted(stated);
+        const fit::UncertaintyBudget budget = fit::uncertainty_budget(fit, stated);
+        const auto squared = [&](const physics::ParameterId& id, double value) {
+            const std::size_t p = place_of(fit, id);
+            return std::pow((fit.parameters[p].value - value) / budget.combined[p], 2);
+        };
+        modulus += squared(physics::bond_youngs_modulus, truth.bond_youngs_modulus);
+        damping += squared(physics::bond_damping, truth.bond_damping);
+    }
+    // χ² with 24 degrees of freedom lies in 8.5 … 48 with a probability of 99.7 %.
+    for (const double sum : {modulus, damping}) {
+        EXPECT_GT(sum, 8.5);
+        EXPECT_LT(sum, 48.0);
+    }
+}
+
+TEST(StatedInputs, OfOtherSectionsAreTheirDimensions) {
+    measure::Measurement measurement = empty_measurement();
+    measurement.stem.section = measure::RectangularSection{4e-3, 2e-3};
+    measurement.uncertainties.section_height = 1e-5;
+    const auto names = [&] {
+        std::string text;
+        for (const fit::StatedInput& input : fit::stated_inputs(measurement))
+            text += input.name + (input.is_default ? "*, " : ", ");
+        return text;
+    };
+    EXPECT_EQ(names(),
+              "length*, section width*, section height, density*, scale*, clamp height*, ");
+    measurement.stem.section = measure::GeneralSection{8e-6, 3e-12};
+    EXPECT_EQ(names(),
+              "length*, section area*, second moment of area*, density*, scale*, clamp height*, ");
+}
+
+// Whatever is set can be read again: the derivative is by the change that arrived.
+TEST(StatedInputs, ReadBackWhatWasSet) {
+    for (const measure::Section& section :
+         {measure::Section(measure::CircularSection{2.83e-3, 0.4e-3}),
+          measure::Section(measure::RectangularSection{4e-3, 2e-3}),
+          measure::Section(measure::GeneralSection{8e-6, 3e-12})}) {
+        measure::Measurement measurement = empty_measurement();
+        measurement.stem.section = section;
+        measurement.stem.added_masses = {{0.1, 2e-5, {}}};
+        for (const fit::StatedInput& input : fit::stated_inputs(measurement)) {
+            run::CaseSpec spec = fit::chain_of(measurement).spec;
+            EXPECT_NEAR(input.access.get(spec), input.value, 1e-12 + 1e-9 * input.value)
+                << input.name;
+            const double to = input.value + 2.0 * input.standard_uncertainty;
+            input.access.set(spec, to);
+            EXPECT_NEAR(input.access.get(spec), to, 1e-12 + 1e-9 * to) << input.name;
+        }
+    }
+}
+
+} // namespace
+} // namespace culm::tests
