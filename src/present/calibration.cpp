@@ -210,9 +210,16 @@ json central_range_json(const calibrate::CentralRange& found) {
              bounds_json(found.upper_interval.lower, found.upper_interval.upper)}};
 }
 
+/// As many decimals as give the interval's half width two digits.
 std::string calibrated_value(fit::FittedParameter parameter, double standard_error) {
     parameter.standard_error = standard_error;
-    return value_text(parameter);
+    const ReadableParameter shown = readable(parameter);
+    const double half = shown.scale * reduce::normal_quantile_95 * standard_error;
+    if (!(half > 1e-9 && half < 10.0)) // else as a number with an exponent
+        return value_text(parameter);
+    const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(half))));
+    return plus_minus({parameter.value, standard_error}, shown.scale, decimals) +
+           (shown.unit.empty() ? "" : ' ' + std::string(shown.unit));
 }
 
 /// In the order of the JSON's keys, so that both can be compared line by line.

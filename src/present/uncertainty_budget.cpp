@@ -40,7 +40,7 @@ Shown shown(const fit::StatedInput& input) {
 /// Of the picture and the clock only the change is a number: none was stated.
 std::string stated_text(const fit::StatedInput& input) {
     const Shown in = shown(input);
-    return input.value == 0.0 ? "-" : fmt::format("{:.6g}{}", in.scale * input.value, in.unit);
+    return input.value == 0.0 ? "-" : fmt::format("{:.5g}{}", in.scale * input.value, in.unit);
 }
 
 std::string uncertainty_text(const fit::StatedInput& input) {

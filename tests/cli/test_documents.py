@@ -100,6 +100,10 @@ class Effects(Reference, unittest.TestCase):
     page = DOCS / "effects.md"
 
 
+class Uncertainty(Reference, unittest.TestCase):
+    page = DOCS / "uncertainty.md"
+
+
 class Cluster(Reference, unittest.TestCase):
     page = DOCS / "cluster.md"
 

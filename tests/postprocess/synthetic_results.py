@@ -211,11 +211,27 @@ def diagnosis(name="T2", verdict="effect"):
     }
 
 
+def uncertainty_budget():
+    """Half of each variance by the length, half by the noise."""
+    known = {key: estimate(*pair) for key, pair in PARAMETERS.items()}
+    half = {key: 0.5**0.5 * each["stderr"] for key, each in known.items()}
+    return {"inputs": [{"name": "length", "unit": "m", "value": 0.156,
+                        "standard_uncertainty": 3e-4, "default": True, "pull": 0.2,
+                        "uncertainty_with_readings": 2.9e-4,
+                        "sensitivities": {key: part / 3e-4 for key, part in half.items()},
+                        "shares": dict.fromkeys(known, 0.5)}],
+            "readings": {"standard_uncertainties": half, "shares": dict.fromkeys(known, 0.5)},
+            "combined": {key: each["stderr"] for key, each in known.items()},
+            "sentences": ["No uncertainty is stated for length: that of a careful laboratory counts."]}
+
+
 def calibrated(name, adequate=True):
     return {
         "measurement": name, "folder": f"data/{name}",
         "sentence": f"{name}: Y = 2.0 GPa; the model is {'' if adequate else 'in'}adequate.",
-        "parameters": {key: estimate(*pair) for key, pair in PARAMETERS.items()},
+        "parameters": {key: estimate(*pair) | {"stderr_of_readings": 0.5 * estimate(*pair)["stderr"]}
+                       for key, pair in PARAMETERS.items()},
+        "uncertainty_budget": uncertainty_budget(),
         "correlation": {"names": list(PARAMETERS), "matrix": np.eye(4).tolist()},
         "mode": {"b2_hz": estimate(60.0), "b1_per_cycle": estimate(-0.2),
                  "natural_frequency_hz": 60.0, "damping_ratio": 0.03, "damping_time_s": 1e-4},

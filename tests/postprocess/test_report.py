@@ -259,6 +259,11 @@ class OfMeasurements(ReportTest):
         self.assertEqual(len(page.of_class("animation-data")), 2)
         residual = page.drawings()["calibration-map-002"]["data"][0]["z"]
         self.assertIsNone(residual[synthetic_results.UNSEEN[1]][synthetic_results.UNSEEN[0]])
+        # Half of the variance by the length, half by the noise: bars of the same height.
+        for bars in page.drawings()["calibration-budget-001"]["data"]:
+            self.assertEqual(bars["x"], ["length", "readings"])
+            self.assertAlmostEqual(bars["y"][0], bars["y"][1], places=9)
+        self.assertIn("No uncertainty is stated for length", words)
 
     def test_verdict_of_a_diagnosis_is_its_own_sentences(self):
         for verdict in ("adequate", "effect", "tie", "unknown"):
