@@ -3,6 +3,7 @@
 #include "calibrate/simulated_measurement.hpp"
 #include "core/error.hpp"
 #include "fit/solve/fit.hpp"
+#include "reduce/ring_down/ring_down_analysis.hpp"
 #include "support/parameter_ids.hpp"
 
 #include <cmath>
@@ -52,6 +53,22 @@ TEST(RecordingFit, StandardErrorsAreTheScatterOverManyRecords) {
     // χ² with 16 degrees of freedom lies in 4.5 … 36 with a probability of 99.5 %.
     EXPECT_GT(sum, 4.5);
     EXPECT_LT(sum, 36.0);
+}
+
+TEST(BaselineModel, StartsFromAStemThatIsCurvedAtRest) {
+    measure::Measurement measurement = tests::simulated_measurement();
+    for (std::size_t place = 0; place < measurement.deflections.size(); ++place) {
+        const double height = measurement.heights[place % measurement.heights.size()];
+        measurement.deflections[place] += 0.5 * 20.0 * height * height; // m, curvature 20/m
+    }
+    reduce::RingDownAnalysisOptions about_zero;
+    about_zero.has_phase = true;
+    for (std::size_t j = 2; j < measurement.heights.size(); ++j)
+        EXPECT_THROW(static_cast<void>(reduce::analyse_ring_down(
+                         measurement.times, measurement.history(j), about_zero)),
+                     core::NumericalError);
+    const fit::StemModel start = fit::baseline_model(measurement);
+    EXPECT_NEAR(start.spec.stem.bond_youngs_modulus, 1.3e9, 0.05 * 1.3e9);
 }
 
 TEST(RecordingFit, JacobianIsTheDifferenceOfPredictions) {

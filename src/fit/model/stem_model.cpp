@@ -48,13 +48,13 @@ struct MeasuredMode {
     double damping_ratio = 0.0;
 };
 
-/// Eq. 1 at the height that swings most of those where it can be fitted.
-MeasuredMode measured_mode(const measure::Measurement& measurement) {
+/// At the height that swings most of those where Eq. 1 can be fitted; `reason` if there is none.
+std::optional<reduce::RingDownAnalysis> largest_ring_down(const measure::Measurement& measurement,
+                                                          bool has_offset, std::string& reason) {
     std::optional<reduce::RingDownAnalysis> best;
-    std::string reason;
     reduce::RingDownAnalysisOptions options;
     options.has_phase = true;
-    options.has_offset = measurement.release == measure::ReleaseKind::HeldStraight;
+    options.has_offset = has_offset;
     // The upper half of the heights is enough: the lower ones swing less.
     for (std::size_t j = measurement.heights.size() / 2; j < measurement.heights.size(); ++j) {
         try {
@@ -67,6 +67,17 @@ MeasuredMode measured_mode(const measure::Measurement& measurement) {
             reason = error.what();
         }
     }
+    return best;
+}
+
+MeasuredMode measured_mode(const measure::Measurement& measurement) {
+    std::string reason;
+    std::optional<reduce::RingDownAnalysis> best = largest_ring_down(
+        measurement, measurement.release == measure::ReleaseKind::HeldStraight, reason);
+    // A stem that is curved at rest swings about its own curve: about zero Eq. 1 finds no
+    // vibration.
+    if (!best)
+        best = largest_ring_down(measurement, true, reason);
     if (!best)
         throw core::NumericalError(
             core::FailureKind::FitFailed,

@@ -203,6 +203,7 @@ void add_chi_squared(std::size_t free, RecordingFit& part) {
 std::vector<bool> held_of(const std::vector<JointLayout::Share>& shares,
                           const std::vector<bool>& is_held) {
     std::vector<bool> own;
+    own.reserve(shares.size());
     for (const JointLayout::Share& share : shares)
         own.push_back(is_held[share.place]);
     return own;
@@ -349,6 +350,7 @@ JointSolution grow(const JointProblem& problem, std::vector<StemModel> models,
                    const std::vector<double>& last_times) {
     std::vector<int> runs;
     std::vector<double> periods;
+    periods.reserve(models.size());
     for (const StemModel& model : models)
         periods.push_back(1.0 / run::natural_frequency(model.spec));
     for (const double cycles : first_windows) {

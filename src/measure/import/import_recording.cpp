@@ -250,6 +250,7 @@ TimeGaps time_gaps(std::span<const double> times) {
     if (times.size() < 3)
         return gaps;
     std::vector<double> steps;
+    steps.reserve(times.size());
     for (std::size_t i = 1; i < times.size(); ++i)
         steps.push_back(times[i] - times[i - 1]);
     std::vector<double> sorted = steps;
