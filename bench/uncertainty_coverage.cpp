@@ -90,8 +90,9 @@ measure::Measurement misstated(measure::Measurement measurement, std::uint64_t n
 
 json case_of(std::uint64_t number) {
     const Truth truth = truth_of(number);
-    measure::Measurement measurement = misstated(beam::record(truth.spec), number);
-    measurement.stem.spheres = spheres;
+    measure::Measurement real = beam::record(truth.spec);
+    real.stem.spheres = spheres;
+    measure::Measurement measurement = misstated(real, number);
     const std::span recordings(&measurement, 1);
     const fit::Fit smaller = fit::fit_model({}, {}, recordings, {});
     const fit::Fit fit =
@@ -103,7 +104,9 @@ json case_of(std::uint64_t number) {
     const fit::RecordingFit& part = fit.parts.front();
     const fit::UncertaintyBudget budget = fit::uncertainty_budget(part, measurement);
     out["reduced_chi2"] = part.reduced_chi_squared;
-    run::CaseSpec unit = part.model.spec;
+    // β is a number of the chain: that of the stem as it is, not as it was stated.
+    run::CaseSpec unit = fit::chain_of(real).spec;
+    unit.stem.bond_youngs_modulus = truth.spec.stem.youngs_modulus;
     unit.stem.bond_damping = 1.0;
     const std::map<std::string, double> expected{
         {"bond_youngs_modulus", truth.spec.stem.youngs_modulus},

@@ -25,6 +25,8 @@ struct ParameterId {
     }
 
     bool operator==(const ParameterId&) const = default;
+    // clang-tidy 14 sees a 0 in what the compiler writes here.
+    // NOLINTNEXTLINE(modernize-use-nullptr)
     auto operator<=>(const ParameterId&) const = default;
 };
 

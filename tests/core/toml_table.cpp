@@ -66,6 +66,9 @@ TEST(TomlTable, SaysLineValueAndWhatIsAllowed) {
               "a.toml:2: stem.length_mm = 0.5: must be a number in [1, 100000]");
     EXPECT_EQ(refusal("[stem]\nlength_m = nan\n"),
               "a.toml:2: stem.length_m = nan: must be a number in [0.001, 100]");
+    // No double equals it: toml++ gives none.
+    EXPECT_EQ(refusal("[stem]\nlength_mm = 9223372036854775807\n"),
+              "a.toml:2: stem.length_mm = 9223372036854775807: must be a number in [1, 100000]");
     EXPECT_EQ(refusal("[stem]\nlength_mm = \"156 ± 0.4\"\n"),
               "a.toml:2: stem.length_mm = \"156 ± 0.4\": must be a number without quotes; a bare ± "
               "does not say what it means: give the standard uncertainty in a key of its own");

@@ -181,8 +181,9 @@ std::optional<double> TomlTable::number(const std::string& key, const Interval& 
     const toml::node* found = ask(key);
     if (found == nullptr)
         return std::nullopt;
+    // Empty for a whole number beyond 2⁵³ that no double equals.
     const auto value = found->value<double>();
-    if (found->is_number() && range.contains(*value))
+    if (found->is_number() && value && range.contains(*value))
         return value;
     const std::string text = found->value_exact<std::string>().value_or("");
     if (text.find("±") != std::string::npos)

@@ -139,10 +139,11 @@ std::vector<Beat> recorded_beats(const RecordingFit& fit, double angular_frequen
         if (!(candidate.cost < (1.0 - needed_beat_gain) * left) || beats.size() == count)
             break;
         const auto [frequency, decay, split, angle, amplitude] = candidate.numbers;
-        const bool is_new = std::ranges::none_of(beats, [&](const Beat& beat) {
-            return std::abs(beat.split / split - 1.0) < same_split &&
-                   std::abs(beat.angle - angle) < same_split;
-        });
+        const bool is_new =
+            std::ranges::none_of(beats, [&, own = split, at = angle](const Beat& beat) {
+                return std::abs(beat.split / own - 1.0) < same_split &&
+                       std::abs(beat.angle - at) < same_split;
+            });
         if (is_new)
             beats.push_back(
                 {frequency * angular_frequency, decay * decay_rate, split, angle, amplitude});

@@ -279,7 +279,8 @@ Stated stated(const C3dParameters& parameters, const std::string& key, const cha
 }
 
 constexpr double most_frames = 1e9;
-constexpr double most_blocks = double(core::largest_recording / block);
+constexpr std::size_t whole_blocks = core::largest_recording / block;
+constexpr double most_blocks = double(whole_blocks);
 
 /// The header counts frames in 16 bits; longer recordings say it in one of several places.
 Stated frame_count(const C3dBytes& bytes, const C3dParameters& parameters) {

@@ -31,6 +31,7 @@ std::string counts_text(const FolderState& state) {
 
 std::string columns_text(const std::vector<archive::Column>& columns) {
     std::vector<std::string> names;
+    names.reserve(columns.size());
     for (const archive::Column& column : columns)
         names.push_back(column.unit == "1" ? column.name
                                            : fmt::format("{} ({})", column.name, column.unit));
