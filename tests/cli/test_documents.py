@@ -40,6 +40,10 @@ LEFT_OUT = {
     "diagnosis.md": {
         "mpirun -n 2 bench_diagnosis --kind null --cases 30 --seed 2 --results kept": MINUTES,
     },
+    "uncertainty.md": {
+        "bench_uncertainty_coverage 1001 200 A.json && bench_uncertainty_coverage 1201 200 B.json":
+            MINUTES,
+    },
     "effects.md": {
         "mpirun -n 2 culm compare --table ../shared/data/hidden-effect "
         "--with quadratic_drag,clamp_compliance": MINUTES,
