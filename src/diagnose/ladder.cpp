@@ -142,7 +142,7 @@ Ladder climb(const measure::Measurement& measurement,
         ladder.left_out_row = row_to_leave_out(ladder.models.front().fit.parts.front());
     const HoldOut hold_out = what_to_hold_out(ladder, policy);
     for (LadderModel& model : ladder.models) {
-        ladder.comparison.push_back(std::nullopt);
+        ladder.comparison.emplace_back();
         if (model.fit.failed())
             continue;
         model.held_out = predict_held_out(model.fit, hold_out, measurement, options);

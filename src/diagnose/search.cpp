@@ -124,7 +124,7 @@ class Search {
         const bool is_full = added(state) >= options_.most_effects;
         if (!state.fit->moves()) { // what does not move has no derivatives
             state.scores.clear();
-            return is_full ? Advance{std::move(state)} : step(std::move(state));
+            return is_full ? Advance{std::move(state)} : step(state);
         }
         report(
             fmt::format("scoring the candidates beside {}", fmt::join(state.model.names, " + ")));
@@ -139,7 +139,7 @@ class Search {
     }
 
     /// Tries the promising candidates, then all others, then pairs of the best.
-    [[nodiscard]] Advance step(State state) {
+    [[nodiscard]] Advance step(const State& state) {
         std::vector<fit::Fit> models = fitted(state, true, {});
         const bool has_first = !state.first.models.empty();
         Advance next = with_best_of(state, models);

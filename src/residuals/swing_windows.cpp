@@ -53,7 +53,7 @@ std::vector<SwingWindow> swing_windows(const Swing& swing) {
                            fit_window(times, modelled, length)};
         if (window.measured && window.measured->amplitude < smallest_amplitude * swing.noise)
             continue;
-        windows.push_back(std::move(window));
+        windows.push_back(window);
     }
     return windows;
 }

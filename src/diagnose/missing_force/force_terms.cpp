@@ -80,6 +80,7 @@ std::vector<double> term_scales(physics::UserLawKind kind, const std::vector<std
     const double moment = physics::bending_rigidity(spec.stem) * largest.curvature;
     const double size = small_share * (is_force(kind) ? moment / (length * length) : moment);
     std::vector<double> scales;
+    scales.reserve(terms.size());
     for (const std::string& term : terms)
         scales.push_back(size / std::abs(term_value(kind, term, largest)));
     return scales;
