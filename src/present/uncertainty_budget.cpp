@@ -4,6 +4,7 @@
 #include "present/parameters.hpp"
 
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -13,9 +14,6 @@ namespace culm::present {
 namespace {
 
 using nlohmann::json;
-
-/// A pull beyond this is a statement that the readings contradict: one in 370 by chance.
-constexpr double largest_pull = 3.0;
 
 struct Shown {
     double scale;
@@ -79,23 +77,26 @@ std::string table_line(const std::string& name, const std::string& stated, const
     return fmt::format("    {:<22} {:>12} {:>12} {:>6}", name, stated, u, pull);
 }
 
-std::vector<std::string> sentences(const fit::UncertaintyBudget& budget) {
+/// Which defaults apply; empty if none does.
+std::string defaults_sentence(const fit::UncertaintyBudget& budget) {
     std::vector<std::string> defaults;
-    std::vector<std::string> said;
-    for (const fit::BudgetInput& line : budget.inputs) {
+    for (const fit::BudgetInput& line : budget.inputs)
         if (line.input.is_default)
             defaults.push_back(line.input.name);
-        if (std::abs(line.pull) > largest_pull)
+    return defaults.empty() ? std::string()
+                            : fmt::format("No uncertainty is stated for {}: that of a careful "
+                                          "laboratory counts.",
+                                          fmt::join(defaults, ", "));
+}
+
+std::vector<std::string> contradictions(const fit::UncertaintyBudget& budget) {
+    std::vector<std::string> said;
+    for (const fit::BudgetInput& line : budget.inputs)
+        if (line.is_contradicted())
             said.push_back(fmt::format(
                 "The readings contradict the stated {}: they prefer a value {:+.1f} standard "
                 "uncertainties away; measure it again.",
                 line.input.name, line.pull));
-    }
-    if (!defaults.empty())
-        said.insert(said.begin(),
-                    fmt::format("No uncertainty is stated for {}: that of a careful laboratory "
-                                "counts.",
-                                fmt::join(defaults, ", ")));
     return said;
 }
 
@@ -135,14 +136,18 @@ std::string budget_text(const fit::UncertaintyBudget& budget,
         text += share_of_value(budget.combined[p], parameters[p].value);
     text.erase(text.find_last_not_of(' ') + 1);
     text += '\n';
-    for (const std::string& sentence : sentences(budget))
-        text += "    " +
-                (sentence.starts_with("The readings") ? style.warning(sentence) : sentence) + '\n';
+    if (const std::string defaults = defaults_sentence(budget); !defaults.empty())
+        text += "    " + defaults + '\n';
+    for (const std::string& sentence : contradictions(budget))
+        text += "    " + style.warning(sentence) + '\n';
     return text;
 }
 
 json budget_json(const fit::UncertaintyBudget& budget,
                  std::span<const fit::FittedParameter> parameters) {
+    std::vector<std::string> sentences = contradictions(budget);
+    if (std::string defaults = defaults_sentence(budget); !defaults.empty())
+        sentences.insert(sentences.begin(), std::move(defaults));
     json inputs = json::array();
     for (std::size_t k = 0; k < budget.inputs.size(); ++k) {
         const fit::BudgetInput& line = budget.inputs[k];
@@ -167,7 +172,7 @@ json budget_json(const fit::UncertaintyBudget& budget,
           {"shares",
            by_parameter(parameters, [&](std::size_t p) { return budget.share_of_readings(p); })}}},
         {"combined", by_parameter(parameters, [&](std::size_t p) { return budget.combined[p]; })},
-        {"sentences", sentences(budget)}};
+        {"sentences", sentences}};
 }
 
 } // namespace culm::present

@@ -19,14 +19,17 @@ constexpr double default_scale = 0.005;   // of a length in the picture
 constexpr double default_share = 0.01;    // of a diameter, a density, a mass
 
 using Get = std::function<double(const run::CaseSpec&)>;
+/// Where a stem holds the number.
+using Member = double& (*)(measure::MeasuredStem&);
 
+/// Without a default of its own an input is known to default_share of its value.
 StatedInput input(std::string name, std::string unit, double value, std::optional<double> stated,
-                  double otherwise) {
+                  std::optional<double> otherwise = std::nullopt) {
     StatedInput out;
     out.name = std::move(name);
     out.unit = std::move(unit);
     out.value = value;
-    out.standard_uncertainty = stated.value_or(otherwise);
+    out.standard_uncertainty = stated.value_or(otherwise.value_or(default_share * value));
     out.is_default = !stated.has_value();
     return out;
 }
@@ -35,113 +38,111 @@ double mass_per_length_of(const run::CaseSpec& spec) {
     return spec.stem.sphere_mass() / spec.stem.bond_length;
 }
 
-/// A number of the stem: the chain is divided anew from the stem that has it.
-StatedInput of_stem(StatedInput input, const measure::MeasuredStem& stated,
-                    std::function<void(measure::MeasuredStem&, double)> change, Get get) {
-    input.access.id = {{}, input.name, {}};
-    input.access.get = std::move(get);
-    input.access.set = [stated, change = std::move(change)](run::CaseSpec& spec, double value) {
-        measure::MeasuredStem stem = stated;
-        change(stem, value);
-        set_geometry(stem, spec.stem.sphere_count, spec.stem);
-    };
-    return input;
+/// Inputs that are numbers of the stem: the chain is divided anew from the stem that has another.
+class StemInputs {
+  public:
+    /// Both must outlive this.
+    StemInputs(const measure::MeasuredStem& stem, std::vector<StatedInput>& inputs)
+        : stem_(stem), inputs_(inputs) {}
+
+    void add(std::string name, std::string unit, Member member, std::optional<double> stated,
+             Get get, std::optional<double> otherwise = std::nullopt) {
+        StatedInput added =
+            input(std::move(name), std::move(unit), value_of(member), stated, otherwise);
+        added.access.id = {{}, added.name, {}};
+        added.access.get = std::move(get);
+        added.access.set = [stem = stem_, member](run::CaseSpec& spec, double value) {
+            measure::MeasuredStem changed = stem;
+            member(changed) = value;
+            set_geometry(changed, spec.stem.sphere_count, spec.stem);
+        };
+        inputs_.push_back(std::move(added));
+    }
+
+    /// The same of a number to which the mass per length is proportional.
+    void add_of_mass(std::string name, std::string unit, Member member,
+                     std::optional<double> stated) {
+        const double mass_per_unit = measure::mass_per_length(stem_) / value_of(member);
+        add(std::move(name), std::move(unit), member, stated,
+            [mass_per_unit](const run::CaseSpec& spec) {
+                return mass_per_length_of(spec) / mass_per_unit;
+            });
+    }
+
+  private:
+    [[nodiscard]] double value_of(Member member) const {
+        measure::MeasuredStem copy = stem_;
+        return member(copy);
+    }
+
+    const measure::MeasuredStem& stem_;
+    std::vector<StatedInput>& inputs_;
+};
+
+/// The section of this shape.
+template <class Shape>
+Shape& as(measure::MeasuredStem& stem) {
+    return std::get<Shape>(stem.section);
 }
 
-void add_circle(const measure::CircularSection& circle, const measure::Measurement& measurement,
-                std::vector<StatedInput>& inputs) {
-    const measure::MeasuredStem& stem = measurement.stem;
-    inputs.push_back(of_stem(
-        input("diameter", "m", circle.diameter, measurement.uncertainties.diameter,
-              default_share * circle.diameter),
-        stem,
-        [](measure::MeasuredStem& changed, double value) {
-            std::get<measure::CircularSection>(changed.section).diameter = value;
-        },
-        [](const run::CaseSpec& spec) { return spec.stem.bond_outer_diameter; }));
-    if (!circle.wall)
-        return;
-    inputs.push_back(of_stem(
-        input("wall", "m", *circle.wall, measurement.uncertainties.wall,
-              default_share * *circle.wall),
-        stem,
-        [](measure::MeasuredStem& changed, double value) {
-            std::get<measure::CircularSection>(changed.section).wall = value;
-        },
-        [](const run::CaseSpec& spec) {
-            return 0.5 * (spec.stem.bond_outer_diameter - spec.stem.bond_inner_diameter);
-        }));
-}
-
-/// Both sides of a rectangle are in the mass per length m' = ρ b h.
-void add_rectangle(const measure::RectangularSection& rectangle,
-                   const measure::Measurement& measurement, std::vector<StatedInput>& inputs) {
-    const measure::MeasuredStem& stem = measurement.stem;
-    const auto side = [&](const char* name, double measure::RectangularSection::*member,
-                          std::optional<double> stated) {
-        const double value = rectangle.*member;
-        const double mass_per_side = measure::mass_per_length(stem) / value;
-        inputs.push_back(of_stem(
-            input(name, "m", value, stated, default_share * value), stem,
-            [member](measure::MeasuredStem& changed, double to) {
-                std::get<measure::RectangularSection>(changed.section).*member = to;
-            },
-            [mass_per_side](const run::CaseSpec& spec) {
-                return mass_per_length_of(spec) / mass_per_side;
-            }));
-    };
-    side("section width", &measure::RectangularSection::width,
-         measurement.uncertainties.section_width);
-    side("section height", &measure::RectangularSection::height,
-         measurement.uncertainties.section_height);
-}
-
-void add_general(const measure::GeneralSection& general, const measure::Measurement& measurement,
-                 std::vector<StatedInput>& inputs) {
-    const measure::MeasuredStem& stem = measurement.stem;
-    const double density = stem.density;
-    inputs.push_back(of_stem(
-        input("section area", "m²", general.area, measurement.uncertainties.section_area,
-              default_share * general.area),
-        stem,
-        [](measure::MeasuredStem& changed, double value) {
-            std::get<measure::GeneralSection>(changed.section).area = value;
-        },
-        [density](const run::CaseSpec& spec) { return mass_per_length_of(spec) / density; }));
-    inputs.push_back(of_stem(
-        input("second moment of area", "m⁴", general.second_moment,
-              measurement.uncertainties.second_moment, default_share * general.second_moment),
-        stem,
-        [](measure::MeasuredStem& changed, double value) {
-            std::get<measure::GeneralSection>(changed.section).second_moment = value;
-        },
-        [](const run::CaseSpec& spec) { return spec.stem.second_moment_of_area(); }));
+void add_section(const measure::Section& section, const measure::StatedUncertainties& stated,
+                 StemInputs& of) {
+    using measure::CircularSection;
+    using measure::GeneralSection;
+    using measure::MeasuredStem;
+    using measure::RectangularSection;
+    if (const auto* circle = std::get_if<CircularSection>(&section)) {
+        of.add(
+            "diameter", "m",
+            [](MeasuredStem& stem) -> double& { return as<CircularSection>(stem).diameter; },
+            stated.diameter,
+            [](const run::CaseSpec& spec) { return spec.stem.bond_outer_diameter; });
+        if (circle->wall)
+            of.add(
+                "wall", "m",
+                [](MeasuredStem& stem) -> double& { return *as<CircularSection>(stem).wall; },
+                stated.wall,
+                [](const run::CaseSpec& spec) {
+                    return 0.5 * (spec.stem.bond_outer_diameter - spec.stem.bond_inner_diameter);
+                });
+    } else if (std::holds_alternative<RectangularSection>(section)) {
+        of.add_of_mass(
+            "section width", "m",
+            [](MeasuredStem& stem) -> double& { return as<RectangularSection>(stem).width; },
+            stated.section_width);
+        of.add_of_mass(
+            "section height", "m",
+            [](MeasuredStem& stem) -> double& { return as<RectangularSection>(stem).height; },
+            stated.section_height);
+    } else {
+        of.add_of_mass(
+            "section area", "m²",
+            [](MeasuredStem& stem) -> double& { return as<GeneralSection>(stem).area; },
+            stated.section_area);
+        of.add(
+            "second moment of area", "m⁴",
+            [](MeasuredStem& stem) -> double& { return as<GeneralSection>(stem).second_moment; },
+            stated.second_moment,
+            [](const run::CaseSpec& spec) { return spec.stem.second_moment_of_area(); });
+    }
 }
 
 void add_stem(const measure::Measurement& measurement, std::vector<StatedInput>& inputs) {
     const measure::MeasuredStem& stem = measurement.stem;
-    inputs.push_back(of_stem(
-        input("length", "m", stem.length, measurement.uncertainties.length, default_length), stem,
-        [](measure::MeasuredStem& changed, double value) { changed.length = value; },
-        [](const run::CaseSpec& spec) { return spec.stem.free_length(); }));
-    if (const auto* circle = std::get_if<measure::CircularSection>(&stem.section))
-        add_circle(*circle, measurement, inputs);
-    else if (const auto* rectangle = std::get_if<measure::RectangularSection>(&stem.section))
-        add_rectangle(*rectangle, measurement, inputs);
-    else
-        add_general(std::get<measure::GeneralSection>(stem.section), measurement, inputs);
-    const double volume_per_length = measure::mass_per_length(stem) / stem.density;
-    inputs.push_back(of_stem(
-        input("density", "kg/m³", stem.density, measurement.uncertainties.density,
-              default_share * stem.density),
-        stem, [](measure::MeasuredStem& changed, double value) { changed.density = value; },
-        [volume_per_length](const run::CaseSpec& spec) {
-            return mass_per_length_of(spec) / volume_per_length;
-        }));
+    const measure::StatedUncertainties& stated = measurement.uncertainties;
+    StemInputs of(stem, inputs);
+    of.add(
+        "length", "m", [](measure::MeasuredStem& its) -> double& { return its.length; },
+        stated.length, [](const run::CaseSpec& spec) { return spec.stem.free_length(); },
+        default_length);
+    add_section(stem.section, stated, of);
+    of.add_of_mass(
+        "density", "kg/m³", [](measure::MeasuredStem& its) -> double& { return its.density; },
+        stated.density);
     for (std::size_t k = 0; k < stem.added_masses.size(); ++k) {
         const measure::AddedMass& added = stem.added_masses[k];
         StatedInput mass = input(fmt::format("mass at {:.6g} mm", 1e3 * added.height), "kg",
-                                 added.mass, added.mass_uncertainty, default_share * added.mass);
+                                 added.mass, added.mass_uncertainty);
         mass.access = {{{}, mass.name, {}},
                        [k](const run::CaseSpec& spec) { return spec.added_masses[k].mass; },
                        [k](run::CaseSpec& spec, double to) { spec.added_masses[k].mass = to; },

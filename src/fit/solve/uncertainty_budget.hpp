@@ -4,6 +4,7 @@
 
 #include "fit/solve/fit.hpp"
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,9 @@ struct BudgetInput {
     /// the statement's. Of an input that the readings cannot tell it is 0.
     double pull = 0.0;
     double uncertainty_with_readings = 0.0; ///< of the input, statement and readings together
+
+    /// Do the readings contradict the statement? By chance they do in one of 370.
+    [[nodiscard]] bool is_contradicted() const { return std::abs(pull) > 3.0; }
 };
 
 /// Of every fitted parameter. The estimate is the fit with every input at its stated value; its

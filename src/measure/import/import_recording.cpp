@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "measure/import/recorded_series.hpp"
+#include "measure/track/order_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -253,11 +254,7 @@ TimeGaps time_gaps(std::span<const double> times) {
     steps.reserve(times.size());
     for (std::size_t i = 1; i < times.size(); ++i)
         steps.push_back(times[i] - times[i - 1]);
-    std::vector<double> sorted = steps;
-    // The median: the usual distance, whatever a few gaps are.
-    std::ranges::nth_element(sorted,
-                             sorted.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2));
-    const double usual = sorted[steps.size() / 2];
+    const double usual = median(steps); // whatever a few gaps are
     for (std::size_t i = 0; i < steps.size(); ++i) {
         if (!(steps[i] > 1.5 * usual))
             continue;
