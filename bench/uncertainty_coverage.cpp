@@ -94,9 +94,9 @@ json case_of(std::uint64_t number) {
     real.stem.spheres = spheres;
     measure::Measurement measurement = misstated(real, number);
     const std::span recordings(&measurement, 1);
-    const fit::Fit smaller = fit::fit_model({}, {}, recordings, {});
-    const fit::Fit fit =
-        fit::fit_model(physics::parse_effects(effects, {}), smaller, recordings, {});
+    const fit::BaselineFit baseline = fit::fit_baseline(recordings);
+    const fit::Fit fit = fit::fit_model(physics::parse_effects(effects, {}), baseline.fit,
+                                        baseline.recordings, {});
     json out{{"number", number},
              {"failure", fit.is_fitted() ? fit.reason : fit.reason + " failed"}};
     if (!fit.is_fitted())
@@ -114,7 +114,7 @@ json case_of(std::uint64_t number) {
         {"clamp_compliance.stiffness_nm_rad", truth.clamp_stiffness},
         {"precurvature.base_curvature_1_m", truth.curvature},
         {"quadratic_drag.drag_coefficient", truth.drag_coefficient}};
-    for (std::size_t p = 0; p < part.parameters.size(); ++p)
+    for (std::size_t p = 0; p < budget.combined.size(); ++p)
         if (const auto found = expected.find(to_string(part.parameters[p].id));
             found != expected.end())
             out["parameters"][found->first] = {{"truth", found->second},

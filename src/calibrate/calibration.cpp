@@ -45,13 +45,15 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
                            const CalibrationOptions& options) {
     Calibration result;
     result.id = measurement.stem.id;
-    result.fit = fit_chain(model_with_effects(measurement, options), measurement, options.fit);
+    result.fit = fit::fit_chain_beside_errors(model_with_effects(measurement, options), measurement,
+                                              options.fit);
     if (!result.fit.reason.empty())
         throw core::NumericalError(core::FailureKind::FitFailed,
                                    fmt::format("{}: {}", result.id, result.fit.reason));
-    result.budget = fit::uncertainty_budget(result.fit, measurement, options.fit.heartbeat);
-    result.mode = run::first_mode(result.fit.model.spec);
-    result.damping_time = fit::damping_time(result.fit.model.spec);
+    result.budget = fit::uncertainty_budget(result.fit, measurement);
+    const run::CaseSpec chain = fit::case_beside_errors(result.fit.model);
+    result.mode = run::first_mode(chain);
+    result.damping_time = fit::damping_time(chain);
     result.verdict = diagnose::verdict_on(result.fit, residuals::swing_of(result.fit, measurement));
     if (options.with_profiles)
         result.profiles = profile_intervals(result.fit, measurement, options.fit);

@@ -15,10 +15,7 @@ constexpr int most_secants = 6;
 constexpr double accuracy = 0.02;
 
 fit::StemModel with_value(fit::StemModel model, std::size_t parameter, double value) {
-    if (parameter < model.parameters.size())
-        model.parameters[parameter].access.set(model.spec, value);
-    else
-        model.release_time = value;
+    model.set_value(parameter, value);
     return model;
 }
 
@@ -92,7 +89,7 @@ std::vector<ProfileInterval> profile_intervals(const fit::RecordingFit& fit,
     fit::SolveOptions plain = options;
     plain.is_robust = false;
     std::vector<ProfileInterval> intervals;
-    for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
+    for (std::size_t k = 0; k < fit.model.first_error(); ++k) {
         Profile profile(fit, measurement, plain);
         const double lower = profile.end(k, -1.0);
         const double upper = profile.end(k, 1.0);

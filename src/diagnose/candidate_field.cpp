@@ -109,7 +109,10 @@ CandidateField::CandidateField(std::span<const measure::Measurement> recordings,
 }
 
 fit::Fit CandidateField::fit(const fit::SelectedEffects& effects, const fit::Fit& smaller) {
-    fit::Fit fit = fit::fit_model(effects, smaller, recordings_, options_.candidate);
+    return keep(effects, fit::fit_model(effects, smaller, recordings_, options_.candidate));
+}
+
+fit::Fit CandidateField::keep(const fit::SelectedEffects& effects, fit::Fit fit) {
     runs_ += fit.runs;
     if (fit.failed())
         throw core::NumericalError(core::FailureKind::FitFailed,

@@ -47,6 +47,8 @@ class CandidateField {
     /// The chain with these effects, computed on every rank. Throws core::NumericalError if it
     /// cannot be fitted.
     [[nodiscard]] fit::Fit fit(const fit::SelectedEffects& effects, const fit::Fit& smaller);
+    /// The same of a fit that is there already.
+    [[nodiscard]] fit::Fit keep(const fit::SelectedEffects& effects, fit::Fit fit);
     [[nodiscard]] fit::Fit restore(const fit::Fit& model);
     /// The same as met before, or else fitted from `smaller`; it may have failed.
     [[nodiscard]] fit::Fit recall(const fit::SelectedEffects& effects, const fit::Fit& smaller);

@@ -82,6 +82,9 @@ WhitenedReadings whitened(const StackedReadings& stacked,
     out.stacked.jacobian.resize(stacked.jacobian.rows(), stacked.jacobian.cols());
     out.stacked.residual.resize(stacked.residual.size());
     Eigen::Index row = 0;
+    std::size_t last_frame = 0;
+    for (const ReadingSequence& sequence : sequences)
+        last_frame = std::max(last_frame, sequence.first_frame + sequence.readings.size());
     for (std::size_t s = 0; s < sequences.size(); ++s)
         for_each_reading(
             sequences[s], [&](Eigen::Index before, Eigen::Index reading, std::size_t frame) {
@@ -93,6 +96,12 @@ WhitenedReadings whitened(const StackedReadings& stacked,
                 out.frames.push_back(frame);
                 ++row;
             });
+    // Constraints of error terms are independent of each other and of all frames.
+    for (Eigen::Index k = stacked.readings; k < stacked.residual.size(); ++k, ++row) {
+        out.stacked.jacobian.row(row) = stacked.jacobian.row(k);
+        out.stacked.residual(row) = stacked.residual(k);
+        out.frames.push_back(last_frame + static_cast<std::size_t>(k));
+    }
     out.stacked.jacobian.conservativeResize(row, Eigen::NoChange);
     out.stacked.residual.conservativeResize(row);
     return out;
@@ -249,10 +258,7 @@ class Estimation {
     }
 
     [[nodiscard]] double value_of(const fit::JointLayout::Owner& owner) const {
-        const fit::StemModel& model = point_.models[owner.model];
-        return owner.parameter < model.parameters.size()
-                   ? model.parameters[owner.parameter].access.get(model.spec)
-                   : model.release_time;
+        return point_.models[owner.model].value(owner.parameter);
     }
 
     const fit::Fit& fit_;

@@ -33,7 +33,6 @@ EffectCell cell_of(const fit::Fit& candidate) {
 EffectCell EffectTable::cell(std::size_t measurement, const fit::SelectedEffects& effects,
                              const run::Heartbeat& heartbeat) {
     const measure::Measurement& measured = measurements_[measurement];
-    const std::span<const measure::Measurement> alone(&measured, 1);
     fit::FitOptions options = options_;
     options.heartbeat = heartbeat;
     EffectCell failed;
@@ -41,11 +40,12 @@ EffectCell EffectTable::cell(std::size_t measurement, const fit::SelectedEffects
         auto baseline = baselines_.find(measurement);
         if (baseline == baselines_.end())
             baseline =
-                baselines_.emplace(measurement, fit::fit_model({}, {}, alone, options)).first;
+                baselines_.emplace(measurement, fit::fit_baseline({&measured, 1}, options)).first;
         if (effects.empty())
-            return cell_of(baseline->second);
+            return cell_of(baseline->second.fit);
         (void)fit::candidate_model(fit::baseline_model(measured, options.chain), effects, measured);
-        return cell_of(fit::fit_with_parts(effects, baseline->second, alone, options));
+        return cell_of(fit::fit_with_parts(effects, baseline->second.fit,
+                                           baseline->second.recordings, options));
     } catch (const core::InputError& error) {
         failed.applies = false;
         failed.failure = error.what();

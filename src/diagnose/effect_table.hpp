@@ -42,7 +42,7 @@ class EffectTable {
   private:
     const std::vector<measure::Measurement>& measurements_;
     fit::FitOptions options_;
-    std::map<std::size_t, fit::Fit> baselines_;
+    std::map<std::size_t, fit::BaselineFit> baselines_;
 };
 
 } // namespace culm::diagnose

@@ -129,9 +129,10 @@ Ladder climb(const measure::Measurement& measurement,
              const Policy& policy) {
     refuse_without_motion(measurement, options.window, policy);
     Ladder ladder;
-    const std::span<const measure::Measurement> alone(&measurement, 1);
     refuse_impossible(effect_sets, measurement, options);
-    ladder.models.emplace_back().fit = fit::fit_model({}, {}, alone, options);
+    fit::BaselineFit baseline = fit::fit_baseline({&measurement, 1}, options);
+    const std::span<const measure::Measurement> alone(baseline.recordings);
+    ladder.models.emplace_back().fit = std::move(baseline.fit);
     for (const fit::SelectedEffects& effects : effect_sets) {
         LadderModel model;
         model.fit = fit::fit_with_parts(effects, model_within(fit::model_names(effects), ladder),
@@ -145,7 +146,7 @@ Ladder climb(const measure::Measurement& measurement,
         ladder.comparison.emplace_back();
         if (model.fit.failed())
             continue;
-        model.held_out = predict_held_out(model.fit, hold_out, measurement, options);
+        model.held_out = predict_held_out(model.fit, hold_out, alone.front(), options);
         ladder.comparison.back() = ladder.comparisons.size();
         ladder.comparisons.push_back(compare(model.fit, measurement));
     }

@@ -57,13 +57,11 @@ struct Advance {
 /// is the field's, of fits and scores that were computed before.
 class Search {
   public:
-    Search(std::span<const measure::Measurement> recordings, const DiagnosisOptions& options)
-        : recordings_(recordings), options_(options), policy_(options.policy),
-          field_(recordings, options) {}
+    Search(const fit::BaselineFit& baseline, const DiagnosisOptions& options)
+        : recordings_(baseline.recordings), options_(options), policy_(options.policy),
+          field_(baseline.recordings, options), baseline_(baseline.fit) {}
 
     [[nodiscard]] Diagnosis run() {
-        for (const measure::Measurement& recording : recordings_)
-            refuse_without_motion(recording, options_.candidate.window, policy_);
         State state = begin();
         for (bool goes_on = true; goes_on;) {
             Advance next = advance(std::move(state));
@@ -90,9 +88,7 @@ class Search {
     }
 
     [[nodiscard]] State begin() {
-        report("fitting the published chain");
-        fit::Fit fit = field_.fit({}, {});
-        baseline_ = fit;
+        fit::Fit fit = field_.keep({}, baseline_);
         if (!options_.known.empty())
             fit = field_.fit(options_.known, fit);
         const fit::Fit numbers = fit::numbers_of(fit);
@@ -417,14 +413,18 @@ class Search {
     const DiagnosisOptions& options_;
     const Policy& policy_;
     CandidateField field_;
-    fit::Fit baseline_; ///< set once, by begin()
+    const fit::Fit& baseline_;
 };
 
 } // namespace
 
 Diagnosis diagnose(std::span<const measure::Measurement> recordings,
                    const DiagnosisOptions& options) {
-    return Search(recordings, options).run();
+    for (const measure::Measurement& recording : recordings)
+        refuse_without_motion(recording, options.candidate.window, options.policy);
+    if (options.progress)
+        options.progress("fitting the published chain");
+    return Search(fit::fit_baseline(recordings, options.candidate), options).run();
 }
 
 } // namespace culm::diagnose

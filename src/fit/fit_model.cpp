@@ -2,6 +2,7 @@
 #include "fit/fit_model.hpp"
 
 #include "core/error.hpp"
+#include "fit/solve/reading_errors.hpp"
 #include "fit/start/starts.hpp"
 
 #include <algorithm>
@@ -240,9 +241,10 @@ std::vector<std::vector<double>> noises(std::span<const RecordingFit> fits) {
     return out;
 }
 
-/// A single recording's own noise says it all.
+/// Of other recordings, and of the constraints of their errors, the readings of one whose noise is
+/// not known weigh as much as the smaller model's residuals say.
 std::vector<std::vector<double>> weights_beside(const Fit& smaller) {
-    return smaller.parts.size() > 1 ? noises(smaller.parts) : std::vector<std::vector<double>>{};
+    return noises(smaller.parts);
 }
 
 /// The readings of a stem that nothing moves are its residuals.
@@ -288,9 +290,8 @@ BegunStart numbers_of(const BegunFit& begun, int runs) {
     BegunStart numbers{{}, begun.weighted_rms, begun.chi_squared, runs};
     for (const StemModel& model : begun.models) {
         std::vector<double>& own = numbers.values.emplace_back();
-        own.push_back(model.release_time);
-        for (const FreeParameter& parameter : model.parameters)
-            own.push_back(parameter.access.get(model.spec));
+        for (std::size_t k = 0; k < model.free_count(); ++k)
+            own.push_back(model.value(k));
     }
     return numbers;
 }
@@ -299,9 +300,8 @@ BegunFit begun_from(const BegunStart& numbers, const StartModels& start) {
     BegunFit begun{start, numbers.weighted_rms, numbers.chi_squared};
     for (std::size_t m = 0; m < begun.models.size(); ++m) {
         StemModel& model = begun.models[m];
-        model.release_time = numbers.values[m][0];
-        for (std::size_t k = 0; k < model.parameters.size(); ++k)
-            model.parameters[k].access.set(model.spec, numbers.values[m][k + 1]);
+        for (std::size_t k = 0; k < numbers.values[m].size(); ++k)
+            model.set_value(k, numbers.values[m][k]);
     }
     return begun;
 }
@@ -488,6 +488,21 @@ Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
     for (std::size_t k = 0; k < plan.start_count(); ++k)
         begun.push_back(plan.begin(k, options));
     return plan.finish(begun, options);
+}
+
+BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
+                         const FitOptions& options) {
+    BaselineFit out{{recordings.begin(), recordings.end()}, fit_model({}, {}, recordings, options)};
+    if (out.fit.failed() || !out.fit.moves())
+        return out;
+    std::vector<measure::Measurement> known =
+        with_reading_errors(recordings, out.fit.parts, options.heartbeat);
+    StartModels start;
+    for (std::size_t m = 0; m < known.size(); ++m)
+        start.push_back(beside_errors(out.fit.parts[m].model, known[m]));
+    Fit fit = refined(start, {}, out.fit, known, options);
+    fit.runs += out.fit.runs;
+    return fit.failed() ? std::move(out) : BaselineFit{std::move(known), std::move(fit)};
 }
 
 } // namespace culm::fit

@@ -40,6 +40,17 @@ inline constexpr double allowed_excess = 1.001;
                             std::span<const measure::Measurement> recordings,
                             const FitOptions& options = {});
 
+/// The published chain fitted beside the errors of the readings, and the recordings that hold them:
+/// every other model is fitted to these.
+struct BaselineFit {
+    std::vector<measure::Measurement> recordings;
+    Fit fit;
+};
+/// with_reading_errors() about the fit of the chain, and the fit from there. Where nothing moves in
+/// the chain, or it cannot be fitted beside them, the recordings have no errors. As fit_model().
+[[nodiscard]] BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
+                                       const FitOptions& options = {});
+
 /// fit_model() for a model that may add several effects at once: it cannot fit worse than a part of
 /// it, a model with one of these effects less. Where the fit fails, or one of the effects stands at
 /// a bound or is no different from absent, the parts are fitted too. If one fits better, the fit
@@ -55,7 +66,7 @@ inline constexpr double allowed_excess = 1.001;
 
 /// Where some iterations from a start have led.
 struct BegunStart {
-    /// (recordings)(1 + parameters): the release time, then the model's parameters.
+    /// (recordings)(free numbers of the model)
     std::vector<std::vector<double>> values;
     double weighted_rms = 0.0; ///< as Fit's
     double chi_squared = 0.0;

@@ -23,10 +23,7 @@ void set_values(const Fit& summary, const JointLayout& layout, std::vector<StemM
                                                 &FittedParameter::id);
             if (told == summary.parameters.end())
                 continue;
-            if (k < models[m].parameters.size())
-                models[m].parameters[k].access.set(models[m].spec, share.factor * told->value);
-            else
-                models[m].release_time = told->value;
+            models[m].set_value(k, share.factor * told->value);
         }
     }
 }

@@ -32,33 +32,29 @@ std::string plus_minus(const Uncertain& estimate, double scale, int decimals) {
     return present::plus_minus(estimate.value, estimate.standard_error, scale, decimals);
 }
 
-/// With what the noise of the readings alone leaves uncertain.
-Uncertain by_readings(const calibrate::Calibration& calibration, const physics::ParameterId& id) {
-    const fit::FittedParameter& parameter = *calibration.fit.find(id);
-    return {parameter.value, parameter.standard_error};
+/// The calibrated numbers, without the terms of the reading errors.
+std::span<const fit::FittedParameter> calibrated(const calibrate::Calibration& calibration) {
+    return std::span(calibration.fit.parameters).first(calibration.budget.combined.size());
 }
 
 /// With everything in the uncertainty budget.
 Uncertain parameter_of(const calibrate::Calibration& calibration, const physics::ParameterId& id) {
     const fit::FittedParameter& parameter = *calibration.fit.find(id);
-    const auto place = static_cast<std::size_t>(&parameter - calibration.fit.parameters.data());
-    return {parameter.value, calibration.budget.combined[place]};
+    return {parameter.value, parameter.standard_error};
 }
 
 /// ω = √(k/m) and every stiffness k of the chain is proportional to Y, so dω/ω = ½ dY/Y. The
 /// frequency does not depend on what was stated of the stem.
 Uncertain frequency_of(const calibrate::Calibration& calibration) {
-    const Uncertain modulus = by_readings(calibration, physics::bond_youngs_modulus);
     const double frequency = calibration.mode.frequency;
-    return {frequency, 0.5 * frequency * modulus.standard_error / modulus.value};
+    return {frequency, 0.5 * frequency * calibration.budget.chain_modulus};
 }
 
 /// The bonds' damping coefficients are proportional to β, so the logarithmic decrement is, up to
 /// the square of the damping ratio: dδ/δ = dβ/β.
 Uncertain decay_of(const calibrate::Calibration& calibration) {
-    const Uncertain damping = by_readings(calibration, physics::bond_damping);
     const double decay = calibration.mode.decay_per_cycle;
-    return {decay, std::abs(decay) * damping.standard_error / damping.value};
+    return {decay, std::abs(decay) * calibration.budget.chain_damping};
 }
 
 json bounds_json(double lower, double upper) {
@@ -69,11 +65,11 @@ json bounds_json(double lower, double upper) {
 /// linear in the parameter.
 json stem_parameters_json(const calibrate::Calibration& calibration) {
     json out = json::object();
-    for (std::size_t k = 0; k < calibration.fit.parameters.size(); ++k) {
+    for (std::size_t k = 0; k < calibrated(calibration).size(); ++k) {
         const fit::FittedParameter& parameter = calibration.fit.parameters[k];
         json& entry = out[parameter_key(parameter)];
         entry = estimate_json(parameter.value, calibration.budget.combined[k]);
-        entry["stderr_of_readings"] = number(parameter.standard_error);
+        entry["stderr_of_readings"] = number(calibration.budget.from_readings[k]);
         if (k < calibration.profiles.size())
             entry["profile_interval"] =
                 bounds_json(calibration.profiles[k].lower, calibration.profiles[k].upper);
@@ -84,10 +80,11 @@ json stem_parameters_json(const calibrate::Calibration& calibration) {
 json correlation_json(const fit::RecordingFit& fit) {
     json names = json::array();
     json rows = json::array();
-    for (Eigen::Index a = 0; a < fit.correlation.rows(); ++a) {
+    const auto count = static_cast<Eigen::Index>(fit.model.first_error());
+    for (Eigen::Index a = 0; a < count; ++a) {
         names.push_back(parameter_key(fit.parameters[static_cast<std::size_t>(a)]));
         json row = json::array();
-        for (Eigen::Index b = 0; b < fit.correlation.cols(); ++b)
+        for (Eigen::Index b = 0; b < count; ++b)
             row.push_back(number(fit.correlation(a, b)));
         rows.push_back(row);
     }
@@ -108,7 +105,10 @@ json chain_json(const fit::RecordingFit& fit, const std::string& law) {
     json masses = json::array();
     for (const run::PointMass& mass : fit.model.spec.added_masses)
         masses.push_back({{"height_m", mass.height}, {"mass_kg", mass.mass}});
+    const run::CaseSpec computed = fit::case_beside_errors(fit.model);
     return {{"law", law},
+            {"bond_youngs_modulus_pa", number(computed.stem.bond_youngs_modulus)},
+            {"bond_damping", number(computed.stem.bond_damping)},
             {"spheres", stem.sphere_count},
             {"bond_length_m", stem.bond_length},
             {"sphere_diameter_m", stem.sphere_diameter},
@@ -295,7 +295,7 @@ json calibration_json(const calibrate::Calibration& calibration, const std::stri
     json out{{"measurement", calibration.id},
              {"sentence", calibration_sentence(calibration)},
              {"parameters", stem_parameters_json(calibration)},
-             {"uncertainty_budget", budget_json(calibration.budget, calibration.fit.parameters)},
+             {"uncertainty_budget", budget_json(calibration.budget, calibrated(calibration))},
              {"correlation", correlation_json(calibration.fit)},
              {"mode", mode_json(calibration)},
              {"fit", fit_quality_json(calibration)},
@@ -325,7 +325,7 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
                    ? style.good(adequacy_text(calibration.verdict))
                    : style.warning(adequacy_text(calibration.verdict))) +
            check_lines(calibration) +
-           budget_text(calibration.budget, calibration.fit.parameters, style);
+           budget_text(calibration.budget, calibrated(calibration), style);
 }
 
 std::string calibration_table_head(bool is_checked) {

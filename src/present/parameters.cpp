@@ -37,7 +37,8 @@ std::map<std::string, const fit::FittedParameter*>
 by_key(std::span<const fit::FittedParameter> parameters) {
     std::map<std::string, const fit::FittedParameter*> sorted;
     for (const fit::FittedParameter& parameter : parameters)
-        sorted[parameter_key(parameter)] = &parameter;
+        if (!parameter.is_error)
+            sorted[parameter_key(parameter)] = &parameter;
     return sorted;
 }
 

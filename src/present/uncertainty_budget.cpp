@@ -32,6 +32,8 @@ Shown shown(const fit::StatedInput& input) {
         return {1e3, " g"};
     if (input.unit.empty())
         return {100.0, " %"};
+    if (input.unit == "1")
+        return {1.0, ""};
     return {1.0, " kg/m³"};
 }
 

@@ -8,36 +8,41 @@
 #include <algorithm>
 #include <cmath>
 
+#include <boost/math/distributions/fisher_f.hpp>
 #include <fmt/core.h>
 
 namespace culm::residuals {
 namespace {
 
-/// Residuals of one row over its noise; gaps are left out.
-std::vector<double> row_residuals(const fit::RecordingFit& fit, std::size_t row) {
+/// Residuals of one row over its noise, made white; gaps are left out.
+std::vector<double> row_residuals(const fit::RecordingFit& fit, const Eigen::MatrixXd& whitened,
+                                  std::size_t row) {
     std::vector<double> values;
     for (std::size_t i = 0; i < fit.times.size(); ++i)
-        if (const double residual = fit.residuals[i * fit.prediction.rows + row];
-            !std::isnan(residual))
-            values.push_back(residual / fit.noise[row]);
+        if (!std::isnan(fit.residuals[i * fit.prediction.rows + row]))
+            values.push_back(whitened(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(row)));
     return values;
 }
 
-/// Σ w r/σ² over √Σ w²/σ² in every frame, w the predicted reading of the first frame: of unit
-/// variance if the residuals are noise.
-std::vector<double> swing_residuals(const fit::RecordingFit& fit) {
+/// Σ w r over √Σ w² in every frame, with residuals r over the noise and w the predicted reading of
+/// the first frame over it: of unit variance if the residuals are noise.
+std::vector<double> swing_residuals(const fit::RecordingFit& fit, const Eigen::MatrixXd& whitened) {
+    const std::size_t rows = fit.prediction.rows;
+    std::vector<double> weights(rows, 0.0);
+    for (std::size_t j = 0; j < rows; ++j)
+        if (const double reading = fit.prediction.readings[j]; !std::isnan(reading))
+            weights[j] = reading / fit.noise[j];
+    weights = fit::whitening_of(fit).turned(weights);
     std::vector<double> values;
     for (std::size_t i = 0; i < fit.times.size(); ++i) {
         double sum = 0.0;
         double norm = 0.0;
-        for (std::size_t j = 0; j < fit.prediction.rows; ++j) {
-            const double residual = fit.residuals[i * fit.prediction.rows + j];
-            const double weight = fit.prediction.readings[j];
-            if (std::isnan(residual) || std::isnan(weight))
+        for (std::size_t j = 0; j < rows; ++j) {
+            if (std::isnan(fit.residuals[i * rows + j]))
                 continue;
-            const double precision = 1.0 / (fit.noise[j] * fit.noise[j]);
-            sum += weight * residual * precision;
-            norm += weight * weight * precision;
+            sum += weights[j] *
+                   whitened(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+            norm += weights[j] * weights[j];
         }
         if (norm > 0.0)
             values.push_back(sum / std::sqrt(norm));
@@ -56,11 +61,11 @@ std::size_t lags_over_a_period(const fit::RecordingFit& fit, double frequency) {
     return std::clamp<std::size_t>(lags, 2, frames / 5);
 }
 
-double balance_p_value(const fit::RecordingFit& fit) {
+double balance_p_value(const fit::RecordingFit& fit, const Eigen::MatrixXd& whitened) {
     double sum = 0.0;
     std::size_t rows = 0;
     for (std::size_t j = 0; j < fit.prediction.rows; ++j) {
-        const std::vector<double> values = row_residuals(fit, j);
+        const std::vector<double> values = row_residuals(fit, whitened, j);
         if (values.empty())
             continue;
         double total = 0.0;
@@ -81,7 +86,7 @@ double combined_p_value(const std::vector<double>& p_values) {
     return p_values.empty() ? 1.0 : reduce::chi_squared_p_value(sum, 1.0, 2 * p_values.size());
 }
 
-double likeness_p_value(const fit::RecordingFit& fit) {
+double likeness_p_value(const fit::RecordingFit& fit, const Eigen::MatrixXd& whitened) {
     double sum = 0.0;
     std::size_t pairs = 0;
     const std::size_t rows = fit.prediction.rows;
@@ -92,10 +97,12 @@ double likeness_p_value(const fit::RecordingFit& fit) {
             double square_b = 0.0;
             double count = 0.0;
             for (std::size_t i = 0; i < fit.times.size(); ++i) {
-                const double left = fit.residuals[i * rows + a];
-                const double right = fit.residuals[i * rows + b];
-                if (std::isnan(left) || std::isnan(right))
+                if (std::isnan(fit.residuals[i * rows + a]) ||
+                    std::isnan(fit.residuals[i * rows + b]))
                     continue;
+                const auto frame = static_cast<Eigen::Index>(i);
+                const double left = whitened(frame, static_cast<Eigen::Index>(a));
+                const double right = whitened(frame, static_cast<Eigen::Index>(b));
                 product += left * right;
                 square_a += left * left;
                 square_b += right * right;
@@ -108,6 +115,14 @@ double likeness_p_value(const fit::RecordingFit& fit) {
             ++pairs;
         }
     return pairs == 0 ? 1.0 : reduce::chi_squared_p_value(sum, 1.0, pairs);
+}
+
+/// Of a mean square over the noise's. Noise that was estimated has degrees of freedom of its own.
+double size_p_value(double ratio, double degrees, double of_noise) {
+    if (of_noise <= 0.0)
+        return fit::chi_squared_tail(degrees * ratio, degrees);
+    return boost::math::cdf(
+        boost::math::complement(boost::math::fisher_f(degrees, of_noise), ratio));
 }
 
 } // namespace
@@ -124,17 +139,17 @@ LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing) {
     // χ² of correlated residuals scatters as one of fewer degrees of freedom does.
     if (fit.is_noise_known && fit.degrees_of_freedom > 0)
         add("size",
-            fit::chi_squared_tail(result.effective_degrees_of_freedom * fit.reduced_chi_squared,
-                                  result.effective_degrees_of_freedom));
+            size_p_value(fit.reduced_chi_squared, result.effective_degrees_of_freedom,
+                         fit.noise_model ? fit.noise_model->degrees_of_freedom : 0.0));
     const std::size_t lags = lags_over_a_period(fit, physics::first_frequency(fit.model.spec.stem));
-    const std::vector<double> of_the_swing = swing_residuals(fit);
+    const std::vector<double> of_the_swing = swing_residuals(fit, whitened);
     add("correlation of the swing", reduce::ljung_box_p_value(of_the_swing, lags));
     add("signs of the swing", reduce::runs_p_value(of_the_swing));
-    add("balance of the rows", balance_p_value(fit));
-    add("likeness of the rows", likeness_p_value(fit));
+    add("balance of the rows", balance_p_value(fit, whitened));
+    add("likeness of the rows", likeness_p_value(fit, whitened));
     std::vector<double> rows;
     for (std::size_t j = 0; j < fit.prediction.rows; ++j) {
-        rows.push_back(reduce::ljung_box_p_value(row_residuals(fit, j), lags));
+        rows.push_back(reduce::ljung_box_p_value(row_residuals(fit, whitened, j), lags));
         add(fmt::format("correlation at h = {:.6g} mm", 1e3 * fit.model.spec.heights[j]),
             rows.back());
     }
@@ -144,9 +159,10 @@ LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing) {
     result.spatial_share = pattern.share;
     const double size = std::sqrt(pattern.share * whitened.squaredNorm() /
                                   static_cast<double>(std::max<Eigen::Index>(whitened.rows(), 1)));
-    for (Eigen::Index j = 0; j < pattern.shape.size(); ++j)
-        result.spatial_pattern.push_back(size * pattern.shape(j) *
-                                         fit.noise[static_cast<std::size_t>(j)]);
+    const std::vector<double> shape = fit::whitening_of(fit).turned_back(
+        {pattern.shape.data(), pattern.shape.data() + pattern.shape.size()});
+    for (std::size_t j = 0; j < shape.size(); ++j)
+        result.spatial_pattern.push_back(size * shape[j] * fit.noise[j]);
     return result;
 }
 

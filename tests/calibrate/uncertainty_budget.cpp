@@ -13,7 +13,7 @@ namespace culm::tests {
 namespace {
 
 fit::RecordingFit fitted(const measure::Measurement& measurement) {
-    return fit::fit_chain(fit::baseline_model(measurement), measurement);
+    return fit::fit_chain_beside_errors(fit::baseline_model(measurement), measurement);
 }
 
 std::size_t place_of(const fit::RecordingFit& fit, const physics::ParameterId& id) {
@@ -53,7 +53,7 @@ TEST(UncertaintyBudget, SharesOfOneParameterSumToOne) {
     const fit::RecordingFit fit = fitted(measurement);
     const fit::UncertaintyBudget budget = fit::uncertainty_budget(fit, measurement);
     ASSERT_EQ(budget.inputs.size(), 6U);
-    for (std::size_t p = 0; p < fit.parameters.size(); ++p) {
+    for (std::size_t p = 0; p < budget.combined.size(); ++p) {
         double sum = budget.share_of_readings(p);
         for (std::size_t k = 0; k < budget.inputs.size(); ++k)
             sum += budget.share(k, p);
@@ -101,7 +101,7 @@ TEST(UncertaintyBudget, SensitivitiesAreWhatARestatedInputDoesToTheFit) {
         const double change = 0.1 * line.input.standard_uncertainty;
         const fit::RecordingFit above = fitted(restated(measurement, line.input.name, change));
         const fit::RecordingFit below = fitted(restated(measurement, line.input.name, -change));
-        for (std::size_t p = 0; p < fit.parameters.size(); ++p) {
+        for (std::size_t p = 0; p < budget.combined.size(); ++p) {
             const double by_refit =
                 (above.parameters[p].value - below.parameters[p].value) / (2.0 * change);
             // Fits end within a hundredth of a standard error.

@@ -43,10 +43,10 @@ calibrate::BulkStem bulk_stem(const json& stem) {
     bulk.stem.bond_outer_diameter = chain.at("bond_outer_diameter_m").get<double>();
     bulk.stem.bond_inner_diameter = chain.at("bond_inner_diameter_m").get<double>();
     bulk.stem.poissons_ratio = chain.at("poissons_ratio").get<double>();
-    const json& parameters = stem.at("parameters");
-    bulk.stem.bond_youngs_modulus =
-        parameters.at("bond_youngs_modulus_pa").at("value").get<double>();
-    bulk.stem.bond_damping = parameters.at("bond_damping").at("value").get<double>();
+    // Those of the chain with the stated length and section. In `parameters` the readings may have
+    // moved these inputs within their uncertainty, and Y with them.
+    bulk.stem.bond_youngs_modulus = chain.at("bond_youngs_modulus_pa").get<double>();
+    bulk.stem.bond_damping = chain.at("bond_damping").get<double>();
     for (const json& mass : chain.at("added_masses"))
         bulk.added_masses.push_back(
             {mass.at("height_m").get<double>(), mass.at("mass_kg").get<double>()});

@@ -113,10 +113,8 @@ std::vector<double> frames_of(const fit::RecordingFit& fit, const Change& change
     return times;
 }
 
-/// Schur's complement of the release in the information matrix: what is known of the other numbers
-/// once the release has been fitted.
-/// Information of the record at hand about all but the release, whose numbers are new each time:
-/// (parameters, parameters), over the noise.
+/// Information of the record at hand about all but the release, whose numbers are new each time, and
+/// the errors of its readings: Schur's complement of these, (parameters without the errors) twice.
 Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
     const auto count = static_cast<Eigen::Index>(fit.prediction.parameters);
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
@@ -128,16 +126,21 @@ Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
                 gradient * gradient.transpose() / std::pow(fit.noise[k % fit.prediction.rows], 2);
     }
     std::vector<Eigen::Index> kept;
-    std::vector<Eigen::Index> release;
+    std::vector<Eigen::Index> others;
     const std::vector<physics::ParameterId> ids = fit.model.free_ids();
-    for (std::size_t k = 0; k < ids.size(); ++k)
-        (ids[k] == physics::tip_deflection || ids[k] == physics::release_time ? release : kept)
-            .push_back(static_cast<Eigen::Index>(k));
-    const Eigen::MatrixXd cross = sum(kept, release);
-    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(count, count);
+    for (std::size_t k = 0; k < ids.size(); ++k) {
+        const auto place = static_cast<Eigen::Index>(k);
+        if (fit.model.is_error(k))
+            sum(place, place) += 1.0; // its constraint
+        const bool is_release = ids[k] == physics::tip_deflection || ids[k] == physics::release_time;
+        (is_release || fit.model.is_error(k) ? others : kept).push_back(place);
+    }
+    const Eigen::MatrixXd cross = sum(kept, others);
+    const auto size = static_cast<Eigen::Index>(fit.model.first_error());
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(size, size);
     out(kept, kept) =
         sum(kept, kept) -
-        cross * sum(release, release).completeOrthogonalDecomposition().solve(cross.transpose());
+        cross * sum(others, others).completeOrthogonalDecomposition().solve(cross.transpose());
     return out;
 }
 
@@ -186,6 +189,9 @@ double gap(const fit::RecordingFit& truth, const fit::RecordingFit& other, const
     fit::StemModel first = truth.model;
     fit::StemModel second = other.model;
     for (fit::StemModel* model : {&first, &second}) {
+        model->spec = fit::case_beside_errors(*model);
+        model->errors.reset(); // the next recording has its own
+        model->error_values.clear();
         change.apply(model->spec);
         model->spec.sample_interval /= change.rate;
     }

@@ -266,7 +266,8 @@ class ScoreTest {
             noise_ = null_noise(base_, draws);
         score_.null_gains.resize(static_cast<std::size_t>(draws), 0.0);
         for (int draw = 0; draw < draws; ++draw) {
-            const Eigen::VectorXd seen = basis.transpose() * noise_.col(draw);
+            const Eigen::VectorXd seen =
+                basis.topRows(noise_.rows()).transpose() * noise_.col(draw);
             const bool counts = !(is_one_sided && added.size() == 1) || seen(0) > 0.0;
             double& gain = score_.null_gains[static_cast<std::size_t>(draw)];
             gain = std::max(gain, counts ? seen.squaredNorm() : 0.0);

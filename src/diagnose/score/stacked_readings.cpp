@@ -2,6 +2,7 @@
 #include "diagnose/score/stacked_readings.hpp"
 
 #include "fit/model/parameter.hpp"
+#include "fit/solve/residual_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -30,20 +31,34 @@ Eigen::VectorXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::Vector
 
 class Stack {
   public:
-    Stack(const fit::Fit& base, std::span<const measure::Measurement> recordings)
-        : base_(base), recordings_(recordings) {}
+    Stack(const fit::Fit& base, std::span<const measure::Measurement> recordings,
+          std::span<const fit::StemModel> models)
+        : base_(base), recordings_(recordings), models_(models) {}
 
     void make_room(const fit::JointLayout& layout) {
         layout_ = layout;
         out_.ids = layout.ids;
         for (const fit::RecordingFit& part : base_.parts)
-            readings_ += static_cast<Eigen::Index>(part.residuals.size());
-        out_.jacobian =
-            Eigen::MatrixXd::Zero(readings_, static_cast<Eigen::Index>(out_.ids.size()));
-        out_.residual = Eigen::VectorXd::Zero(readings_);
-        out_.predicted = Eigen::VectorXd::Zero(readings_);
+            out_.readings += static_cast<Eigen::Index>(part.residuals.size());
+        const auto constraints = static_cast<Eigen::Index>(std::ranges::count_if(
+            layout.owners, [&](const auto& owner) { return is_error(owner); }));
+        const Eigen::Index rows = out_.readings + constraints;
+        out_.jacobian = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(out_.ids.size()));
+        out_.residual = Eigen::VectorXd::Zero(rows);
+        out_.predicted = Eigen::VectorXd::Zero(rows);
+    }
+    /// The constraints of the error terms.
+    void add_constraints() {
+        for (std::size_t k = 0; k < layout_.owners.size(); ++k) {
+            const fit::JointLayout::Owner& owner = layout_.owners[k];
+            if (!is_error(owner))
+                continue;
+            out_.jacobian(row_, static_cast<Eigen::Index>(k)) = 1.0;
+            out_.residual(row_++) = -models_[owner.model].value(owner.parameter);
+        }
     }
     void add_rows(std::size_t part, const fit::ChainPrediction& prediction) {
+        const Eigen::Index first = row_;
         for (std::size_t k = 0; k < prediction.readings.size(); ++k, ++row_) {
             const std::size_t j = k % prediction.rows;
             const double measured = recordings_[part].deflection(k / prediction.rows, j);
@@ -58,24 +73,43 @@ class Stack {
                     std::isfinite(d))
                     add_derivative(layout_.shares[part][p], d / noise);
         }
+        whiten(part, first);
     }
     [[nodiscard]] StackedReadings take() { return std::move(out_); }
 
   private:
+    /// The rows of a part from `first` on.
+    void whiten(std::size_t part, Eigen::Index first) {
+        if (!base_.parts[part].noise_model)
+            return;
+        const fit::Whitening whitening = fit::whitening_of(base_.parts[part]);
+        const auto count = static_cast<std::size_t>(row_ - first);
+        whitening.apply({out_.residual.data() + first, count});
+        whitening.apply({out_.predicted.data() + first, count});
+        for (Eigen::Index k = 0; k < out_.jacobian.cols(); ++k)
+            whitening.apply({out_.jacobian.col(k).data() + first, count});
+    }
+    [[nodiscard]] bool is_error(const fit::JointLayout::Owner& owner) const {
+        return models_[owner.model].is_error(owner.parameter);
+    }
     void add_derivative(const fit::JointLayout::Share& share, double derivative) {
         out_.jacobian(row_, static_cast<Eigen::Index>(share.place)) = share.factor * derivative;
     }
 
     const fit::Fit& base_;
     std::span<const measure::Measurement> recordings_;
+    std::span<const fit::StemModel> models_;
     StackedReadings out_;
     fit::JointLayout layout_;
-    Eigen::Index readings_ = 0;
     Eigen::Index row_ = 0;
 };
 
 /// Free parameter `k`, in its own unit, as far as the bounds allow.
 void move(fit::StemModel& model, std::size_t k, double change) {
+    if (model.is_error(k)) {
+        model.set_value(k, model.value(k) + change);
+        return;
+    }
     if (k >= model.parameters.size()) {
         model.release_time = std::clamp(model.release_time + change, -model.release_time_bound,
                                         model.release_time_bound);
@@ -94,22 +128,22 @@ void move(fit::StemModel& model, std::size_t k, double change) {
 StackedReadings stacked_readings(std::span<const fit::StemModel> models,
                                  std::span<const measure::Measurement> recordings,
                                  const fit::Fit& base, const run::Heartbeat& heartbeat) {
-    Stack stack(base, recordings);
+    Stack stack(base, recordings, models);
     stack.make_room(fit::joint_layout(models, recordings, fit::belongs_to_recording));
     for (std::size_t m = 0; m < models.size(); ++m)
         stack.add_rows(m, fit::predict_readings(models[m], base.parts[m].times, heartbeat));
+    stack.add_constraints();
     return stack.take();
 }
 
 StackedReadings stacked_readings(const fit::Fit& base,
                                  std::span<const measure::Measurement> recordings) {
-    Stack stack(base, recordings);
-    std::vector<fit::StemModel> models;
-    for (const fit::RecordingFit& part : base.parts)
-        models.push_back(part.model);
+    const fit::StartModels models = fit::start_from(base);
+    Stack stack(base, recordings, models);
     stack.make_room(fit::joint_layout(models, recordings, fit::belongs_to_recording));
     for (std::size_t m = 0; m < base.parts.size(); ++m)
         stack.add_rows(m, base.parts[m].prediction);
+    stack.add_constraints();
     return stack.take();
 }
 

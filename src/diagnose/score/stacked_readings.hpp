@@ -16,9 +16,10 @@ namespace culm::diagnose {
 /// A model at a point of its parameters, as the linear problem residual = jacobian · change.
 struct StackedReadings {
     std::vector<physics::ParameterId> ids; ///< of the columns
-    Eigen::MatrixXd jacobian;              ///< (readings, parameters), by the parameters' own units
-    Eigen::VectorXd residual;              ///< (readings), measured − predicted
-    Eigen::VectorXd predicted;             ///< (readings)
+    Eigen::MatrixXd jacobian;              ///< (rows, parameters), by the parameters' own units
+    Eigen::VectorXd residual;              ///< (rows), measured − predicted
+    Eigen::VectorXd predicted;             ///< (rows)
+    Eigen::Index readings = 0; ///< the rows behind these are the constraints of the error terms
 };
 
 /// `models`, `recordings` and `base` (whose times and noise count) belong together; readings that

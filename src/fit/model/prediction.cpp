@@ -117,7 +117,7 @@ constexpr double most_steps_per_sample = 1.0; ///< beside these: what is fast ma
 /// The case as long as the readings need it, wherever the release lies within its bounds: the
 /// length must not depend on what is fitted.
 run::CaseSpec case_until(const StemModel& model, double last_time) {
-    run::CaseSpec spec = model.spec;
+    run::CaseSpec spec = case_beside_errors(model);
     const double earliest = std::min(model.release_time, -model.release_time_bound);
     const double needed = std::max(last_time - earliest, 4.0 * spec.sample_interval);
     spec.duration = std::ceil(needed / spec.sample_interval) * spec.sample_interval;
@@ -157,6 +157,7 @@ void add_frame(const StemModel& model, std::span<const double> values,
                 stencil.value(simulated.height_derivatives[k], prediction.rows, j)));
         if (model.release_time_bound > 0.0)
             prediction.jacobian.push_back(-stencil.rate(heights, prediction.rows, j));
+        prediction.jacobian.resize(prediction.readings.size() * prediction.parameters);
     }
 }
 
@@ -179,6 +180,65 @@ void move_held_frames(const StemModel& model, std::span<const double> times,
         }
 }
 
+/// Place of a free number of the chain among the model's; their number if it is not free.
+std::size_t place_of(const StemModel& model, const physics::ParameterId& id) {
+    const auto found = std::ranges::find_if(
+        model.parameters, [&](const auto& parameter) { return parameter.access.id == id; });
+    return static_cast<std::size_t>(found - model.parameters.begin());
+}
+
+/// The frame of the errors at this time; empty: the errors say nothing of it.
+std::optional<std::size_t> frame_at(const measure::ReadingErrors& errors, double time) {
+    const auto found = std::ranges::lower_bound(errors.times, time);
+    if (found == errors.times.end() || *found != time)
+        return std::nullopt;
+    return static_cast<std::size_t>(found - errors.times.begin());
+}
+
+/// Adds what the error terms do to the readings beside the chain, and the derivatives by them.
+/// `computed` is the case that was run.
+void add_errors(const StemModel& model, const run::CaseSpec& computed,
+                std::span<const double> times, ChainPrediction& prediction) {
+    const measure::ReadingErrors& errors = *model.errors;
+    const std::size_t modulus = place_of(model, physics::bond_youngs_modulus);
+    const std::size_t damping = place_of(model, physics::bond_damping);
+    const std::size_t count = model.parameters.size();
+    const double modulus_ratio =
+        computed.stem.bond_youngs_modulus / model.spec.stem.bond_youngs_modulus;
+    const double damping_ratio = computed.stem.bond_damping / model.spec.stem.bond_damping;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+        const std::optional<std::size_t> frame = frame_at(errors, times[i]);
+        for (std::size_t j = 0; j < prediction.rows; ++j) {
+            const std::size_t at = i * prediction.rows + j;
+            double* const derivatives = prediction.jacobian.data() + at * prediction.parameters;
+            const auto reading_of = [&](const measure::ReadingErrors::Term& term) {
+                return frame && !term.readings.empty() ? term.readings[*frame * prediction.rows + j]
+                                                       : 0.0;
+            };
+            if (modulus < count)
+                derivatives[modulus] *= modulus_ratio;
+            if (damping < count)
+                derivatives[damping] *= damping_ratio;
+            prediction.readings[at] += reading_of(errors.known);
+            for (std::size_t k = 0; k < model.error_values.size(); ++k) {
+                const measure::ReadingErrors::Term& term = errors.terms[k];
+                const double beside = reading_of(term);
+                prediction.readings[at] += model.error_values[k] * beside;
+                double& derivative = derivatives[model.first_error() + k];
+                derivative = beside;
+                // ln Y moves by log_modulus: dy/dY · Y is the same for the model's and the
+                // computed one.
+                if (modulus < count)
+                    derivative += derivatives[modulus] * model.spec.stem.bond_youngs_modulus *
+                                  term.log_modulus;
+                if (damping < count)
+                    derivative +=
+                        derivatives[damping] * model.spec.stem.bond_damping * term.log_damping;
+            }
+        }
+    }
+}
+
 } // namespace
 
 ChainPrediction predict_readings(const StemModel& model, std::span<const double> times,
@@ -188,7 +248,7 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
     std::vector<double> values;
     for (const FreeParameter& parameter : model.parameters) {
         accesses.push_back(differentiated_by(parameter));
-        values.push_back(parameter.access.get(model.spec));
+        values.push_back(parameter.access.get(spec));
     }
     const run::CaseWithSensitivities simulated = simulate(spec, accesses, heartbeat);
 
@@ -205,6 +265,8 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
         add_frame(model, values, simulated, sample_times, time - model.release_time, prediction);
     if (!times.empty() && times.front() < model.release_time)
         move_held_frames(model, times, prediction);
+    if (model.errors)
+        add_errors(model, spec, times, prediction);
     return prediction;
 }
 

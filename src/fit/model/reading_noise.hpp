@@ -4,6 +4,9 @@
 
 #include "measure/folder/measurement.hpp"
 
+#include <cstddef>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,5 +22,39 @@ struct ReadingNoise {
 /// differences over the last tenth of the record if what is left of the motion there is below the
 /// noise; else none.
 [[nodiscard]] ReadingNoise reading_noise(const measure::Measurement& measurement);
+
+/// Makes white what a noise model says hangs together. In a frame in which not every row was seen a
+/// rotated model says nothing: such readings count by themselves.
+class Whitening {
+  public:
+    /// `is_seen`: (frames, rows). A null model leaves the readings as they are.
+    Whitening(std::shared_ptr<const measure::NoiseModel> model, std::size_t rows,
+              const std::vector<bool>& is_seen);
+
+    /// In place: (frames, rows) of readings over the noise of their row, whatever is linear in
+    /// them. What was not seen becomes 0.
+    void apply(std::span<double> values) const;
+
+    /// The rows' weights as the series have them.
+    [[nodiscard]] std::vector<double> turned(const std::vector<double>& weights) const;
+    /// The other way round.
+    [[nodiscard]] std::vector<double> turned_back(const std::vector<double>& weights) const;
+
+  private:
+    /// One step of a Kalman filter, which is the same whatever the values.
+    struct Step {
+        double carry = 0.0;             ///< of the state since the frame before
+        double gain = 0.0;              ///< of the state by what is new in the reading
+        double inverse_deviation = 0.0; ///< of what is new; 0: nothing was seen
+    };
+    void add_series(std::size_t series, const std::vector<bool>& is_seen);
+    [[nodiscard]] bool is_turned() const { return model_ && !model_->rotation.empty(); }
+
+    std::shared_ptr<const measure::NoiseModel> model_;
+    std::size_t rows_;
+    std::vector<bool> is_seen_;
+    std::vector<bool> is_complete_; ///< (frames)
+    std::vector<Step> steps_;       ///< (frames, series)
+};
 
 } // namespace culm::fit

@@ -121,12 +121,47 @@ std::vector<physics::ParameterId> StemModel::free_ids() const {
         ids.push_back(parameter.access.id);
     if (release_time_bound > 0.0)
         ids.push_back(physics::release_time);
+    for (std::size_t k = 0; k < error_values.size(); ++k)
+        ids.push_back({{}, errors->terms[k].name, {}});
     return ids;
+}
+
+double StemModel::value(std::size_t k) const {
+    if (k < parameters.size())
+        return parameters[k].access.get(spec);
+    return is_error(k) ? error_values[k - first_error()] : release_time;
+}
+
+void StemModel::set_value(std::size_t k, double value) {
+    if (k < parameters.size())
+        parameters[k].access.set(spec, value);
+    else if (is_error(k))
+        error_values[k - first_error()] = value;
+    else
+        release_time = value;
+}
+
+run::CaseSpec case_beside_errors(const StemModel& model) {
+    run::CaseSpec spec = model.spec;
+    if (!model.errors)
+        return spec;
+    double log_modulus = model.errors->known.log_modulus;
+    double log_damping = model.errors->known.log_damping;
+    for (std::size_t k = 0; k < model.error_values.size(); ++k) {
+        log_modulus += model.error_values[k] * model.errors->terms[k].log_modulus;
+        log_damping += model.error_values[k] * model.errors->terms[k].log_damping;
+    }
+    spec.stem.bond_youngs_modulus *= std::exp(log_modulus);
+    spec.stem.bond_damping *= std::exp(log_damping);
+    return spec;
 }
 
 StemModel baseline_model(const measure::Measurement& measurement, const ChainOptions& options) {
     StemChain chain = chain_of(measurement, options);
-    StemModel model{chain.spec, baseline_free_parameters(), 0.0, 0.0, std::move(chain.remarks)};
+    StemModel model{chain.spec, baseline_free_parameters(), 0.0, 0.0, std::move(chain.remarks),
+                    measurement.errors, {}};
+    if (model.errors)
+        model.error_values.resize(model.errors->terms.size());
     model.release_time_bound = largest_release_shift * frame_period(measurement);
 
     const MeasuredMode vibration = measured_mode(measurement);

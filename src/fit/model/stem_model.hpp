@@ -7,6 +7,7 @@
 #include "measure/folder/measurement.hpp"
 #include "physics/effects/selection.hpp"
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,13 +23,24 @@ struct StemModel {
     double release_time = 0.0;             ///< on the measurement's clock, s
     double release_time_bound = 0.0;       ///< |release_time| stays within; 0: it is not free
     std::vector<std::string> remarks;      ///< what the model leaves out, one sentence each
+    std::shared_ptr<const measure::ReadingErrors> errors; ///< of the recording; null: none
+    std::vector<double> error_values;                     ///< (terms of the errors)
 
-    /// What is fitted: the parameters, then the release time if that is free.
+    /// What is fitted: the parameters, the release time if that is free, then the terms of the
+    /// reading errors, each with a Gaussian constraint of mean 0 and standard deviation 1.
     [[nodiscard]] std::vector<physics::ParameterId> free_ids() const;
-    [[nodiscard]] std::size_t free_count() const {
+    [[nodiscard]] std::size_t free_count() const { return first_error() + error_values.size(); }
+    /// Place of the first error term among what is fitted.
+    [[nodiscard]] std::size_t first_error() const {
         return parameters.size() + (release_time_bound > 0.0 ? 1 : 0);
     }
+    [[nodiscard]] bool is_error(std::size_t k) const { return k >= first_error(); }
+    [[nodiscard]] double value(std::size_t k) const; ///< of what is fitted, SI units
+    void set_value(std::size_t k, double value);
 };
+
+/// The case that is computed: that of the model with Y and β changed by its error terms.
+[[nodiscard]] run::CaseSpec case_beside_errors(const StemModel& model);
 
 /// The published chain of a measured stem with Y, β, tip deflection (of one that was held straight:
 /// not) and release time free. Start

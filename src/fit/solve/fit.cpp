@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "fit/solve/information.hpp"
+#include "fit/solve/residual_statistics.hpp"
 #include "physics/effects/library.hpp"
 #include "reduce/distributions.hpp"
 #include "run/modes.hpp"
@@ -42,8 +43,8 @@ double add_residuals(const measure::Measurement& measurement, RecordingFit& fit)
                 continue;
             ++fit.readings;
             sum_of_squares += residual * residual;
-            fit.chi_squared += residual * residual / (fit.noise[j] * fit.noise[j]);
         }
+    fit.chi_squared = whitened_residuals(fit).squaredNorm();
     if (fit.readings > 0)
         fit.rmse = std::sqrt(sum_of_squares / static_cast<double>(fit.readings));
     return sum_of_squares;
@@ -51,21 +52,8 @@ double add_residuals(const measure::Measurement& measurement, RecordingFit& fit)
 
 /// Jᵀ W J over the readings that were seen.
 Eigen::MatrixXd information(const RecordingFit& fit) {
-    const auto count = static_cast<Eigen::Index>(fit.prediction.parameters);
-    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
-    for (std::size_t place = 0; place < fit.residuals.size(); ++place) {
-        if (std::isnan(fit.residuals[place]))
-            continue;
-        const Eigen::Map<const Eigen::VectorXd> gradient(
-            fit.prediction.jacobian.data() + place * fit.prediction.parameters, count);
-        if (!gradient.allFinite())
-            continue;
-        // Readings are independent here; what their correlation does to the numbers is a matter of
-        // diagnose/correlated_estimate.hpp.
-        const double noise = fit.noise[place % fit.prediction.rows];
-        sum += gradient * gradient.transpose() / (noise * noise);
-    }
-    return sum;
+    const Eigen::MatrixXd jacobian = whitened_jacobian(fit);
+    return jacobian.transpose() * jacobian;
 }
 
 /// Inverse of a symmetric matrix that may not have one: directions without information get an
@@ -90,6 +78,11 @@ Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& matrix) {
         if (unknown(k) > 1e-6)
             inverse(k, k) = std::numeric_limits<double>::infinity();
     return inverse;
+}
+
+bool is_error(const JointLayout& layout, const Fit& fit, std::size_t joint) {
+    const auto [model, parameter] = layout.owners[joint];
+    return fit.parts[model].model.is_error(parameter);
 }
 
 /// Of all parts, by the joint parameters.
@@ -119,12 +112,14 @@ void add_covariance(const JointLayout& layout, const std::vector<bool>& is_held,
     fit.covariance = Eigen::MatrixXd::Zero(count, count);
     if (free.empty())
         return;
-    const Eigen::MatrixXd all = joint_information(layout, fit);
+    Eigen::MatrixXd all = joint_information(layout, fit);
     // A misfit above the noise makes the errors larger; a χ² below 1 does not make them smaller
-    // than the stated noise allows.
-    const double factor = std::max(1.0, fit.reduced_chi_squared);
-    const Eigen::MatrixXd inverse = inverse_information(all(free, free));
-    fit.covariance(free, free) = factor * inverse;
+    // than the stated noise allows. Constraints are no readings: they keep their weight.
+    all /= std::max(1.0, fit.reduced_chi_squared);
+    for (Eigen::Index k = 0; k < count; ++k)
+        if (is_error(layout, fit, static_cast<std::size_t>(k)))
+            all(k, k) += 1.0;
+    fit.covariance(free, free) = inverse_information(all(free, free));
 }
 
 /// What of the joint covariance concerns one part, by the part's own values.
@@ -172,6 +167,15 @@ void add_parameters(RecordingFit& fit) {
         fit.parameters.push_back({physics::release_time, "s", fit.model.release_time, 0.0,
                                   bound - std::abs(fit.model.release_time) < nearness * bound,
                                   -bound, bound});
+    const std::vector<physics::ParameterId> ids = fit.model.free_ids();
+    for (std::size_t k = fit.model.first_error(); k < ids.size(); ++k) {
+        FittedParameter& error = fit.parameters.emplace_back();
+        error.id = ids[k];
+        error.value = fit.model.value(k);
+        error.lower = -std::numeric_limits<double>::infinity();
+        error.upper = std::numeric_limits<double>::infinity();
+        error.is_error = true;
+    }
     for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
         const auto place = static_cast<Eigen::Index>(k);
         fit.parameters[k].standard_error = std::sqrt(fit.covariance(place, place));
@@ -209,13 +213,27 @@ std::vector<bool> held_of(const std::vector<JointLayout::Share>& shares,
     return own;
 }
 
+/// Fitted numbers; an error term brings a residual of its own and so takes no degree of freedom.
 std::size_t free_count(const std::vector<bool>& is_held) {
     return static_cast<std::size_t>(std::ranges::count(is_held, false));
 }
 
+/// The squares of the error terms, each in the first part that has it.
+void add_constraints(const JointLayout& layout, Fit& fit) {
+    for (std::size_t k = 0; k < layout.ids.size(); ++k)
+        if (is_error(layout, fit, k)) {
+            const auto [model, parameter] = layout.owners[k];
+            fit.parts[model].chi_squared +=
+                std::pow(fit.parts[model].model.value(parameter), 2);
+        }
+}
+
 /// Sums over the parts, whose residuals are known.
-void add_sums(const JointLayout& layout, const std::vector<bool>& is_held, double sum_of_squares,
+void add_sums(const JointLayout& layout, std::vector<bool> is_held, double sum_of_squares,
               Fit& fit) {
+    for (std::size_t k = 0; k < is_held.size(); ++k)
+        is_held[k] = is_held[k] || is_error(layout, fit, k);
+    add_constraints(layout, fit);
     double weighted = 0.0;
     for (std::size_t m = 0; m < fit.parts.size(); ++m) {
         RecordingFit& part = fit.parts[m];
@@ -270,6 +288,11 @@ RecordingFit only_part(const StemModel& model, const measure::Measurement& measu
 
 } // namespace
 
+std::size_t count_without_errors(const std::vector<FittedParameter>& parameters) {
+    return static_cast<std::size_t>(
+        std::ranges::count(parameters, false, &FittedParameter::is_error));
+}
+
 double interval_half_width(const FittedParameter& parameter) {
     return reduce::normal_quantile_95 * parameter.standard_error;
 }
@@ -300,6 +323,8 @@ StemModel started_from(StemModel model, const RecordingFit& fit) {
         if (const FittedParameter* found = fit.find(parameter.access.id))
             parameter.access.set(model.spec, found->value);
     model.release_time = fit.model.release_time;
+    if (model.errors == fit.model.errors)
+        model.error_values = fit.model.error_values;
     return model;
 }
 
@@ -413,7 +438,7 @@ std::vector<ReadingNoise> noises_of(std::span<const measure::Measurement> measur
 }
 
 RecordingFit part_of(JointSolution& solution, std::size_t m, ReadingNoise noise,
-                     bool is_noise_known) {
+                     const measure::Measurement& measurement, bool is_noise_known) {
     RecordingFit part;
     part.model = std::move(solution.models[m]);
     part.prediction = std::move(solution.predictions[m]);
@@ -421,6 +446,7 @@ RecordingFit part_of(JointSolution& solution, std::size_t m, ReadingNoise noise,
     part.noise = std::move(noise.by_row);
     part.noise_source = std::move(noise.source);
     part.is_noise_known = is_noise_known;
+    part.noise_model = measurement.noise_model;
     part.runs = solution.runs[m];
     part.has_converged = solution.has_converged;
     if (!solution.has_converged)
@@ -461,7 +487,7 @@ Fit fit_jointly(std::span<const StemModel> models,
     for (std::size_t m = 0; m < measurements.size(); ++m) {
         fit.runs += solution.runs[m];
         const bool is_known = noises[m].source != "residuals";
-        fit.parts.push_back(part_of(solution, m, std::move(noises[m]), is_known));
+        fit.parts.push_back(part_of(solution, m, std::move(noises[m]), measurements[m], is_known));
     }
     add_statistics(measurements, layout, is_held, fit);
     return fit;

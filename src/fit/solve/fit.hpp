@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -27,14 +28,18 @@ struct FittedParameter {
     physics::FittedAs fitted_as = physics::FittedAs::Itself;
     bool is_place = false; ///< as physics::EffectParameter's
     double absent = 0.0;   ///< likewise
+    bool is_error = false; ///< a term of measure::ReadingErrors; the value is its pull
 };
 
 template <class Wire>
 void fields(Wire& wire, FittedParameter& parameter) {
     wire(parameter.id, parameter.unit, parameter.value, parameter.standard_error,
          parameter.is_at_bound, parameter.lower, parameter.upper, parameter.fitted_as,
-         parameter.is_place, parameter.absent);
+         parameter.is_place, parameter.absent, parameter.is_error);
 }
+
+/// Those that are not terms of the reading errors.
+[[nodiscard]] std::size_t count_without_errors(const std::vector<FittedParameter>& parameters);
 
 /// Half of the parameter's 95 % interval.
 [[nodiscard]] double interval_half_width(const FittedParameter& parameter);
@@ -54,10 +59,12 @@ struct RecordingFit {
     std::vector<double> noise;     ///< (rows), by which the residuals were weighted, m
     std::string noise_source;      ///< as ReadingNoise::source; "residuals": it was not known
     bool is_noise_known = false;
+    std::shared_ptr<const measure::NoiseModel> noise_model; ///< as the recording's
 
     std::size_t readings = 0; ///< used
     std::size_t degrees_of_freedom = 0;
-    double chi_squared = 0.0; ///< Σ (residual/noise)²
+    /// Σ (residual/noise)², made white where a noise model says so, and Σ value² of the error terms.
+    double chi_squared = 0.0;
     double reduced_chi_squared = 0.0;
     double rmse = 0.0; ///< root mean square of the residuals, m
 
@@ -69,8 +76,10 @@ struct RecordingFit {
 };
 
 /// Least squares by Levenberg and Marquardt's method with bounds (Ceres) and the sensitivities of
-/// run::simulate_with_sensitivities. The covariance is (JᵀWJ)⁻¹, times the reduced χ² where that is
-/// above 1: what a model lacks makes its parameters less sure. A fit that ends at a bound or does
+/// run::simulate_with_sensitivities. Terms of the recording's reading errors are fitted too, each
+/// with one more residual, its own value. The covariance is (JᵀWJ/s + C)⁻¹ with the reduced χ² s
+/// where that is above 1, because what a model lacks makes its parameters less sure, and the
+/// information C of these constraints. A fit that ends at a bound or does
 /// not converge comes back with its reason; one that cannot even start throws
 /// core::NumericalError. run::Abandoned if the heartbeat says so.
 [[nodiscard]] RecordingFit fit_chain(const StemModel& model,

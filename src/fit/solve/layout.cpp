@@ -107,6 +107,11 @@ JointLayout joint_layout(std::span<const StemModel> models,
 }
 
 std::vector<StemModel> reconciled(std::vector<StemModel> models, const JointLayout& layout) {
+    for (std::size_t m = 0; m < models.size(); ++m)
+        for (std::size_t k = models[m].first_error(); k < models[m].free_count(); ++k) {
+            const auto [model, parameter] = layout.owners[layout.shares[m][k].place];
+            models[m].set_value(k, models[model].value(parameter));
+        }
     for (std::size_t place = 0; place < layout.owners.size(); ++place)
         reconcile(shared_by(models, layout, place));
     return models;

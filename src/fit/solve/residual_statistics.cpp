@@ -47,16 +47,41 @@ class GroupSum {
 
 } // namespace
 
+Whitening whitening_of(const RecordingFit& fit) {
+    std::vector<bool> is_seen;
+    for (const double residual : fit.residuals)
+        is_seen.push_back(!std::isnan(residual));
+    return {fit.noise_model, fit.prediction.rows, is_seen};
+}
+
+Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit) {
+    const std::size_t count = fit.prediction.parameters;
+    Eigen::MatrixXd matrix(static_cast<Eigen::Index>(fit.residuals.size()),
+                           static_cast<Eigen::Index>(count));
+    const Whitening whitening = whitening_of(fit);
+    for (std::size_t at = 0; at < fit.residuals.size(); ++at) {
+        const double* const gradient = fit.prediction.jacobian.data() + at * count;
+        // At the edge of a stem that just reaches the row one lane may miss it: no derivative then.
+        const bool is_whole =
+            std::all_of(gradient, gradient + count, [](double each) { return std::isfinite(each); });
+        for (std::size_t k = 0; k < count; ++k)
+            matrix(static_cast<Eigen::Index>(at), static_cast<Eigen::Index>(k)) =
+                is_whole ? gradient[k] / fit.noise[at % fit.prediction.rows] : 0.0;
+    }
+    for (std::size_t k = 0; k < count; ++k)
+        whitening.apply({matrix.data() + k * fit.residuals.size(), fit.residuals.size()});
+    return matrix;
+}
+
 Eigen::MatrixXd whitened_residuals(const RecordingFit& fit) {
     const std::size_t rows = fit.prediction.rows;
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(fit.times.size()),
-                                                   static_cast<Eigen::Index>(rows));
-    for (std::size_t i = 0; i < fit.times.size(); ++i)
-        for (std::size_t j = 0; j < rows; ++j)
-            if (const double residual = fit.residuals[i * rows + j]; !std::isnan(residual))
-                matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
-                    residual / fit.noise[j];
-    return matrix;
+    std::vector<double> values;
+    for (std::size_t at = 0; at < fit.residuals.size(); ++at)
+        values.push_back(fit.residuals[at] / fit.noise[at % rows]);
+    whitening_of(fit).apply(values);
+    return Eigen::Map<
+        const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+        values.data(), static_cast<Eigen::Index>(fit.times.size()), static_cast<Eigen::Index>(rows));
 }
 
 std::vector<ResidualGroup> residuals_by_height(const RecordingFit& fit) {

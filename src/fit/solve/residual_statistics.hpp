@@ -12,7 +12,15 @@
 
 namespace culm::fit {
 
-/// Residuals over the noise, (frames, rows); 0 where nothing was seen.
+/// Which readings were seen, and how their errors are made white.
+[[nodiscard]] Whitening whitening_of(const RecordingFit& fit);
+
+/// Derivatives of the readings over the noise and made white, (frames · rows, parameters); 0 where
+/// nothing was seen.
+[[nodiscard]] Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit);
+
+/// Residuals over the noise and made white, (frames, rows) or (frames, series) where the noise model
+/// turns the rows; 0 where nothing was seen.
 [[nodiscard]] Eigen::MatrixXd whitened_residuals(const RecordingFit& fit);
 
 /// Residuals of one height, of a part of the record, or of a range of amplitudes.

@@ -9,6 +9,13 @@
 
 namespace culm::fit {
 
+namespace {
+
+/// Standard deviations; what is so far off is refused by its cost, not by a bound.
+constexpr double largest_error = 1e3;
+
+} // namespace
+
 ReadingResiduals::ReadingResiduals(const StemModel& model, const measure::Measurement& measurement,
                                    const std::vector<double>& noise, double last_time,
                                    run::Heartbeat heartbeat)
@@ -21,6 +28,33 @@ ReadingResiduals::ReadingResiduals(const StemModel& model, const measure::Measur
             if (const double reading = measurement.deflection(i, j); !std::isnan(reading))
                 places_.push_back({i * rows + j, reading, 1.0 / noise[j]});
     }
+    if (!measurement.noise_model)
+        return;
+    std::vector<bool> is_seen(times_.size() * rows, false);
+    for (const Place& place : places_)
+        is_seen[place.reading] = true;
+    whitening_.emplace(measurement.noise_model, rows, is_seen);
+}
+
+void ReadingResiduals::whiten() {
+    const std::size_t count = prediction_->readings.size();
+    const std::size_t parameters = prediction_->parameters;
+    white_residuals_.assign(count, 0.0);
+    white_jacobian_.assign(parameters * count, 0.0);
+    for (const Place& place : places_) {
+        const double predicted = prediction_->readings[place.reading];
+        if (std::isnan(predicted))
+            continue;
+        white_residuals_[place.reading] = (predicted - place.measured) * place.inverse_noise;
+        for (std::size_t k = 0; k < parameters; ++k)
+            if (const double derivative =
+                    prediction_->jacobian[place.reading * parameters + k];
+                std::isfinite(derivative))
+                white_jacobian_[k * count + place.reading] = derivative * place.inverse_noise;
+    }
+    whitening_->apply(white_residuals_);
+    for (std::size_t k = 0; k < parameters; ++k)
+        whitening_->apply(std::span(white_jacobian_).subspan(k * count, count));
 }
 
 void ReadingResiduals::prepare(const std::vector<double>& values) {
@@ -32,6 +66,8 @@ void ReadingResiduals::prepare(const std::vector<double>& values) {
     ++runs_;
     try {
         prediction_ = predict_readings(current_model(), times_, heartbeat_);
+        if (whitening_)
+            whiten();
     } catch (const core::NumericalError& error) {
         failure_ = error.what();
     }
@@ -40,6 +76,10 @@ void ReadingResiduals::prepare(const std::vector<double>& values) {
 bool ReadingResiduals::evaluate(const Place& place, double* residual) const {
     if (!prediction_)
         return false;
+    if (whitening_) {
+        *residual = white_residuals_[place.reading];
+        return true;
+    }
     const double predicted = prediction_->readings[place.reading];
     // The model's stem may just not reach the row: the reading then tells it nothing.
     *residual = std::isnan(predicted) ? 0.0 : (predicted - place.measured) * place.inverse_noise;
@@ -47,20 +87,19 @@ bool ReadingResiduals::evaluate(const Place& place, double* residual) const {
 }
 
 double ReadingResiduals::derivative(const Place& place, std::size_t parameter) const {
+    if (whitening_)
+        return white_jacobian_[parameter * prediction_->readings.size() + place.reading];
     const double derivative =
         prediction_->jacobian[place.reading * prediction_->parameters + parameter];
     const bool is_seen = !std::isnan(prediction_->readings[place.reading]);
     // At the edge of a stem that just reaches the row one lane may miss it: no derivative then.
-    return is_seen && std::isfinite(derivative) ? derivative : 0.0;
+    return is_seen && std::isfinite(derivative) ? derivative * place.inverse_noise : 0.0;
 }
 
 StemModel ReadingResiduals::current_model() const {
     StemModel current = model_;
     for (std::size_t k = 0; k < values_.size(); ++k)
-        if (k < model_.parameters.size())
-            model_.parameters[k].access.set(current.spec, values_[k]);
-        else
-            current.release_time = values_[k];
+        current.set_value(k, values_[k]);
     return current;
 }
 
@@ -75,9 +114,9 @@ JointResiduals::JointResiduals(const std::vector<StemModel>& models, const Joint
     : models_(models), layout_(layout), parts_(std::move(parts)) {
     for (std::size_t k = 0; k < layout.ids.size(); ++k) {
         const StemModel& model = start(k);
-        internal_.push_back(owner(k) != nullptr ? to_internal(*owner(k), model.spec,
-                                                              owner(k)->access.get(model.spec))
-                                                : model.release_time / model.release_time_bound);
+        const double value = model.value(layout.owners[k].parameter);
+        internal_.push_back(owner(k) != nullptr ? to_internal(*owner(k), model.spec, value)
+                                                : value / plain_scale(k));
     }
     per_internal_.resize(internal_.size());
 }
@@ -92,10 +131,18 @@ const FreeParameter* JointResiduals::owner(std::size_t parameter) const {
     return place < free.size() ? &free[place] : nullptr;
 }
 
+double JointResiduals::plain_scale(std::size_t parameter) const {
+    return is_error(parameter) ? 1.0 : start(parameter).release_time_bound;
+}
+
+bool JointResiduals::is_error(std::size_t parameter) const {
+    return start(parameter).is_error(layout_.owners[parameter].parameter);
+}
+
 double JointResiduals::value_of(std::size_t parameter, double internal) const {
     const FreeParameter* const free = owner(parameter);
     return free != nullptr ? from_internal(*free, start(parameter).spec, internal)
-                           : internal * start(parameter).release_time_bound;
+                           : internal * plain_scale(parameter);
 }
 
 double JointResiduals::value(std::size_t parameter) const {
@@ -117,13 +164,14 @@ run::CaseSpec JointResiduals::case_at(const double* internal) const {
 double JointResiduals::natural_per_internal(std::size_t parameter) const {
     const FreeParameter* const free = owner(parameter);
     return free != nullptr ? value_per_internal(*free, start(parameter).spec, value(parameter))
-                           : start(parameter).release_time_bound;
+                           : plain_scale(parameter);
 }
 
 std::pair<double, double> JointResiduals::bounds(std::size_t parameter) const {
     const FreeParameter* const free = owner(parameter);
     if (free == nullptr)
-        return {-1.0, 1.0};
+        return is_error(parameter) ? std::pair(-largest_error, largest_error)
+                                   : std::pair(-1.0, 1.0);
     const run::CaseSpec& spec = start(parameter).spec;
     return std::minmax(
         {to_internal(*free, spec, free->lower), to_internal(*free, spec, free->upper)});
@@ -161,9 +209,8 @@ bool JointResiduals::evaluate(std::size_t part, const ReadingResiduals::Place& p
     for (std::size_t k = 0; k < shares.size(); ++k)
         // Chain rule: reading by the part's own value, that by the joint one, that by Ceres's
         // number.
-        gradient[shares[k].place] = own.derivative(place, k) *
-                                    (shares[k].factor * per_internal_[shares[k].place]) *
-                                    place.inverse_noise;
+        gradient[shares[k].place] =
+            own.derivative(place, k) * (shares[k].factor * per_internal_[shares[k].place]);
     return true;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fit/model/prediction.hpp"
+#include "fit/model/reading_noise.hpp"
 #include "fit/solve/layout.hpp"
 #include "measure/folder/measurement.hpp"
 
@@ -42,7 +43,7 @@ class ReadingResiduals {
     /// Predicted − measured over the noise at the prepared point; false if the chain could not be
     /// computed there.
     [[nodiscard]] bool evaluate(const Place& place, double* residual) const;
-    /// Derivative of the predicted reading by a free parameter, m per unit; 0 where it is not seen.
+    /// Derivative of that by a free parameter, per unit; 0 where it is not seen.
     [[nodiscard]] double derivative(const Place& place, std::size_t parameter) const;
 
     [[nodiscard]] StemModel current_model() const; ///< with the prepared values
@@ -50,8 +51,13 @@ class ReadingResiduals {
     [[nodiscard]] const ChainPrediction& prediction() const;
 
   private:
+    void whiten();
+
     const StemModel& model_;
     run::Heartbeat heartbeat_;
+    std::optional<Whitening> whitening_; ///< empty: readings are independent
+    std::vector<double> white_residuals_; ///< (frames, rows)
+    std::vector<double> white_jacobian_;  ///< (parameters, frames, rows)
     std::vector<double> times_;
     std::vector<Place> places_;
     std::vector<double> values_;                ///< of prediction_
@@ -61,7 +67,7 @@ class ReadingResiduals {
 };
 
 /// Numbers that Ceres works on: joint parameters as FreeParameter transforms them, release times in
-/// units of their bounds.
+/// units of their bounds, error terms as they are.
 class JointResiduals : public ceres::EvaluationCallback {
   public:
     /// Both must outlive this; the parts are those of the models, in their order.
@@ -75,6 +81,8 @@ class JointResiduals : public ceres::EvaluationCallback {
     [[nodiscard]] double lower(std::size_t parameter) const; ///< bounds, internal
     [[nodiscard]] double upper(std::size_t parameter) const;
     [[nodiscard]] const std::vector<ReadingResiduals>& parts() const { return parts_; }
+    /// An error term, which has a constraint: its own value is one more residual.
+    [[nodiscard]] bool is_error(std::size_t parameter) const;
 
     /// The first recording's case at other internal parameters, within their bounds.
     [[nodiscard]] run::CaseSpec case_at(const double* internal) const;
@@ -88,8 +96,9 @@ class JointResiduals : public ceres::EvaluationCallback {
                                 double* residual, double* gradient) const;
 
   private:
-    /// The owner's parameter; null for a release time.
+    /// The owner's parameter; null for a release time and an error term.
     [[nodiscard]] const FreeParameter* owner(std::size_t parameter) const;
+    [[nodiscard]] double plain_scale(std::size_t parameter) const; ///< of those without an owner
     [[nodiscard]] const StemModel& start(std::size_t parameter) const;
     [[nodiscard]] double value(std::size_t parameter) const; ///< natural units
     [[nodiscard]] double value_of(std::size_t parameter, double internal) const;

@@ -51,6 +51,12 @@ NormalEquations normal_equations(const JointResiduals& residuals,
             sums.information.selfadjointView<Eigen::Lower>().rankUpdate(slope, weight);
             sums.gradient += weight * residual * slope;
         }
+    for (std::size_t k = 0; k < residuals.parameter_count(); ++k)
+        if (residuals.is_error(k)) {
+            const auto at = static_cast<Eigen::Index>(k);
+            sums.information(at, at) += 1.0;
+            sums.gradient(at) += residuals.internal()[k];
+        }
     sums.information = sums.information.selfadjointView<Eigen::Lower>();
     return sums;
 }
@@ -127,6 +133,27 @@ class ReadingCost : public ceres::CostFunction {
     const JointResiduals& residuals_;
     std::size_t part_;
     const ReadingResiduals::Place& place_;
+};
+
+/// The Gaussian constraint of an error term.
+class ConstraintCost : public ceres::CostFunction {
+  public:
+    ConstraintCost(std::size_t parameter, std::size_t count) : parameter_(parameter) {
+        set_num_residuals(1);
+        mutable_parameter_block_sizes()->push_back(static_cast<std::int32_t>(count));
+    }
+    bool Evaluate(const double* const* parameters, double* residuals,
+                  double** jacobians) const override {
+        residuals[0] = parameters[0][parameter_];
+        if (jacobians != nullptr && jacobians[0] != nullptr) {
+            std::fill_n(jacobians[0], parameter_block_sizes().front(), 0.0);
+            jacobians[0][parameter_] = 1.0;
+        }
+        return true;
+    }
+
+  private:
+    std::size_t parameter_;
 };
 
 /// Ends the solution where a step promised less than `improvement`, at the noise of the runs, where
@@ -240,6 +267,10 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
         for (const ReadingResiduals::Place& place : residuals.parts()[m].places())
             problem.AddResidualBlock(new ReadingCost(residuals, m, place),
                                      options_.is_robust ? &huber : nullptr, residuals.internal());
+    for (std::size_t k = 0; k < residuals.parameter_count(); ++k)
+        if (residuals.is_error(k))
+            problem.AddResidualBlock(new ConstraintCost(k, residuals.parameter_count()), nullptr,
+                                     residuals.internal());
     bound(layout_, is_held_, problem, residuals);
 
     const double improvement = purpose == Purpose::Final ? final_improvement : passing_improvement;

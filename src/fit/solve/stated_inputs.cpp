@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/model/stem_chain.hpp"
-#include "fit/solve/uncertainty_budget.hpp"
+#include "fit/solve/reading_errors.hpp"
 
 #include <functional>
 #include <optional>
@@ -162,6 +162,7 @@ void add_picture(const measure::Measurement& measurement, std::vector<StatedInpu
     };
     StatedInput scale = input("scale", "", 0.0, measurement.uncertainties.scale, default_scale);
     scale.scales_readings = true;
+    scale.is_of_rig = true;
     scale.access = {{{}, "scale", {}},
                     [top = stated.back()](const run::CaseSpec& spec) {
                         return spec.heights.back() / top - 1.0;
@@ -175,11 +176,13 @@ void add_picture(const measure::Measurement& measurement, std::vector<StatedInpu
         [top = stated.back()](const run::CaseSpec& spec) { return spec.heights.back() - top; },
         moved([](double height, double shift) { return height + shift; }),
         measurement.stem.length};
+    clamp.is_of_rig = true;
     inputs.push_back(std::move(scale));
     inputs.push_back(std::move(clamp));
     StatedInput rate =
         input("frame rate", "", 0.0, measurement.uncertainties.frames_per_second, 0.0);
     rate.scales_times = true;
+    rate.is_of_rig = true;
     inputs.push_back(std::move(rate));
 }
 

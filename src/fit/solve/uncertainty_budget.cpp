@@ -3,99 +3,35 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
+#include <utility>
 
 namespace culm::fit {
 namespace {
 
-/// Derivatives of the readings that were seen, over their noise.
-struct WeightedDerivatives {
-    Eigen::MatrixXd by_parameters; ///< (readings, parameters), of the prediction
-    Eigen::MatrixXd by_inputs;     ///< (readings, inputs), of measured − predicted
-    Eigen::VectorXd residuals;     ///< (readings), measured − predicted
-};
-
-/// The fitted model with the inputs as its parameters, so that one run gives all derivatives.
-ChainPrediction by_inputs(const RecordingFit& fit, const std::vector<StatedInput>& inputs,
-                          const run::Heartbeat& heartbeat) {
-    StemModel model = fit.model;
-    model.parameters.clear();
-    for (const StatedInput& input : inputs)
-        if (!input.scales_times)
-            model.parameters.push_back({input.access, input.unit});
-    return predict_readings(model, fit.times, heartbeat);
+/// What the term of the fit stands for: a stated input, or a number of the model's own.
+StatedInput input_of(const measure::ReadingErrors::Term& term, std::vector<StatedInput>& inputs,
+                     std::size_t k) {
+    if (k < inputs.size())
+        return std::move(inputs[k]);
+    StatedInput own;
+    own.name = term.name;
+    own.unit = "1";
+    own.standard_uncertainty = 1.0;
+    return own;
 }
 
-double finite(double derivative) {
-    return std::isfinite(derivative) ? derivative : 0.0;
-}
-
-WeightedDerivatives weighted_derivatives(const RecordingFit& fit,
-                                         const std::vector<StatedInput>& inputs,
-                                         const run::Heartbeat& heartbeat) {
-    const ChainPrediction changed = by_inputs(fit, inputs, heartbeat);
-    const std::size_t parameters = fit.prediction.parameters;
-    const auto seen = static_cast<Eigen::Index>(
-        std::ranges::count_if(fit.residuals, [](double each) { return !std::isnan(each); }));
-    WeightedDerivatives out{Eigen::MatrixXd(seen, static_cast<Eigen::Index>(parameters)),
-                            Eigen::MatrixXd(seen, static_cast<Eigen::Index>(inputs.size())),
-                            Eigen::VectorXd(seen)};
-    Eigen::Index row = 0;
-    for (std::size_t place = 0; place < fit.residuals.size(); ++place) {
-        if (std::isnan(fit.residuals[place]))
-            continue;
-        const double weight = 1.0 / fit.noise[place % fit.prediction.rows];
-        const double* const jacobian = fit.prediction.jacobian.data() + place * parameters;
-        for (std::size_t k = 0; k < parameters; ++k)
-            out.by_parameters(row, static_cast<Eigen::Index>(k)) = weight * finite(jacobian[k]);
-        const double* next = changed.jacobian.data() + place * changed.parameters;
-        for (std::size_t k = 0; k < inputs.size(); ++k) {
-            double derivative = 0.0;
-            if (inputs[k].scales_times) {
-                // With a rate that is larger by the share c the reading was taken at t/(1 + c), and
-                // the prediction there is smaller by c t dy/dt. The last derivative is −dy/dt.
-                const double time = fit.times[place / fit.prediction.rows];
-                derivative = fit.model.release_time_bound > 0.0
-                                 ? -time * finite(jacobian[parameters - 1])
-                                 : 0.0;
-            } else {
-                derivative = -finite(*next++);
-                if (inputs[k].scales_readings)
-                    derivative += fit.prediction.readings[place];
-            }
-            out.by_inputs(row, static_cast<Eigen::Index>(k)) = weight * derivative;
-        }
-        out.residuals(row++) = weight * fit.residuals[place];
-    }
-    return out;
-}
-
-/// Pulls, and what statement and readings together leave uncertain. The parameters follow the
-/// inputs: only what they cannot take up of an input's derivative tells of it.
-void add_pulls(const WeightedDerivatives& of, const Eigen::MatrixXd& sensitivities,
-               double misfit_factor, UncertaintyBudget& budget) {
-    const Eigen::MatrixXd standing_out = of.by_inputs - of.by_parameters * sensitivities;
-    // A misfit that is not noise must not count as knowledge: readings weigh less by the reduced
-    // χ².
-    Eigen::MatrixXd information = standing_out.transpose() * standing_out / misfit_factor;
-    const Eigen::VectorXd slope = standing_out.transpose() * of.residuals / misfit_factor;
-    // In units of u the statement's own information is 1.
-    Eigen::VectorXd u(static_cast<Eigen::Index>(budget.inputs.size()));
-    for (Eigen::Index k = 0; k < u.size(); ++k)
-        u(k) = budget.inputs[static_cast<std::size_t>(k)].input.standard_uncertainty;
-    information = u.asDiagonal() * information * u.asDiagonal();
-    information.diagonal().array() += 1.0;
-    const Eigen::LLT<Eigen::MatrixXd> solver(information);
-    const Eigen::VectorXd pulls = -solver.solve(u.cwiseProduct(slope));
-    const Eigen::MatrixXd covariance = solver.solve(Eigen::MatrixXd::Identity(u.size(), u.size()));
-    for (Eigen::Index k = 0; k < u.size(); ++k) {
-        BudgetInput& input = budget.inputs[static_cast<std::size_t>(k)];
-        input.pull = pulls(k);
-        input.uncertainty_with_readings = u(k) * std::sqrt(covariance(k, k));
-    }
+/// Of ln Y or ln β in case_beside_errors().
+double relative_uncertainty(const RecordingFit& fit, const physics::ParameterId& id,
+                            double measure::ReadingErrors::Term::*change) {
+    Eigen::VectorXd gradient =
+        Eigen::VectorXd::Zero(static_cast<Eigen::Index>(fit.model.free_count()));
+    for (std::size_t p = 0; p < fit.model.parameters.size(); ++p)
+        if (fit.model.parameters[p].access.id == id)
+            gradient(static_cast<Eigen::Index>(p)) = 1.0 / fit.model.value(p);
+    for (std::size_t k = 0; k < fit.model.error_values.size(); ++k)
+        gradient(static_cast<Eigen::Index>(fit.model.first_error() + k)) =
+            fit.model.errors->terms[k].*change;
+    return std::sqrt(std::max(0.0, gradient.dot(fit.covariance * gradient)));
 }
 
 } // namespace
@@ -113,30 +49,36 @@ double UncertaintyBudget::share_of_readings(std::size_t parameter) const {
 }
 
 UncertaintyBudget uncertainty_budget(const RecordingFit& fit,
-                                     const measure::Measurement& measurement,
-                                     const run::Heartbeat& heartbeat) {
-    const std::vector<StatedInput> inputs = stated_inputs(measurement);
-    const WeightedDerivatives of = weighted_derivatives(fit, inputs, heartbeat);
-    // The fit's covariance is (JᵀWJ)⁻¹ times this factor (RecordingFit). What the readings do not
-    // tell does not follow an input.
-    const double factor = std::max(1.0, fit.reduced_chi_squared);
-    const Eigen::MatrixXd covariance = fit.covariance.unaryExpr(&finite);
-    // Minimise |r + R dx − J dθ|²: dθ/dx = (JᵀJ)⁻¹ JᵀR.
-    const Eigen::MatrixXd sensitivities =
-        covariance / factor * (of.by_parameters.transpose() * of.by_inputs);
+                                     const measure::Measurement& measurement) {
     UncertaintyBudget budget;
-    for (std::size_t k = 0; k < inputs.size(); ++k) {
-        const Eigen::VectorXd column = sensitivities.col(static_cast<Eigen::Index>(k));
-        budget.inputs.push_back({inputs[k], {column.begin(), column.end()}});
+    const std::size_t first = fit.model.first_error();
+    for (std::size_t p = 0; p < first; ++p) {
+        budget.combined.push_back(fit.parameters[p].standard_error);
+        budget.from_readings.push_back(std::pow(fit.parameters[p].standard_error, 2));
     }
-    add_pulls(of, sensitivities, factor, budget);
-    for (std::size_t p = 0; p < fit.parameters.size(); ++p) {
-        budget.from_readings.push_back(fit.parameters[p].standard_error);
-        double variance = std::pow(budget.from_readings.back(), 2);
-        for (const BudgetInput& line : budget.inputs)
-            variance += std::pow(line.sensitivities[p] * line.input.standard_uncertainty, 2);
-        budget.combined.push_back(std::sqrt(variance));
+    std::vector<StatedInput> inputs = stated_inputs(measurement);
+    for (std::size_t k = 0; k < fit.model.error_values.size(); ++k) {
+        BudgetInput& line = budget.inputs.emplace_back();
+        line.input = input_of(fit.model.errors->terms[k], inputs, k);
+        const FittedParameter& error = fit.parameters[first + k];
+        line.pull = error.value;
+        line.uncertainty_with_readings = error.standard_error * line.input.standard_uncertainty;
+        for (std::size_t p = 0; p < first; ++p) {
+            // The constraint on the term e is (e − e₀)² with e₀ = 0 as stated. The fit minimises
+            // |r − J θ − D e|² + (e − e₀)², so dθ̂/de₀ is the covariance of θ̂ and ê.
+            const double change = fit.covariance(static_cast<Eigen::Index>(p),
+                                                 static_cast<Eigen::Index>(first + k));
+            const double part = std::isfinite(change) ? change : 0.0;
+            line.sensitivities.push_back(part / line.input.standard_uncertainty);
+            budget.from_readings[p] -= part * part;
+        }
     }
+    for (double& variance : budget.from_readings)
+        variance = std::sqrt(std::max(variance, 0.0));
+    using Term = measure::ReadingErrors::Term;
+    budget.chain_modulus =
+        relative_uncertainty(fit, physics::bond_youngs_modulus, &Term::log_modulus);
+    budget.chain_damping = relative_uncertainty(fit, physics::bond_damping, &Term::log_damping);
     return budget;
 }
 

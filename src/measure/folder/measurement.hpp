@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -95,6 +96,33 @@ struct StatedUncertainties {
 /// Heights of one measurement. Far beyond what a camera resolves: a bound for damaged files.
 inline constexpr std::size_t most_heights = 10000;
 
+/// How the noise of the readings hangs together. Over the noise of their rows, and turned by
+/// `rotation`, readings are independent series, each white noise and a first-order autoregression.
+struct NoiseModel {
+    struct Series {
+        double variance = 1.0;         ///< over the rows' noise
+        double correlated_share = 0.0; ///< of the variance, that the autoregression has
+        double correlation = 0.0;      ///< of the autoregression, from frame to frame
+    };
+    std::vector<double> rotation; ///< (series, rows) row-major, orthonormal; empty: none
+    std::vector<Series> series;   ///< (rows)
+    double degrees_of_freedom = 0.0; ///< behind the noise's size; 0: it counts as exact
+};
+
+/// What the readings may be off by beside their noise, as far as a model of the stem tells it
+/// (fit/solve/reading_errors.hpp): linear in numbers of mean 0 and standard deviation 1.
+struct ReadingErrors {
+    struct Term {
+        std::string name; ///< "length of S07"; terms of the same name are one number
+        std::vector<double> readings; ///< (times, heights), m; empty: none
+        double log_modulus = 0.0;     ///< change of ln Y of the chain, whose phases follow it
+        double log_damping = 0.0;     ///< likewise of ln β
+    };
+    std::vector<double> times; ///< s, of the readings
+    Term known;                ///< what is known of them; without a name
+    std::vector<Term> terms;
+};
+
 /// A measurement folder in memory; SI units, heights ascending.
 struct Measurement {
     MeasuredStem stem;
@@ -115,6 +143,9 @@ struct Measurement {
     std::vector<double> times;       ///< s, strictly ascending; 0 is the release
     std::vector<double> heights;     ///< above the clamp, m, strictly ascending
     std::vector<double> deflections; ///< (times, heights) row-major, m; NaN where nothing was seen
+
+    std::shared_ptr<const NoiseModel> noise_model; ///< null: independent; not written to files
+    std::shared_ptr<const ReadingErrors> errors;   ///< null: not known; not written to files
 
     /// What the reader thinks a person should know, one sentence each; not written to files.
     std::vector<std::string> remarks;

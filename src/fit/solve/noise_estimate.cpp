@@ -1,0 +1,469 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/solve/reading_errors.hpp"
+#include "fit/solve/residual_statistics.hpp"
+#include "run/modes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <boost/math/special_functions/gamma.hpp>
+#include <fmt/core.h>
+#include <unsupported/Eigen/FFT>
+
+namespace culm::fit {
+namespace {
+
+constexpr std::size_t fewest_frames = 64;
+constexpr std::size_t fewest_bins = 20;
+/// Of a property of the noise that is taken for there: noise without it shows so much in one
+/// recording of a thousand.
+constexpr double level = 1e-3;
+
+/// A frequency at which the motion, or what a model lacks of it, may have power.
+struct Line {
+    double frequency = 0.0;  ///< Hz
+    double decay_rate = 0.0; ///< 1/s, positive
+    int degree = 0;          ///< of the polynomial in time on top of the decay
+};
+
+/// Modes, harmonics of the first and what drifts; those that matter most first.
+std::vector<Line> lines_of(const RecordingFit& fit, double half_rate) {
+    std::vector<Line> lines;
+    const auto modes = run::chain_modes(case_beside_errors(fit.model), 3);
+    if (modes.empty())
+        return lines;
+    const double first = modes.front().frequency;
+    const double decay = std::max(-modes.front().decay_rate, 0.0);
+    lines.push_back({first, decay, 6});
+    lines.push_back({0.0, 0.0, 4});
+    for (std::size_t k = 1; k < modes.size(); ++k)
+        lines.push_back({modes[k].frequency, std::max(-modes[k].decay_rate, 0.0), 3});
+    for (const double harmonic : {3.0, 2.0, 5.0, 4.0})
+        lines.push_back({harmonic * first, decay, 3});
+    std::erase_if(lines, [&](const Line& line) { return line.frequency >= half_rate; });
+    return lines;
+}
+
+/// Residuals over the noise without what lies at the lines: the most flexible fit, whose rest is
+/// noise whatever the model lacks.
+class FlexibleRest {
+  public:
+    FlexibleRest(const RecordingFit& fit, std::size_t first) : fit_(fit), first_(first) {
+        const auto frames = static_cast<Eigen::Index>(fit.times.size() - first);
+        duration_ = fit.times.back() - fit.times[first];
+        rate_ = static_cast<double>(frames - 1) / duration_;
+        std::vector<Eigen::VectorXd> columns;
+        for (const Line& line : lines_of(fit, 0.5 * rate_)) {
+            // A quarter of the frames at most: what is left has to tell the noise.
+            const auto more = static_cast<std::size_t>(2 * (line.degree + 1));
+            if (columns.size() + more > static_cast<std::size_t>(frames) / 4)
+                break;
+            add_columns(line, columns);
+            lines_.push_back(line);
+        }
+        Eigen::MatrixXd basis(frames, static_cast<Eigen::Index>(columns.size()));
+        for (std::size_t k = 0; k < columns.size(); ++k)
+            basis.col(static_cast<Eigen::Index>(k)) = columns[k].normalized();
+        Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(basis);
+        solver.setThreshold(1e-6);
+        basis_ = solver.householderQ() * Eigen::MatrixXd::Identity(frames, solver.rank());
+    }
+
+    /// (frames from the first on, rows); 0 where nothing was seen.
+    [[nodiscard]] Eigen::MatrixXd rest() const {
+        const std::size_t rows = fit_.prediction.rows;
+        Eigen::MatrixXd out(basis_.rows(), static_cast<Eigen::Index>(rows));
+        constexpr int most_passes = 4;
+        for (std::size_t j = 0; j < rows; ++j) {
+            Eigen::VectorXd values = Eigen::VectorXd::Zero(basis_.rows());
+            std::vector<Eigen::Index> missing;
+            for (Eigen::Index i = 0; i < values.size(); ++i) {
+                const double residual =
+                    fit_.residuals[(first_ + static_cast<std::size_t>(i)) * rows + j];
+                if (std::isnan(residual))
+                    missing.push_back(i);
+                else
+                    values(i) = residual / fit_.noise[j];
+            }
+            Eigen::VectorXd smooth = basis_ * (basis_.transpose() * values);
+            // What is missing takes the smooth value until that settles (Dempster et al. 1977).
+            for (int pass = 0; pass < most_passes && !missing.empty(); ++pass) {
+                for (const Eigen::Index i : missing)
+                    values(i) = smooth(i);
+                smooth = basis_ * (basis_.transpose() * values);
+            }
+            out.col(static_cast<Eigen::Index>(j)) = values - smooth;
+            for (const Eigen::Index i : missing)
+                out(i, static_cast<Eigen::Index>(j)) = 0.0;
+        }
+        return out;
+    }
+
+    /// Share of the frames that the lines leave free.
+    [[nodiscard]] double free_share() const {
+        return 1.0 - static_cast<double>(basis_.cols()) / static_cast<double>(basis_.rows());
+    }
+
+    /// Fourier frequencies, cycles a frame times the number of frames, that no line covers.
+    [[nodiscard]] std::vector<Eigen::Index> free_bins() const {
+        std::vector<Eigen::Index> bins;
+        for (Eigen::Index k = 1; k < basis_.rows() / 2; ++k) {
+            const double frequency = static_cast<double>(k) / duration_;
+            const bool is_free = std::ranges::none_of(lines_, [&](const Line& line) {
+                const double half_width =
+                    (line.degree + 2.0) / (2.0 * duration_) + line.decay_rate / std::numbers::pi;
+                return std::abs(frequency - line.frequency) < half_width;
+            });
+            if (is_free)
+                bins.push_back(k);
+        }
+        return bins;
+    }
+
+  private:
+    void add_columns(const Line& line, std::vector<Eigen::VectorXd>& columns) const {
+        const auto frames = static_cast<Eigen::Index>(fit_.times.size() - first_);
+        for (int power = 0; power <= line.degree; ++power) {
+            Eigen::VectorXd cosine(frames);
+            Eigen::VectorXd sine(frames);
+            for (Eigen::Index i = 0; i < frames; ++i) {
+                const double time =
+                    fit_.times[first_ + static_cast<std::size_t>(i)] - fit_.times[first_];
+                const double place = 2.0 * time / duration_ - 1.0;
+                // Chebyshev's polynomials: powers would hardly be independent.
+                const double size = std::exp(-line.decay_rate * time) *
+                                    std::cos(power * std::acos(std::clamp(place, -1.0, 1.0)));
+                const double phase = 2.0 * std::numbers::pi * line.frequency * time;
+                cosine(i) = size * std::cos(phase);
+                sine(i) = size * std::sin(phase);
+            }
+            columns.push_back(cosine);
+            if (line.frequency > 0.0)
+                columns.push_back(sine);
+        }
+    }
+
+    const RecordingFit& fit_;
+    std::size_t first_;
+    double duration_ = 0.0;
+    double rate_ = 0.0;
+    std::vector<Line> lines_;
+    Eigen::MatrixXd basis_; ///< (frames, columns), orthonormal
+};
+
+/// Student's t of noise over its scale.
+struct Tails {
+    double degrees = std::numeric_limits<double>::infinity();
+    double scale = 1.0; ///< over the noise
+    bool is_heavy = false;
+};
+
+/// By maximum likelihood, against a Gaussian of the same kind.
+Tails tails_of(const std::vector<double>& values) {
+    const auto count = static_cast<double>(values.size());
+    double squares = 0.0;
+    for (const double value : values)
+        squares += value * value;
+    const double gaussian_scale = std::sqrt(squares / count);
+    const double gaussian =
+        -count * (std::log(gaussian_scale) + 0.5 + 0.5 * std::log(2.0 * std::numbers::pi));
+    Tails best{std::numeric_limits<double>::infinity(), gaussian_scale};
+    double best_likelihood = gaussian;
+    for (const double degrees : {2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 12.0, 20.0}) {
+        double variance = squares / count;
+        constexpr int passes = 30; // of the EM algorithm for the scale (Lange et al. 1989)
+        for (int pass = 0; pass < passes; ++pass) {
+            double sum = 0.0;
+            for (const double value : values)
+                sum += (degrees + 1.0) * value * value / (degrees + value * value / variance);
+            variance = sum / count;
+        }
+        double likelihood =
+            count * (std::lgamma(0.5 * (degrees + 1.0)) - std::lgamma(0.5 * degrees) -
+                     0.5 * std::log(degrees * std::numbers::pi * variance));
+        for (const double value : values)
+            likelihood -= 0.5 * (degrees + 1.0) * std::log1p(value * value / (degrees * variance));
+        if (likelihood > best_likelihood) {
+            best = {degrees, std::sqrt(variance)};
+            best_likelihood = likelihood;
+        }
+    }
+    best.is_heavy = boost::math::gamma_q(0.5, best_likelihood - gaussian) < level;
+    return best;
+}
+
+/// Of white noise and a first-order autoregression together, (bins): power over the variance.
+Eigen::ArrayXd spectrum_of(const measure::NoiseModel::Series& series,
+                           const std::vector<Eigen::Index>& bins, Eigen::Index frames) {
+    Eigen::ArrayXd out(static_cast<Eigen::Index>(bins.size()));
+    const double rho = series.correlation;
+    for (std::size_t k = 0; k < bins.size(); ++k) {
+        const double turn =
+            2.0 * std::numbers::pi * static_cast<double>(bins[k]) / static_cast<double>(frames);
+        out(static_cast<Eigen::Index>(k)) =
+            1.0 - series.correlated_share +
+            series.correlated_share * (1.0 - rho * rho) /
+                (1.0 - 2.0 * rho * std::cos(turn) + rho * rho);
+    }
+    return out;
+}
+
+/// Whittle's (1953) likelihood of mean periodograms, each the mean of `copies` independent ones,
+/// at its best variance, which it sets.
+double whittle(const Eigen::ArrayXd& power, double copies, const Eigen::ArrayXd& shape,
+               double& variance) {
+    // A line that nobody expected stands far above its neighbours: it is no noise, and left out.
+    const double most = 1.0 + 8.0 / std::sqrt(copies) + 4.0 / copies;
+    Eigen::ArrayXd ratio = power / shape;
+    variance = ratio.mean();
+    for (int pass = 0; pass < 4; ++pass) {
+        const Eigen::Array<bool, Eigen::Dynamic, 1> is_noise = ratio < most * variance;
+        variance = is_noise.select(ratio, 0.0).sum() /
+                   std::max(1.0, static_cast<double>(is_noise.count()));
+    }
+    ratio = ratio.min(most * variance);
+    return -copies * (shape.log() + std::log(variance) + ratio / variance).sum();
+}
+
+/// The series that explains the power best; white unless correlation is significant.
+measure::NoiseModel::Series series_of(const Eigen::ArrayXd& power, double copies,
+                                      const std::vector<Eigen::Index>& bins, Eigen::Index frames) {
+    measure::NoiseModel::Series best;
+    const double white = whittle(power, copies, Eigen::ArrayXd::Ones(power.size()), best.variance);
+    double likelihood = white;
+    measure::NoiseModel::Series trial;
+    for (const double correlation :
+         {0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99})
+        for (const double share : {1.0, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1}) {
+            trial.correlation = correlation;
+            trial.correlated_share = share;
+            const double found =
+                whittle(power, copies, spectrum_of(trial, bins, frames), trial.variance);
+            if (found > likelihood) {
+                best = trial;
+                likelihood = found;
+            }
+        }
+    // Two numbers more: χ² of two degrees of freedom has the tail e^(−x/2).
+    if (!(std::exp(-(likelihood - white)) < level))
+        static_cast<void>(
+            whittle(power, copies, Eigen::ArrayXd::Ones(power.size()), (best = {}).variance));
+    return best;
+}
+
+/// Fourier coefficients over √n at the bins, (bins, rows).
+Eigen::MatrixXcd coefficients(const Eigen::MatrixXd& rest, const std::vector<Eigen::Index>& bins) {
+    Eigen::FFT<double> transform;
+    Eigen::MatrixXcd out(static_cast<Eigen::Index>(bins.size()), rest.cols());
+    for (Eigen::Index j = 0; j < rest.cols(); ++j) {
+        const std::vector<double> values(rest.col(j).begin(), rest.col(j).end());
+        std::vector<std::complex<double>> found;
+        transform.fwd(found, values);
+        for (std::size_t k = 0; k < bins.size(); ++k)
+            out(static_cast<Eigen::Index>(k), j) = found[static_cast<std::size_t>(bins[k])] /
+                                                   std::sqrt(static_cast<double>(rest.rows()));
+    }
+    return out;
+}
+
+/// Do the rows err together? n r² of the real part of n complex coefficients has half the variance
+/// of that of as many real numbers.
+bool are_alike(const Eigen::MatrixXd& covariance, double bins) {
+    double sum = 0.0;
+    double pairs = 0.0;
+    for (Eigen::Index a = 0; a < covariance.rows(); ++a)
+        for (Eigen::Index b = a + 1; b < covariance.rows(); ++b) {
+            sum += 2.0 * bins * covariance(a, b) * covariance(a, b) /
+                   (covariance(a, a) * covariance(b, b));
+            pairs += 1.0;
+        }
+    return pairs > 0.0 && boost::math::gamma_q(0.5 * pairs, 0.5 * sum) < level;
+}
+
+class NoiseEstimate {
+  public:
+    NoiseEstimate(const RecordingFit& fit, measure::Measurement& measurement)
+        : fit_(fit), measurement_(measurement) {}
+
+    void run() {
+        const auto released = std::ranges::find_if(fit_.times, [](double t) { return t >= 0.0; });
+        first_ = static_cast<std::size_t>(released - fit_.times.begin());
+        if (fit_.times.size() - first_ < fewest_frames)
+            return;
+        const FlexibleRest flexible(fit_, first_);
+        rest_ = flexible.rest();
+        bins_ = flexible.free_bins();
+        if (bins_.size() < fewest_bins)
+            return;
+        draw_in_outliers(flexible.free_share());
+        estimate_correlation();
+        write();
+    }
+
+  private:
+    [[nodiscard]] bool is_seen(Eigen::Index frame, Eigen::Index row) const {
+        return !std::isnan(fit_.residuals[place(frame, row)]);
+    }
+    [[nodiscard]] std::size_t place(Eigen::Index frame, Eigen::Index row) const {
+        return (first_ + static_cast<std::size_t>(frame)) * fit_.prediction.rows +
+               static_cast<std::size_t>(row);
+    }
+
+    /// Readings with heavy tails become those with the score of Student's t: an error of z scales
+    /// counts as z √((ν + 1)/(ν + z²)), whose mean square is 1. Least squares on them are those of
+    /// iterated reweighting.
+    void draw_in_outliers(double free_share) {
+        std::vector<double> values;
+        for (Eigen::Index j = 0; j < rest_.cols(); ++j)
+            for (Eigen::Index i = 0; i < rest_.rows(); ++i)
+                if (is_seen(i, j))
+                    values.push_back(rest_(i, j) / std::sqrt(free_share));
+        tails_ = tails_of(values);
+        if (!tails_.is_heavy)
+            return;
+        for (Eigen::Index j = 0; j < rest_.cols(); ++j)
+            for (Eigen::Index i = 0; i < rest_.rows(); ++i) {
+                const double z = rest_(i, j) / tails_.scale;
+                const double drawn = rest_(i, j) * std::sqrt((tails_.degrees + 1.0) /
+                                                             (tails_.degrees + z * z));
+                if (is_seen(i, j))
+                    measurement_.deflections[place(i, j)] +=
+                        (drawn - rest_(i, j)) * fit_.noise[static_cast<std::size_t>(j)];
+                rest_(i, j) = drawn;
+            }
+    }
+
+    void estimate_correlation() {
+        const Eigen::MatrixXcd found = coefficients(rest_, bins_);
+        const auto rows = static_cast<double>(rest_.cols());
+        const auto bins = static_cast<double>(bins_.size());
+        // Where no line is, the power is low of noise that is slow: of it the series tell the rest.
+        power_ = found.cwiseAbs2().colwise().mean().transpose();
+        const double mean = power_.mean();
+        const double spread = bins * (power_ / mean - 1.0).square().sum();
+        if (rows < 2.0 || boost::math::gamma_q(0.5 * (rows - 1.0), 0.5 * spread) > level)
+            power_.setConstant(mean); // the rows differ by chance
+        const Eigen::MatrixXcd even =
+            found * power_.sqrt().inverse().matrix().cast<std::complex<double>>().asDiagonal();
+        const measure::NoiseModel::Series all =
+            series_of(even.cwiseAbs2().rowwise().mean(), rows, bins_, rest_.rows());
+        const Eigen::MatrixXcd flat =
+            spectrum_of(all, bins_, rest_.rows())
+                .sqrt()
+                .inverse()
+                .matrix()
+                .cast<std::complex<double>>()
+                .asDiagonal() *
+            even;
+        const Eigen::MatrixXd covariance = (flat.adjoint() * flat).real() / bins;
+        if (are_alike(covariance, bins))
+            turn(even, covariance);
+        else
+            model_.series.assign(static_cast<std::size_t>(rest_.cols()), all);
+        is_correlated_ =
+            !model_.rotation.empty() || model_.series.front().correlated_share > 0.0;
+    }
+
+    /// Series of their own along the eigenvectors of the rows' covariance.
+    void turn(const Eigen::MatrixXcd& even, const Eigen::MatrixXd& covariance) {
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
+        const Eigen::Index rows = covariance.rows();
+        const auto bins = static_cast<double>(bins_.size());
+        // Eigenvalues of noise that is alike in all directions scatter up to this (Marchenko and
+        // Pastur 1967); those above stand for themselves, the others are one.
+        const double edge = std::pow(1.0 + std::sqrt(static_cast<double>(rows) / (2.0 * bins)), 2);
+        Eigen::Index own = 0;
+        double others = solver.eigenvalues().sum();
+        while (own < rows - 1 && solver.eigenvalues()(rows - 1 - own) >
+                                     edge * others / static_cast<double>(rows - own)) {
+            others -= solver.eigenvalues()(rows - 1 - own);
+            ++own;
+        }
+        const Eigen::MatrixXcd turned = even * solver.eigenvectors().cast<std::complex<double>>();
+        const Eigen::Index rest = rows - own;
+        const measure::NoiseModel::Series common =
+            series_of(turned.leftCols(rest).cwiseAbs2().rowwise().mean(),
+                      static_cast<double>(rest), bins_, rest_.rows());
+        model_.series.assign(static_cast<std::size_t>(rows), common);
+        for (Eigen::Index s = rest; s < rows; ++s)
+            model_.series[static_cast<std::size_t>(s)] =
+                series_of(turned.col(s).cwiseAbs2(), 1.0, bins_, rest_.rows());
+        for (Eigen::Index s = 0; s < rows; ++s)
+            for (Eigen::Index j = 0; j < rows; ++j)
+                model_.rotation.push_back(solver.eigenvectors()(j, s));
+    }
+
+    /// The size that is stated counts, unless the readings scatter by more where nothing moves, or
+    /// by something else than independent Gaussian noise.
+    [[nodiscard]] bool is_as_stated(double degrees) const {
+        const double ratio = power_.mean() * model_.series.front().variance;
+        return !tails_.is_heavy && !is_correlated_ &&
+               !(boost::math::gamma_q(0.5 * degrees, 0.5 * degrees * ratio) < level);
+    }
+
+    void write() {
+        const double degrees =
+            2.0 * static_cast<double>(rest_.cols()) * static_cast<double>(bins_.size());
+        if (is_as_stated(degrees))
+            return;
+        measurement_.noise_source = source();
+        if (fit_.is_noise_known) { // else only the residuals tell its size
+            measurement_.noise_by_height = fit_.noise;
+            for (std::size_t j = 0; j < fit_.noise.size(); ++j)
+                measurement_.noise_by_height[j] *=
+                    std::sqrt(power_(static_cast<Eigen::Index>(j)));
+        }
+        model_.degrees_of_freedom = degrees;
+        measurement_.noise_model = std::make_shared<const measure::NoiseModel>(std::move(model_));
+    }
+
+    [[nodiscard]] std::string source() const {
+        double variance = 0.0;
+        double correlation = 0.0;
+        for (const measure::NoiseModel::Series& each : model_.series) {
+            variance += each.variance / static_cast<double>(model_.series.size());
+            correlation = std::max(correlation, each.correlated_share * each.correlation);
+        }
+        std::string text = fmt::format("{}; in motion {:.4g} mm", fit_.noise_source,
+                                       1e3 * typical_noise(fit_) *
+                                           std::sqrt(variance * power_.mean()));
+        if (tails_.is_heavy)
+            text += fmt::format(", with outliers (Student's t of {:g} degrees of freedom)",
+                                tails_.degrees);
+        if (correlation > 0.0)
+            text += fmt::format(", correlated by {:.2f} from frame to frame", correlation);
+        if (!model_.rotation.empty())
+            text += ", in part common to the rows";
+        return text;
+    }
+
+    const RecordingFit& fit_;
+    measure::Measurement& measurement_;
+    std::size_t first_ = 0;
+    Eigen::MatrixXd rest_; ///< (frames, rows), over the noise
+    std::vector<Eigen::Index> bins_;
+    Tails tails_;
+    measure::NoiseModel model_;
+    Eigen::ArrayXd power_; ///< (rows), over the noise's, where no line is
+    bool is_correlated_ = false;
+};
+
+} // namespace
+
+measure::Measurement with_noise_in_motion(const RecordingFit& fit,
+                                          const measure::Measurement& measurement) {
+    measure::Measurement out = measurement;
+    NoiseEstimate(fit, out).run();
+    return out;
+}
+
+} // namespace culm::fit

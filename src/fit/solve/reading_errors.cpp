@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/solve/reading_errors.hpp"
+
+#include "core/error.hpp"
+#include "fit/start/starts.hpp"
+#include "run/modes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include <Eigen/Core>
+#include <fmt/core.h>
+
+namespace culm::fit {
+namespace {
+
+using measure::ReadingErrors;
+
+double finite(double derivative) {
+    return std::isfinite(derivative) ? derivative : 0.0;
+}
+
+/// Recordings whose inputs have one name share the number behind it.
+std::string term_name(const StatedInput& input, const measure::Measurement& measurement) {
+    if (input.is_of_rig)
+        return fmt::format("{} of {}", input.name,
+                           measurement.rig.empty() ? measurement.stem.id
+                                                   : "rig " + measurement.rig);
+    // A specimen that is clamped anew has another length, which was measured anew.
+    return fmt::format("{} {:.6g} of {}", input.name, input.value,
+                       measurement.specimen.empty() ? measurement.stem.id : measurement.specimen);
+}
+
+/// Derivatives of the predicted readings at all times of a recording, for one standard uncertainty.
+class InputErrors {
+  public:
+    InputErrors(const RecordingFit& fit, const measure::Measurement& measurement,
+                const std::vector<StatedInput>& inputs, const run::Heartbeat& heartbeat)
+        : fit_(fit), measurement_(measurement), inputs_(inputs) {
+        StemModel model = fit.model;
+        model.errors.reset();
+        model.error_values.clear();
+        std::vector<FreeParameter> parameters;
+        for (const FreeParameter& parameter : model.parameters)
+            if (is_of_material(parameter.access.id))
+                parameters.push_back(parameter);
+        material_ = parameters.size();
+        for (const StatedInput& input : inputs)
+            if (!input.scales_times)
+                parameters.push_back({input.access, input.unit});
+        model.parameters = std::move(parameters);
+        changed_ = predict_readings(model, measurement.times, heartbeat);
+    }
+
+    /// (inputs)
+    [[nodiscard]] std::vector<ReadingErrors::Term> terms() const {
+        const Eigen::MatrixXd follow = compensation();
+        std::vector<ReadingErrors::Term> terms;
+        std::size_t column = material_;
+        for (std::size_t k = 0; k < inputs_.size(); ++k) {
+            ReadingErrors::Term& term = terms.emplace_back();
+            term.name = term_name(inputs_[k], measurement_);
+            std::vector<double> taken(material_);
+            for (std::size_t p = 0, place = 0; p < fit_.model.parameters.size(); ++p) {
+                const physics::ParameterId& id = fit_.model.parameters[p].access.id;
+                if (!is_of_material(id))
+                    continue;
+                const double change =
+                    follow(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k));
+                taken[place++] = change;
+                (id == physics::bond_damping ? term.log_damping : term.log_modulus) =
+                    change / fit_.model.value(p);
+            }
+            for (std::size_t at = 0; at < changed_.readings.size(); ++at) {
+                double rest = derivative(at, k, column);
+                for (std::size_t place = 0; place < material_; ++place)
+                    rest -= taken[place] *
+                            finite(changed_.jacobian[at * changed_.parameters + place]);
+                term.readings.push_back(rest);
+            }
+            column += inputs_[k].scales_times ? 0 : 1;
+        }
+        return terms;
+    }
+
+  private:
+    [[nodiscard]] static bool is_of_material(const physics::ParameterId& id) {
+        return id == physics::bond_youngs_modulus || id == physics::bond_damping;
+    }
+
+    /// Of predicted − measured by input `k`, whose column is `column` if it has one, times its u.
+    [[nodiscard]] double derivative(std::size_t at, std::size_t k, std::size_t column) const {
+        const StatedInput& input = inputs_[k];
+        if (input.scales_times) {
+            // With a rate that is larger by the share c the reading was taken at t/(1 + c), and the
+            // prediction there is smaller by c t dy/dt. The last derivative is −dy/dt.
+            const double time = measurement_.times[at / changed_.rows];
+            const double by_release =
+                fit_.model.release_time_bound > 0.0
+                    ? finite(changed_.jacobian[(at + 1) * changed_.parameters - 1])
+                    : 0.0;
+            return time * by_release * input.standard_uncertainty;
+        }
+        double change = finite(changed_.jacobian[at * changed_.parameters + column]);
+        if (input.scales_readings)
+            change -= finite(changed_.readings[at]);
+        return change * input.standard_uncertainty;
+    }
+
+    /// (parameters of the fit, inputs): change of the parameters that does most nearly to the
+    /// readings what one standard uncertainty of an input does.
+    [[nodiscard]] Eigen::MatrixXd compensation() const {
+        const std::size_t count = fit_.prediction.parameters;
+        Eigen::MatrixXd products =
+            Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(count),
+                                  static_cast<Eigen::Index>(inputs_.size()));
+        for (std::size_t at = 0; at < fit_.residuals.size(); ++at) {
+            if (std::isnan(fit_.residuals[at]))
+                continue;
+            const double weight = std::pow(fit_.noise[at % fit_.prediction.rows], -2);
+            std::size_t column = material_;
+            for (std::size_t k = 0; k < inputs_.size(); ++k) {
+                const double change = derivative(at, k, column);
+                column += inputs_[k].scales_times ? 0 : 1;
+                for (std::size_t p = 0; p < count; ++p)
+                    products(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k)) +=
+                        weight * change * finite(fit_.prediction.jacobian[at * count + p]);
+            }
+        }
+        // The fit's covariance is (JᵀWJ)⁻¹ times its reduced χ² where that is above 1. What the
+        // readings do not tell does not follow an input.
+        return fit_.covariance.unaryExpr(&finite) / std::max(1.0, fit_.reduced_chi_squared) *
+               products;
+    }
+
+    const RecordingFit& fit_;
+    const measure::Measurement& measurement_;
+    const std::vector<StatedInput>& inputs_;
+    std::size_t material_ = 0; ///< of the columns: Y and β where they are free
+    ChainPrediction changed_;
+};
+
+constexpr double likely_order = 4.0 / 3.0; ///< α: errors of order 2, bonds of half the length
+constexpr double order_doubt = 1.0 / 3.0;
+constexpr double negligible_shift = 0.3; ///< of a frequency's standard deviation
+
+/// The chain of twice as many bonds that vibrates as this one does.
+struct FinerChain {
+    StemModel model;
+    double log_modulus = 0.0; ///< ln of its Y over that of the chain
+    double log_damping = 0.0; ///< likewise of its β over that of the same damping time
+    bool matters = false;
+};
+
+/// Standard deviation of the frequency of a decaying mode, Hz (Montgomery & O'Donoghue 1999). What
+/// has decayed by e tells hardly more.
+double frequency_uncertainty(const RecordingFit& fit, const integrate::VibrationMode& mode,
+                             double amplitude) {
+    const double recorded = fit.times.back();
+    const double duration =
+        mode.decay_rate < 0.0 ? std::min(recorded, -1.0 / mode.decay_rate) : recorded;
+    const double readings = static_cast<double>(fit.readings) * duration / recorded;
+    double noise = 0.0;
+    for (const double each : fit.noise)
+        noise = noise == 0.0 ? each : std::min(noise, each);
+    return std::sqrt(6.0 / std::max(readings, 1.0)) * noise /
+           (std::numbers::pi * amplitude * duration);
+}
+
+FinerChain finer_chain(const RecordingFit& fit) {
+    FinerChain finer{fit.model};
+    StemModel& model = finer.model;
+    model.parameters.clear();
+    model.release_time_bound = 0.0;
+    model.errors.reset();
+    model.error_values.clear();
+    const run::CaseSpec& coarse = fit.model.spec;
+    const auto modes = run::chain_modes(coarse, 2);
+    if (modes.size() < 2 || coarse.tip_deflection == 0.0)
+        return finer;
+    model.spec = with_spheres(std::move(model.spec), 2 * coarse.stem.sphere_count - 1);
+    const double same_time = model.spec.stem.bond_damping;
+    keep_first_mode(modes.front(), model);
+    const auto finer_modes = run::chain_modes(model.spec, 2);
+    if (finer_modes.size() < 2)
+        return finer;
+    finer.log_modulus =
+        std::log(model.spec.stem.bond_youngs_modulus / coarse.stem.bond_youngs_modulus);
+    finer.log_damping = same_time > 0.0 ? std::log(model.spec.stem.bond_damping / same_time) : 0.0;
+    // A stem that is pulled at its tip has (f₁/f₂)² of the first mode's amplitude in the second.
+    const double amplitude = std::abs(coarse.tip_deflection) *
+                             std::pow(modes[0].frequency / modes[1].frequency, 2);
+    finer.matters = std::abs(finer_modes[1].frequency - modes[1].frequency) >
+                    negligible_shift * frequency_uncertainty(fit, modes[1], amplitude);
+    return finer;
+}
+
+/// What the division of the chain does: the known part, and a term for the doubt.
+void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerChain& first,
+                  const run::Heartbeat& heartbeat, ReadingErrors& errors) {
+    const double modulus = first.log_modulus - finer.log_modulus;
+    const double damping = first.log_damping - finer.log_damping;
+    ReadingErrors::Term doubt{"division of the chain", {}, order_doubt * modulus,
+                              order_doubt * damping};
+    errors.known.log_modulus = likely_order * modulus;
+    errors.known.log_damping = likely_order * damping;
+    if (finer.matters) {
+        StemModel coarse = fit.model;
+        coarse.parameters.clear();
+        coarse.release_time_bound = 0.0;
+        coarse.errors.reset();
+        coarse.error_values.clear();
+        const ChainPrediction now = predict_readings(coarse, errors.times, heartbeat);
+        const ChainPrediction then = predict_readings(finer.model, errors.times, heartbeat);
+        for (std::size_t at = 0; at < now.readings.size(); ++at) {
+            const double change = finite(then.readings[at] - now.readings[at]);
+            errors.known.readings.push_back(likely_order * change);
+            doubt.readings.push_back(order_doubt * change);
+        }
+    }
+    if (finer.matters || modulus != 0.0)
+        errors.terms.push_back(std::move(doubt));
+}
+
+} // namespace
+
+std::vector<measure::Measurement>
+with_reading_errors(std::span<const measure::Measurement> recordings,
+                    std::span<const RecordingFit> fits, const run::Heartbeat& heartbeat) {
+    std::vector<measure::Measurement> out(recordings.begin(), recordings.end());
+    std::optional<FinerChain> first;
+    for (std::size_t m = 0; m < fits.size(); ++m) {
+        if (!can_move(fits[m].model, recordings[m]))
+            continue;
+        out[m] = with_noise_in_motion(fits[m], recordings[m]);
+        try {
+            const std::vector<StatedInput> inputs = stated_inputs(recordings[m]);
+            auto errors = std::make_shared<ReadingErrors>();
+            errors->times = recordings[m].times;
+            errors->terms = InputErrors(fits[m], recordings[m], inputs, heartbeat).terms();
+            const FinerChain finer = finer_chain(fits[m]);
+            if (!first)
+                first = finer;
+            add_division(fits[m], finer, *first, heartbeat, *errors);
+            out[m].errors = std::move(errors);
+        } catch (const core::NumericalError&) {
+            // The fit goes on without; the chain was computed where it is.
+        }
+    }
+    return out;
+}
+
+StemModel beside_errors(StemModel model, const measure::Measurement& measurement) {
+    model.errors = measurement.errors;
+    model.error_values.assign(model.errors ? model.errors->terms.size() : 0, 0.0);
+    return model;
+}
+
+RecordingFit fit_chain_beside_errors(const StemModel& model,
+                                     const measure::Measurement& measurement,
+                                     const SolveOptions& options) {
+    RecordingFit alone = fit_chain(model, measurement, options);
+    if (!alone.reason.empty())
+        return alone;
+    const measure::Measurement known =
+        with_reading_errors({&measurement, 1}, {&alone, 1}, options.heartbeat).front();
+    const StemModel start = beside_errors(alone.model, known);
+    JointOptions again;
+    again.chain = options;
+    again.chain.is_first_guess = false;
+    again.weights = {alone.noise};
+    RecordingFit fit = std::move(fit_jointly({&start, 1}, {&known, 1}, again).parts.front());
+    fit.runs += alone.runs;
+    return fit;
+}
+
+} // namespace culm::fit

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What readings may be off by beside their noise: the inputs that were stated and the division of
+// the chain, as terms that every fit has with a constraint each.
+#pragma once
+
+#include "fit/solve/fit.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::fit {
+
+/// A quantity that enters the model as a number, although it was measured. SI units.
+struct StatedInput {
+    /// The number in the fitted case. Scale and clamp height move the heights of the case; 0 is
+    /// what was stated.
+    run::CaseParameter access;
+    std::string name; ///< "length", "mass at 156 mm"
+    std::string unit; ///< "m"; empty: a share
+    double value = 0.0;
+    double standard_uncertainty = 0.0; ///< one standard deviation (JCGM 100)
+    bool is_default = false;           ///< the file states none
+    bool scales_readings = false;      ///< true: deflections grow with it, as the heights do
+    bool scales_times = false;         ///< true: it acts on the clock alone; `access` is empty
+    bool is_of_rig = false;            ///< recordings on one rig share it; else those of a specimen
+};
+
+/// Length, section, density, added masses, scale and clamp height of the picture, frame rate. Where
+/// the file states no uncertainty that of a careful laboratory counts: length 0.3 mm, clamp height
+/// 0.2 mm, scale 0.5 %, every other quantity 1 % (docs/uncertainty.md); a frame rate is exact.
+/// Inputs of uncertainty 0 are left out.
+[[nodiscard]] std::vector<StatedInput> stated_inputs(const measure::Measurement& measurement);
+
+/// The recording with the noise that its readings have while the stem moves, estimated from what
+/// is left of the residuals without the modes, the harmonics of the first and a drift, in which the
+/// model may fail: at the frequencies where none of them is. Outliers are drawn in by Student's t
+/// (Lange et al. 1989); correlation in time, white noise beside a first-order autoregression, by
+/// Whittle's likelihood; what the rows have in common by the eigenvectors of their covariance. Each
+/// counts if noise without it shows as much in one recording of a thousand. A stated noise that is
+/// smaller than what is found gives way to it. Below 64 frames or 20 such frequencies the recording
+/// stays as it is.
+[[nodiscard]] measure::Measurement with_noise_in_motion(const RecordingFit& fit,
+                                                        const measure::Measurement& measurement);
+
+/// The recordings with their noise in motion and the errors of their readings, linearised about `fits` (without
+/// errors), one for each. The
+/// first terms are the stated inputs, in their order: a term is the change of the readings by one
+/// standard uncertainty. What Y and β take up of it goes into these, so that no phase runs away
+/// from the linear rest. Recordings of one rig, or of one specimen with the same stated value,
+/// share a term.
+///
+/// The last term, where it matters, is the division of the chain: y = y_N + α (y_2N − y_N) with
+/// α = 4/3 ± 1/3, order 2 in the bond length and the doubt of it. The finer chain keeps the first
+/// mode of the first recording, whose Y stays that of the chain that was asked for. Below 0.3
+/// standard deviations of the second frequency, σ_f = √(6/n) σ/(π A T) (Montgomery & O'Donoghue
+/// 1999), the finer chain is not run.
+///
+/// Each costs one run per recording. A recording without motion, or that cannot be computed with an
+/// input changed a little, has no errors.
+[[nodiscard]] std::vector<measure::Measurement>
+with_reading_errors(std::span<const measure::Measurement> recordings,
+                    std::span<const RecordingFit> fits, const run::Heartbeat& heartbeat = {});
+
+/// fit_chain(), and from there again with the errors of the readings.
+[[nodiscard]] RecordingFit fit_chain_beside_errors(const StemModel& model,
+                                                   const measure::Measurement& measurement,
+                                                   const SolveOptions& options = {});
+
+/// The model as one of the recording with its errors, each at its stated value.
+[[nodiscard]] StemModel beside_errors(StemModel model, const measure::Measurement& measurement);
+
+} // namespace culm::fit
