@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "fit/solve/reading_errors.hpp"
+#include "fit/solve/residual_statistics.hpp"
 #include "fit/start/starts.hpp"
 
 #include <algorithm>
@@ -26,13 +27,12 @@ double weighted_rms(std::span<const RecordingFit> parts,
                     const std::vector<std::vector<double>>& weights) {
     double sum = 0.0;
     std::size_t count = 0;
-    for (std::size_t m = 0; m < parts.size(); ++m)
-        for (std::size_t place = 0; place < parts[m].residuals.size(); ++place)
-            if (const double residual = parts[m].residuals[place]; !std::isnan(residual)) {
-                const double scaled = residual / weights[m][place % parts[m].prediction.rows];
-                sum += scaled * scaled;
-                ++count;
-            }
+    for (std::size_t m = 0; m < parts.size(); ++m) {
+        RecordingFit part = parts[m];
+        part.noise = weights[m];
+        sum += whitened_residuals(part).squaredNorm();
+        count += part.readings;
+    }
     return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
 }
 
@@ -500,7 +500,10 @@ BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
     StartModels start;
     for (std::size_t m = 0; m < known.size(); ++m)
         start.push_back(beside_errors(out.fit.parts[m].model, known[m]));
-    Fit fit = refined(start, {}, out.fit, known, options);
+    BestFit best(known, options, weights_beside(out.fit));
+    best.try_start(start, false);
+    Fit fit = result_of(best);
+    fit.names = out.fit.names;
     fit.runs += out.fit.runs;
     return fit.failed() ? std::move(out) : BaselineFit{std::move(known), std::move(fit)};
 }

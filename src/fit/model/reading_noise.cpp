@@ -76,8 +76,11 @@ ReadingNoise reading_noise(const measure::Measurement& measurement) {
         if (const auto stated = measurement.noise_at(j); stated && *stated > 0.0)
             noise.by_row.push_back(*stated);
     if (noise.by_row.size() == rows && rows > 0) {
-        noise.source =
-            measurement.noise_source.empty() ? "stated" : "stated: " + measurement.noise_source;
+        if (measurement.noise_model) // by with_noise_in_motion()
+            noise.source = measurement.noise_source;
+        else
+            noise.source =
+                measurement.noise_source.empty() ? "stated" : "stated: " + measurement.noise_source;
         return noise;
     }
     noise.by_row.clear();

@@ -23,8 +23,8 @@ struct StemModel {
     double release_time = 0.0;             ///< on the measurement's clock, s
     double release_time_bound = 0.0;       ///< |release_time| stays within; 0: it is not free
     std::vector<std::string> remarks;      ///< what the model leaves out, one sentence each
-    std::shared_ptr<const measure::ReadingErrors> errors; ///< of the recording; null: none
-    std::vector<double> error_values;                     ///< (terms of the errors)
+    std::shared_ptr<const measure::ReadingErrors> errors{}; ///< of the recording; null: none
+    std::vector<double> error_values{};                   ///< (terms of the errors)
 
     /// What is fitted: the parameters, the release time if that is free, then the terms of the
     /// reading errors, each with a Gaussian constraint of mean 0 and standard deviation 1.

@@ -24,6 +24,8 @@ namespace {
 
 constexpr std::size_t fewest_frames = 64;
 constexpr std::size_t fewest_bins = 20;
+/// Of white noise's power, at a frequency that counts as free of lines.
+constexpr double least_left = 0.5;
 /// Of a property of the noise that is taken for there: noise without it shows so much in one
 /// recording of a thousand.
 constexpr double level = 1e-3;
@@ -68,7 +70,6 @@ class FlexibleRest {
             if (columns.size() + more > static_cast<std::size_t>(frames) / 4)
                 break;
             add_columns(line, columns);
-            lines_.push_back(line);
         }
         Eigen::MatrixXd basis(frames, static_cast<Eigen::Index>(columns.size()));
         for (std::size_t k = 0; k < columns.size(); ++k)
@@ -78,34 +79,9 @@ class FlexibleRest {
         basis_ = solver.householderQ() * Eigen::MatrixXd::Identity(frames, solver.rank());
     }
 
-    /// (frames from the first on, rows); 0 where nothing was seen.
-    [[nodiscard]] Eigen::MatrixXd rest() const {
-        const std::size_t rows = fit_.prediction.rows;
-        Eigen::MatrixXd out(basis_.rows(), static_cast<Eigen::Index>(rows));
-        constexpr int most_passes = 4;
-        for (std::size_t j = 0; j < rows; ++j) {
-            Eigen::VectorXd values = Eigen::VectorXd::Zero(basis_.rows());
-            std::vector<Eigen::Index> missing;
-            for (Eigen::Index i = 0; i < values.size(); ++i) {
-                const double residual =
-                    fit_.residuals[(first_ + static_cast<std::size_t>(i)) * rows + j];
-                if (std::isnan(residual))
-                    missing.push_back(i);
-                else
-                    values(i) = residual / fit_.noise[j];
-            }
-            Eigen::VectorXd smooth = basis_ * (basis_.transpose() * values);
-            // What is missing takes the smooth value until that settles (Dempster et al. 1977).
-            for (int pass = 0; pass < most_passes && !missing.empty(); ++pass) {
-                for (const Eigen::Index i : missing)
-                    values(i) = smooth(i);
-                smooth = basis_ * (basis_.transpose() * values);
-            }
-            out.col(static_cast<Eigen::Index>(j)) = values - smooth;
-            for (const Eigen::Index i : missing)
-                out(i, static_cast<Eigen::Index>(j)) = 0.0;
-        }
-        return out;
+    /// What of a series lies at the lines.
+    [[nodiscard]] Eigen::VectorXd smooth(const Eigen::VectorXd& values) const {
+        return basis_ * (basis_.transpose() * values);
     }
 
     /// Share of the frames that the lines leave free.
@@ -113,20 +89,20 @@ class FlexibleRest {
         return 1.0 - static_cast<double>(basis_.cols()) / static_cast<double>(basis_.rows());
     }
 
-    /// Fourier frequencies, cycles a frame times the number of frames, that no line covers.
-    [[nodiscard]] std::vector<Eigen::Index> free_bins() const {
-        std::vector<Eigen::Index> bins;
-        for (Eigen::Index k = 1; k < basis_.rows() / 2; ++k) {
-            const double frequency = static_cast<double>(k) / duration_;
-            const bool is_free = std::ranges::none_of(lines_, [&](const Line& line) {
-                const double half_width =
-                    (line.degree + 2.0) / (2.0 * duration_) + line.decay_rate / std::numbers::pi;
-                return std::abs(frequency - line.frequency) < half_width;
-            });
-            if (is_free)
-                bins.push_back(k);
+    /// (Fourier frequencies from 0 to half the rate) share of white noise's power that is left
+    /// there.
+    [[nodiscard]] Eigen::ArrayXd left_of_noise() const {
+        Eigen::FFT<double> transform;
+        Eigen::ArrayXd left = Eigen::ArrayXd::Ones(basis_.rows() / 2 + 1);
+        for (Eigen::Index c = 0; c < basis_.cols(); ++c) {
+            const std::vector<double> values(basis_.col(c).begin(), basis_.col(c).end());
+            std::vector<std::complex<double>> found;
+            transform.fwd(found, values);
+            for (Eigen::Index k = 0; k < left.size(); ++k)
+                left(k) -= std::norm(found[static_cast<std::size_t>(k)]) /
+                           static_cast<double>(basis_.rows());
         }
-        return bins;
+        return left;
     }
 
   private:
@@ -156,7 +132,6 @@ class FlexibleRest {
     std::size_t first_;
     double duration_ = 0.0;
     double rate_ = 0.0;
-    std::vector<Line> lines_;
     Eigen::MatrixXd basis_; ///< (frames, columns), orthonormal
 };
 
@@ -164,8 +139,12 @@ class FlexibleRest {
 struct Tails {
     double degrees = std::numeric_limits<double>::infinity();
     double scale = 1.0; ///< over the noise
+    double slope = 1.0; ///< mean derivative of the score
     bool is_heavy = false;
 };
+
+/// Tails of more are those of a Gaussian for every practical purpose.
+constexpr double most_degrees = 15.0;
 
 /// By maximum likelihood, against a Gaussian of the same kind.
 Tails tails_of(const std::vector<double>& values) {
@@ -197,7 +176,17 @@ Tails tails_of(const std::vector<double>& values) {
             best_likelihood = likelihood;
         }
     }
-    best.is_heavy = boost::math::gamma_q(0.5, best_likelihood - gaussian) < level;
+    best.is_heavy = best.degrees < most_degrees &&
+                    boost::math::gamma_q(0.5, best_likelihood - gaussian) < level;
+    if (best.is_heavy) {
+        double sum = 0.0;
+        for (const double value : values) {
+            const double square = std::pow(value / best.scale, 2);
+            sum += (best.degrees + 1.0) * (best.degrees - square) /
+                   std::pow(best.degrees + square, 2);
+        }
+        best.slope = sum / count;
+    }
     return best;
 }
 
@@ -260,8 +249,9 @@ measure::NoiseModel::Series series_of(const Eigen::ArrayXd& power, double copies
     return best;
 }
 
-/// Fourier coefficients over √n at the bins, (bins, rows).
-Eigen::MatrixXcd coefficients(const Eigen::MatrixXd& rest, const std::vector<Eigen::Index>& bins) {
+/// Fourier coefficients over √n at the bins, (bins, rows), as they would be without the lines.
+Eigen::MatrixXcd coefficients(const Eigen::MatrixXd& rest, const std::vector<Eigen::Index>& bins,
+                              const Eigen::ArrayXd& left) {
     Eigen::FFT<double> transform;
     Eigen::MatrixXcd out(static_cast<Eigen::Index>(bins.size()), rest.cols());
     for (Eigen::Index j = 0; j < rest.cols(); ++j) {
@@ -269,8 +259,9 @@ Eigen::MatrixXcd coefficients(const Eigen::MatrixXd& rest, const std::vector<Eig
         std::vector<std::complex<double>> found;
         transform.fwd(found, values);
         for (std::size_t k = 0; k < bins.size(); ++k)
-            out(static_cast<Eigen::Index>(k), j) = found[static_cast<std::size_t>(bins[k])] /
-                                                   std::sqrt(static_cast<double>(rest.rows()));
+            out(static_cast<Eigen::Index>(k), j) =
+                found[static_cast<std::size_t>(bins[k])] /
+                std::sqrt(left(bins[k]) * static_cast<double>(rest.rows()));
     }
     return out;
 }
@@ -300,11 +291,14 @@ class NoiseEstimate {
         if (fit_.times.size() - first_ < fewest_frames)
             return;
         const FlexibleRest flexible(fit_, first_);
-        rest_ = flexible.rest();
-        bins_ = flexible.free_bins();
+        take_residuals(flexible);
+        left_ = flexible.left_of_noise();
+        for (Eigen::Index k = 1; k < left_.size() - 1; ++k)
+            if (left_(k) > least_left)
+                bins_.push_back(k);
         if (bins_.size() < fewest_bins)
             return;
-        draw_in_outliers(flexible.free_share());
+        draw_in_outliers(flexible);
         estimate_correlation();
         write();
     }
@@ -318,32 +312,106 @@ class NoiseEstimate {
                static_cast<std::size_t>(row);
     }
 
-    /// Readings with heavy tails become those with the score of Student's t: an error of z scales
-    /// counts as z √((ν + 1)/(ν + z²)), whose mean square is 1. Least squares on them are those of
-    /// iterated reweighting.
-    void draw_in_outliers(double free_share) {
-        std::vector<double> values;
+    /// Residuals over the noise, and what lies at the lines of each row.
+    void take_residuals(const FlexibleRest& flexible) {
+        const auto frames = static_cast<Eigen::Index>(fit_.times.size() - first_);
+        const auto rows = static_cast<Eigen::Index>(fit_.prediction.rows);
+        values_ = Eigen::MatrixXd::Zero(frames, rows);
+        for (Eigen::Index j = 0; j < rows; ++j)
+            for (Eigen::Index i = 0; i < frames; ++i)
+                if (is_seen(i, j))
+                    values_(i, j) =
+                        fit_.residuals[place(i, j)] / fit_.noise[static_cast<std::size_t>(j)];
+        smooth_ = Eigen::MatrixXd::Zero(frames, rows);
+        settle(flexible, {});
+    }
+
+    /// The smooth part that belongs to itself. What is missing takes its value (Dempster et al.
+    /// 1977); what has heavy tails, that of its score: y = s + ψ((y − s)/σ) σ/ψ̄′ with Student's
+    /// ψ(z) = (ν + 1) z/(ν + z²). To first order such readings are the truth and noise of the
+    /// variance of the best estimate (Huber 1981, 7.8), whatever is then fitted to them.
+    void settle(const FlexibleRest& flexible, const Tails& tails) {
+        constexpr int most_passes = 12;
+        constexpr double settled = 1e-3; // of the noise
+        for (Eigen::Index j = 0; j < values_.cols(); ++j)
+            for (int pass = 0; pass < most_passes; ++pass) {
+                Eigen::VectorXd taken = values_.col(j);
+                for (Eigen::Index i = 0; i < taken.size(); ++i)
+                    taken(i) = is_seen(i, j)
+                                   ? smooth_(i, j) + scored(taken(i) - smooth_(i, j), tails)
+                                   : smooth_(i, j);
+                const Eigen::VectorXd next = flexible.smooth(taken);
+                const double change = (next - smooth_.col(j)).cwiseAbs().maxCoeff();
+                smooth_.col(j) = next;
+                if (change < settled)
+                    break;
+            }
+        rest_ = values_ - smooth_;
+        for (Eigen::Index j = 0; j < rest_.cols(); ++j)
+            for (Eigen::Index i = 0; i < rest_.rows(); ++i)
+                rest_(i, j) = is_seen(i, j) ? scored(rest_(i, j), tails) : 0.0;
+    }
+
+    [[nodiscard]] static double scored(double error, const Tails& tails) {
+        if (!tails.is_heavy)
+            return error;
+        const double z = error / tails.scale;
+        return tails.scale * (tails.degrees + 1.0) * z / (tails.degrees + z * z) / tails.slope;
+    }
+
+    [[nodiscard]] Tails tails_now(double free_share) const {
+        std::vector<double> errors;
+        for (Eigen::Index j = 0; j < values_.cols(); ++j)
+            for (Eigen::Index i = 0; i < values_.rows(); ++i)
+                if (is_seen(i, j))
+                    errors.push_back((values_(i, j) - smooth_(i, j)) / std::sqrt(free_share));
+        return tails_of(errors);
+    }
+
+    void draw_in_outliers(const FlexibleRest& flexible) {
+        tails_ = tails_now(flexible.free_share());
+        if (!tails_.is_heavy)
+            return;
+        // Outliers have pulled the first smooth part: their own law shows beside the second.
+        constexpr int passes = 2;
+        for (int pass = 0; pass < passes; ++pass) {
+            settle(flexible, tails_);
+            tails_ = tails_now(flexible.free_share());
+            if (!tails_.is_heavy)
+                break;
+        }
+        settle(flexible, tails_);
         for (Eigen::Index j = 0; j < rest_.cols(); ++j)
             for (Eigen::Index i = 0; i < rest_.rows(); ++i)
                 if (is_seen(i, j))
-                    values.push_back(rest_(i, j) / std::sqrt(free_share));
-        tails_ = tails_of(values);
-        if (!tails_.is_heavy)
-            return;
-        for (Eigen::Index j = 0; j < rest_.cols(); ++j)
-            for (Eigen::Index i = 0; i < rest_.rows(); ++i) {
-                const double z = rest_(i, j) / tails_.scale;
-                const double drawn = rest_(i, j) * std::sqrt((tails_.degrees + 1.0) /
-                                                             (tails_.degrees + z * z));
-                if (is_seen(i, j))
                     measurement_.deflections[place(i, j)] +=
-                        (drawn - rest_(i, j)) * fit_.noise[static_cast<std::size_t>(j)];
-                rest_(i, j) = drawn;
-            }
+                        (smooth_(i, j) + rest_(i, j) - values_(i, j)) *
+                        fit_.noise[static_cast<std::size_t>(j)];
+        for (std::size_t j = 0; j < fit_.noise.size(); ++j)
+            draw_in_held(j);
+    }
+
+    /// While the stem is held a row stays where it is: at its median.
+    void draw_in_held(std::size_t row) {
+        std::vector<double> residuals;
+        for (std::size_t i = 0; i < first_; ++i)
+            if (const double residual = fit_.residuals[i * fit_.noise.size() + row];
+                !std::isnan(residual))
+                residuals.push_back(residual);
+        if (residuals.empty())
+            return;
+        const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+        std::ranges::nth_element(residuals, middle);
+        for (std::size_t i = 0; i < first_; ++i) {
+            const std::size_t at = i * fit_.noise.size() + row;
+            const double error = (fit_.residuals[at] - *middle) / fit_.noise[row];
+            if (!std::isnan(error))
+                measurement_.deflections[at] += (scored(error, tails_) - error) * fit_.noise[row];
+        }
     }
 
     void estimate_correlation() {
-        const Eigen::MatrixXcd found = coefficients(rest_, bins_);
+        const Eigen::MatrixXcd found = coefficients(rest_, bins_, left_);
         const auto rows = static_cast<double>(rest_.cols());
         const auto bins = static_cast<double>(bins_.size());
         // Where no line is, the power is low of noise that is slow: of it the series tell the rest.
@@ -433,9 +501,9 @@ class NoiseEstimate {
             variance += each.variance / static_cast<double>(model_.series.size());
             correlation = std::max(correlation, each.correlated_share * each.correlation);
         }
-        std::string text = fmt::format("{}; in motion {:.4g} mm", fit_.noise_source,
-                                       1e3 * typical_noise(fit_) *
-                                           std::sqrt(variance * power_.mean()));
+        std::string text = fmt::format(
+            "{:.4g} mm in motion ({})",
+            1e3 * typical_noise(fit_) * std::sqrt(variance * power_.mean()), fit_.noise_source);
         if (tails_.is_heavy)
             text += fmt::format(", with outliers (Student's t of {:g} degrees of freedom)",
                                 tails_.degrees);
@@ -449,7 +517,10 @@ class NoiseEstimate {
     const RecordingFit& fit_;
     measure::Measurement& measurement_;
     std::size_t first_ = 0;
-    Eigen::MatrixXd rest_; ///< (frames, rows), over the noise
+    Eigen::MatrixXd values_; ///< (frames, rows), residuals over the noise
+    Eigen::MatrixXd smooth_; ///< of them
+    Eigen::MatrixXd rest_;   ///< the rest, outliers drawn in
+    Eigen::ArrayXd left_; ///< FlexibleRest::left_of_noise
     std::vector<Eigen::Index> bins_;
     Tails tails_;
     measure::NoiseModel model_;

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the diagnosis says of recordings in which only the measurement errs: noise that is not white
+// or Gaussian, inputs that are misstated, chains of other numbers of spheres.
+//
+//   bench_measurement_errors FAMILY FIRST COUNT FILE [SPHERES]
+//
+// FAMILY: white, ar05, ar09, ar05_common, ar09_common, student, outliers, quantised (nothing is
+// missing, inputs exact), inputs (nothing is missing, inputs misstated), pair (the same stem bare
+// and with a known mass of 0.6 times its own at the tip, inputs misstated), drag (quadratic drag,
+// inputs misstated). Recordings are those of the beam generator. Writes every case as JSON, prints
+// how often each answer was given. The truth of a case follows from its number and family alone, so
+// that processes can share the cases.
+#include "diagnose/diagnosis.hpp"
+#include "fit/solve/reading_errors.hpp"
+#include "tests/beam_generator/random_case.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+namespace {
+
+using namespace culm;
+using nlohmann::json;
+
+/// Errors of variance 1, (times, heights).
+class Noise {
+  public:
+    Noise(const std::string& family, std::uint64_t number) : family_(family), dice_(number) {}
+
+    void add(double size, measure::Measurement& measurement) {
+        const std::size_t rows = measurement.heights.size();
+        const double correlation = family_.starts_with("ar05")   ? 0.5
+                                   : family_.starts_with("ar09") ? 0.9
+                                                                 : 0.0;
+        const bool is_common = family_.ends_with("_common");
+        std::vector<double> state(rows + 1);
+        for (double& each : state)
+            each = normal_(dice_);
+        for (std::size_t i = 0; i < measurement.times.size(); ++i) {
+            for (double& each : state)
+                each = correlation * each +
+                       std::sqrt(1.0 - correlation * correlation) * normal_(dice_);
+            for (std::size_t j = 0; j < rows; ++j) {
+                double& reading = measurement.deflections[i * rows + j];
+                // Half of the variance is common.
+                reading += size * (is_common ? std::sqrt(0.5) * (state[j] + state[rows])
+                                             : scattered(state[j]));
+                if (family_ == "quantised")
+                    reading = 2.0 * size * std::round(reading / (2.0 * size));
+            }
+        }
+    }
+
+  private:
+    [[nodiscard]] double scattered(double value) {
+        if (family_ == "student") {
+            double sum = 0.0;
+            for (int k = 0; k < 3; ++k)
+                sum += std::pow(normal_(dice_), 2);
+            return value / std::sqrt(sum / 3.0);
+        }
+        if (family_ == "outliers" && share_(dice_) < 0.03)
+            return value + 15.0 * normal_(dice_);
+        return value;
+    }
+
+    std::string family_;
+    std::mt19937_64 dice_;
+    std::normal_distribution<double> normal_;
+    std::uniform_real_distribution<double> share_;
+};
+
+/// The measurement as a person writes it whose ruler, calipers, balance and camera err: each by a
+/// normal number times the uncertainty that culm takes for it. What the rig and the specimen share
+/// errs alike in all recordings.
+measure::Measurement misstated(measure::Measurement measurement, std::uint64_t number) {
+    std::mt19937_64 dice(0xe4404000 + number);
+    std::normal_distribution<double> normal;
+    for (const fit::StatedInput& input : fit::stated_inputs(measurement)) {
+        const double error = input.standard_uncertainty * normal(dice);
+        if (input.name == "length")
+            measurement.stem.length += error;
+        else if (input.name == "diameter")
+            std::get<measure::CircularSection>(measurement.stem.section).diameter += error;
+        else if (input.name == "density")
+            measurement.stem.density += error;
+        else if (input.name == "clamp height")
+            for (double& height : measurement.heights)
+                height += error;
+        else if (input.name == "scale") {
+            for (double& height : measurement.heights)
+                height *= 1.0 + error;
+            for (double& reading : measurement.deflections)
+                reading *= 1.0 + error;
+        } else if (input.name.starts_with("mass at"))
+            measurement.stem.added_masses.front().mass += error;
+    }
+    return measurement;
+}
+
+std::vector<measure::Measurement> recordings_of(const std::string& family, std::uint64_t number,
+                                                int spheres) {
+    constexpr std::uint64_t seed = 0x20e4404;
+    beam::RecordingSpec spec = beam::random_case(seed, beam::CaseKind::Null, number).spec;
+    const double noise = spec.errors.noise;
+    spec.errors = {};
+    const bool errs = family == "inputs" || family == "pair" || family == "drag";
+    if (family == "drag")
+        spec.effects = {{"quadratic_drag", {{"drag_coefficient", 1.2}}}};
+    const std::string owner(1, 'A');
+    std::vector<measure::Measurement> recordings;
+    const int count = family == "pair" ? 2 : 1;
+    for (int k = 0; k < count; ++k) {
+        const double mass = 0.6 * spec.stem.mass_per_length() * spec.stem.length;
+        spec.id = fmt::format("{}", k == 0 ? "bare" : "loaded");
+        if (k == 1) {
+            spec.effects = {{"tip_mass", {{"mass_kg", mass}}}};
+            spec.duration *= 2.0;
+        }
+        measure::Measurement measurement = beam::record(spec);
+        measurement.noise = noise;
+        measurement.specimen = owner;
+        measurement.rig = owner;
+        if (k == 1)
+            measurement.stem.added_masses = {{spec.stem.length, mass, {}}};
+        Noise(family, 0x401500 + 2 * number + static_cast<std::uint64_t>(k))
+            .add(noise, measurement);
+        measurement.stem.spheres = spheres;
+        if (errs) {
+            measurement = misstated(measurement, number);
+            if (k == 1)
+                measurement.stem.added_masses.front().height = measurement.stem.length;
+        }
+        recordings.push_back(std::move(measurement));
+    }
+    return recordings;
+}
+
+json case_of(const std::string& family, std::uint64_t number, int spheres) {
+    const std::vector<measure::Measurement> recordings = recordings_of(family, number, spheres);
+    json out{{"number", number}, {"family", family}, {"spheres", spheres}};
+    diagnose::DiagnosisOptions options;
+    options.null_draws = 0;
+    const auto start = std::chrono::steady_clock::now();
+    try {
+        const diagnose::Diagnosis found = diagnose::diagnose(recordings, options);
+        out["answer"] =
+            fmt::format("{} {}", to_string(found.conclusion), fmt::join(found.effects, "+"));
+        out["reason"] = found.reason;
+        out["baseline_reduced_chi2"] = found.baseline.reduced_chi_squared;
+        out["final_reduced_chi2"] = found.final_fit.reduced_chi_squared;
+        out["tests"] = found.ladder.front().tests;
+        out["noise"] = found.baseline.parts.front().noise_source;
+        out["noise_mm"] = 1e3 * found.baseline.parts.front().noise.front();
+    } catch (const std::exception& error) {
+        out["answer"] = "failed";
+        out["reason"] = error.what();
+    }
+    out["seconds"] =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    fmt::print("{} {}: {} | {} | {}\n", family, number, out["answer"].get<std::string>(),
+               out.value("tests", ""), out.value("noise", ""));
+    std::fflush(stdout);
+    return out;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    if (argc < 5) {
+        fmt::print(stderr, "usage: bench_measurement_errors FAMILY FIRST COUNT FILE [SPHERES]\n");
+        return 2;
+    }
+    const std::uint64_t first = std::strtoull(argv[2], nullptr, 10);
+    const std::uint64_t count = std::strtoull(argv[3], nullptr, 10);
+    const int spheres = argc > 5 ? std::atoi(argv[5]) : 56;
+    json cases = json::array();
+    std::map<std::string, int> answers;
+    for (std::uint64_t number = first; number < first + count; ++number) {
+        cases.push_back(case_of(argv[1], number, spheres));
+        ++answers[cases.back()["answer"].get<std::string>()];
+    }
+    for (const auto& [answer, times] : answers)
+        fmt::print("{}: {}\n", answer, times);
+    std::ofstream(argv[4]) << json{{"family", argv[1]}, {"cases", cases}} << '\n';
+    return 0;
+}
