@@ -27,6 +27,7 @@ reduce::RingDownAnalysisOptions check_options(const measure::Measurement& measur
     reduce::RingDownAnalysisOptions check;
     check.window = options.fit.window;
     check.has_offset = measurement.release == measure::ReleaseKind::HeldStraight;
+    check.has_phase = measurement.release == measure::ReleaseKind::Moving;
     return check;
 }
 

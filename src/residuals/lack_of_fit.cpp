@@ -24,14 +24,26 @@ std::vector<double> row_residuals(const fit::RecordingFit& fit, const Eigen::Mat
     return values;
 }
 
-/// Σ w r over √Σ w² in every frame, with residuals r over the noise and w the predicted reading of
-/// the first frame over it: of unit variance if the residuals are noise.
+/// Σ w r over √Σ w² in every frame, with residuals r over the noise and w the predicted readings of
+/// the frame where they are largest over it: of unit variance if the residuals are noise.
 std::vector<double> swing_residuals(const fit::RecordingFit& fit, const Eigen::MatrixXd& whitened) {
     const std::size_t rows = fit.prediction.rows;
     std::vector<double> weights(rows, 0.0);
-    for (std::size_t j = 0; j < rows; ++j)
-        if (const double reading = fit.prediction.readings[j]; !std::isnan(reading))
-            weights[j] = reading / fit.noise[j];
+    double largest = 0.0;
+    for (std::size_t i = 0; i < fit.times.size(); ++i) {
+        std::vector<double> frame(rows, 0.0);
+        double square = 0.0;
+        for (std::size_t j = 0; j < rows; ++j)
+            if (const double reading = fit.prediction.readings[i * rows + j];
+                !std::isnan(reading)) {
+                frame[j] = reading / fit.noise[j];
+                square += frame[j] * frame[j];
+            }
+        if (square > largest) {
+            largest = square;
+            weights = std::move(frame);
+        }
+    }
     weights = fit::whitening_of(fit).turned(weights);
     std::vector<double> values;
     for (std::size_t i = 0; i < fit.times.size(); ++i) {

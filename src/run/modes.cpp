@@ -5,6 +5,9 @@
 #include "physics/effects/stem_scales.hpp"
 #include "run/case_model.hpp"
 
+#include <algorithm>
+
+#include <Eigen/Eigenvalues>
 #include <fmt/core.h>
 
 namespace culm::run {
@@ -22,6 +25,35 @@ physics::Chain<2, double> planar_chain(CaseSpec spec) {
 
 std::vector<integrate::VibrationMode> chain_modes(const CaseSpec& spec, std::size_t count) {
     return integrate::transverse_modes(planar_chain(spec), count);
+}
+
+std::vector<ShapedMode> shaped_modes(const CaseSpec& spec, std::size_t count) {
+    const integrate::LinearisedChain chain = integrate::linearise_transverse(planar_chain(spec));
+    const Eigen::VectorXd scale = chain.mass.cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd stiffness =
+        scale.asDiagonal() * (0.5 * (chain.stiffness + chain.stiffness.transpose())) *
+        scale.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness);
+    // A clamp that turns is the first freedom; then each sphere has a displacement and a rotation.
+    const Eigen::Index spheres = spec.stem.sphere_count - 1;
+    const Eigen::Index first = chain.mass.size() - 2 * spheres;
+    std::vector<ShapedMode> shaped;
+    for (const integrate::VibrationMode& mode : chain_modes(spec, count)) {
+        const auto k = static_cast<Eigen::Index>(shaped.size());
+        const Eigen::VectorXd vector = scale.cwiseProduct(solver.eigenvectors().col(k));
+        const auto at = [&](Eigen::Index sphere) {
+            return sphere <= 0 ? 0.0 : vector(first + 2 * (sphere - 1));
+        };
+        ShapedMode& out = shaped.emplace_back(ShapedMode{mode, {}});
+        for (const double height : spec.heights) {
+            const double place = height / spec.stem.bond_length;
+            const auto below = std::min(static_cast<Eigen::Index>(place), spheres - 1);
+            const double share = place - static_cast<double>(below);
+            out.deflection.push_back(((1.0 - share) * at(below) + share * at(below + 1)) /
+                                     at(spheres));
+        }
+    }
+    return shaped;
 }
 
 integrate::VibrationMode first_mode(const CaseSpec& spec) {

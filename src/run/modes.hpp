@@ -15,6 +15,15 @@ namespace culm::run {
 [[nodiscard]] std::vector<integrate::VibrationMode> chain_modes(const CaseSpec& spec,
                                                                 std::size_t count);
 
+/// A mode, and how it looks at the case's heights.
+struct ShapedMode {
+    integrate::VibrationMode mode;
+    std::vector<double> deflection; ///< (heights), 1 at the tip
+};
+/// The slowest transverse modes of the case, their shapes those of the undamped chain; at most
+/// `count`.
+[[nodiscard]] std::vector<ShapedMode> shaped_modes(const CaseSpec& spec, std::size_t count);
+
 /// The first mode of the case's chain: known masses count, effects do not. Throws
 /// core::NumericalError if it does not vibrate.
 [[nodiscard]] integrate::VibrationMode first_mode(const CaseSpec& spec);

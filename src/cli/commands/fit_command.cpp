@@ -75,6 +75,9 @@ void fit(const FitArguments& arguments, CommandResult& result) {
         options.has_offset = arguments.offset == "auto"
                                  ? measurement.release == measure::ReleaseKind::HeldStraight
                                  : arguments.offset == "free";
+        // A record that begins in a swing has a phase.
+        options.has_phase =
+            options.has_phase || measurement.release == measure::ReleaseKind::Moving;
         report.has_offset.push_back(options.has_offset);
         report.stems.push_back(reduce::fit_stem(residuals::histories_of(measurement), options));
     }

@@ -111,8 +111,9 @@ void move(fit::StemModel& model, std::size_t k, double change) {
         return;
     }
     if (k >= model.parameters.size()) {
-        model.release_time = std::clamp(model.release_time + change, -model.release_time_bound,
-                                        model.release_time_bound);
+        model.release_time = std::clamp(model.release_time + change,
+                                        model.expected_release - model.release_time_bound,
+                                        model.expected_release + model.release_time_bound);
         return;
     }
     const fit::FreeParameter& parameter = model.parameters[k];

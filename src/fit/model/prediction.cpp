@@ -118,7 +118,8 @@ constexpr double most_steps_per_sample = 1.0; ///< beside these: what is fast ma
 /// length must not depend on what is fitted.
 run::CaseSpec case_until(const StemModel& model, double last_time) {
     run::CaseSpec spec = case_beside_errors(model);
-    const double earliest = std::min(model.release_time, -model.release_time_bound);
+    const double earliest =
+        std::min(model.release_time, model.expected_release - model.release_time_bound);
     const double needed = std::max(last_time - earliest, 4.0 * spec.sample_interval);
     spec.duration = std::ceil(needed / spec.sample_interval) * spec.sample_interval;
     spec.integrator.step_limit = static_cast<std::int64_t>(

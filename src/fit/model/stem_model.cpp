@@ -70,7 +70,7 @@ std::optional<reduce::RingDownAnalysis> largest_ring_down(const measure::Measure
     return best;
 }
 
-MeasuredMode measured_mode(const measure::Measurement& measurement) {
+reduce::RingDownAnalysis measured_ring_down(const measure::Measurement& measurement) {
     std::string reason;
     std::optional<reduce::RingDownAnalysis> best = largest_ring_down(
         measurement, measurement.release == measure::ReleaseKind::HeldStraight, reason);
@@ -84,9 +84,13 @@ MeasuredMode measured_mode(const measure::Measurement& measurement) {
             fmt::format("{}: Eq. 1 cannot be fitted at any height, so there is nothing to start "
                         "from: {}",
                         measurement.stem.id, reason));
-    const double decay = std::max(-best->decay_per_cycle.value, 0.0) / (2.0 * std::numbers::pi);
+    return *std::move(best);
+}
+
+MeasuredMode mode_of(const reduce::RingDownAnalysis& ring_down) {
+    const double decay = std::max(-ring_down.decay_per_cycle.value, 0.0) / (2.0 * std::numbers::pi);
     // b2 is the damped frequency and b1/b2 = −2π ζ/√(1 − ζ²).
-    return {best->frequency.value * std::hypot(1.0, decay), decay / std::hypot(1.0, decay)};
+    return {ring_down.frequency.value * std::hypot(1.0, decay), decay / std::hypot(1.0, decay)};
 }
 
 /// Median of the tip's deflection as each reading near the release tells it, through the shape of
@@ -111,6 +115,36 @@ double released_deflection(const measure::Measurement& measurement) {
         if (std::abs(reading) > std::abs(largest)) // false for NaN
             largest = reading;
     return largest;
+}
+
+/// A release that was not recorded, a quarter to three quarters of a period before the record: from
+/// there the first mode arrives with its amplitude and phase. What the second had decays; a
+/// recording's errors have terms for it (fit/solve/reading_errors.hpp).
+void release_before(const measure::Measurement& measurement,
+                    const reduce::RingDownAnalysis& ring_down, StemModel& model) {
+    const double period = 1.0 / ring_down.frequency.value;
+    // cos(2π b2 t + φ) is at a turning point wherever 2π b2 t + φ = k π.
+    double since = ring_down.phase.value / std::numbers::pi * 0.5 * period;
+    int half_periods = 0;
+    while (since > 0.75 * period) {
+        since -= 0.5 * period;
+        ++half_periods;
+    }
+    while (since <= 0.25 * period) {
+        since += 0.5 * period;
+        ++half_periods;
+    }
+    const double side = half_periods % 2 == 0 ? 1.0 : -1.0;
+    const double decay = std::exp(-ring_down.decay_rate.value * since);
+    double shape = 0.0; // of the height where Eq. 1 was fitted: the largest there is
+    for (const double height : measurement.heights) {
+        const double x = std::min(height / measurement.stem.length, 1.0);
+        shape = std::max(shape, 0.5 * x * x * (3.0 - x));
+    }
+    model.spec.tip_deflection = side * ring_down.amplitude.value * decay / shape;
+    model.expected_release = -since;
+    model.release_time = -since;
+    model.release_time_bound = 0.25 * period;
 }
 
 } // namespace
@@ -164,7 +198,8 @@ StemModel baseline_model(const measure::Measurement& measurement, const ChainOpt
         model.error_values.resize(model.errors->terms.size());
     model.release_time_bound = largest_release_shift * frame_period(measurement);
 
-    const MeasuredMode vibration = measured_mode(measurement);
+    const reduce::RingDownAnalysis ring_down = measured_ring_down(measurement);
+    const MeasuredMode vibration = mode_of(ring_down);
     run::CaseSpec& spec = model.spec;
     const double ratio = vibration.natural_frequency / run::natural_frequency(spec);
     spec.stem.bond_youngs_modulus *= ratio * ratio;
@@ -180,6 +215,8 @@ StemModel baseline_model(const measure::Measurement& measurement, const ChainOpt
         return model;
     }
     spec.tip_deflection = released_deflection(measurement);
+    if (measurement.release == measure::ReleaseKind::Moving)
+        release_before(measurement, ring_down, model);
     FreeParameter& deflection = model.parameters.back();
     deflection.upper = 0.95 * measurement.stem.length;
     deflection.lower = -deflection.upper;
@@ -332,9 +369,13 @@ bool has_fitted_number(const physics::Effect& effect) {
 }
 
 SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings) {
+    const auto is_moving = [](const measure::Measurement& recording) {
+        return recording.release == measure::ReleaseKind::Moving;
+    };
     SelectedEffects candidates;
     for (const physics::EffectPointer& effect : physics::all_effects()) {
-        if (!effect->is_default_candidate())
+        if (!effect->is_default_candidate() ||
+            (effect->is_of_the_release() && std::ranges::any_of(recordings, is_moving)))
             continue;
         const bool needs_direction = std::ranges::any_of(effect->parameters(), [](const auto& of) {
             return of.stated_by == physics::StatedBy::AxialGravity ||

@@ -163,10 +163,13 @@ void add_parameters(RecordingFit& fit) {
                                   parameter.lower, parameter.upper, parameter.fitted_as,
                                   parameter.is_place, parameter.absent});
     }
-    if (const double bound = fit.model.release_time_bound; bound > 0.0)
-        fit.parameters.push_back({physics::release_time, "s", fit.model.release_time, 0.0,
-                                  bound - std::abs(fit.model.release_time) < nearness * bound,
-                                  -bound, bound});
+    if (const double bound = fit.model.release_time_bound; bound > 0.0) {
+        const double expected = fit.model.expected_release;
+        fit.parameters.push_back(
+            {physics::release_time, "s", fit.model.release_time, 0.0,
+             bound - std::abs(fit.model.release_time - expected) < nearness * bound,
+             expected - bound, expected + bound});
+    }
     const std::vector<physics::ParameterId> ids = fit.model.free_ids();
     for (std::size_t k = fit.model.first_error(); k < ids.size(); ++k) {
         FittedParameter& error = fit.parameters.emplace_back();

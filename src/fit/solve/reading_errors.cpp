@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -246,6 +247,12 @@ with_reading_errors(std::span<const measure::Measurement> recordings,
             if (!first)
                 first = finer;
             add_division(fits[m], finer, *first, heartbeat, *errors);
+            std::vector<ReadingErrors::Term> of_release =
+                release_errors(fits[m], recordings[m],
+                               std::vector(errors->terms.begin(),
+                                           errors->terms.begin() +
+                                               static_cast<std::ptrdiff_t>(inputs.size())));
+            std::ranges::move(of_release, std::back_inserter(errors->terms));
             out[m].errors = std::move(errors);
         } catch (const core::NumericalError&) {
             // The fit goes on without; the chain was computed where it is.

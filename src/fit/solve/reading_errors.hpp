@@ -56,11 +56,22 @@ struct StatedInput {
 /// standard deviations of the second frequency, σ_f = √(6/n) σ/(π A T) (Montgomery & O'Donoghue
 /// 1999), the finer chain is not run.
 ///
+/// Then what the hand that released the stem may have done: each of the first modes that the camera
+/// resolves (below 0.4 of the frame rate) has an amplitude and a velocity of its own at the release,
+/// with the scale that the first two periods tell (release_errors()). Of a recording that begins in
+/// motion the higher modes have whatever the start shows.
+///
 /// Each costs one run per recording. A recording without motion, or that cannot be computed with an
 /// input changed a little, has no errors.
 [[nodiscard]] std::vector<measure::Measurement>
 with_reading_errors(std::span<const measure::Measurement> recordings,
                     std::span<const RecordingFit> fits, const run::Heartbeat& heartbeat = {});
+
+/// The terms of the release beside `others`; none where the readings of the first two periods need
+/// none: the departures together are as large in one release of a thousand that has none.
+[[nodiscard]] std::vector<measure::ReadingErrors::Term>
+release_errors(const RecordingFit& fit, const measure::Measurement& measurement,
+               const std::vector<measure::ReadingErrors::Term>& others);
 
 /// fit_chain(), and from there again with the errors of the readings.
 [[nodiscard]] RecordingFit fit_chain_beside_errors(const StemModel& model,

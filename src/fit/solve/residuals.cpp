@@ -116,7 +116,7 @@ JointResiduals::JointResiduals(const std::vector<StemModel>& models, const Joint
         const StemModel& model = start(k);
         const double value = model.value(layout.owners[k].parameter);
         internal_.push_back(owner(k) != nullptr ? to_internal(*owner(k), model.spec, value)
-                                                : value / plain_scale(k));
+                                                : (value - plain_centre(k)) / plain_scale(k));
     }
     per_internal_.resize(internal_.size());
 }
@@ -135,6 +135,10 @@ double JointResiduals::plain_scale(std::size_t parameter) const {
     return is_error(parameter) ? 1.0 : start(parameter).release_time_bound;
 }
 
+double JointResiduals::plain_centre(std::size_t parameter) const {
+    return is_error(parameter) ? 0.0 : start(parameter).expected_release;
+}
+
 bool JointResiduals::is_error(std::size_t parameter) const {
     return start(parameter).is_error(layout_.owners[parameter].parameter);
 }
@@ -142,7 +146,7 @@ bool JointResiduals::is_error(std::size_t parameter) const {
 double JointResiduals::value_of(std::size_t parameter, double internal) const {
     const FreeParameter* const free = owner(parameter);
     return free != nullptr ? from_internal(*free, start(parameter).spec, internal)
-                           : internal * plain_scale(parameter);
+                           : plain_centre(parameter) + internal * plain_scale(parameter);
 }
 
 double JointResiduals::value(std::size_t parameter) const {

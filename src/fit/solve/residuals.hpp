@@ -99,6 +99,7 @@ class JointResiduals : public ceres::EvaluationCallback {
     /// The owner's parameter; null for a release time and an error term.
     [[nodiscard]] const FreeParameter* owner(std::size_t parameter) const;
     [[nodiscard]] double plain_scale(std::size_t parameter) const; ///< of those without an owner
+    [[nodiscard]] double plain_centre(std::size_t parameter) const;
     [[nodiscard]] const StemModel& start(std::size_t parameter) const;
     [[nodiscard]] double value(std::size_t parameter) const; ///< natural units
     [[nodiscard]] double value_of(std::size_t parameter, double internal) const;

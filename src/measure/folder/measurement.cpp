@@ -67,7 +67,15 @@ std::optional<double> Measurement::noise_at(std::size_t height) const {
 }
 
 std::string_view to_string(ReleaseKind kind) {
-    return kind == ReleaseKind::TipPull ? "tip_pull" : "held_straight";
+    switch (kind) {
+    case ReleaseKind::TipPull:
+        return "tip_pull";
+    case ReleaseKind::HeldStraight:
+        return "held_straight";
+    case ReleaseKind::Moving:
+        break;
+    }
+    return "moving";
 }
 
 std::string_view to_string(GravityDirection direction) {

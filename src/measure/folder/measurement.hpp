@@ -60,8 +60,9 @@ struct MeasuredStem {
 
 /// How the motion began.
 enum class ReleaseKind {
-    TipPull,     ///< the tip was pulled aside
-    HeldStraight ///< held in line with the clamp: gravity does the rest
+    TipPull,      ///< the tip was pulled aside
+    HeldStraight, ///< held in line with the clamp: gravity does the rest
+    Moving        ///< not recorded: the record begins while the stem swings
 };
 
 /// Direction that gravity has relative to the stem; whether it acts is for the model to say.
@@ -129,6 +130,7 @@ struct Measurement {
     ReleaseKind release = ReleaseKind::TipPull;
     GravityDirection gravity_direction = GravityDirection::None;
     Reading reading = Reading::Row;
+    double start = 0.0; ///< of a moving release, on the table's clock, s: what came before is left out
     std::optional<double> hold_time;         ///< for which the stem was held before the release, s
     std::optional<double> frames_per_second; ///< of the camera
     std::optional<double> noise;             ///< standard deviation of one reading, m
@@ -140,7 +142,8 @@ struct Measurement {
     std::optional<double> row_time; ///< between two rows of a rolling shutter, s
     std::string noise_source;       ///< where the noise comes from, for example "40 frames at rest"
 
-    std::vector<double> times;       ///< s, strictly ascending; 0 is the release
+    std::vector<double> times; ///< s, strictly ascending; 0 is the release, or the start of one that
+                               ///< is moving
     std::vector<double> heights;     ///< above the clamp, m, strictly ascending
     std::vector<double> deflections; ///< (times, heights) row-major, m; NaN where nothing was seen
 
@@ -159,7 +162,7 @@ struct Measurement {
     [[nodiscard]] std::optional<double> noise_at(std::size_t height) const;
 };
 
-/// The words of stem.toml: "tip_pull", "held_straight"; "none", "axial", "transverse"; "row",
+/// The words of stem.toml: "tip_pull", "held_straight", "moving"; "none", "axial", "transverse"; "row",
 /// "material".
 [[nodiscard]] std::string_view to_string(ReleaseKind kind);
 [[nodiscard]] std::string_view to_string(GravityDirection direction);

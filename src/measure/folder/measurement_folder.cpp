@@ -56,6 +56,25 @@ void check(const fs::path& folder, const Measurement& measurement) {
         refuse("a deflection is infinite");
 }
 
+/// Leaves out what came before the start, which becomes time 0.
+void begin_at_start(const fs::path& folder, Measurement& measurement) {
+    const auto first = std::ranges::lower_bound(measurement.times, measurement.start);
+    const auto before = first - measurement.times.begin();
+    if (measurement.times.end() - first < 2)
+        throw core::InputError(fmt::format(
+            "{}: [release] start_s = {:g} leaves {} frames of {}; the last time is {:g} s",
+            (folder / stem_file_name).string(), measurement.start, measurement.times.end() - first,
+            measurement.times.size(), measurement.times.back()));
+    measurement.times.erase(measurement.times.begin(), first);
+    measurement.deflections.erase(measurement.deflections.begin(),
+                                  measurement.deflections.begin() +
+                                      before *
+                                          static_cast<std::ptrdiff_t>(measurement.heights.size()));
+    for (double& time : measurement.times)
+        time -= measurement.start;
+    measurement.start = 0.0;
+}
+
 } // namespace
 
 Measurement read_measurement(const fs::path& folder) {
@@ -68,6 +87,8 @@ Measurement read_measurement(const fs::path& folder) {
             throw core::InputError(fmt::format("{}: there is no {}", folder.string(), name));
     Measurement measurement = read_stem_file(folder / stem_file_name);
     read_deflection_file(folder / deflection_file_name, measurement);
+    if (measurement.release == ReleaseKind::Moving)
+        begin_at_start(folder, measurement);
     return measurement;
 }
 

@@ -20,6 +20,7 @@ constexpr core::Interval stem_width{1e-5, 10.0};
 constexpr core::Interval densities{1e-3, 1e5}; // kg/m³
 constexpr core::Interval positive{0.0, 1e12, true};
 constexpr core::Interval masses{0.0, 1e3, true}; // kg
+constexpr double largest_start = 1e6;                  // s
 constexpr core::Interval longest_hold{0.0, 1e7}; // s, that of the effect relaxation
 
 template <std::size_t N>
@@ -358,6 +359,20 @@ std::string camera_text(const Measurement& measurement) {
     return text.empty() ? "" : "\n[camera]\n" + text;
 }
 
+void read_release(const core::TomlTable& table, Measurement& measurement) {
+    const std::array<ReleaseKind, 3> kinds{ReleaseKind::TipPull, ReleaseKind::HeldStraight,
+                                           ReleaseKind::Moving};
+    std::array<std::string, 3> words;
+    std::ranges::transform(kinds, words.begin(), [](ReleaseKind kind) { return to_string(kind); });
+    if (const auto index = table.word("kind", words))
+        measurement.release = kinds[*index];
+    const auto start = table.number("start_s", {-largest_start, largest_start, true});
+    measurement.start = start.value_or(0.0);
+    if (start && measurement.release != ReleaseKind::Moving)
+        table.fault("start_s", "only a release of kind = \"moving\" has a start; the others begin at "
+                               "time 0, the release");
+}
+
 } // namespace
 
 void read_stem_tables(const core::TomlTable& root, Measurement& measurement) {
@@ -366,16 +381,9 @@ void read_stem_tables(const core::TomlTable& root, Measurement& measurement) {
     read_stem(root.table("stem"), section.exists(), measurement);
     read_section(section, measurement);
     read_added_masses(root, measurement.stem);
-    const std::array<std::string, 2> kinds{"tip_pull", "held_straight"};
-    if (const auto index = root.table("release").word("kind", kinds))
-        measurement.release = *index == 0 ? ReleaseKind::TipPull : ReleaseKind::HeldStraight;
+    read_release(root.table("release"), measurement);
     read_camera(root.table("camera"), measurement);
     read_measurement_table(root.table("measurement"), measurement);
-    if (const std::string inputs = inputs_with_uncertainty(measurement); !inputs.empty())
-        measurement.remarks.push_back(
-            fmt::format("{}: the uncertainty of {} goes into culm calibrate's budget; compare and "
-                        "diagnose take these inputs as exact",
-                        root.file(), inputs));
     if (const std::string unused = unused_keys(measurement); !unused.empty())
         measurement.remarks.push_back(fmt::format(
             "{}: the fit does not use these stated values yet: {}", root.file(), unused));
@@ -392,6 +400,8 @@ Measurement read_stem_file(const std::filesystem::path& file) {
 std::string stem_file_text(const Measurement& measurement) {
     std::string text = stem_text(measurement);
     text += fmt::format("\n[release]\nkind = \"{}\"\n", to_string(measurement.release));
+    if (measurement.start != 0.0)
+        text += fmt::format("start_s = {}\n", measurement.start);
     text += camera_text(measurement);
     text += "\n[measurement]\n";
     if (measurement.noise)

@@ -48,6 +48,7 @@ class CardEffect final : public Effect {
         return card_.revealed_by;
     }
     [[nodiscard]] bool spans_the_stem() const override { return card_.spans_the_stem; }
+    [[nodiscard]] bool is_of_the_release() const override { return card_.is_of_the_release; }
     [[nodiscard]] bool is_default_candidate() const override { return card_.is_default_candidate; }
     void apply(std::span<const double> values, EffectTarget& target) const override {
         apply_(values, target);

@@ -133,6 +133,8 @@ class Effect {
     [[nodiscard]] virtual bool spans_the_stem() const { return false; }
     /// Is it tried wherever no effects are named? Others are tried only when named.
     [[nodiscard]] virtual bool is_default_candidate() const { return true; }
+    /// Does it act while the stem is let go, and at no other time?
+    [[nodiscard]] virtual bool is_of_the_release() const { return false; }
     /// 3: it leaves the plane of the pull.
     [[nodiscard]] virtual int dimensions() const { return 2; }
     /// Adds the effect; `values` in the order of parameters().
@@ -162,6 +164,7 @@ struct EffectCard {
     BelongsTo belongs_to = BelongsTo::Stem;
     std::vector<RevealingExperiment> revealed_by = {};
     bool spans_the_stem = false;
+    bool is_of_the_release = false;
     bool is_default_candidate = true;
 };
 

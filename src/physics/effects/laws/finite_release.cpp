@@ -45,7 +45,8 @@ EffectPointer finite_release() {
                          .lower = 1e-6,
                          .upper = 10.0,
                          .scale = 1e-3}},
-         .belongs_to = BelongsTo::Recording},
+         .belongs_to = BelongsTo::Recording,
+         .is_of_the_release = true},
         apply, suit);
 }
 

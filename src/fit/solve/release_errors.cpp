@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/solve/reading_errors.hpp"
+#include "fit/solve/residual_statistics.hpp"
+#include "run/modes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <Eigen/QR>
+#include <boost/math/special_functions/gamma.hpp>
+#include <fmt/core.h>
+
+namespace culm::fit {
+namespace {
+
+using Term = measure::ReadingErrors::Term;
+
+constexpr std::size_t most_modes = 3;
+/// Of the frame rate: modes above it are not resolved.
+constexpr double resolved_share = 0.4;
+/// Of periods of the first mode after the release, in which departures show: later they have
+/// decayed, and what the model lacks has grown.
+constexpr double early_periods = 2.0;
+/// Of departures that are taken for there, in a release that has none.
+constexpr double level = 1e-3;
+
+/// How the modes look that the camera resolves, no more than there are heights.
+std::vector<run::ShapedMode> resolved_modes(const RecordingFit& fit) {
+    std::vector<run::ShapedMode> modes = run::shaped_modes(
+        case_beside_errors(fit.model), std::min(most_modes, fit.prediction.rows));
+    const double rate = static_cast<double>(fit.times.size() - 1) /
+                        (fit.times.back() - fit.times.front());
+    std::erase_if(modes, [rate](const run::ShapedMode& shaped) {
+        return shaped.mode.frequency > resolved_share * rate;
+    });
+    return modes;
+}
+
+/// What a mode adds to the readings that has the amplitude (m at the tip) or the velocity (the same
+/// times its angular frequency) of `size` at the time `start`.
+Term term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity, double size,
+             double start, const measure::Measurement& measurement) {
+    Term term;
+    term.name = fmt::format("{} of mode {} at the {} of {}", is_velocity ? "velocity" : "amplitude",
+                            number, measurement.release == measure::ReleaseKind::Moving
+                                        ? "start" : "release", measurement.stem.id);
+    const double turning = 2.0 * std::numbers::pi * shaped.mode.frequency;
+    for (const double time : measurement.times) {
+        const double since = time - start;
+        const double decayed = since < 0.0 ? 1.0 : std::exp(shaped.mode.decay_rate * since);
+        // What leans aside before it is let go stays there; nothing has a velocity.
+        const double phase = since < 0.0 ? 0.0 : turning * since;
+        const double motion = decayed * (is_velocity ? std::sin(phase) : std::cos(phase));
+        for (const double deflection : shaped.deflection)
+            term.readings.push_back(size * motion * deflection);
+    }
+    return term;
+}
+
+std::vector<Term> terms_from(std::size_t first, const std::vector<run::ShapedMode>& modes,
+                             double size, double start, const measure::Measurement& measurement) {
+    std::vector<Term> terms;
+    for (std::size_t k = first; k < modes.size(); ++k)
+        for (const bool is_velocity : {false, true})
+            terms.push_back(term_of(modes[k], k + 1, is_velocity, size, start, measurement));
+    return terms;
+}
+
+/// Scale of the departures, m at the tip, as the readings soon after the release tell it beside
+/// everything else that is fitted; 0 where they show none.
+double scale_of(const RecordingFit& fit, const std::vector<Term>& units,
+                const std::vector<Term>& others) {
+    const auto from = std::ranges::find_if(fit.times, [](double time) { return time >= 0.0; });
+    const double end = early_periods / run::first_mode(fit.model.spec).frequency;
+    const Eigen::MatrixXd jacobian = whitened_jacobian(fit);
+    const Eigen::MatrixXd residuals = whitened_residuals(fit);
+    const std::size_t rows = fit.prediction.rows;
+    std::vector<Eigen::Index> places;
+    for (auto i = static_cast<std::size_t>(from - fit.times.begin());
+         i < fit.times.size() && fit.times[i] < end; ++i)
+        for (std::size_t j = 0; j < rows; ++j)
+            if (!std::isnan(fit.residuals[i * rows + j]))
+                places.push_back(static_cast<Eigen::Index>(i * rows + j));
+    const auto count = static_cast<Eigen::Index>(places.size());
+    const auto fitted = jacobian.cols();
+    const auto constrained = static_cast<Eigen::Index>(others.size());
+    const auto wanted = static_cast<Eigen::Index>(units.size());
+    if (count < 4 * (fitted + constrained + wanted))
+        return 0.0;
+    Eigen::MatrixXd columns =
+        Eigen::MatrixXd::Zero(count + constrained, fitted + constrained + wanted);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(count + constrained);
+    const Whitening whitening = whitening_of(fit);
+    const auto place_term = [&](const Term& term, Eigen::Index column) {
+        std::vector<double> values(fit.residuals.size());
+        for (std::size_t at = 0; at < values.size(); ++at)
+            values[at] = term.readings[at] / fit.noise[at % rows];
+        whitening.apply(values);
+        for (Eigen::Index k = 0; k < count; ++k)
+            columns(k, column) = values[static_cast<std::size_t>(places[static_cast<std::size_t>(k)])];
+    };
+    for (Eigen::Index k = 0; k < count; ++k) {
+        const Eigen::Index at = places[static_cast<std::size_t>(k)];
+        const auto row = static_cast<Eigen::Index>(rows);
+        columns.row(k).head(fitted) = jacobian.row(at);
+        right(k) = residuals(at / row, at % row);
+    }
+    for (Eigen::Index k = 0; k < constrained; ++k) {
+        place_term(others[static_cast<std::size_t>(k)], fitted + k);
+        columns(count + k, fitted + k) = 1.0;
+    }
+    for (Eigen::Index k = 0; k < wanted; ++k)
+        place_term(units[static_cast<std::size_t>(k)], fitted + constrained + k);
+    Eigen::VectorXd size = columns.colwise().norm().transpose();
+    for (double& each : size)
+        each = each > 0.0 ? each : 1.0;
+    const Eigen::MatrixXd even = columns * size.cwiseInverse().asDiagonal();
+    const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(even);
+    const Eigen::VectorXd found = solver.solve(right).cwiseQuotient(size).tail(wanted);
+    const Eigen::MatrixXd inverse = solver.pseudoInverse();
+    const Eigen::MatrixXd covariance = size.cwiseInverse().asDiagonal() * inverse *
+                                       inverse.transpose() *
+                                       size.cwiseInverse().asDiagonal();
+    const Eigen::MatrixXd own = covariance.bottomRightCorner(wanted, wanted);
+    const double square = found.dot(own.completeOrthogonalDecomposition().solve(found));
+    if (!(boost::math::gamma_q(0.5 * static_cast<double>(wanted), 0.5 * square) < level))
+        return 0.0;
+    // The mean square of the departures is that of the estimates less their own errors'.
+    const double mean = (found.squaredNorm() - own.trace()) / static_cast<double>(wanted);
+    return std::sqrt(std::max(mean, 0.0));
+}
+
+} // namespace
+
+std::vector<Term> release_errors(const RecordingFit& fit, const measure::Measurement& measurement,
+                                 const std::vector<Term>& others) {
+    const std::vector<run::ShapedMode> modes = resolved_modes(fit);
+    if (modes.size() < 2)
+        return {};
+    // Amplitude and phase of the first mode are fitted without a constraint.
+    if (measurement.release == measure::ReleaseKind::Moving)
+        return terms_from(1, modes, std::abs(fit.model.spec.tip_deflection), 0.0, measurement);
+    const double start = fit.model.release_time;
+    const double scale =
+        scale_of(fit, terms_from(1, modes, 1.0, start, measurement), others);
+    return scale > 0.0 ? terms_from(0, modes, scale, start, measurement) : std::vector<Term>{};
+}
+
+} // namespace culm::fit
