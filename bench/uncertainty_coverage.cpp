@@ -95,8 +95,8 @@ json case_of(std::uint64_t number) {
     measure::Measurement measurement = misstated(real, number);
     const std::span recordings(&measurement, 1);
     const fit::BaselineFit baseline = fit::fit_baseline(recordings);
-    const fit::Fit fit = fit::fit_model(physics::parse_effects(effects, {}), baseline.fit,
-                                        baseline.recordings, {});
+    const fit::Fit fit =
+        fit::fit_model(physics::parse_effects(effects, {}), baseline.fit, baseline.recordings, {});
     json out{{"number", number},
              {"failure", fit.is_fitted() ? fit.reason : fit.reason + " failed"}};
     if (!fit.is_fitted())

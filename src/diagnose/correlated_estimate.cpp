@@ -97,7 +97,7 @@ WhitenedReadings whitened(const StackedReadings& stacked,
                 ++row;
             });
     // Constraints of error terms are independent of each other and of all frames.
-    for (Eigen::Index k = stacked.readings; k < stacked.residual.size(); ++k, ++row) {
+    for (Eigen::Index k = stacked.readings(); k < stacked.residual.size(); ++k, ++row) {
         out.stacked.jacobian.row(row) = stacked.jacobian.row(k);
         out.stacked.residual(row) = stacked.residual(k);
         out.frames.push_back(last_frame + static_cast<std::size_t>(k));

@@ -67,7 +67,8 @@ Criterion criterion(const fit::Fit& one, std::span<const fit::Fit> others) {
 
 double bic(const fit::Fit& model, const Criterion& criterion) {
     return misfit(model, criterion) * criterion.share +
-           static_cast<double>(count_without_errors(model.parameters)) * std::log(criterion.effective_readings);
+           static_cast<double>(count_without_errors(model.parameters)) *
+               std::log(criterion.effective_readings);
 }
 
 double gain_p_value(double gain, int added) {

@@ -19,11 +19,13 @@ std::vector<std::string> difference(const std::vector<std::string>& larger,
     return added;
 }
 
+/// Of the chain with the inputs as stated: an inadequate model pulls these far from where they were
+/// measured, and Y after them.
 double relative_change(const fit::RecordingFit& now, const fit::RecordingFit& before,
-                       const physics::ParameterId& id) {
-    const fit::FittedParameter* const a = now.find(id);
-    const fit::FittedParameter* const b = before.find(id);
-    return a == nullptr || b == nullptr ? 0.0 : a->value / b->value - 1.0;
+                       double physics::StemParameters<double>::*member) {
+    return fit::case_beside_errors(now.model).stem.*member /
+               fit::case_beside_errors(before.model).stem.*member -
+           1.0;
 }
 
 /// The fitted models with their effective readings.
@@ -78,8 +80,10 @@ void judge_model(Ladder& ladder, std::size_t k, std::size_t accepted, std::size_
     if (before.fit.moves()) {
         const fit::RecordingFit& fit = model.fit.parts.front();
         const fit::RecordingFit& smaller = before.fit.parts.front();
-        model.modulus_change = relative_change(fit, smaller, physics::bond_youngs_modulus);
-        model.damping_change = relative_change(fit, smaller, physics::bond_damping);
+        model.modulus_change =
+            relative_change(fit, smaller, &physics::StemParameters<double>::bond_youngs_modulus);
+        model.damping_change =
+            relative_change(fit, smaller, &physics::StemParameters<double>::bond_damping);
     }
 }
 

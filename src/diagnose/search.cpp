@@ -424,7 +424,11 @@ Diagnosis diagnose(std::span<const measure::Measurement> recordings,
         refuse_without_motion(recording, options.candidate.window, options.policy);
     if (options.progress)
         options.progress("fitting the published chain");
-    return Search(fit::fit_baseline(recordings, options.candidate), options).run();
+    const fit::BaselineFit baseline = fit::fit_baseline(recordings, options.candidate);
+    if (baseline.fit.failed())
+        throw core::NumericalError(core::FailureKind::FitFailed,
+                                   "the model cannot be fitted: " + baseline.fit.reason);
+    return Search(baseline, options).run();
 }
 
 } // namespace culm::diagnose

@@ -22,16 +22,23 @@ constexpr int most_restarts = 2;
 /// Of χ², in units of the reduced χ²: worth another solution.
 constexpr double needed_gain = 0.5;
 
-/// Root mean square of residual over weight.
+/// Root mean square of residual over weight, as Fit::weighted_rms.
 double weighted_rms(std::span<const RecordingFit> parts,
                     const std::vector<std::vector<double>>& weights) {
     double sum = 0.0;
     std::size_t count = 0;
+    std::vector<physics::ParameterId> errors;
     for (std::size_t m = 0; m < parts.size(); ++m) {
         RecordingFit part = parts[m];
         part.noise = weights[m];
         sum += whitened_residuals(part).squaredNorm();
         count += part.readings;
+        // Error terms bring a residual each, once however many recordings share them.
+        for (const FittedParameter& parameter : part.parameters)
+            if (parameter.is_error && std::ranges::find(errors, parameter.id) == errors.end()) {
+                errors.push_back(parameter.id);
+                sum += parameter.value * parameter.value;
+            }
     }
     return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
 }
@@ -445,11 +452,15 @@ Fit FitPlan::fit_from_own(const FitOptions& options) const {
         }
         alone.push_back(std::move(own.parts.front()));
     }
-    BestFit best(recordings_, options, noises(alone));
-    best.try_starts(shared_starts(models_, alone, swings_), false);
-    Fit fit = result_of(best);
+    Fit fit = fit_from_alone(alone, options);
     fit.runs += runs;
     return fit;
+}
+
+Fit FitPlan::fit_from_alone(std::span<const RecordingFit> alone, const FitOptions& options) const {
+    BestFit best(recordings_, options, noises(alone));
+    best.try_starts(shared_starts(models_, alone, swings_), false);
+    return result_of(best);
 }
 
 Fit FitPlan::fit_from_starts(const std::vector<std::optional<BegunStart>>& begun,
@@ -490,22 +501,44 @@ Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
     return plan.finish(begun, options);
 }
 
+// Terms are linear about a recording's own fit: where recordings disagree, a joint one may be
+// cycles away from each of them.
 BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
                          const FitOptions& options) {
-    BaselineFit out{{recordings.begin(), recordings.end()}, fit_model({}, {}, recordings, options)};
-    if (out.fit.failed() || !out.fit.moves())
-        return out;
+    BaselineFit out{{recordings.begin(), recordings.end()}, {}};
+    std::vector<RecordingFit> alone;
+    int runs = 0;
+    for (const measure::Measurement& recording : recordings) {
+        Fit own = fit_model({}, {}, {&recording, 1}, options);
+        runs += own.runs;
+        if (own.failed() || !own.moves()) {
+            out.fit =
+                recordings.size() > 1 ? fit_model({}, {}, recordings, options) : std::move(own);
+            return out;
+        }
+        alone.push_back(std::move(own.parts.front()));
+    }
     std::vector<measure::Measurement> known =
-        with_reading_errors(recordings, out.fit.parts, options.heartbeat);
-    StartModels start;
-    for (std::size_t m = 0; m < known.size(); ++m)
-        start.push_back(beside_errors(out.fit.parts[m].model, known[m]));
-    BestFit best(known, options, weights_beside(out.fit));
-    best.try_start(start, false);
-    Fit fit = result_of(best);
-    fit.names = out.fit.names;
-    fit.runs += out.fit.runs;
-    return fit.failed() ? std::move(out) : BaselineFit{std::move(known), std::move(fit)};
+        with_reading_errors(recordings, alone, options.heartbeat);
+    Fit fit;
+    for (std::size_t m = 0; m < known.size(); ++m) {
+        BestFit best({&known[m], 1}, options, {alone[m].noise});
+        best.try_start({beside_errors(alone[m].model, known[m])}, false);
+        fit = result_of(best);
+        runs += fit.runs;
+        if (fit.failed()) {
+            out.fit.reason = fmt::format("{} beside the errors of its readings: {}",
+                                         recordings[m].stem.id, fit.reason);
+            return out;
+        }
+        alone[m] = fit.parts.front();
+    }
+    const Fit none;
+    if (recordings.size() > 1)
+        fit = FitPlan({}, none, known, options).fit_from_alone(alone, options);
+    fit.names = model_names({});
+    fit.runs += runs;
+    return {std::move(known), std::move(fit)};
 }
 
 } // namespace culm::fit

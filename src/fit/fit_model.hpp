@@ -46,8 +46,8 @@ struct BaselineFit {
     std::vector<measure::Measurement> recordings;
     Fit fit;
 };
-/// with_reading_errors() about the fit of the chain, and the fit from there. Where nothing moves in
-/// the chain, or it cannot be fitted beside them, the recordings have no errors. As fit_model().
+/// with_reading_errors() about each recording's own fit of the chain, and the fit of all from
+/// there. Where nothing moves in the chain the recordings have no errors. As fit_model().
 [[nodiscard]] BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
                                        const FitOptions& options = {});
 
@@ -94,6 +94,10 @@ class FitPlan {
     /// `begun`: what begin() gave for each start. As fit_model().
     [[nodiscard]] Fit finish(const std::vector<std::optional<BegunStart>>& begun,
                              const FitOptions& options) const;
+
+    /// All recordings together from each one's own fit of the same model.
+    [[nodiscard]] Fit fit_from_alone(std::span<const RecordingFit> alone,
+                                     const FitOptions& options) const;
 
   private:
     [[nodiscard]] Fit fitted(const std::vector<std::optional<BegunStart>>& begun,

@@ -71,13 +71,15 @@ std::string correlation_sentence(const DiagnosisReport& report) {
     return text;
 }
 
-/// Relative error of a number of the baseline; NaN if one of the models does not have it.
-double bias_of(const DiagnosisReport& report, const physics::ParameterId& id) {
-    const auto value = [&id](const std::vector<fit::FittedParameter>& parameters) {
-        const auto found = std::ranges::find(parameters, id, &fit::FittedParameter::id);
-        return found == parameters.end() ? std::numeric_limits<double>::quiet_NaN() : found->value;
+/// Relative error of a number of the baseline's chain with the inputs as stated; NaN if nothing of
+/// the final fit is known but its numbers.
+double bias_of(const DiagnosisReport& report, double physics::StemParameters<double>::*member) {
+    if (report.found.baseline.parts.empty() || report.found.final_fit.parts.empty())
+        return std::numeric_limits<double>::quiet_NaN();
+    const auto value = [member](const fit::Fit& fit) {
+        return fit::case_beside_errors(fit.parts.front().model).stem.*member;
     };
-    return value(report.found.baseline.parameters) / value(report.parameters()) - 1.0;
+    return value(report.found.baseline) / value(report.found.final_fit) - 1.0;
 }
 
 /// What the missing effects did to the calibration, and what they explain.
@@ -88,8 +90,8 @@ std::string consequence_sentence(const DiagnosisReport& report) {
         fmt::format("The residual falls from {} mm (rms) to {} mm; the noise is {} mm.",
                     number_cell(1e3 * first.rmse, 4), number_cell(1e3 * last.rmse, 4),
                     number_cell(1e3 * report.noise(), 4));
-    const double modulus = bias_of(report, physics::bond_youngs_modulus);
-    const double damping = bias_of(report, physics::bond_damping);
+    const double modulus = bias_of(report, &physics::StemParameters<double>::bond_youngs_modulus);
+    const double damping = bias_of(report, &physics::StemParameters<double>::bond_damping);
     // With known effects the first model is not the baseline, whose numbers these are.
     if (first.names.size() == 1 && std::isfinite(modulus) && std::isfinite(damping))
         text += fmt::format(" Without {} the calibrated Y is off by {} and beta by {}.",

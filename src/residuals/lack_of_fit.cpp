@@ -3,12 +3,12 @@
 
 #include "fit/solve/residual_statistics.hpp"
 #include "physics/effects/stem_scales.hpp"
+#include "reduce/distributions.hpp"
 #include "reduce/residual_tests.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include <boost/math/distributions/fisher_f.hpp>
 #include <fmt/core.h>
 
 namespace culm::residuals {
@@ -20,7 +20,8 @@ std::vector<double> row_residuals(const fit::RecordingFit& fit, const Eigen::Mat
     std::vector<double> values;
     for (std::size_t i = 0; i < fit.times.size(); ++i)
         if (!std::isnan(fit.residuals[i * fit.prediction.rows + row]))
-            values.push_back(whitened(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(row)));
+            values.push_back(
+                whitened(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(row)));
     return values;
 }
 
@@ -52,8 +53,8 @@ std::vector<double> swing_residuals(const fit::RecordingFit& fit, const Eigen::M
         for (std::size_t j = 0; j < rows; ++j) {
             if (std::isnan(fit.residuals[i * rows + j]))
                 continue;
-            sum += weights[j] *
-                   whitened(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+            sum +=
+                weights[j] * whitened(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
             norm += weights[j] * weights[j];
         }
         if (norm > 0.0)
@@ -133,8 +134,8 @@ double likeness_p_value(const fit::RecordingFit& fit, const Eigen::MatrixXd& whi
 double size_p_value(double ratio, double degrees, double of_noise) {
     if (of_noise <= 0.0)
         return fit::chi_squared_tail(degrees * ratio, degrees);
-    return boost::math::cdf(
-        boost::math::complement(boost::math::fisher_f(degrees, of_noise), ratio));
+    return reduce::fisher_f_p_value(ratio, static_cast<std::size_t>(std::lround(degrees)),
+                                    static_cast<std::size_t>(of_noise));
 }
 
 } // namespace
@@ -150,9 +151,8 @@ LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing) {
         static_cast<double>(std::max<std::size_t>(fit.degrees_of_freedom, 1)));
     // χ² of correlated residuals scatters as one of fewer degrees of freedom does.
     if (fit.is_noise_known && fit.degrees_of_freedom > 0)
-        add("size",
-            size_p_value(fit.reduced_chi_squared, result.effective_degrees_of_freedom,
-                         fit.noise_model ? fit.noise_model->degrees_of_freedom : 0.0));
+        add("size", size_p_value(fit.reduced_chi_squared, result.effective_degrees_of_freedom,
+                                 fit.noise_model ? fit.noise_model->degrees_of_freedom : 0.0));
     const std::size_t lags = lags_over_a_period(fit, physics::first_frequency(fit.model.spec.stem));
     const std::vector<double> of_the_swing = swing_residuals(fit, whitened);
     add("correlation of the swing", reduce::ljung_box_p_value(of_the_swing, lags));

@@ -86,14 +86,15 @@ Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measure
     swing.times = fit.times;
     const SwingProjection project(fit, swing.shape);
     const std::size_t parameters = fit.prediction.parameters;
+    const std::size_t release = fit.model.first_error() - 1;
     for (std::size_t i = 0; i < fit.times.size(); ++i) {
         swing.modelled.push_back(
             project(i, [&](std::size_t place) { return fit.prediction.readings[place]; }));
         swing.measured.push_back(
             project(i, [&](std::size_t place) { return measurement.deflections[place]; }));
-        // The last derivative is that by the release time, −dy/dt.
+        // The derivative by the release time is −dy/dt.
         swing.modelled_speed.push_back(project(i, [&](std::size_t place) {
-            const double derivative = fit.prediction.jacobian[place * parameters + parameters - 1];
+            const double derivative = fit.prediction.jacobian[place * parameters + release];
             return std::isfinite(derivative) ? -derivative : 0.0;
         }));
     }

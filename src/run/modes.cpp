@@ -30,9 +30,9 @@ std::vector<integrate::VibrationMode> chain_modes(const CaseSpec& spec, std::siz
 std::vector<ShapedMode> shaped_modes(const CaseSpec& spec, std::size_t count) {
     const integrate::LinearisedChain chain = integrate::linearise_transverse(planar_chain(spec));
     const Eigen::VectorXd scale = chain.mass.cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd stiffness =
-        scale.asDiagonal() * (0.5 * (chain.stiffness + chain.stiffness.transpose())) *
-        scale.asDiagonal();
+    const Eigen::MatrixXd stiffness = scale.asDiagonal() *
+                                      (0.5 * (chain.stiffness + chain.stiffness.transpose())) *
+                                      scale.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness);
     // A clamp that turns is the first freedom; then each sphere has a displacement and a rotation.
     const Eigen::Index spheres = spec.stem.sphere_count - 1;

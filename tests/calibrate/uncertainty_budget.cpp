@@ -36,15 +36,18 @@ double exponent(const fit::UncertaintyBudget& budget, const fit::RecordingFit& f
 // The frequency of a slender beam tells Y I/(m' L⁴) alone.
 TEST(UncertaintyBudget, OfTheModulusFollowsTheFrequencyOfABeam) {
     measure::Measurement measurement = simulated_measurement();
+    // The readings tell of a length that is known to 0.3 mm themselves, and nothing of one that is
+    // known to 0.01 mm.
+    measurement.uncertainties.length = 0.01e-3;
     const fit::RecordingFit fit = fitted(measurement);
     const fit::UncertaintyBudget budget = fit::uncertainty_budget(fit, measurement);
     EXPECT_NEAR(exponent(budget, fit, "length"), 4.0, 0.05);
     EXPECT_NEAR(exponent(budget, fit, "diameter"), -2.0, 0.02); // m' ∝ d², I ∝ d⁴
     EXPECT_NEAR(exponent(budget, fit, "density"), 1.0, 0.01);
-    // By the defaults: (4 · 0.3/155.65)² + (2 · 1 %)² + (1 %)².
+    // (4 · 0.01/155.65)² + (2 · 1 %)² + (1 %)², the last two by default.
     const std::size_t modulus = place_of(fit, physics::bond_youngs_modulus);
     EXPECT_NEAR(budget.combined[modulus] / fit.parameters[modulus].value,
-                std::sqrt(std::pow(4.0 * 0.3 / 155.65, 2) + 5e-4), 3e-4);
+                std::sqrt(std::pow(4.0 * 0.01 / 155.65, 2) + 5e-4), 3e-4);
 }
 
 TEST(UncertaintyBudget, SharesOfOneParameterSumToOne) {

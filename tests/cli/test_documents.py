@@ -62,7 +62,8 @@ LEFT_OUT = {
                                   "what they found",
     },
 }
-RECORDING = ROOT / "tests" / "data" / "measurements" / "T1-null"
+# With drag, so that an effect that a page adds has something to explain.
+RECORDING = ROOT / "tests" / "data" / "hidden-effect" / "T2-quadratic_drag"
 
 
 def excerpt_of_recording(folder: Path):

@@ -96,8 +96,11 @@ TEST(Diagnosis, NamesAMassInTheRecordingThatCarriesItAndInNoOther) {
     };
     EXPECT_EQ(named("tip_mass.mass_kg@a"), numbers.end());
     ASSERT_NE(named("tip_mass.mass_kg@b"), numbers.end());
-    // Only the frequencies' ratio counts now: some standard errors, and what 28 spheres leave.
-    EXPECT_NEAR(named("tip_mass.mass_kg@b")->value, mass, 0.02 * mass);
+    // Length, diameter and density are known to 0.2, 1 and 1 %, the mass of a stem to 2.2 %: so is
+    // what hangs on it, as its interval says.
+    EXPECT_NEAR(named("tip_mass.mass_kg@b")->value, mass,
+                3.0 * named("tip_mass.mass_kg@b")->standard_error);
+    EXPECT_LT(interval_half_width(*named("tip_mass.mass_kg@b")), 0.06 * mass);
 }
 
 TEST(Fit, TheOrderOfTheRecordingsDoesNotMatter) {

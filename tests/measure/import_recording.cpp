@@ -206,10 +206,12 @@ TEST(ImportRecording, EstimatesNoNoiseFromFramesThatMove) {
     EXPECT_TRUE(measurement.noise_by_height.empty());
     EXPECT_EQ(measurement.noise_source, "");
     ASSERT_EQ(measurement.remarks.size(), 1U);
-    EXPECT_EQ(measurement.remarks.front(),
-              "the stem moves in the 179 frames before the release: the recording begins in the "
-              "middle of a swing, or release_s is wrong. No noise is estimated from these frames, "
-              "and their mean is no zero: set zero = \"at_rest\" or \"as_given\"");
+    EXPECT_EQ(
+        measurement.remarks.front(),
+        "the stem moves in the 179 frames before the release: the recording begins in the "
+        "middle of a swing (then write [release] kind = \"moving\"), or release_s is wrong. No "
+        "noise is estimated from these frames, "
+        "and their mean is no zero: set zero = \"at_rest\" or \"as_given\"");
 }
 
 TEST(ImportRecording, EstimatesNoiseOfAStemAtRestBesideNoMotion) {

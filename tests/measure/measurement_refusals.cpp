@@ -143,7 +143,7 @@ TEST(StemFile, SaysWhichKeyIsWrongAndWhatIsAllowed) {
         {no_diameter + section + "width_mm = 3\nheight_mm = 3\narea_mm2 = 9\n",
          "section.area_mm2 = 9: belongs to shape = \"general\""},
         {plain_stem + "[release]\nkind = \"pulled\"\n",
-         "release.kind = \"pulled\": must be \"tip_pull\" or \"held_straight\""},
+         "release.kind = \"pulled\": must be \"tip_pull\", \"held_straight\" or \"moving\""},
         {plain_stem + "[measurement]\nreading = \"rows\"\n", "(did you mean \"row\"?)"},
         {plain_stem + "[measurement]\nnoise_by_height_mm = [0.1]\n",
          "has 2 heights, but stem.toml gives noise_by_height for 1"},

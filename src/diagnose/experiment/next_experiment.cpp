@@ -113,8 +113,9 @@ std::vector<double> frames_of(const fit::RecordingFit& fit, const Change& change
     return times;
 }
 
-/// Information of the record at hand about all but the release, whose numbers are new each time, and
-/// the errors of its readings: Schur's complement of these, (parameters without the errors) twice.
+/// Information of the record at hand about all but the release, whose numbers are new each time,
+/// and the errors of its readings: Schur's complement of these, (parameters without the errors)
+/// twice.
 Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
     const auto count = static_cast<Eigen::Index>(fit.prediction.parameters);
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
@@ -132,7 +133,8 @@ Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
         const auto place = static_cast<Eigen::Index>(k);
         if (fit.model.is_error(k))
             sum(place, place) += 1.0; // its constraint
-        const bool is_release = ids[k] == physics::tip_deflection || ids[k] == physics::release_time;
+        const bool is_release =
+            ids[k] == physics::tip_deflection || ids[k] == physics::release_time;
         (is_release || fit.model.is_error(k) ? others : kept).push_back(place);
     }
     const Eigen::MatrixXd cross = sum(kept, others);

@@ -74,17 +74,17 @@ Regression regress(UserLawKind kind, const fit::Fit& base,
     const StackedReadings stacked = stacked_readings(models, recordings, base, options.heartbeat);
     const StackedReadings fitted = stacked_readings(base, recordings);
 
-    Eigen::MatrixXd columns(stacked.readings, static_cast<Eigen::Index>(terms.size()));
+    Eigen::MatrixXd columns(stacked.readings(), static_cast<Eigen::Index>(terms.size()));
     for (std::size_t k = 0; k < terms.size(); ++k) {
         const auto found = std::ranges::find(stacked.ids, coefficient(k));
         // In units of the scale, so that the sums of products stay of one size.
         columns.col(static_cast<Eigen::Index>(k)) =
             scales[k] *
             project_off(fitted.jacobian, stacked.jacobian.col(found - stacked.ids.begin()))
-                .standing_out.head(stacked.readings);
+                .standing_out.head(stacked.readings());
     }
     const Eigen::VectorXd residual =
-        project_off(fitted.jacobian, fitted.residual).standing_out.head(stacked.readings);
+        project_off(fitted.jacobian, fitted.residual).standing_out.head(stacked.readings());
     // Both sides without what the fitted numbers can take up (Frisch, Waugh and Lovell): the
     // coefficients are those of a regression in which these numbers are free as well.
     Regression out;

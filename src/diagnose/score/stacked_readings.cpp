@@ -38,11 +38,12 @@ class Stack {
     void make_room(const fit::JointLayout& layout) {
         layout_ = layout;
         out_.ids = layout.ids;
+        Eigen::Index rows = 0;
         for (const fit::RecordingFit& part : base_.parts)
-            out_.readings += static_cast<Eigen::Index>(part.residuals.size());
-        const auto constraints = static_cast<Eigen::Index>(std::ranges::count_if(
+            rows += static_cast<Eigen::Index>(part.residuals.size());
+        out_.constraints = static_cast<Eigen::Index>(std::ranges::count_if(
             layout.owners, [&](const auto& owner) { return is_error(owner); }));
-        const Eigen::Index rows = out_.readings + constraints;
+        rows += out_.constraints;
         out_.jacobian = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(out_.ids.size()));
         out_.residual = Eigen::VectorXd::Zero(rows);
         out_.predicted = Eigen::VectorXd::Zero(rows);

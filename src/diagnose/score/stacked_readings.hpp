@@ -19,7 +19,9 @@ struct StackedReadings {
     Eigen::MatrixXd jacobian;              ///< (rows, parameters), by the parameters' own units
     Eigen::VectorXd residual;              ///< (rows), measured − predicted
     Eigen::VectorXd predicted;             ///< (rows)
-    Eigen::Index readings = 0; ///< the rows behind these are the constraints of the error terms
+    Eigen::Index constraints = 0;          ///< of the error terms: the last rows
+
+    [[nodiscard]] Eigen::Index readings() const { return residual.size() - constraints; }
 };
 
 /// `models`, `recordings` and `base` (whose times and noise count) belong together; readings that

@@ -120,7 +120,8 @@ run::CaseSpec case_until(const StemModel& model, double last_time) {
     run::CaseSpec spec = case_beside_errors(model);
     const double earliest =
         std::min(model.release_time, model.expected_release - model.release_time_bound);
-    const double needed = std::max(last_time - earliest, 4.0 * spec.sample_interval);
+    const double needed =
+        std::max(last_time + 0.5 * model.exposure - earliest, 4.0 * spec.sample_interval);
     spec.duration = std::ceil(needed / spec.sample_interval) * spec.sample_interval;
     spec.integrator.step_limit = static_cast<std::int64_t>(
         most_steps_per_period * (1.0 + spec.duration * physics::first_frequency(spec.stem)) +
@@ -145,10 +146,42 @@ run::CaseWithSensitivities simulate(const run::CaseSpec& spec,
     return or_throw(run::simulate_with_sensitivities(spec, parameters, heartbeat));
 }
 
+/// What a frame shows, a mean over its exposure about its time, by Simpson's rule: of a swing of
+/// frequency f it errs by (2π f τ)⁴/2880, where a reading at that time errs by (2π f τ)²/24.
+class ExposedFrame {
+  public:
+    ExposedFrame(std::span<const double> sample_times, double time, double exposure) {
+        if (exposure <= 0.0) {
+            stencils_.push_back({measure::time_stencil(sample_times, time), 1.0});
+            return;
+        }
+        for (const auto& [place, weight] : {std::pair(-0.5, 1.0), {0.0, 4.0}, {0.5, 1.0}})
+            stencils_.push_back(
+                {measure::time_stencil(sample_times, time + place * exposure), weight / 6.0});
+    }
+    template <class Table>
+    [[nodiscard]] double value(const Table& table, std::size_t rows, std::size_t row) const {
+        double sum = 0.0;
+        for (const auto& [stencil, weight] : stencils_)
+            sum += weight * stencil.value(table, rows, row);
+        return sum;
+    }
+    template <class Table>
+    [[nodiscard]] double rate(const Table& table, std::size_t rows, std::size_t row) const {
+        double sum = 0.0;
+        for (const auto& [stencil, weight] : stencils_)
+            sum += weight * stencil.rate(table, rows, row);
+        return sum;
+    }
+
+  private:
+    std::vector<std::pair<measure::TimeStencil, double>> stencils_;
+};
+
 void add_frame(const StemModel& model, std::span<const double> values,
                const run::CaseWithSensitivities& simulated, std::span<const double> sample_times,
                double since_release, ChainPrediction& prediction) {
-    const measure::TimeStencil stencil = measure::time_stencil(sample_times, since_release);
+    const ExposedFrame stencil(sample_times, since_release, model.exposure);
     const auto& heights = simulated.result.height_deflection;
     for (std::size_t j = 0; j < prediction.rows; ++j) {
         prediction.readings.push_back(stencil.value(heights, prediction.rows, j));

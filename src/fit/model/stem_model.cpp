@@ -192,8 +192,10 @@ run::CaseSpec case_beside_errors(const StemModel& model) {
 
 StemModel baseline_model(const measure::Measurement& measurement, const ChainOptions& options) {
     StemChain chain = chain_of(measurement, options);
-    StemModel model{chain.spec, baseline_free_parameters(), 0.0, 0.0, std::move(chain.remarks),
-                    measurement.errors, {}};
+    StemModel model{chain.spec, baseline_free_parameters(), 0.0,
+                    0.0,        std::move(chain.remarks),   measurement.errors,
+                    {}};
+    model.exposure = measurement.exposure.value_or(0.0);
     if (model.errors)
         model.error_values.resize(model.errors->terms.size());
     model.release_time_bound = largest_release_shift * frame_period(measurement);

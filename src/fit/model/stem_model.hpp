@@ -16,8 +16,8 @@ namespace culm::fit {
 
 /// Whatever physics the case contains, the fit only knows its free parameters. The moment of the
 /// release is known to about a frame, so it is one of them: the case runs from release_time on and
-/// is held before. A recording that begins while the stem swings has a release that was not recorded,
-/// half a period earlier: amplitude and phase of the first mode follow from it.
+/// is held before. A recording that begins while the stem swings has a release that was not
+/// recorded, half a period earlier: amplitude and phase of the first mode follow from it.
 struct StemModel {
     run::CaseSpec spec;                    ///< with the values from which a fit starts
     std::vector<FreeParameter> parameters; ///< of the case, in the order of all results
@@ -25,8 +25,9 @@ struct StemModel {
     double release_time_bound = 0.0;       ///< about the expected one; 0: it is not free
     std::vector<std::string> remarks;      ///< what the model leaves out, one sentence each
     std::shared_ptr<const measure::ReadingErrors> errors{}; ///< of the recording; null: none
-    double expected_release{};              ///< s; of a recording that shows it 0
-    std::vector<double> error_values{};                   ///< (terms of the errors)
+    double exposure{};                                      ///< over which a reading is a mean, s
+    double expected_release{};                              ///< s; of a recording that shows it 0
+    std::vector<double> error_values{};                     ///< (terms of the errors)
 
     /// What is fitted: the parameters, the release time if that is free, then the terms of the
     /// reading errors, each with a Gaussian constraint of mean 0 and standard deviation 1.

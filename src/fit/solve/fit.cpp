@@ -226,8 +226,7 @@ void add_constraints(const JointLayout& layout, Fit& fit) {
     for (std::size_t k = 0; k < layout.ids.size(); ++k)
         if (is_error(layout, fit, k)) {
             const auto [model, parameter] = layout.owners[k];
-            fit.parts[model].chi_squared +=
-                std::pow(fit.parts[model].model.value(parameter), 2);
+            fit.parts[model].chi_squared += std::pow(fit.parts[model].model.value(parameter), 2);
         }
 }
 

@@ -63,7 +63,8 @@ struct RecordingFit {
 
     std::size_t readings = 0; ///< used
     std::size_t degrees_of_freedom = 0;
-    /// Σ (residual/noise)², made white where a noise model says so, and Σ value² of the error terms.
+    /// Σ (residual/noise)², made white where a noise model says so, and Σ value² of the error
+    /// terms.
     double chi_squared = 0.0;
     double reduced_chi_squared = 0.0;
     double rmse = 0.0; ///< root mean square of the residuals, m

@@ -4,6 +4,7 @@
 #include "run/modes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -30,6 +31,10 @@ constexpr double least_left = 0.5;
 /// recording of a thousand.
 constexpr double level = 1e-3;
 
+constexpr double clearly_larger = 1.5; ///< of a mean square in a part of the record
+constexpr double clearly_more = 3.0;   ///< of outliers in a part of the record
+constexpr double far_off = 4.0;        ///< of an outlier, scales
+
 /// A frequency at which the motion, or what a model lacks of it, may have power.
 struct Line {
     double frequency = 0.0;  ///< Hz
@@ -47,8 +52,12 @@ std::vector<Line> lines_of(const RecordingFit& fit, double half_rate) {
     const double decay = std::max(-modes.front().decay_rate, 0.0);
     lines.push_back({first, decay, 6});
     lines.push_back({0.0, 0.0, 4});
-    for (std::size_t k = 1; k < modes.size(); ++k)
-        lines.push_back({modes[k].frequency, std::max(-modes[k].decay_rate, 0.0), 3});
+    // A material whose loss is not the chain's lets a higher mode decay at any rate between these.
+    for (std::size_t k = 1; k < modes.size(); ++k) {
+        const double own = std::max(-modes[k].decay_rate, decay);
+        for (const double rate : {decay, std::sqrt(decay * own), own})
+            lines.push_back({modes[k].frequency, rate, 1});
+    }
     for (const double harmonic : {3.0, 2.0, 5.0, 4.0})
         lines.push_back({harmonic * first, decay, 3});
     std::erase_if(lines, [&](const Line& line) { return line.frequency >= half_rate; });
@@ -87,6 +96,11 @@ class FlexibleRest {
     /// Share of the frames that the lines leave free.
     [[nodiscard]] double free_share() const {
         return 1.0 - static_cast<double>(basis_.cols()) / static_cast<double>(basis_.rows());
+    }
+
+    /// (frames) share of white noise's power that is left there.
+    [[nodiscard]] Eigen::VectorXd free_of_frames() const {
+        return (1.0 - basis_.rowwise().squaredNorm().array()).matrix();
     }
 
     /// (Fourier frequencies from 0 to half the rate) share of white noise's power that is left
@@ -182,8 +196,8 @@ Tails tails_of(const std::vector<double>& values) {
         double sum = 0.0;
         for (const double value : values) {
             const double square = std::pow(value / best.scale, 2);
-            sum += (best.degrees + 1.0) * (best.degrees - square) /
-                   std::pow(best.degrees + square, 2);
+            sum +=
+                (best.degrees + 1.0) * (best.degrees - square) / std::pow(best.degrees + square, 2);
         }
         best.slope = sum / count;
     }
@@ -198,10 +212,9 @@ Eigen::ArrayXd spectrum_of(const measure::NoiseModel::Series& series,
     for (std::size_t k = 0; k < bins.size(); ++k) {
         const double turn =
             2.0 * std::numbers::pi * static_cast<double>(bins[k]) / static_cast<double>(frames);
-        out(static_cast<Eigen::Index>(k)) =
-            1.0 - series.correlated_share +
-            series.correlated_share * (1.0 - rho * rho) /
-                (1.0 - 2.0 * rho * std::cos(turn) + rho * rho);
+        out(static_cast<Eigen::Index>(k)) = 1.0 - series.correlated_share +
+                                            series.correlated_share * (1.0 - rho * rho) /
+                                                (1.0 - 2.0 * rho * std::cos(turn) + rho * rho);
     }
     return out;
 }
@@ -300,7 +313,7 @@ class NoiseEstimate {
             return;
         draw_in_outliers(flexible);
         estimate_correlation();
-        write();
+        write(flexible);
     }
 
   private:
@@ -310,6 +323,53 @@ class NoiseEstimate {
     [[nodiscard]] std::size_t place(Eigen::Index frame, Eigen::Index row) const {
         return (first_ + static_cast<std::size_t>(frame)) * fit_.prediction.rows +
                static_cast<std::size_t>(row);
+    }
+
+    /// Is it noise? Made white it is no larger in one part of the record than in the others, and
+    /// outliers come anywhere. What comes in a part, soon after the release say, is what the model
+    /// lacks and no line covers: the estimate is then of something else.
+    [[nodiscard]] bool is_even(const FlexibleRest& flexible) const {
+        constexpr std::size_t parts = 16;
+        const auto frames = static_cast<std::size_t>(rest_.rows());
+        const auto rows = static_cast<std::size_t>(rest_.cols());
+        std::vector<double> values;
+        std::vector<bool> is_seen_at;
+        std::array<double, parts> outliers{};
+        std::array<double, parts> degrees{};
+        const Eigen::VectorXd free = flexible.free_of_frames();
+        for (std::size_t i = 0; i < frames; ++i)
+            for (std::size_t j = 0; j < rows; ++j) {
+                const auto frame = static_cast<Eigen::Index>(i);
+                const auto row = static_cast<Eigen::Index>(j);
+                values.push_back(rest_(frame, row) / std::sqrt(power_(row)));
+                is_seen_at.push_back(is_seen(frame, row));
+                if (!is_seen_at.back())
+                    continue;
+                degrees[i * parts / frames] += free(frame);
+                if (std::abs(values_(frame, row) - smooth_(frame, row)) > far_off * tails_.scale)
+                    outliers[i * parts / frames] += 1.0;
+            }
+        Whitening(std::make_shared<const measure::NoiseModel>(model_), rows, is_seen_at)
+            .apply(values);
+        std::array<double, parts> sums{};
+        for (std::size_t at = 0; at < values.size(); ++at)
+            sums[at / rows * parts / frames] += values[at] * values[at];
+        const double all = std::accumulate(sums.begin(), sums.end(), 0.0) /
+                           std::accumulate(degrees.begin(), degrees.end(), 0.0);
+        const double mean = std::accumulate(outliers.begin(), outliers.end(), 0.0) / parts;
+        for (std::size_t k = 0; k < parts; ++k) {
+            // Where the lines take most of the readings, little of the noise is left to judge.
+            const bool is_larger =
+                degrees[k] > 0.5 * static_cast<double>(values.size()) / parts &&
+                sums[k] > clearly_larger * degrees[k] * all &&
+                boost::math::gamma_q(0.5 * degrees[k], 0.5 * sums[k] / all) < level / parts;
+            // P(N ≥ n) of Poisson's law is that of a gamma variable below its mean.
+            const bool is_crowded = tails_.is_heavy && outliers[k] > clearly_more * mean &&
+                                    boost::math::gamma_p(outliers[k], mean) < level / parts;
+            if (is_larger || is_crowded)
+                return false;
+        }
+        return true;
     }
 
     /// Residuals over the noise, and what lies at the lines of each row.
@@ -372,7 +432,11 @@ class NoiseEstimate {
         tails_ = tails_now(flexible.free_share());
         if (!tails_.is_heavy)
             return;
-        // Outliers have pulled the first smooth part: their own law shows beside the second.
+        // Outliers have pulled the first smooth part, most where few readings tell it: the second
+        // begins from readings that are clipped at 4 scales.
+        const double clip = far_off * tails_.scale;
+        for (Eigen::Index j = 0; j < values_.cols(); ++j)
+            smooth_.col(j) = flexible.smooth(values_.col(j).cwiseMin(clip).cwiseMax(-clip));
         constexpr int passes = 2;
         for (int pass = 0; pass < passes; ++pass) {
             settle(flexible, tails_);
@@ -381,6 +445,9 @@ class NoiseEstimate {
                 break;
         }
         settle(flexible, tails_);
+    }
+
+    void write_drawn_in() {
         for (Eigen::Index j = 0; j < rest_.cols(); ++j)
             for (Eigen::Index i = 0; i < rest_.rows(); ++i)
                 if (is_seen(i, j))
@@ -424,21 +491,19 @@ class NoiseEstimate {
             found * power_.sqrt().inverse().matrix().cast<std::complex<double>>().asDiagonal();
         const measure::NoiseModel::Series all =
             series_of(even.cwiseAbs2().rowwise().mean(), rows, bins_, rest_.rows());
-        const Eigen::MatrixXcd flat =
-            spectrum_of(all, bins_, rest_.rows())
-                .sqrt()
-                .inverse()
-                .matrix()
-                .cast<std::complex<double>>()
-                .asDiagonal() *
-            even;
+        const Eigen::MatrixXcd flat = spectrum_of(all, bins_, rest_.rows())
+                                          .sqrt()
+                                          .inverse()
+                                          .matrix()
+                                          .cast<std::complex<double>>()
+                                          .asDiagonal() *
+                                      even;
         const Eigen::MatrixXd covariance = (flat.adjoint() * flat).real() / bins;
         if (are_alike(covariance, bins))
             turn(even, covariance);
         else
             model_.series.assign(static_cast<std::size_t>(rest_.cols()), all);
-        is_correlated_ =
-            !model_.rotation.empty() || model_.series.front().correlated_share > 0.0;
+        is_correlated_ = !model_.rotation.empty() || model_.series.front().correlated_share > 0.0;
     }
 
     /// Series of their own along the eigenvectors of the rows' covariance.
@@ -459,8 +524,8 @@ class NoiseEstimate {
         const Eigen::MatrixXcd turned = even * solver.eigenvectors().cast<std::complex<double>>();
         const Eigen::Index rest = rows - own;
         const measure::NoiseModel::Series common =
-            series_of(turned.leftCols(rest).cwiseAbs2().rowwise().mean(),
-                      static_cast<double>(rest), bins_, rest_.rows());
+            series_of(turned.leftCols(rest).cwiseAbs2().rowwise().mean(), static_cast<double>(rest),
+                      bins_, rest_.rows());
         model_.series.assign(static_cast<std::size_t>(rows), common);
         for (Eigen::Index s = rest; s < rows; ++s)
             model_.series[static_cast<std::size_t>(s)] =
@@ -478,17 +543,18 @@ class NoiseEstimate {
                !(boost::math::gamma_q(0.5 * degrees, 0.5 * degrees * ratio) < level);
     }
 
-    void write() {
+    void write(const FlexibleRest& flexible) {
         const double degrees =
             2.0 * static_cast<double>(rest_.cols()) * static_cast<double>(bins_.size());
-        if (is_as_stated(degrees))
+        if (is_as_stated(degrees) || !is_even(flexible))
             return;
+        if (tails_.is_heavy)
+            write_drawn_in();
         measurement_.noise_source = source();
         if (fit_.is_noise_known) { // else only the residuals tell its size
             measurement_.noise_by_height = fit_.noise;
             for (std::size_t j = 0; j < fit_.noise.size(); ++j)
-                measurement_.noise_by_height[j] *=
-                    std::sqrt(power_(static_cast<Eigen::Index>(j)));
+                measurement_.noise_by_height[j] *= std::sqrt(power_(static_cast<Eigen::Index>(j)));
         }
         model_.degrees_of_freedom = degrees;
         measurement_.noise_model = std::make_shared<const measure::NoiseModel>(std::move(model_));
@@ -520,7 +586,7 @@ class NoiseEstimate {
     Eigen::MatrixXd values_; ///< (frames, rows), residuals over the noise
     Eigen::MatrixXd smooth_; ///< of them
     Eigen::MatrixXd rest_;   ///< the rest, outliers drawn in
-    Eigen::ArrayXd left_; ///< FlexibleRest::left_of_noise
+    Eigen::ArrayXd left_;    ///< FlexibleRest::left_of_noise
     std::vector<Eigen::Index> bins_;
     Tails tails_;
     measure::NoiseModel model_;

@@ -79,8 +79,8 @@ class InputErrors {
             for (std::size_t at = 0; at < changed_.readings.size(); ++at) {
                 double rest = derivative(at, k, column);
                 for (std::size_t place = 0; place < material_; ++place)
-                    rest -= taken[place] *
-                            finite(changed_.jacobian[at * changed_.parameters + place]);
+                    rest -=
+                        taken[place] * finite(changed_.jacobian[at * changed_.parameters + place]);
                 term.readings.push_back(rest);
             }
             column += inputs_[k].scales_times ? 0 : 1;
@@ -116,9 +116,8 @@ class InputErrors {
     /// readings what one standard uncertainty of an input does.
     [[nodiscard]] Eigen::MatrixXd compensation() const {
         const std::size_t count = fit_.prediction.parameters;
-        Eigen::MatrixXd products =
-            Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(count),
-                                  static_cast<Eigen::Index>(inputs_.size()));
+        Eigen::MatrixXd products = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(count),
+                                                         static_cast<Eigen::Index>(inputs_.size()));
         for (std::size_t at = 0; at < fit_.residuals.size(); ++at) {
             if (std::isnan(fit_.residuals[at]))
                 continue;
@@ -159,8 +158,8 @@ struct FinerChain {
 
 /// Standard deviation of the frequency of a decaying mode, Hz (Montgomery & O'Donoghue 1999). What
 /// has decayed by e tells hardly more.
-double frequency_uncertainty(const RecordingFit& fit, const integrate::VibrationMode& mode,
-                             double amplitude) {
+double frequency_uncertainty(const RecordingFit& fit, const measure::NoiseModel* model,
+                             const integrate::VibrationMode& mode, double amplitude) {
     const double recorded = fit.times.back();
     const double duration =
         mode.decay_rate < 0.0 ? std::min(recorded, -1.0 / mode.decay_rate) : recorded;
@@ -168,11 +167,20 @@ double frequency_uncertainty(const RecordingFit& fit, const integrate::Vibration
     double noise = 0.0;
     for (const double each : fit.noise)
         noise = noise == 0.0 ? each : std::min(noise, each);
+    // Slow noise leaves less at a mode's frequency than white noise of its size.
+    double share = 1.0;
+    for (std::size_t k = 0; model != nullptr && k < model->series.size(); ++k) {
+        const measure::NoiseModel::Series& of = model->series[k];
+        share = std::min(share, of.variance * (1.0 - of.correlated_share +
+                                               of.correlated_share * (1.0 - of.correlation) /
+                                                   (1.0 + of.correlation)));
+    }
+    noise *= std::sqrt(share);
     return std::sqrt(6.0 / std::max(readings, 1.0)) * noise /
            (std::numbers::pi * amplitude * duration);
 }
 
-FinerChain finer_chain(const RecordingFit& fit) {
+FinerChain finer_chain(const RecordingFit& fit, const measure::NoiseModel* noise_model) {
     FinerChain finer{fit.model};
     StemModel& model = finer.model;
     model.parameters.clear();
@@ -193,10 +201,10 @@ FinerChain finer_chain(const RecordingFit& fit) {
         std::log(model.spec.stem.bond_youngs_modulus / coarse.stem.bond_youngs_modulus);
     finer.log_damping = same_time > 0.0 ? std::log(model.spec.stem.bond_damping / same_time) : 0.0;
     // A stem that is pulled at its tip has (f₁/f₂)² of the first mode's amplitude in the second.
-    const double amplitude = std::abs(coarse.tip_deflection) *
-                             std::pow(modes[0].frequency / modes[1].frequency, 2);
+    const double amplitude =
+        std::abs(coarse.tip_deflection) * std::pow(modes[0].frequency / modes[1].frequency, 2);
     finer.matters = std::abs(finer_modes[1].frequency - modes[1].frequency) >
-                    negligible_shift * frequency_uncertainty(fit, modes[1], amplitude);
+                    negligible_shift * frequency_uncertainty(fit, noise_model, modes[1], amplitude);
     return finer;
 }
 
@@ -205,8 +213,8 @@ void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerC
                   const run::Heartbeat& heartbeat, ReadingErrors& errors) {
     const double modulus = first.log_modulus - finer.log_modulus;
     const double damping = first.log_damping - finer.log_damping;
-    ReadingErrors::Term doubt{"division of the chain", {}, order_doubt * modulus,
-                              order_doubt * damping};
+    ReadingErrors::Term doubt{
+        "division of the chain", {}, order_doubt * modulus, order_doubt * damping};
     errors.known.log_modulus = likely_order * modulus;
     errors.known.log_damping = likely_order * damping;
     if (finer.matters) {
@@ -243,15 +251,14 @@ with_reading_errors(std::span<const measure::Measurement> recordings,
             auto errors = std::make_shared<ReadingErrors>();
             errors->times = recordings[m].times;
             errors->terms = InputErrors(fits[m], recordings[m], inputs, heartbeat).terms();
-            const FinerChain finer = finer_chain(fits[m]);
+            const FinerChain finer = finer_chain(fits[m], out[m].noise_model.get());
             if (!first)
                 first = finer;
             add_division(fits[m], finer, *first, heartbeat, *errors);
-            std::vector<ReadingErrors::Term> of_release =
-                release_errors(fits[m], recordings[m],
-                               std::vector(errors->terms.begin(),
-                                           errors->terms.begin() +
-                                               static_cast<std::ptrdiff_t>(inputs.size())));
+            std::vector<ReadingErrors::Term> of_release = release_errors(
+                fits[m], recordings[m],
+                std::vector(errors->terms.begin(),
+                            errors->terms.begin() + static_cast<std::ptrdiff_t>(inputs.size())));
             std::ranges::move(of_release, std::back_inserter(errors->terms));
             out[m].errors = std::move(errors);
         } catch (const core::NumericalError&) {

@@ -43,12 +43,11 @@ struct StatedInput {
 [[nodiscard]] measure::Measurement with_noise_in_motion(const RecordingFit& fit,
                                                         const measure::Measurement& measurement);
 
-/// The recordings with their noise in motion and the errors of their readings, linearised about `fits` (without
-/// errors), one for each. The
-/// first terms are the stated inputs, in their order: a term is the change of the readings by one
-/// standard uncertainty. What Y and β take up of it goes into these, so that no phase runs away
-/// from the linear rest. Recordings of one rig, or of one specimen with the same stated value,
-/// share a term.
+/// The recordings with their noise in motion and the errors of their readings, linearised about
+/// `fits` (without errors), one for each. The first terms are the stated inputs, in their order: a
+/// term is the change of the readings by one standard uncertainty. What Y and β take up of it goes
+/// into these, so that no phase runs away from the linear rest. Recordings of one rig, or of one
+/// specimen with the same stated value, share a term.
 ///
 /// The last term, where it matters, is the division of the chain: y = y_N + α (y_2N − y_N) with
 /// α = 4/3 ± 1/3, order 2 in the bond length and the doubt of it. The finer chain keeps the first
@@ -57,9 +56,9 @@ struct StatedInput {
 /// 1999), the finer chain is not run.
 ///
 /// Then what the hand that released the stem may have done: each of the first modes that the camera
-/// resolves (below 0.4 of the frame rate) has an amplitude and a velocity of its own at the release,
-/// with the scale that the first two periods tell (release_errors()). Of a recording that begins in
-/// motion the higher modes have whatever the start shows.
+/// resolves (below 0.4 of the frame rate) has an amplitude and a velocity of its own at the
+/// release, with the scale that the first two periods tell (release_errors()). Of a recording that
+/// begins in motion the higher modes have whatever the start shows.
 ///
 /// Each costs one run per recording. A recording without motion, or that cannot be computed with an
 /// input changed a little, has no errors.

@@ -24,14 +24,15 @@ constexpr double resolved_share = 0.4;
 /// decayed, and what the model lacks has grown.
 constexpr double early_periods = 2.0;
 /// Of departures that are taken for there, in a release that has none.
-constexpr double level = 1e-3;
+constexpr double departure_level = 1e-3;
+constexpr double largest_share = 0.5; ///< of what a pull at the tip gives a mode
 
 /// How the modes look that the camera resolves, no more than there are heights.
 std::vector<run::ShapedMode> resolved_modes(const RecordingFit& fit) {
-    std::vector<run::ShapedMode> modes = run::shaped_modes(
-        case_beside_errors(fit.model), std::min(most_modes, fit.prediction.rows));
-    const double rate = static_cast<double>(fit.times.size() - 1) /
-                        (fit.times.back() - fit.times.front());
+    std::vector<run::ShapedMode> modes =
+        run::shaped_modes(case_beside_errors(fit.model), std::min(most_modes, fit.prediction.rows));
+    const double rate =
+        static_cast<double>(fit.times.size() - 1) / (fit.times.back() - fit.times.front());
     std::erase_if(modes, [rate](const run::ShapedMode& shaped) {
         return shaped.mode.frequency > resolved_share * rate;
     });
@@ -43,9 +44,10 @@ std::vector<run::ShapedMode> resolved_modes(const RecordingFit& fit) {
 Term term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity, double size,
              double start, const measure::Measurement& measurement) {
     Term term;
-    term.name = fmt::format("{} of mode {} at the {} of {}", is_velocity ? "velocity" : "amplitude",
-                            number, measurement.release == measure::ReleaseKind::Moving
-                                        ? "start" : "release", measurement.stem.id);
+    term.name =
+        fmt::format("{} of mode {} at the {} of {}", is_velocity ? "velocity" : "amplitude", number,
+                    measurement.release == measure::ReleaseKind::Moving ? "start" : "release",
+                    measurement.stem.id);
     const double turning = 2.0 * std::numbers::pi * shaped.mode.frequency;
     for (const double time : measurement.times) {
         const double since = time - start;
@@ -59,12 +61,14 @@ Term term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity
     return term;
 }
 
-std::vector<Term> terms_from(std::size_t first, const std::vector<run::ShapedMode>& modes,
-                             double size, double start, const measure::Measurement& measurement) {
+/// Of all modes but the first; of sizes (modes).
+std::vector<Term> terms_of(const std::vector<run::ShapedMode>& modes,
+                           const std::vector<double>& sizes, double start,
+                           const measure::Measurement& measurement) {
     std::vector<Term> terms;
-    for (std::size_t k = first; k < modes.size(); ++k)
+    for (std::size_t k = 1; k < modes.size(); ++k)
         for (const bool is_velocity : {false, true})
-            terms.push_back(term_of(modes[k], k + 1, is_velocity, size, start, measurement));
+            terms.push_back(term_of(modes[k], k + 1, is_velocity, sizes[k], start, measurement));
     return terms;
 }
 
@@ -99,7 +103,8 @@ double scale_of(const RecordingFit& fit, const std::vector<Term>& units,
             values[at] = term.readings[at] / fit.noise[at % rows];
         whitening.apply(values);
         for (Eigen::Index k = 0; k < count; ++k)
-            columns(k, column) = values[static_cast<std::size_t>(places[static_cast<std::size_t>(k)])];
+            columns(k, column) =
+                values[static_cast<std::size_t>(places[static_cast<std::size_t>(k)])];
     };
     for (Eigen::Index k = 0; k < count; ++k) {
         const Eigen::Index at = places[static_cast<std::size_t>(k)];
@@ -121,11 +126,10 @@ double scale_of(const RecordingFit& fit, const std::vector<Term>& units,
     const Eigen::VectorXd found = solver.solve(right).cwiseQuotient(size).tail(wanted);
     const Eigen::MatrixXd inverse = solver.pseudoInverse();
     const Eigen::MatrixXd covariance = size.cwiseInverse().asDiagonal() * inverse *
-                                       inverse.transpose() *
-                                       size.cwiseInverse().asDiagonal();
+                                       inverse.transpose() * size.cwiseInverse().asDiagonal();
     const Eigen::MatrixXd own = covariance.bottomRightCorner(wanted, wanted);
     const double square = found.dot(own.completeOrthogonalDecomposition().solve(found));
-    if (!(boost::math::gamma_q(0.5 * static_cast<double>(wanted), 0.5 * square) < level))
+    if (!(boost::math::gamma_q(0.5 * static_cast<double>(wanted), 0.5 * square) < departure_level))
         return 0.0;
     // The mean square of the departures is that of the estimates less their own errors'.
     const double mean = (found.squaredNorm() - own.trace()) / static_cast<double>(wanted);
@@ -139,13 +143,24 @@ std::vector<Term> release_errors(const RecordingFit& fit, const measure::Measure
     const std::vector<run::ShapedMode> modes = resolved_modes(fit);
     if (modes.size() < 2)
         return {};
-    // Amplitude and phase of the first mode are fitted without a constraint.
+    // Amplitude and phase of the first mode are fitted: tip deflection and release time.
+    const double pull = std::abs(fit.model.spec.tip_deflection);
     if (measurement.release == measure::ReleaseKind::Moving)
-        return terms_from(1, modes, std::abs(fit.model.spec.tip_deflection), 0.0, measurement);
+        return terms_of(modes, std::vector(modes.size(), pull), 0.0, measurement);
     const double start = fit.model.release_time;
     const double scale =
-        scale_of(fit, terms_from(1, modes, 1.0, start, measurement), others);
-    return scale > 0.0 ? terms_from(0, modes, scale, start, measurement) : std::vector<Term>{};
+        scale_of(fit, terms_of(modes, std::vector(modes.size(), 1.0), start, measurement), others);
+    if (!(scale > 0.0))
+        return {};
+    // A stem that is pulled at its tip has (f₁/f_k)² of the first mode's amplitude in mode k. A
+    // hand that holds it a tenth of its length lower changes that of the second by half. Departures
+    // that are larger are no release.
+    std::vector<double> sizes;
+    for (const run::ShapedMode& shaped : modes)
+        sizes.push_back(
+            std::min(scale, largest_share * pull *
+                                std::pow(modes.front().mode.frequency / shaped.mode.frequency, 2)));
+    return terms_of(modes, sizes, start, measurement);
 }
 
 } // namespace culm::fit

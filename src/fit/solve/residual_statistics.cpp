@@ -62,8 +62,8 @@ Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit) {
     for (std::size_t at = 0; at < fit.residuals.size(); ++at) {
         const double* const gradient = fit.prediction.jacobian.data() + at * count;
         // At the edge of a stem that just reaches the row one lane may miss it: no derivative then.
-        const bool is_whole =
-            std::all_of(gradient, gradient + count, [](double each) { return std::isfinite(each); });
+        const bool is_whole = std::all_of(gradient, gradient + count,
+                                          [](double each) { return std::isfinite(each); });
         for (std::size_t k = 0; k < count; ++k)
             matrix(static_cast<Eigen::Index>(at), static_cast<Eigen::Index>(k)) =
                 is_whole ? gradient[k] / fit.noise[at % fit.prediction.rows] : 0.0;
@@ -79,9 +79,9 @@ Eigen::MatrixXd whitened_residuals(const RecordingFit& fit) {
     for (std::size_t at = 0; at < fit.residuals.size(); ++at)
         values.push_back(fit.residuals[at] / fit.noise[at % rows]);
     whitening_of(fit).apply(values);
-    return Eigen::Map<
-        const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
-        values.data(), static_cast<Eigen::Index>(fit.times.size()), static_cast<Eigen::Index>(rows));
+    return Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+        values.data(), static_cast<Eigen::Index>(fit.times.size()),
+        static_cast<Eigen::Index>(rows));
 }
 
 std::vector<ResidualGroup> residuals_by_height(const RecordingFit& fit) {

@@ -19,8 +19,8 @@ namespace culm::fit {
 /// nothing was seen.
 [[nodiscard]] Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit);
 
-/// Residuals over the noise and made white, (frames, rows) or (frames, series) where the noise model
-/// turns the rows; 0 where nothing was seen.
+/// Residuals over the noise and made white, (frames, rows) or (frames, series) where the noise
+/// model turns the rows; 0 where nothing was seen.
 [[nodiscard]] Eigen::MatrixXd whitened_residuals(const RecordingFit& fit);
 
 /// Residuals of one height, of a part of the record, or of a range of amplitudes.

@@ -47,8 +47,7 @@ void ReadingResiduals::whiten() {
             continue;
         white_residuals_[place.reading] = (predicted - place.measured) * place.inverse_noise;
         for (std::size_t k = 0; k < parameters; ++k)
-            if (const double derivative =
-                    prediction_->jacobian[place.reading * parameters + k];
+            if (const double derivative = prediction_->jacobian[place.reading * parameters + k];
                 std::isfinite(derivative))
                 white_jacobian_[k * count + place.reading] = derivative * place.inverse_noise;
     }

@@ -55,7 +55,7 @@ class ReadingResiduals {
 
     const StemModel& model_;
     run::Heartbeat heartbeat_;
-    std::optional<Whitening> whitening_; ///< empty: readings are independent
+    std::optional<Whitening> whitening_;  ///< empty: readings are independent
     std::vector<double> white_residuals_; ///< (frames, rows)
     std::vector<double> white_jacobian_;  ///< (parameters, frames, rows)
     std::vector<double> times_;

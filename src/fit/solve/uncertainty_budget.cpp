@@ -66,8 +66,8 @@ UncertaintyBudget uncertainty_budget(const RecordingFit& fit,
         for (std::size_t p = 0; p < first; ++p) {
             // The constraint on the term e is (e − e₀)² with e₀ = 0 as stated. The fit minimises
             // |r − J θ − D e|² + (e − e₀)², so dθ̂/de₀ is the covariance of θ̂ and ê.
-            const double change = fit.covariance(static_cast<Eigen::Index>(p),
-                                                 static_cast<Eigen::Index>(first + k));
+            const double change =
+                fit.covariance(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(first + k));
             const double part = std::isfinite(change) ? change : 0.0;
             line.sensitivities.push_back(part / line.input.standard_uncertainty);
             budget.from_readings[p] -= part * part;

@@ -105,8 +105,8 @@ struct NoiseModel {
         double correlated_share = 0.0; ///< of the variance, that the autoregression has
         double correlation = 0.0;      ///< of the autoregression, from frame to frame
     };
-    std::vector<double> rotation; ///< (series, rows) row-major, orthonormal; empty: none
-    std::vector<Series> series;   ///< (rows)
+    std::vector<double> rotation;    ///< (series, rows) row-major, orthonormal; empty: none
+    std::vector<Series> series;      ///< (rows)
     double degrees_of_freedom = 0.0; ///< behind the noise's size; 0: it counts as exact
 };
 
@@ -114,7 +114,7 @@ struct NoiseModel {
 /// (fit/solve/reading_errors.hpp): linear in numbers of mean 0 and standard deviation 1.
 struct ReadingErrors {
     struct Term {
-        std::string name; ///< "length of S07"; terms of the same name are one number
+        std::string name;             ///< "length of S07"; terms of the same name are one number
         std::vector<double> readings; ///< (times, heights), m; empty: none
         double log_modulus = 0.0;     ///< change of ln Y of the chain, whose phases follow it
         double log_damping = 0.0;     ///< likewise of ln β
@@ -130,7 +130,8 @@ struct Measurement {
     ReleaseKind release = ReleaseKind::TipPull;
     GravityDirection gravity_direction = GravityDirection::None;
     Reading reading = Reading::Row;
-    double start = 0.0; ///< of a moving release, on the table's clock, s: what came before is left out
+    double start =
+        0.0; ///< of a moving release, on the table's clock, s: what came before is left out
     std::optional<double> hold_time;         ///< for which the stem was held before the release, s
     std::optional<double> frames_per_second; ///< of the camera
     std::optional<double> noise;             ///< standard deviation of one reading, m
@@ -142,9 +143,9 @@ struct Measurement {
     std::optional<double> row_time; ///< between two rows of a rolling shutter, s
     std::string noise_source;       ///< where the noise comes from, for example "40 frames at rest"
 
-    std::vector<double> times; ///< s, strictly ascending; 0 is the release, or the start of one that
-                               ///< is moving
-    std::vector<double> heights;     ///< above the clamp, m, strictly ascending
+    std::vector<double> times;   ///< s, strictly ascending; 0 is the release, or the start of one
+                                 ///< that is moving
+    std::vector<double> heights; ///< above the clamp, m, strictly ascending
     std::vector<double> deflections; ///< (times, heights) row-major, m; NaN where nothing was seen
 
     std::shared_ptr<const NoiseModel> noise_model; ///< null: independent; not written to files
@@ -162,8 +163,8 @@ struct Measurement {
     [[nodiscard]] std::optional<double> noise_at(std::size_t height) const;
 };
 
-/// The words of stem.toml: "tip_pull", "held_straight", "moving"; "none", "axial", "transverse"; "row",
-/// "material".
+/// The words of stem.toml: "tip_pull", "held_straight", "moving"; "none", "axial", "transverse";
+/// "row", "material".
 [[nodiscard]] std::string_view to_string(ReleaseKind kind);
 [[nodiscard]] std::string_view to_string(GravityDirection direction);
 [[nodiscard]] std::string_view to_string(Reading reading);

@@ -20,7 +20,7 @@ constexpr core::Interval stem_width{1e-5, 10.0};
 constexpr core::Interval densities{1e-3, 1e5}; // kg/m³
 constexpr core::Interval positive{0.0, 1e12, true};
 constexpr core::Interval masses{0.0, 1e3, true}; // kg
-constexpr double largest_start = 1e6;                  // s
+constexpr double largest_start = 1e6;            // s
 constexpr core::Interval longest_hold{0.0, 1e7}; // s, that of the effect relaxation
 
 template <std::size_t N>
@@ -68,46 +68,6 @@ std::optional<double> read_uncertainty(const core::TomlTable& table, const std::
     }
     // Any value between the limits is equally likely (JCGM 101, 6.4.2): variance a²/3.
     return 0.5 * (high - low) / std::sqrt(3.0);
-}
-
-/// Inputs of which the file states an uncertainty.
-std::string inputs_with_uncertainty(const Measurement& measurement) {
-    const StatedUncertainties& stated = measurement.uncertainties;
-    const std::vector<std::pair<bool, std::string>> keys{
-        {stated.length.has_value(), "length"},
-        {stated.diameter.has_value(), "diameter"},
-        {stated.wall.has_value(), "wall"},
-        {stated.section_width.has_value(), "width"},
-        {stated.section_height.has_value(), "height"},
-        {stated.section_area.has_value(), "area"},
-        {stated.second_moment.has_value(), "second_moment"},
-        {stated.density.has_value(), "density"},
-        {stated.frames_per_second.has_value(), "fps"},
-        {stated.scale.has_value(), "scale"},
-        {stated.clamp.has_value(), "clamp"},
-        {std::ranges::any_of(
-             measurement.stem.added_masses,
-             [](const AddedMass& mass) { return mass.mass_uncertainty.has_value(); }),
-         "mass"}};
-    std::vector<std::string> named;
-    for (const auto& [is_stated, name] : keys)
-        if (is_stated)
-            named.push_back(name);
-    return fmt::format("{}", fmt::join(named, ", "));
-}
-
-/// Keys that a following version of the fit uses.
-std::string unused_keys(const Measurement& measurement) {
-    std::vector<std::string> parts;
-    const std::vector<std::pair<bool, std::string>> others{
-        {!measurement.specimen.empty(), "specimen"},
-        {!measurement.rig.empty(), "rig"},
-        {measurement.exposure.has_value(), "exposure_ms"},
-        {measurement.row_time.has_value(), "row_time_us"}};
-    for (const auto& [is_stated, name] : others)
-        if (is_stated)
-            parts.push_back(name);
-    return fmt::format("{}", fmt::join(parts, ", "));
 }
 
 void read_section(const core::TomlTable& table, Measurement& measurement) {
@@ -369,8 +329,9 @@ void read_release(const core::TomlTable& table, Measurement& measurement) {
     const auto start = table.number("start_s", {-largest_start, largest_start, true});
     measurement.start = start.value_or(0.0);
     if (start && measurement.release != ReleaseKind::Moving)
-        table.fault("start_s", "only a release of kind = \"moving\" has a start; the others begin at "
-                               "time 0, the release");
+        table.fault("start_s",
+                    "only a release of kind = \"moving\" has a start; the others begin at "
+                    "time 0, the release");
 }
 
 } // namespace
@@ -384,9 +345,11 @@ void read_stem_tables(const core::TomlTable& root, Measurement& measurement) {
     read_release(root.table("release"), measurement);
     read_camera(root.table("camera"), measurement);
     read_measurement_table(root.table("measurement"), measurement);
-    if (const std::string unused = unused_keys(measurement); !unused.empty())
+    if (measurement.row_time.value_or(0.0) > 0.0)
         measurement.remarks.push_back(fmt::format(
-            "{}: the fit does not use these stated values yet: {}", root.file(), unused));
+            "{}: row_time_us is kept, but no fit uses it: the height of an image row is "
+            "not stated; --with rolling_shutter fits the whole read-out time",
+            root.file()));
 }
 
 Measurement read_stem_file(const std::filesystem::path& file) {

@@ -159,7 +159,8 @@ bool is_moving_before(const ImportMapping& mapping,
         return false;
     measurement.remarks.push_back(fmt::format(
         "the stem moves in the {} frames before the release: the recording begins in the middle of "
-        "a swing (then write [release] kind = \"moving\"), or release_s is wrong. No noise is estimated from these frames{}",
+        "a swing (then write [release] kind = \"moving\"), or release_s is wrong. No noise is "
+        "estimated from these frames{}",
         release,
         mapping.zero == ZeroDeflection::BeforeRelease
             ? ", and their mean is no zero: set zero = \"at_rest\" or \"as_given\""

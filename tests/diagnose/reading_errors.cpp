@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Nothing is missing in these recordings of the beam generator but that somebody or something
+// erred. Each is called inadequate by the fit that takes inputs, noise, division of the chain or
+// release as exact.
+#include "fit/solve/reading_errors.hpp"
+
+#include "beam_generator/recording.hpp"
+#include "diagnose/adequacy.hpp"
+#include "fit/fit_model.hpp"
+
+#include <cmath>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+using diagnose::Finding;
+
+beam::RecordingSpec plain_spec(double noise = 0.04e-3) {
+    beam::RecordingSpec spec;
+    spec.id = "plain";
+    spec.heights = beam::even_heights(spec.stem.length, 8);
+    spec.duration = 0.35;
+    spec.errors.noise = noise;
+    spec.seed = 20;
+    return spec;
+}
+
+measure::Measurement recorded(const beam::RecordingSpec& spec, int spheres = 40) {
+    measure::Measurement measurement = beam::record(spec);
+    measurement.stem.spheres = spheres;
+    return measurement;
+}
+
+Finding finding(const fit::Fit& fit, std::span<const measure::Measurement> recordings) {
+    EXPECT_FALSE(fit.failed()) << fit.reason;
+    return fit.failed() ? Finding::Undecided : diagnose::verdict_on(fit, recordings).finding;
+}
+
+/// The verdicts with everything exact, and beside the errors of the readings.
+std::pair<Finding, Finding> findings(const std::vector<measure::Measurement>& recordings) {
+    const fit::Fit exact = fit::fit_model({}, {}, recordings);
+    const fit::BaselineFit beside = fit::fit_baseline(recordings);
+    return {finding(exact, recordings), finding(beside.fit, beside.recordings)};
+}
+
+const std::pair inadequate_then_adequate{Finding::Inadequate, Finding::Adequate};
+
+TEST(ReadingErrors, OfSlowNoiseAreNoMissingPhysics) {
+    beam::RecordingSpec spec = plain_spec();
+    spec.errors.correlation = 0.8;
+    EXPECT_EQ(findings({recorded(spec)}), inadequate_then_adequate);
+}
+
+TEST(ReadingErrors, OfOutliersAreNoMissingPhysics) {
+    beam::RecordingSpec spec = plain_spec();
+    spec.errors.outlier_share = 0.03;
+    spec.errors.outlier_size = 0.5e-3;
+    EXPECT_EQ(findings({recorded(spec)}), inadequate_then_adequate);
+}
+
+TEST(ReadingErrors, OfRoundedReadingsAreNoMissingPhysics) {
+    beam::RecordingSpec spec = plain_spec();
+    spec.errors.quantum = 0.1e-3; // 2.5 times the noise
+    EXPECT_EQ(findings({recorded(spec)}), inadequate_then_adequate);
+}
+
+TEST(ReadingErrors, ThatRowsHaveInCommonAreNoMissingPhysics) {
+    measure::Measurement measurement = recorded(plain_spec());
+    std::mt19937 dice(4);
+    std::normal_distribution<double> normal(0.0, 0.04e-3);
+    for (std::size_t i = 0; i < measurement.times.size(); ++i) {
+        const double together = normal(dice); // the picture shakes
+        for (std::size_t j = 0; j < measurement.heights.size(); ++j)
+            measurement.deflections[i * measurement.heights.size() + j] += together;
+    }
+    EXPECT_EQ(findings({measurement}), inadequate_then_adequate);
+}
+
+TEST(ReadingErrors, OfRulerAndPictureAreNoMissingPhysics) {
+    measure::Measurement measurement = recorded(plain_spec(0.01e-3));
+    measurement.stem.length -= 0.3e-3; // one standard uncertainty, by default
+    for (double& height : measurement.heights)
+        height = 1.005 * height + 0.3e-3; // one, and one and a half
+    for (double& reading : measurement.deflections)
+        reading *= 1.005;
+    EXPECT_EQ(findings({measurement}), inadequate_then_adequate);
+}
+
+// Frequencies of two lengths that are each stated within 0.2 % cannot both follow one modulus.
+TEST(ReadingErrors, OfTwoRulersAreNoMissingPhysics) {
+    beam::RecordingSpec spec = plain_spec();
+    std::vector<measure::Measurement> two{recorded(spec)};
+    spec.id = "shorter";
+    spec.stem.length = 0.14;
+    spec.heights = beam::even_heights(spec.stem.length, 8);
+    two.push_back(recorded(spec));
+    two[0].stem.length += 0.3e-3;
+    two[1].stem.length -= 0.3e-3;
+    EXPECT_EQ(findings(two), inadequate_then_adequate);
+}
+
+TEST(ReadingErrors, OfACoarseChainAreNoMissingPhysics) {
+    EXPECT_EQ(findings({recorded(plain_spec(0.005e-3), 14)}), inadequate_then_adequate);
+}
+
+TEST(ReadingErrors, OfAStemFilmedInMotionLeaveItsNumbers) {
+    const measure::Measurement whole = recorded(plain_spec());
+    const fit::BaselineFit of_whole = fit::fit_baseline({&whole, 1});
+    for (const double start : {0.004, 0.0071, 0.013, 0.03}) {
+        measure::Measurement cut = whole;
+        const auto first = static_cast<std::size_t>(std::ranges::lower_bound(cut.times, start) -
+                                                    cut.times.begin());
+        cut.release = measure::ReleaseKind::Moving;
+        cut.times.erase(cut.times.begin(), cut.times.begin() + static_cast<std::ptrdiff_t>(first));
+        cut.deflections.erase(cut.deflections.begin(),
+                              cut.deflections.begin() +
+                                  static_cast<std::ptrdiff_t>(first * cut.heights.size()));
+        for (double& time : cut.times)
+            time -= start;
+        const fit::BaselineFit of_cut = fit::fit_baseline({&cut, 1});
+        ASSERT_FALSE(of_cut.fit.failed()) << of_cut.fit.reason;
+        EXPECT_EQ(finding(of_cut.fit, of_cut.recordings), Finding::Adequate) << start;
+        for (const physics::ParameterId& id :
+             {physics::bond_youngs_modulus, physics::bond_damping}) {
+            const fit::FittedParameter& one = *of_whole.fit.parts.front().find(id);
+            const fit::FittedParameter& other = *of_cut.fit.parts.front().find(id);
+            EXPECT_NEAR(other.value, one.value, interval_half_width(other))
+                << to_string(id) << " " << start;
+        }
+    }
+}
+
+// W C Wᵀ = 1 for the covariance C of such noise: checked with the columns of its Cholesky factor.
+TEST(Whitening, OfANoiseModelIsTheInverseRootOfItsCovariance) {
+    constexpr std::size_t frames = 14;
+    constexpr std::size_t rows = 2;
+    measure::NoiseModel model;
+    model.rotation = {std::sqrt(0.5), std::sqrt(0.5), std::sqrt(0.5), -std::sqrt(0.5)};
+    model.series = {{3.0, 0.7, 0.8}, {0.5, 0.0, 0.0}};
+    std::vector<bool> is_seen(frames * rows, true);
+    constexpr std::size_t lost = 5; // a frame that was not seen
+    is_seen[lost * rows] = is_seen[lost * rows + 1] = false;
+    const auto count = static_cast<Eigen::Index>(frames * rows);
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(count, count);
+    for (std::size_t a = 0; a < frames * rows; ++a)
+        for (std::size_t b = 0; b < frames * rows; ++b)
+            for (std::size_t s = 0; s < rows; ++s) {
+                const auto lag = static_cast<double>(a / rows) - static_cast<double>(b / rows);
+                const measure::NoiseModel::Series& of = model.series[s];
+                const double of_series =
+                    of.variance * of.correlated_share * std::pow(of.correlation, std::abs(lag)) +
+                    (lag == 0.0 ? of.variance * (1.0 - of.correlated_share) : 0.0);
+                covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) +=
+                    model.rotation[s * rows + a % rows] * model.rotation[s * rows + b % rows] *
+                    of_series;
+            }
+    std::vector<Eigen::Index> seen;
+    for (Eigen::Index k = 0; k < count; ++k)
+        if (is_seen[static_cast<std::size_t>(k)])
+            seen.push_back(k);
+    const Eigen::MatrixXd of_seen = covariance(seen, seen);
+    const Eigen::MatrixXd root = of_seen.llt().matrixL();
+    Eigen::MatrixXd white = Eigen::MatrixXd::Zero(count, root.cols());
+    white(seen, Eigen::all) = root;
+    const fit::Whitening whitening(std::make_shared<const measure::NoiseModel>(model), rows,
+                                   is_seen);
+    for (Eigen::Index k = 0; k < white.cols(); ++k)
+        whitening.apply({white.col(k).data(), frames * rows});
+    const Eigen::MatrixXd rest = white(seen, Eigen::all);
+    EXPECT_LT((rest * rest.transpose() - Eigen::MatrixXd::Identity(rest.rows(), rest.rows()))
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-10);
+}
+
+} // namespace
+} // namespace culm::tests
