@@ -2,7 +2,6 @@
 #include "fit/fit_model.hpp"
 
 #include "core/error.hpp"
-#include "fit/solve/reading_errors.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "fit/start/starts.hpp"
 
@@ -241,17 +240,13 @@ Fit BestFit::settled(Fit fit) {
 
 constexpr std::size_t most_reconciling = 4;
 
+/// Of other recordings, and of the constraints of their errors, the readings of one whose noise is
+/// not known weigh as much as the residuals of a smaller model say.
 std::vector<std::vector<double>> noises(std::span<const RecordingFit> fits) {
     std::vector<std::vector<double>> out;
     for (const RecordingFit& fit : fits)
         out.push_back(fit.noise);
     return out;
-}
-
-/// Of other recordings, and of the constraints of their errors, the readings of one whose noise is
-/// not known weigh as much as the smaller model's residuals say.
-std::vector<std::vector<double>> weights_beside(const Fit& smaller) {
-    return noises(smaller.parts);
 }
 
 /// The readings of a stem that nothing moves are its residuals.
@@ -333,7 +328,7 @@ FitPlan::FitPlan(const SelectedEffects& effects, const Fit& smaller,
 std::optional<BegunStart> FitPlan::begin(std::size_t k, const FitOptions& options) const {
     std::optional<BegunStart> begun;
     (void)failure_of([&] { // the other starts may lead somewhere
-        BestFit best(recordings_, options, weights_beside(smaller_));
+        BestFit best(recordings_, options, noises(smaller_.parts));
         begun = numbers_of(best.begin(starts_[k], false), best.runs());
     });
     return begun;
@@ -457,6 +452,13 @@ Fit FitPlan::fit_from_own(const FitOptions& options) const {
     return fit;
 }
 
+Fit FitPlan::fit_from_start(const StartModels& start, std::vector<std::vector<double>> weights,
+                            const FitOptions& options) const {
+    BestFit best(recordings_, options, std::move(weights));
+    best.try_start(start, false);
+    return result_of(best);
+}
+
 Fit FitPlan::fit_from_alone(std::span<const RecordingFit> alone, const FitOptions& options) const {
     BestFit best(recordings_, options, noises(alone));
     best.try_starts(shared_starts(models_, alone, swings_), false);
@@ -475,7 +477,7 @@ Fit FitPlan::fit_from_starts(const std::vector<std::optional<BegunStart>>& begun
                 runs += begun[k]->runs;
             }
     }
-    BestFit best(recordings_, options, weights_beside(smaller_));
+    BestFit best(recordings_, options, noises(smaller_.parts));
     best.try_larger(starts_, std::move(from), smaller_.parts, is_nested(models_.front()));
     Fit fit = result_of(best);
     fit.runs += runs;
@@ -484,61 +486,12 @@ Fit FitPlan::fit_from_starts(const std::vector<std::optional<BegunStart>>& begun
 
 Fit refined(const StartModels& start, const SelectedEffects& effects, const Fit& smaller,
             std::span<const measure::Measurement> recordings, const FitOptions& options) {
-    BestFit best(recordings, options, weights_beside(smaller));
+    BestFit best(recordings, options, noises(smaller.parts));
     best.try_larger({start}, std::nullopt, smaller.parts, is_nested(start.front()));
     Fit fit = result_of(best);
     fit.effects = effects;
     fit.names = model_names(in_library_order(effects));
     return fit;
-}
-
-Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
-              std::span<const measure::Measurement> recordings, const FitOptions& options) {
-    const FitPlan plan(effects, smaller, recordings, options);
-    std::vector<std::optional<BegunStart>> begun;
-    for (std::size_t k = 0; k < plan.start_count(); ++k)
-        begun.push_back(plan.begin(k, options));
-    return plan.finish(begun, options);
-}
-
-// Terms are linear about a recording's own fit: where recordings disagree, a joint one may be
-// cycles away from each of them.
-BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
-                         const FitOptions& options) {
-    BaselineFit out{{recordings.begin(), recordings.end()}, {}};
-    std::vector<RecordingFit> alone;
-    int runs = 0;
-    for (const measure::Measurement& recording : recordings) {
-        Fit own = fit_model({}, {}, {&recording, 1}, options);
-        runs += own.runs;
-        if (own.failed() || !own.moves()) {
-            out.fit =
-                recordings.size() > 1 ? fit_model({}, {}, recordings, options) : std::move(own);
-            return out;
-        }
-        alone.push_back(std::move(own.parts.front()));
-    }
-    std::vector<measure::Measurement> known =
-        with_reading_errors(recordings, alone, options.heartbeat);
-    Fit fit;
-    for (std::size_t m = 0; m < known.size(); ++m) {
-        BestFit best({&known[m], 1}, options, {alone[m].noise});
-        best.try_start({beside_errors(alone[m].model, known[m])}, false);
-        fit = result_of(best);
-        runs += fit.runs;
-        if (fit.failed()) {
-            out.fit.reason = fmt::format("{} beside the errors of its readings: {}",
-                                         recordings[m].stem.id, fit.reason);
-            return out;
-        }
-        alone[m] = fit.parts.front();
-    }
-    const Fit none;
-    if (recordings.size() > 1)
-        fit = FitPlan({}, none, known, options).fit_from_alone(alone, options);
-    fit.names = model_names({});
-    fit.runs += runs;
-    return {std::move(known), std::move(fit)};
 }
 
 } // namespace culm::fit

@@ -95,6 +95,10 @@ class FitPlan {
     [[nodiscard]] Fit finish(const std::vector<std::optional<BegunStart>>& begun,
                              const FitOptions& options) const;
 
+    /// All the way from models near the end; `weights` as JointOptions'.
+    [[nodiscard]] Fit fit_from_start(const StartModels& start,
+                                     std::vector<std::vector<double>> weights,
+                                     const FitOptions& options) const;
     /// All recordings together from each one's own fit of the same model.
     [[nodiscard]] Fit fit_from_alone(std::span<const RecordingFit> alone,
                                      const FitOptions& options) const;

@@ -22,7 +22,8 @@ using nlohmann::json;
 json parameters_with_units(std::span<const fit::FittedParameter> parameters) {
     json out = parameters_json(parameters);
     for (const fit::FittedParameter& parameter : parameters)
-        out[parameter_key(parameter)]["unit"] = parameter.unit;
+        if (!parameter.is_error)
+            out[parameter_key(parameter)]["unit"] = parameter.unit;
     return out;
 }
 

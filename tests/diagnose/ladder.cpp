@@ -93,7 +93,8 @@ TEST(Ladder, JudgesAStepAgainstTheLastModelThatWasAGain) {
     EXPECT_EQ(drag.added, (std::vector<std::string>{"taper", "quadratic_drag"}));
     EXPECT_DOUBLE_EQ(drag.delta_bic, drag.bic - ladder.models[0].bic);
     const auto modulus = [&](std::size_t model) {
-        return ladder.models[model].fit.parts.front().find(id("bond_youngs_modulus"))->value;
+        const fit::RecordingFit& part = ladder.models[model].fit.parts.front();
+        return fit::case_beside_errors(part.model).stem.bond_youngs_modulus;
     };
     EXPECT_DOUBLE_EQ(drag.modulus_change, modulus(2) / modulus(0) - 1.0);
     EXPECT_EQ(ladder.models[3].compared_with, 2u);

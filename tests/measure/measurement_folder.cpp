@@ -247,7 +247,7 @@ std::filesystem::path folder_with_release(const TemporaryFolder& folder,
         << "[stem]\nid = \"S\"\nlength_mm = 150\ndiameter_mm = 3\ndensity_kg_m3 = 120\n"
         << "[release]\n"
         << release;
-    std::ofstream(folder.path() / "deflection.csv") << "time_s,x_50mm_mm,x_100mm_mm\n"
+    std::ofstream(folder.path() / "deflection.csv") << "time_s,h=50mm,h=100mm\n"
                                                        "0,1,2\n0.001,3,4\n0.002,5,6\n";
     return folder.path();
 }

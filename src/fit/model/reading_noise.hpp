@@ -5,10 +5,13 @@
 #include "measure/folder/measurement.hpp"
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace culm::fit {
 
@@ -56,5 +59,28 @@ class Whitening {
     std::vector<bool> is_complete_; ///< (frames)
     std::vector<Step> steps_;       ///< (frames, series)
 };
+
+/// Student's t of noise over its scale.
+struct Tails {
+    double degrees = std::numeric_limits<double>::infinity();
+    double scale = 1.0; ///< over the noise
+    double slope = 1.0; ///< mean derivative of the score
+    bool is_heavy = false;
+};
+
+/// Tails of noise, `values` over its size, by maximum likelihood against a Gaussian. Heavy ones are
+/// such as a Gaussian shows in one recording of a thousand.
+[[nodiscard]] Tails tails_of(const std::vector<double>& values);
+
+/// Power of the series over its variance at Fourier frequencies `bins` of so many frames, (bins).
+[[nodiscard]] Eigen::ArrayXd spectrum_of(const measure::NoiseModel::Series& series,
+                                         const std::vector<Eigen::Index>& bins,
+                                         Eigen::Index frames);
+
+/// The series that explains the power best, (bins), each the mean of `copies` independent ones;
+/// white unless correlation is significant, at one in a thousand.
+[[nodiscard]] measure::NoiseModel::Series series_of(const Eigen::ArrayXd& power, double copies,
+                                                    const std::vector<Eigen::Index>& bins,
+                                                    Eigen::Index frames);
 
 } // namespace culm::fit
