@@ -97,7 +97,7 @@ std::vector<std::string> contradictions(const fit::UncertaintyBudget& budget) {
         if (line.is_contradicted())
             said.push_back(fmt::format(
                 "The readings contradict the stated {}: they prefer a value {:+.1f} standard "
-                "uncertainties away; measure it again.",
+                "uncertainties away. Either it is wrong, or the model lacks an effect.",
                 line.input.name, line.pull));
     return said;
 }

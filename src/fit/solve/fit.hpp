@@ -104,6 +104,9 @@ struct JointOptions {
     /// (recordings)(rows), m: by what the residuals of recordings of unknown noise are weighted
     /// until they tell it; empty: all alike.
     std::vector<std::vector<double>> weights;
+    /// Variance of a reading beside the constraints of the error terms, over that of its noise:
+    /// above 1 where a model is known to miss more than the noise.
+    double misfit = 1.0;
 };
 
 enum class FitStatus {

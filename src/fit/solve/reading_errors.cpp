@@ -268,6 +268,18 @@ with_reading_errors(std::span<const measure::Measurement> recordings,
     return out;
 }
 
+namespace {
+
+constexpr int most_reweightings = 3;
+
+/// Is its misfit larger than `counted`, by more than chance makes of it in one of a thousand?
+bool is_misfit(const RecordingFit& fit, double counted) {
+    const auto degrees = static_cast<double>(std::max<std::size_t>(fit.degrees_of_freedom, 1));
+    return fit.reduced_chi_squared > counted * (1.0 + 3.09 * std::sqrt(2.0 / degrees));
+}
+
+} // namespace
+
 StemModel beside_errors(StemModel model, const measure::Measurement& measurement) {
     model.errors = measurement.errors;
     model.error_values.assign(model.errors ? model.errors->terms.size() : 0, 0.0);
@@ -288,7 +300,18 @@ RecordingFit fit_chain_beside_errors(const StemModel& model,
     again.chain.is_first_guess = false;
     again.weights = {alone.noise};
     RecordingFit fit = std::move(fit_jointly({&start, 1}, {&known, 1}, again).parts.front());
-    fit.runs += alone.runs;
+    int runs = alone.runs + fit.runs;
+    // Where the model lacks something, the inputs would give way until the misfit is the noise's,
+    // by many times their uncertainty. A reading then deviates by what the model misses and not by
+    // its noise alone, so it weighs that much less against what the ruler says.
+    for (int again_by = 0;
+         again_by < most_reweightings && fit.reason.empty() && is_misfit(fit, again.misfit);
+         ++again_by) {
+        again.misfit = fit.reduced_chi_squared;
+        fit = std::move(fit_jointly({&fit.model, 1}, {&known, 1}, again).parts.front());
+        runs += fit.runs;
+    }
+    fit.runs = runs;
     return fit;
 }
 
