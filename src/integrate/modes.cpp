@@ -88,12 +88,38 @@ using Complex = std::complex<double>;
 constexpr int most_newton_steps = 12;
 constexpr double slowest_mode_tolerance =
     1e-7; ///< of the last change of λ, relative; the error is its square
-/// λ may move this far from iω of the undamped mode, relative: it would else be another mode.
+/// λ/ω may move this far from the start: it would else be another mode.
 constexpr double farthest = 0.5;
+constexpr std::size_t few_modes = 4; ///< beyond, all of them cost less
 
-/// Newton's method on the slowest mode, in units of the undamped mode's angular frequency ω, with
-/// displacements and rotations scaled alike: (z²M + zC/ω + K/ω²) u = 0.
-std::optional<Complex> newton(const LinearisedChain& chain, double angular_frequency) {
+struct UndampedMode {
+    double angular_frequency; ///< 1/s; NaN where none vibrates
+    Eigen::VectorXd shape;    ///< mass-normalised, of length 1
+};
+
+UndampedMode lowest_undamped(const LinearisedChain& chain) {
+    constexpr int most_iterations = 100; // each divides the error by (f2/f1)², some 39 for a stem
+    constexpr double tolerance = 1e-13;
+    const auto stiffness = chain.stiffness.partialPivLu();
+    Eigen::VectorXd shape = stiffness.solve(chain.mass);
+    double square = 0.0;
+    for (int k = 0; k < most_iterations; ++k) {
+        const Eigen::VectorXd next = stiffness.solve(chain.mass.cwiseProduct(shape));
+        const double last = square;
+        square =
+            shape.dot(chain.mass.cwiseProduct(shape)) / next.dot(chain.mass.cwiseProduct(shape));
+        shape = next / next.norm();
+        if (std::abs(square - last) <= tolerance * std::abs(square))
+            break;
+    }
+    return {std::sqrt(square), chain.mass.cwiseSqrt().cwiseProduct(shape).normalized()};
+}
+
+/// Newton's method on the mode near an undamped one of angular frequency ω and of that shape
+/// (mass-normalised, length 1), in units of ω, with displacements and rotations scaled alike:
+/// (z²M + zC/ω + K/ω²) u = 0.
+std::optional<Complex> newton(const LinearisedChain& chain, double angular_frequency,
+                              const Eigen::VectorXd& undamped) {
     const Eigen::VectorXd scale = chain.mass.cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXcd stiffness =
         (scale.asDiagonal() * chain.stiffness * scale.asDiagonal() / std::pow(angular_frequency, 2))
@@ -101,8 +127,11 @@ std::optional<Complex> newton(const LinearisedChain& chain, double angular_frequ
     const Eigen::MatrixXcd damping =
         (scale.asDiagonal() * chain.damping * scale.asDiagonal() / angular_frequency)
             .cast<Complex>();
-    Complex z(0.0, 1.0);
-    Eigen::VectorXcd shape = Eigen::VectorXcd::Ones(stiffness.rows());
+    // As if damping kept the shape.
+    const double half_damping = 0.5 * undamped.dot(damping.real() * undamped);
+    const Complex start(-half_damping, std::sqrt(1.0 - half_damping * half_damping));
+    Complex z = start;
+    Eigen::VectorXcd shape = undamped.cast<Complex>();
     Eigen::VectorXcd normal = shape; // of the shape's length, kept at 1
     for (int k = 0; k < most_newton_steps; ++k) {
         Eigen::MatrixXcd pencil = stiffness + z * damping;
@@ -119,12 +148,41 @@ std::optional<Complex> newton(const LinearisedChain& chain, double angular_frequ
         if (k == 0)
             continue;
         z -= change;
-        if (!(std::abs(z - Complex(0.0, 1.0)) < farthest))
+        if (!(std::abs(z - start) < farthest)) // a NaN of aperiodic damping too
             return std::nullopt;
         if (std::abs(change) < slowest_mode_tolerance)
             return z;
     }
     return std::nullopt;
+}
+
+VibrationMode mode_of(const Complex& eigenvalue) {
+    const double frequency = eigenvalue.imag() / (2.0 * std::numbers::pi);
+    return {frequency, eigenvalue.real(), eigenvalue.real() / frequency};
+}
+
+/// The slowest modes from the undamped ones; empty where one of them does not lead to a mode of its
+/// own.
+std::vector<VibrationMode> modes_near_undamped(const LinearisedChain& chain, std::size_t count) {
+    const NormalisedChain unit = normalised(chain, 1.0);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> undamped(
+        0.5 * (unit.stiffness + unit.stiffness.transpose()));
+    std::vector<VibrationMode> modes;
+    for (std::size_t k = 0; k < count; ++k) {
+        const auto at = static_cast<Eigen::Index>(k);
+        const double angular_frequency = std::sqrt(undamped.eigenvalues()(at));
+        if (!(angular_frequency > 0.0))
+            return {};
+        const std::optional<Complex> z =
+            newton(chain, angular_frequency, undamped.eigenvectors().col(at));
+        if (!z)
+            return {};
+        modes.push_back(mode_of(angular_frequency * *z));
+        if (k > 0 &&
+            !(modes[k].frequency > (1.0 + slowest_mode_tolerance) * modes[k - 1].frequency))
+            return {};
+    }
+    return modes;
 }
 
 /// By how much the branches stiffen bending at an angular frequency: Σ g (ωτ)²/(1 + (ωτ)²).
@@ -165,6 +223,9 @@ std::vector<std::complex<double>> eigenvalues(const LinearisedChain& chain) {
 }
 
 std::vector<VibrationMode> vibration_modes(const LinearisedChain& chain, std::size_t count) {
+    if (count <= few_modes && static_cast<Eigen::Index>(count) <= chain.mass.size())
+        if (std::vector<VibrationMode> modes = modes_near_undamped(chain, count); !modes.empty())
+            return modes;
     const NormalisedChain scaled = normalised(chain, reference_angular_frequency(chain));
     std::vector<std::complex<double>> values = eigenvalues_of(inverse_companion(scaled));
     for (auto& value : values)
@@ -176,28 +237,13 @@ std::vector<VibrationMode> vibration_modes(const LinearisedChain& chain, std::si
             break;
         if (value.imag() <= 0.0 || !std::isfinite(value.imag()))
             continue;
-        const double frequency = value.imag() / (2.0 * std::numbers::pi);
-        modes.push_back({frequency, value.real(), value.real() / frequency});
+        modes.push_back(mode_of(value));
     }
     return modes;
 }
 
 double lowest_natural_frequency(const LinearisedChain& chain) {
-    constexpr int most_iterations = 100; // each divides the error by (f2/f1)², some 39 for a stem
-    constexpr double tolerance = 1e-13;
-    const auto stiffness = chain.stiffness.partialPivLu();
-    Eigen::VectorXd shape = stiffness.solve(chain.mass);
-    double square = 0.0;
-    for (int k = 0; k < most_iterations; ++k) {
-        const Eigen::VectorXd next = stiffness.solve(chain.mass.cwiseProduct(shape));
-        const double last = square;
-        square =
-            shape.dot(chain.mass.cwiseProduct(shape)) / next.dot(chain.mass.cwiseProduct(shape));
-        shape = next / next.norm();
-        if (std::abs(square - last) <= tolerance * std::abs(square))
-            break;
-    }
-    return std::sqrt(square) / (2.0 * std::numbers::pi); // NaN of a negative one
+    return lowest_undamped(chain).angular_frequency / (2.0 * std::numbers::pi);
 }
 
 double largest_stable_step(const LinearisedChain& chain) {
@@ -229,13 +275,10 @@ double largest_stable_step(const LinearisedChain& chain) {
 }
 
 std::optional<VibrationMode> slowest_mode(const LinearisedChain& chain) {
-    const double angular_frequency = 2.0 * std::numbers::pi * lowest_natural_frequency(chain);
-    if (std::isfinite(angular_frequency) && angular_frequency > 0.0)
-        if (const std::optional<Complex> z = newton(chain, angular_frequency)) {
-            const Complex value = angular_frequency * *z;
-            const double frequency = value.imag() / (2.0 * std::numbers::pi);
-            return VibrationMode{frequency, value.real(), value.real() / frequency};
-        }
+    const UndampedMode undamped = lowest_undamped(chain);
+    if (undamped.angular_frequency > 0.0)
+        if (const auto z = newton(chain, undamped.angular_frequency, undamped.shape))
+            return mode_of(undamped.angular_frequency * *z);
     const std::vector<VibrationMode> modes = vibration_modes(chain, 1);
     return modes.empty() ? std::nullopt : std::optional(modes.front());
 }

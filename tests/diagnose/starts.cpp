@@ -97,7 +97,7 @@ struct Ends {
 std::vector<Ends> ends_of_each_start() {
     measure::Measurement recording = measure::read_measurement(
         std::filesystem::path(CULM_TEST_DATA_DIR) / "hidden-effect" / "T3-clamp_compliance");
-    recording.stem.spheres = 16;
+    recording.stem.spheres = 12;
     const fit::Fit smaller = fit_baseline(recording);
     const fit::SelectedEffects effects = physics::parse_effects("local_defect", {});
     const fit::StemModel model =

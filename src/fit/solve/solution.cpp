@@ -156,8 +156,9 @@ class ConstraintCost : public ceres::CostFunction {
     std::size_t parameter_;
 };
 
-/// Ends the solution where a step promised less than `improvement`, at the noise of the runs, where
-/// Ceres would shorten its steps in vain, and where it has done so for long.
+/// Ends the solution where a step promised or gained less than `improvement`, at the noise of the
+/// runs, where Ceres would shorten its steps in vain, and where it has done so for long. Ceres's
+/// own tolerance of the cost would throw the last point away, which cost a run and is the best one.
 class EnoughGained : public ceres::IterationCallback {
   public:
     EnoughGained(double readings, double improvement)
@@ -175,8 +176,9 @@ class EnoughGained : public ceres::IterationCallback {
         const double promised = gain / iteration.relative_decrease;
         const bool is_noise =
             !iteration.step_is_successful && -gain < noise_of_runs && promised < noise_of_runs;
-        return is_noise || std::abs(promised) < improvement_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
-                                                             : ceres::SOLVER_CONTINUE;
+        return is_noise || std::min(std::abs(gain), std::abs(promised)) < improvement_
+                   ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+                   : ceres::SOLVER_CONTINUE;
     }
 
   private:
@@ -209,6 +211,7 @@ ceres::Solver::Options solver_settings(int largest_iterations, double trust_regi
     settings.max_num_line_search_step_size_iterations = 0;
     settings.parameter_tolerance = 1e-9;
     settings.gradient_tolerance = 1e-14;
+    settings.function_tolerance = 0.0; // see EnoughGained
     settings.logging_type = ceres::SILENT;
     return settings;
 }
@@ -284,13 +287,13 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
     const auto solved_within = [&](double trust_region) {
         ceres::Solver::Options settings =
             solver_settings(options_.largest_iterations, trust_region);
-        settings.function_tolerance = improvement / count;
         settings.callbacks = {&enough_gained, &out_of_reach};
         ceres::Solver::Summary summary;
         ceres::Solve(settings, &problem, &summary);
         return summary;
     };
-    ceres::Solver::Summary summary = solved_within(first_trust_region);
+    ceres::Solver::Summary summary =
+        solved_within(options_.is_near_solution ? last_trust_region : first_trust_region);
     const bool is_solved = has_converged(summary);
     const auto width = options_.is_robust ? std::optional(robust_width) : std::nullopt;
     for (int again = 0;

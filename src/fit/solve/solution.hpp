@@ -57,6 +57,8 @@ struct SolveOptions {
     /// that grows from 2 to 5 and 12 cycles to all, so that no cycle is skipped. False: the values
     /// are near the solution (a refit with an effect added), all frames at once.
     bool is_first_guess = true;
+    /// The model was fitted before and little was added: no step needs to be shortened.
+    bool is_near_solution = false;
     int largest_iterations = 50; ///< of each window
     /// A solution whose pace would not bring χ² down to this within the iterations ends early, as
     /// Fit::out_of_reach says; empty: none does.
