@@ -105,9 +105,12 @@ std::string command_line() {
 
 std::vector<fs::path> measurement_files(const std::vector<fs::path>& folders) {
     std::vector<fs::path> files;
-    for (const fs::path& folder : folders)
+    for (const fs::path& folder : folders) {
         for (const char* name : {measure::stem_file_name, measure::deflection_file_name})
             files.push_back(folder / name);
+        if (fs::is_regular_file(folder / measure::uncertainty_file_name))
+            files.push_back(folder / measure::uncertainty_file_name);
+    }
     return files;
 }
 

@@ -32,7 +32,7 @@ namespace culm::cli {
 /// The command line of this process as a shell reads it back.
 [[nodiscard]] std::string command_line();
 
-/// stem.toml and deflection.csv of every folder.
+/// stem.toml and deflection.csv of every folder, and uncertainty.csv where it is.
 [[nodiscard]] std::vector<std::filesystem::path>
 measurement_files(const std::vector<std::filesystem::path>& folders);
 

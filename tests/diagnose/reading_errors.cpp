@@ -8,6 +8,7 @@
 #include "diagnose/adequacy.hpp"
 #include "fit/fit_model.hpp"
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -81,6 +82,48 @@ TEST(ReadingErrors, ThatRowsHaveInCommonAreNoMissingPhysics) {
             measurement.deflections[i * measurement.heights.size() + j] += together;
     }
     EXPECT_EQ(findings({measurement}), inadequate_then_adequate);
+}
+
+// A fast stem smears: its readings scatter by four times as much as those of a slow one.
+TEST(ReadingErrors, ThatAreStatedForEachReadingAreNoMissingPhysics) {
+    measure::Measurement measurement = recorded(plain_spec());
+    std::mt19937 dice(7);
+    std::normal_distribution<double> normal;
+    const std::size_t rows = measurement.heights.size();
+    std::vector<double> uncertainties;
+    for (std::size_t at = 0; at < measurement.deflections.size(); ++at) {
+        const double time = measurement.times[at / rows];
+        const double more = time > 0.0 && time < 0.05 ? 0.15e-3 : 0.0;
+        measurement.deflections[at] += more * normal(dice);
+        uncertainties.push_back(std::hypot(0.04e-3, more));
+    }
+    const fit::BaselineFit by_height = fit::fit_baseline({&measurement, 1});
+    measurement.reading_uncertainties = uncertainties;
+    const fit::BaselineFit by_reading = fit::fit_baseline({&measurement, 1});
+    EXPECT_EQ(finding(by_height.fit, by_height.recordings), Finding::Inadequate);
+    EXPECT_EQ(finding(by_reading.fit, by_reading.recordings), Finding::Adequate);
+}
+
+// Uneven light moves each row by its own curve of the place in the picture.
+TEST(ReadingErrors, OfTheRowsOfAPictureAreNoMissingPhysics) {
+    measure::Measurement measurement = recorded(plain_spec(0.01e-3));
+    const std::size_t rows = measurement.heights.size();
+    std::mt19937 dice(3);
+    std::normal_distribution<double> normal(0.0, 0.02e-3);
+    std::vector<std::array<double, 2>> curves;
+    for (std::size_t j = 0; j < rows; ++j)
+        curves.push_back({normal(dice), normal(dice)});
+    for (std::size_t at = 0; at < measurement.deflections.size(); ++at) {
+        const double place =
+            measurement.deflections[at] / std::abs(measurement.deflections[at % rows]);
+        measurement.deflections[at] +=
+            curves[at % rows][0] * place + curves[at % rows][1] * place * place;
+    }
+    const fit::BaselineFit without = fit::fit_baseline({&measurement, 1});
+    measurement.uncertainties.row = 0.02e-3;
+    const fit::BaselineFit with = fit::fit_baseline({&measurement, 1});
+    EXPECT_EQ(finding(without.fit, without.recordings), Finding::Inadequate);
+    EXPECT_EQ(finding(with.fit, with.recordings), Finding::Adequate);
 }
 
 TEST(ReadingErrors, OfRulerAndPictureAreNoMissingPhysics) {

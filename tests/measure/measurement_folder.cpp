@@ -301,6 +301,22 @@ TEST(MeasurementFolder, IsNotWrittenIfItsReaderWouldRefuseIt) {
                  core::StorageError);
 }
 
+TEST(MeasurementFolder, HoldsAnUncertaintyOfEveryReading) {
+    const TemporaryFolder folder;
+    Measurement measurement = computed(CircularSection{0.003, std::nullopt}, false);
+    for (std::size_t at = 0; at < measurement.deflections.size(); ++at)
+        measurement.reading_uncertainties.push_back(1e-6 * static_cast<double>(at + 1));
+    measurement.uncertainties.row = 8e-6;
+    write_measurement(folder.path(), measurement);
+    const Measurement read = read_measurement(folder.path());
+    EXPECT_EQ(read.reading_uncertainties, measurement.reading_uncertainties);
+    EXPECT_EQ(read.uncertainties.row, measurement.uncertainties.row);
+    // One that states none leaves none of the one before it.
+    measurement.reading_uncertainties.clear();
+    write_measurement(folder.path(), measurement);
+    EXPECT_TRUE(read_measurement(folder.path()).reading_uncertainties.empty());
+}
+
 TEST(MeasuredStem, WeighsAsAChainOfSpheresIfRoundAndAsItsSectionOtherwise) {
     MeasuredStem stem = read_texts(plain_stem, plain_table).stem;
     EXPECT_DOUBLE_EQ(mass_per_length(stem), 125.0 * std::numbers::pi / 6.0 * 2.83e-3 * 2.83e-3);

@@ -216,6 +216,26 @@ TEST(StemFile, ChecksStatedUncertainties) {
         expect_contains(refusal_of(stem, plain_table), message);
 }
 
+TEST(MeasurementFolder, RefusesUncertaintiesOfOtherReadings) {
+    const TemporaryFolder folder;
+    write_file(folder / "stem.toml", plain_stem);
+    write_file(folder / "deflection.csv", "time_s,h=10mm,h=20mm\n0,1,2\n0.1,,-1\n");
+    const auto refused = [&](const std::string& table) {
+        write_file(folder / "uncertainty.csv", table);
+        return refusal([&] { static_cast<void>(culm::measure::read_measurement(folder.path())); });
+    };
+    expect_contains(refused("time_s,h=10mm,h=30mm\n0,1,2\n0.1,1,1\n"),
+                    "uncertainty.csv: times and heights must be those of deflection.csv");
+    expect_contains(refused("time_s,h=10mm,h=20mm\n0,1,0\n0.1,1,1\n"),
+                    "uncertainty.csv: 0 mm at 0 s and 20 mm: every reading needs a standard "
+                    "uncertainty above 0");
+    expect_contains(refused("time_s,h=10mm,h=20mm\n0,1,1\n0.1,1,\n"),
+                    "uncertainty.csv: nothing at 0.1 s and 20 mm");
+    // What was not seen needs none.
+    write_file(folder / "uncertainty.csv", "time_s,h=10mm,h=20mm\n0,1,1\n0.1,,1\n");
+    EXPECT_EQ(culm::measure::read_measurement(folder.path()).reading_uncertainties[1], 1e-3);
+}
+
 TEST(MeasurementFolder, RefusesAMissingFileByName) {
     const TemporaryFolder folder;
     write_file(folder / "stem.toml", plain_stem);

@@ -66,12 +66,31 @@ Scatter scatter_of_second_differences(const measure::Measurement& measurement, s
     return scatter;
 }
 
+/// Root mean square of what is stated for each row's readings, (rows), m.
+std::vector<double> mean_uncertainties(const measure::Measurement& measurement) {
+    const std::size_t rows = measurement.heights.size();
+    std::vector<double> means;
+    for (std::size_t j = 0; j < rows; ++j) {
+        double sum = 0.0;
+        double count = 0.0;
+        for (std::size_t at = j; at < measurement.deflections.size(); at += rows)
+            if (!std::isnan(measurement.deflections[at])) {
+                sum += std::pow(measurement.reading_uncertainties[at], 2);
+                count += 1.0;
+            }
+        means.push_back(std::sqrt(sum / std::max(count, 1.0)));
+    }
+    return means;
+}
+
 } // namespace
 
 ReadingNoise reading_noise(const measure::Measurement& measurement) {
     const std::size_t rows = measurement.heights.size();
     const std::size_t frames = measurement.times.size();
     ReadingNoise noise;
+    if (!measurement.reading_uncertainties.empty() && !measurement.noise_model)
+        return {mean_uncertainties(measurement), "stated for every reading"};
     for (std::size_t j = 0; j < rows; ++j)
         if (const auto stated = measurement.noise_at(j); stated && *stated > 0.0)
             noise.by_row.push_back(*stated);
@@ -106,6 +125,22 @@ ReadingNoise reading_noise(const measure::Measurement& measurement) {
         noise.source = fmt::format("the last {} frames, at rest", tail);
     }
     return noise;
+}
+
+std::vector<double> noise_of_readings(const measure::Measurement& measurement,
+                                      const std::vector<double>& by_row) {
+    std::vector<double> noise = measurement.reading_uncertainties;
+    for (std::size_t at = noise.size(); at < measurement.deflections.size(); ++at)
+        noise.push_back(by_row[at % by_row.size()]);
+    return noise;
+}
+
+std::vector<double> relative_noise(const measure::Measurement& measurement,
+                                   const std::vector<double>& by_row) {
+    std::vector<double> relative = measurement.reading_uncertainties;
+    for (std::size_t at = 0; at < relative.size(); ++at)
+        relative[at] /= by_row[at % by_row.size()];
+    return relative;
 }
 
 Whitening::Whitening(std::shared_ptr<const measure::NoiseModel> model, std::size_t rows,
@@ -154,6 +189,9 @@ void Whitening::apply(std::span<double> values) const {
             values[at] = 0.0;
     if (!model_)
         return;
+    for (std::size_t at = 0; at < values.size() && !model_->relative.empty(); ++at)
+        if (is_seen_[at])
+            values[at] /= model_->relative[at];
     std::vector<double> states(rows_, 0.0);
     for (std::size_t i = 0; i < is_complete_.size(); ++i) {
         double* const frame = values.data() + i * rows_;

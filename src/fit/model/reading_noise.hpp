@@ -20,11 +20,19 @@ struct ReadingNoise {
     std::string source;         ///< "stated", or from what it was estimated
 };
 
-/// The noise that the measurement states; else the scatter about each row's mean while the stem was
+/// The noise that the measurement states, for each reading (the mean square of a row) or each row;
+/// else the scatter about each row's mean while the stem was
 /// held, over at least 20 degrees of freedom of all rows together; else the scatter of the second
 /// differences over the last tenth of the record if what is left of the motion there is below the
 /// noise; else none.
 [[nodiscard]] ReadingNoise reading_noise(const measure::Measurement& measurement);
+
+/// Of each reading, (times, rows), m: what is stated for it, else that of its row.
+[[nodiscard]] std::vector<double> noise_of_readings(const measure::Measurement& measurement,
+                                                    const std::vector<double>& by_row);
+/// Of each reading over that of its row, (times, rows); empty where only that is stated.
+[[nodiscard]] std::vector<double> relative_noise(const measure::Measurement& measurement,
+                                                 const std::vector<double>& by_row);
 
 /// Makes white what a noise model says hangs together. In a frame in which not every row was seen a
 /// rotated model says nothing: such readings count by themselves.

@@ -11,7 +11,6 @@
 #include <memory>
 #include <numbers>
 #include <numeric>
-#include <optional>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
@@ -183,7 +182,7 @@ bool are_alike(const Eigen::MatrixXd& covariance, double bins) {
 class NoiseEstimate {
   public:
     NoiseEstimate(const RecordingFit& fit, measure::Measurement& measurement)
-        : fit_(fit), measurement_(measurement) {}
+        : fit_(fit), measurement_(measurement), noise_(noise_of_readings(measurement, fit.noise)) {}
 
     void run() {
         const auto released = std::ranges::find_if(fit_.times, [](double t) { return t >= 0.0; });
@@ -267,8 +266,7 @@ class NoiseEstimate {
         for (Eigen::Index j = 0; j < rows; ++j)
             for (Eigen::Index i = 0; i < frames; ++i)
                 if (is_seen(i, j))
-                    values_(i, j) =
-                        fit_.residuals[place(i, j)] / fit_.noise[static_cast<std::size_t>(j)];
+                    values_(i, j) = fit_.residuals[place(i, j)] / noise_[place(i, j)];
         smooth_ = Eigen::MatrixXd::Zero(frames, rows);
         settle(flexible, {});
     }
@@ -339,8 +337,7 @@ class NoiseEstimate {
             for (Eigen::Index i = 0; i < rest_.rows(); ++i)
                 if (is_seen(i, j))
                     measurement_.deflections[place(i, j)] +=
-                        (smooth_(i, j) + rest_(i, j) - values_(i, j)) *
-                        fit_.noise[static_cast<std::size_t>(j)];
+                        (smooth_(i, j) + rest_(i, j) - values_(i, j)) * noise_[place(i, j)];
         for (std::size_t j = 0; j < fit_.noise.size(); ++j)
             draw_in_held(j);
     }
@@ -358,9 +355,9 @@ class NoiseEstimate {
         std::ranges::nth_element(residuals, middle);
         for (std::size_t i = 0; i < first_; ++i) {
             const std::size_t at = i * fit_.noise.size() + row;
-            const double error = (fit_.residuals[at] - *middle) / fit_.noise[row];
+            const double error = (fit_.residuals[at] - *middle) / noise_[at];
             if (!std::isnan(error))
-                measurement_.deflections[at] += (scored(error, tails_) - error) * fit_.noise[row];
+                measurement_.deflections[at] += (scored(error, tails_) - error) * noise_[at];
         }
     }
 
@@ -444,6 +441,7 @@ class NoiseEstimate {
                 measurement_.noise_by_height[j] *= std::sqrt(power_(static_cast<Eigen::Index>(j)));
         }
         model_.degrees_of_freedom = degrees;
+        model_.relative = relative_noise(measurement_, fit_.noise);
         measurement_.noise_model = std::make_shared<const measure::NoiseModel>(std::move(model_));
     }
 
@@ -469,6 +467,7 @@ class NoiseEstimate {
 
     const RecordingFit& fit_;
     measure::Measurement& measurement_;
+    std::vector<double> noise_; ///< (frames, rows), m
     std::size_t first_ = 0;
     Eigen::MatrixXd values_; ///< (frames, rows), residuals over the noise
     Eigen::MatrixXd smooth_; ///< of them
@@ -487,6 +486,14 @@ measure::Measurement with_noise_in_motion(const RecordingFit& fit,
                                           const measure::Measurement& measurement) {
     measure::Measurement out = measurement;
     NoiseEstimate(fit, out).run();
+    if (out.noise_model || out.reading_uncertainties.empty())
+        return out;
+    // Each reading weighs by what is stated for it, whether or not the motion tells more.
+    const std::vector<measure::NoiseModel::Series> white(out.heights.size());
+    out.noise_model = std::make_shared<const measure::NoiseModel>(
+        measure::NoiseModel{{}, white, 0.0, relative_noise(out, fit.noise)});
+    out.noise_by_height = fit.noise;
+    out.noise_source = fit.noise_source;
     return out;
 }
 

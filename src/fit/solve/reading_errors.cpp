@@ -235,6 +235,32 @@ void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerC
         errors.terms.push_back(std::move(doubt));
 }
 
+/// What a lens or uneven light does to each row by itself: an error that follows from the place in
+/// the picture, smooth over the swing. Three polynomials of it, orthogonal between the largest
+/// deflections, each with the stated uncertainty.
+void add_rows(const RecordingFit& fit, const measure::Measurement& measurement,
+              ReadingErrors& errors) {
+    if (measurement.uncertainties.row.value_or(0.0) == 0.0)
+        return;
+    const std::size_t rows = fit.prediction.rows;
+    const std::vector<double>& readings = measurement.deflections;
+    for (std::size_t j = 0; j < rows; ++j) {
+        double largest = 0.0;
+        for (std::size_t at = j; at < readings.size(); at += rows)
+            largest = std::max(largest, std::abs(finite(readings[at])));
+        for (unsigned degree = 0; degree < 3 && largest > 0.0; ++degree) {
+            ReadingErrors::Term& term = errors.terms.emplace_back();
+            term.name = fmt::format("row at {:.6g} mm of {}, degree {}",
+                                    1e3 * measurement.heights[j], measurement.stem.id, degree);
+            term.is_of_row = true;
+            term.readings.assign(readings.size(), 0.0);
+            for (std::size_t at = j; at < readings.size(); at += rows)
+                term.readings[at] = *measurement.uncertainties.row *
+                                    std::legendre(degree, finite(readings[at]) / largest);
+        }
+    }
+}
+
 } // namespace
 
 std::vector<measure::Measurement>
@@ -260,6 +286,7 @@ with_reading_errors(std::span<const measure::Measurement> recordings,
                 std::vector(errors->terms.begin(),
                             errors->terms.begin() + static_cast<std::ptrdiff_t>(inputs.size())));
             std::ranges::move(of_release, std::back_inserter(errors->terms));
+            add_rows(fits[m], recordings[m], *errors);
             out[m].errors = std::move(errors);
         } catch (const core::NumericalError&) {
             // The fit goes on without; the chain was computed where it is.
@@ -298,6 +325,7 @@ RecordingFit fit_chain_beside_errors(const StemModel& model,
     JointOptions again;
     again.chain = options;
     again.chain.is_first_guess = false;
+    again.chain.is_near_solution = true;
     again.weights = {alone.noise};
     RecordingFit fit = std::move(fit_jointly({&start, 1}, {&known, 1}, again).parts.front());
     int runs = alone.runs + fit.runs;

@@ -58,8 +58,11 @@ UncertaintyBudget uncertainty_budget(const RecordingFit& fit,
     }
     std::vector<StatedInput> inputs = stated_inputs(measurement);
     for (std::size_t k = 0; k < fit.model.error_values.size(); ++k) {
+        const measure::ReadingErrors::Term& term = fit.model.errors->terms[k];
+        if (term.is_of_row)
+            continue; // the rows' errors stand with those of the readings
         BudgetInput& line = budget.inputs.emplace_back();
-        line.input = input_of(fit.model.errors->terms[k], inputs, k);
+        line.input = input_of(term, inputs, k);
         const FittedParameter& error = fit.parameters[first + k];
         line.pull = error.value;
         line.uncertainty_with_readings = error.standard_error * line.input.standard_uncertainty;

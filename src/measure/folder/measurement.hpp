@@ -92,6 +92,9 @@ struct StatedUncertainties {
     std::optional<double> frames_per_second; ///< relative
     std::optional<double> scale;             ///< relative, of deflections and heights together
     std::optional<double> clamp;             ///< of the height of the clamp in the picture, m
+    /// Of what the readings of one row are off by as it follows from their place in the picture (a
+    /// lens, uneven light): alike in all frames and smooth over the swing, m.
+    std::optional<double> row;
 };
 
 /// Heights of one measurement. Far beyond what a camera resolves: a bound for damaged files.
@@ -108,6 +111,8 @@ struct NoiseModel {
     std::vector<double> rotation;    ///< (series, rows) row-major, orthonormal; empty: none
     std::vector<Series> series;      ///< (rows)
     double degrees_of_freedom = 0.0; ///< behind the noise's size; 0: it counts as exact
+    /// Standard deviation of each reading over its row's noise, (times, rows); empty: 1.
+    std::vector<double> relative;
 };
 
 /// What the readings may be off by beside their noise, as far as a model of the stem tells it
@@ -118,6 +123,7 @@ struct ReadingErrors {
         std::vector<double> readings; ///< (times, heights), m; empty: none
         double log_modulus = 0.0;     ///< change of ln Y of the chain, whose phases follow it
         double log_damping = 0.0;     ///< likewise of ln β
+        bool is_of_row = false;       ///< one of those that every row has
     };
     std::vector<double> times; ///< s, of the readings
     Term known;                ///< what is known of them; without a name
@@ -147,6 +153,8 @@ struct Measurement {
                                  ///< that is moving
     std::vector<double> heights; ///< above the clamp, m, strictly ascending
     std::vector<double> deflections; ///< (times, heights) row-major, m; NaN where nothing was seen
+    /// Standard uncertainty of each reading, (times, heights), m; empty: that of its height counts.
+    std::vector<double> reading_uncertainties;
 
     std::shared_ptr<const NoiseModel> noise_model; ///< null: independent; not written to files
     std::shared_ptr<const ReadingErrors> errors;   ///< null: not known; not written to files

@@ -47,6 +47,11 @@ void check(const fs::path& folder, const Measurement& measurement) {
     if (measurement.deflections.size() != measurement.times.size() * heights)
         refuse(fmt::format("{} deflections for {} times and {} heights",
                            measurement.deflections.size(), measurement.times.size(), heights));
+    if (!measurement.reading_uncertainties.empty() &&
+        measurement.reading_uncertainties.size() != measurement.deflections.size())
+        refuse(fmt::format("{} uncertainties for {} deflections",
+                           measurement.reading_uncertainties.size(),
+                           measurement.deflections.size()));
     if (!measurement.noise_by_height.empty() && measurement.noise_by_height.size() != heights)
         refuse(
             fmt::format("noise for {} of {} heights", measurement.noise_by_height.size(), heights));
@@ -54,6 +59,30 @@ void check(const fs::path& folder, const Measurement& measurement) {
         refuse("times and heights must ascend");
     if (std::ranges::any_of(measurement.deflections, [](double d) { return std::isinf(d); }))
         refuse("a deflection is infinite");
+}
+
+/// From a table with the times and heights of deflection.csv.
+void read_uncertainties(const fs::path& file, Measurement& measurement) {
+    Measurement table = measurement;
+    table.times.clear();
+    table.heights.clear();
+    table.deflections.clear();
+    table.noise_by_height.clear();
+    read_deflection_file(file, table);
+    if (table.times != measurement.times || table.heights != measurement.heights)
+        throw core::InputError(fmt::format("{}: times and heights must be those of {}",
+                                           file.string(), deflection_file_name));
+    for (std::size_t at = 0; at < table.deflections.size(); ++at)
+        if (!std::isnan(measurement.deflections[at]) && !(table.deflections[at] > 0.0))
+            throw core::InputError(fmt::format(
+                "{}: {} at {:g} s and {:g} mm: every reading needs a standard uncertainty above 0",
+                file.string(),
+                std::isnan(table.deflections[at])
+                    ? "nothing"
+                    : fmt::format("{:g} mm", 1e3 * table.deflections[at]),
+                table.times[at / table.heights.size()],
+                1e3 * table.heights[at % table.heights.size()]));
+    measurement.reading_uncertainties = std::move(table.deflections);
 }
 
 /// Leaves out what came before the start, which becomes time 0.
@@ -66,10 +95,11 @@ void begin_at_start(const fs::path& folder, Measurement& measurement) {
             (folder / stem_file_name).string(), measurement.start, measurement.times.end() - first,
             measurement.times.size(), measurement.times.back()));
     measurement.times.erase(measurement.times.begin(), first);
-    measurement.deflections.erase(measurement.deflections.begin(),
-                                  measurement.deflections.begin() +
-                                      before *
-                                          static_cast<std::ptrdiff_t>(measurement.heights.size()));
+    const auto readings = before * static_cast<std::ptrdiff_t>(measurement.heights.size());
+    for (std::vector<double>* table :
+         {&measurement.deflections, &measurement.reading_uncertainties})
+        if (!table->empty())
+            table->erase(table->begin(), table->begin() + readings);
     for (double& time : measurement.times)
         time -= measurement.start;
     measurement.start = 0.0;
@@ -87,6 +117,8 @@ Measurement read_measurement(const fs::path& folder) {
             throw core::InputError(fmt::format("{}: there is no {}", folder.string(), name));
     Measurement measurement = read_stem_file(folder / stem_file_name);
     read_deflection_file(folder / deflection_file_name, measurement);
+    if (fs::is_regular_file(folder / uncertainty_file_name))
+        read_uncertainties(folder / uncertainty_file_name, measurement);
     if (measurement.release == ReleaseKind::Moving)
         begin_at_start(folder, measurement);
     return measurement;
@@ -101,6 +133,13 @@ void write_measurement(const fs::path& folder, const Measurement& measurement) {
             fmt::format("{}: cannot be created: {}", folder.string(), failed.message()));
     write_text(folder / stem_file_name, stem_file_text(measurement));
     write_text(folder / deflection_file_name, deflection_file_text(measurement));
+    if (measurement.reading_uncertainties.empty()) {
+        fs::remove(folder / uncertainty_file_name, failed); // of an earlier measurement
+    } else {
+        Measurement uncertainties = measurement;
+        uncertainties.deflections = measurement.reading_uncertainties;
+        write_text(folder / uncertainty_file_name, deflection_file_text(uncertainties));
+    }
     static_cast<void>(read_measurement(folder));
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The measurement folder: stem.toml and deflection.csv.
+// The measurement folder: stem.toml and deflection.csv, and uncertainty.csv if each reading has its
+// own.
 #pragma once
 
 #include "measure/folder/measurement.hpp"
@@ -12,13 +13,15 @@ namespace culm::measure {
 
 inline constexpr const char* stem_file_name = "stem.toml";
 inline constexpr const char* deflection_file_name = "deflection.csv";
+inline constexpr const char* uncertainty_file_name = "uncertainty.csv";
 
-/// Reads FOLDER/stem.toml and FOLDER/deflection.csv (format: docs/measurements.md). Throws
+/// Reads FOLDER/stem.toml, FOLDER/deflection.csv and, if it is there, FOLDER/uncertainty.csv, which
+/// has the same times and heights (format: docs/measurements.md). Throws
 /// core::InputError with every fault found: file, line, value, what is allowed, and what a
 /// spreadsheet probably did.
 [[nodiscard]] Measurement read_measurement(const std::filesystem::path& folder);
 
-/// Writes both files, creating the folder; reading them gives the same numbers bit for bit. Throws
+/// Writes the files, creating the folder; reading them gives the same numbers bit for bit. Throws
 /// core::InputError if the measurement is not one that the reader would accept,
 /// core::StorageError if a file cannot be written.
 void write_measurement(const std::filesystem::path& folder, const Measurement& measurement);

@@ -208,6 +208,7 @@ void read_measurement_table(const core::TomlTable& table, Measurement& measureme
     for (const double value : table.numbers(noise_key, {0.0, 1e3, true}))
         measurement.noise_by_height.push_back(core::with_point_moved(value, power));
     measurement.noise_source = table.text("noise_source").value_or("");
+    measurement.uncertainties.row = table.length("row_uncertainty", noise);
     constexpr std::array directions{GravityDirection::None, GravityDirection::Axial,
                                     GravityDirection::Transverse};
     const std::array<std::string, 3> direction_words{"none", "axial", "transverse"};
@@ -373,6 +374,7 @@ std::string stem_file_text(const Measurement& measurement) {
         text += noise_line(measurement.noise_by_height);
     if (!measurement.noise_source.empty())
         text += "noise_source = " + quoted(measurement.noise_source) + "\n";
+    text += uncertainty_line("row", measurement.uncertainties.row);
     text += fmt::format("gravity_direction = \"{}\"\nreading = \"{}\"\n",
                         to_string(measurement.gravity_direction), to_string(measurement.reading));
     if (measurement.hold_time)
