@@ -52,7 +52,7 @@ class Calibrate(CulmTest):
         self.assertAlmostEqual(modulus["value"] / TRUE_MODULUS, 1, delta=0.002)
         self.assertTrue(stem["fit"]["adequate"])
         self.assertEqual(stem["fit"]["failed_tests"], [])
-        self.assertRegex(stem["sentence"], r"^T1: Y = 2\.40.* GPa, beta = 1.*No model deficiency")
+        self.assertRegex(stem["sentence"], r"^T1: Y = 2\.(39|40).* GPa, beta = 1.*No model deficiency")
         self.assertLess(abs(stem["check"]["b1_error_percent"]), 2)
         self.assertLess(abs(stem["check"]["b2_error_percent"]), 0.2)
         self.assertIsNone(result["population"])

@@ -74,7 +74,7 @@ class Track(TrackTest):
         out = self.folder / "out/a"
         self.assertEqual(sorted(path.name for path in out.iterdir()),
                          ["contact_sheet.png", "deflection.csv", "overlay.avi", "stem.toml",
-                          "track.json"])
+                          "track.json", "uncertainty.csv"])
         self.assertTrue((out / "contact_sheet.png").read_bytes().startswith(b"\x89PNG"))
         self.assertGreater((out / "overlay.avi").stat().st_size, 10000)
         self.assertIn('noise_source = "9 frames before the release"',

@@ -31,6 +31,22 @@ TEST(TrackedVideo, FollowsABrightStem) {
     EXPECT_TRUE(track.remarks.empty()) << track.remarks.front();
 }
 
+// An edge lies between pixels: its error must not repeat with them. What is stated is what is made.
+TEST(TrackedVideo, StatesWhatEveryReadingIsOffBy) {
+    for (const double blur : {0.5, 0.9, 1.8})
+        for (const double noise : {0.5, 3.0, 5.0}) {
+            RenderedVideo video;
+            video.stem_width = 7.3;
+            video.blur = blur;
+            video.noise = noise;
+            const TrackError error = error_of(
+                track_rendered(video, "up = \"decreasing_row\"\nclamp_row = 190.0"), video);
+            EXPECT_LT(error.rms, noise < 1.0 ? 0.02 : 0.1) << blur << " " << noise;
+            EXPECT_GT(error.over_uncertainty, 0.6) << blur << " " << noise;
+            EXPECT_LT(error.over_uncertainty, 1.5) << blur << " " << noise;
+        }
+}
+
 TEST(TrackedVideo, FindsReleaseFrequencyAndNoise) {
     const RenderedVideo video;
     const Track track = track_rendered(video);

@@ -21,7 +21,8 @@ inline Track track_rendered(const RenderedVideo& video, const std::string& extra
 struct TrackError {
     double rms = 0.0;
     double largest = 0.0;
-    double seen = 0.0; ///< fraction of the cells
+    double seen = 0.0;             ///< fraction of the cells
+    double over_uncertainty = 0.0; ///< root mean square of error over what is stated
 };
 
 /// `clamp_row` as the measurement has it: the height's zero.
@@ -39,10 +40,17 @@ inline TrackError error_of(const Track& track, const RenderedVideo& video) {
             const double truth = video.deflection(measurement.heights[h] / px + lift,
                                                   track.rows.numbers[track.first_kept + k]);
             error.rms += (value - truth) * (value - truth);
+            if (!measurement.reading_uncertainties.empty())
+                error.over_uncertainty += std::pow(
+                    (value - truth) * px /
+                        measurement.reading_uncertainties[k * measurement.heights.size() + h],
+                    2);
             error.largest = std::max(error.largest, std::abs(value - truth));
             ++count;
         }
     error.rms = std::sqrt(error.rms / double(std::max<std::size_t>(1, count)));
+    error.over_uncertainty =
+        std::sqrt(error.over_uncertainty / double(std::max<std::size_t>(1, count)));
     error.seen = double(count) / double(measurement.deflections.size());
     return error;
 }

@@ -19,40 +19,51 @@ double round_step(double value) {
     return 10.0 * power;
 }
 
-/// Value at `row` of the least-squares line through the seen rows; `columns` holds one frame.
-double line_value(const double* columns, int row_count, double row, int rows_per_height) {
+struct LineValue {
+    double column = not_recorded;
+    double uncertainty = not_recorded;
+};
+
+/// At `row` of the least-squares line through the seen rows; `columns` and their `uncertainties`
+/// hold one frame. The errors of the rows are independent.
+LineValue line_value(const double* columns, const double* uncertainties, int row_count, double row,
+                     int rows_per_height) {
     const double reach = 0.5 * (rows_per_height + 1);
     const int begin = std::max(0, int(std::ceil(row - reach + 1e-9)));
     const int end = std::min(row_count - 1, int(std::floor(row + reach - 1e-9)));
     double count = 0.0;
     double sum_t = 0.0;
-    double sum_y = 0.0;
     double sum_tt = 0.0;
-    double sum_ty = 0.0;
     double lowest = std::numeric_limits<double>::infinity();
     double highest = -lowest;
     for (int r = begin; r <= end; ++r) {
-        const double y = columns[r];
-        if (std::isnan(y))
+        if (std::isnan(columns[r]))
             continue;
         const double t = r - row;
         count += 1.0;
         sum_t += t;
-        sum_y += y;
         sum_tt += t * t;
-        sum_ty += t * y;
         lowest = std::min(lowest, t);
         highest = std::max(highest, t);
     }
     // Half of the rows must be seen, and on both sides: a line is not extrapolated.
     const int wanted = end - begin + 1;
     if (count == 0.0 || 2.0 * count < wanted || lowest > 0.5 || highest < -0.5)
-        return not_recorded;
+        return {};
     const double determinant = count * sum_tt - sum_t * sum_t;
-    if (determinant <= 0.0) // one row: good only for itself
-        return std::abs(lowest) < 1e-6 ? sum_y : not_recorded;
-    // The intercept of the normal equations; t = 0 is the row itself.
-    return (sum_y * sum_tt - sum_t * sum_ty) / determinant;
+    if (determinant <= 0.0 && !(std::abs(lowest) < 1e-6)) // one row: good only for itself
+        return {};
+    double value = 0.0;
+    double variance = 0.0;
+    for (int r = begin; r <= end; ++r) {
+        if (std::isnan(columns[r]))
+            continue;
+        // The intercept of the normal equations; t = 0 is the row itself.
+        const double weight = determinant > 0.0 ? (sum_tt - (r - row) * sum_t) / determinant : 1.0;
+        value += weight * columns[r];
+        variance += std::pow(weight * uncertainties[r], 2);
+    }
+    return {value, std::sqrt(variance)};
 }
 
 } // namespace
@@ -90,13 +101,16 @@ std::vector<double> spaced_heights(const AxisRecord& rows, double clamp_row, dou
 
 AxisRecord at_heights(const AxisRecord& rows, double clamp_row, const std::vector<double>& heights,
                       int rows_per_height) {
-    AxisRecord record{rows.numbers, heights, {}};
-    record.columns.reserve(rows.numbers.size() * heights.size());
+    AxisRecord record{rows.numbers, heights, {}, {}};
     for (std::size_t k = 0; k < rows.numbers.size(); ++k)
-        for (const double height : heights)
-            record.columns.push_back(line_value(rows.columns.data() + k * rows.places.size(),
-                                                int(rows.places.size()), clamp_row - height,
-                                                rows_per_height));
+        for (const double height : heights) {
+            const std::size_t frame = k * rows.places.size();
+            const LineValue value =
+                line_value(rows.columns.data() + frame, rows.uncertainties.data() + frame,
+                           int(rows.places.size()), clamp_row - height, rows_per_height);
+            record.columns.push_back(value.column);
+            record.uncertainties.push_back(value.uncertainty);
+        }
     return record;
 }
 

@@ -7,11 +7,21 @@
 
 namespace culm::measure {
 
+/// Columns of the stem's edges in one row of the upright picture, pixels; NaN where not seen.
+struct RowEdges {
+    double left = 0.0;
+    double right = 0.0;
+    double uncertainty = 0.0; ///< standard uncertainty of the middle
+
+    [[nodiscard]] double middle() const { return 0.5 * (left + right); }
+};
+
 /// Columns of the axis in the upright picture, pixels; NaN where the stem was not seen.
 struct AxisRecord {
     std::vector<int> numbers;    ///< (frames), of the recording, ascending
     std::vector<double> places;  ///< rows of the picture, or heights in pixels above the clamp
     std::vector<double> columns; ///< (frames, places) row-major
+    std::vector<double> uncertainties; ///< of them, standard, pixels; NaN where not known
 
     [[nodiscard]] double at(std::size_t frame, std::size_t place) const {
         return columns[frame * places.size() + place];

@@ -69,7 +69,7 @@ std::vector<bool> track_rows(Track& track, const FrameSource& source,
     const std::size_t row_count = survey.trace.threshold_by_row.size();
     track.rows.places.resize(row_count);
     std::iota(track.rows.places.begin(), track.rows.places.end(), 0.0);
-    track.rows.columns.resize(wanted.size() * row_count);
+    std::vector<RowEdges> edges(wanted.size() * row_count);
     std::vector<std::uint64_t> fingerprints(wanted.size());
     source.for_each(wanted, options.threads, [&](std::size_t i, const FrameImage& frame) {
         if (frame.width != survey.frame_width || frame.height != survey.frame_height ||
@@ -80,10 +80,13 @@ std::vector<bool> track_rows(Track& track, const FrameSource& source,
         const BandImage image = upright_band(frame, survey.view.band, survey.view.up);
         fingerprints[i] = fingerprint(image);
         const BandImage contrast = stem_contrast(image, survey.view.sign, survey.trace.stem_width);
-        const std::vector<double> columns =
-            axis_columns(contrast, trace_stem(contrast, survey.trace), survey.trace);
-        std::ranges::copy(columns, track.rows.columns.begin() + std::ptrdiff_t(i * row_count));
+        std::ranges::copy(stem_edges(contrast, trace_stem(contrast, survey.trace), survey.trace),
+                          edges.begin() + std::ptrdiff_t(i * row_count));
     });
+    for (const RowEdges& row : edges) {
+        track.rows.columns.push_back(row.middle());
+        track.rows.uncertainties.push_back(row.uncertainty);
+    }
     std::vector<bool> repeats(wanted.size(), false);
     for (std::size_t i = 1; i < wanted.size(); ++i)
         repeats[i] = fingerprints[i] == fingerprints[i - 1];
@@ -169,6 +172,49 @@ double rounded_length(double metres) {
     return std::round(metres * 1e8) / 1e8;
 }
 
+/// What uneven light moves the edges by across the swing, alike in all frames, pixels: so much was
+/// measured on rendered videos (docs/tracking.md).
+constexpr double row_uncertainty_px = 0.02;
+
+/// What the place of an edge between two pixels, and the grain of the stem under it, move a reading
+/// by from frame to frame while the stem moves, pixels; likewise measured.
+constexpr double moving_uncertainty_px = 0.01;
+
+/// Standard uncertainty of every reading: what the edges' fit says of it, times what makes it agree
+/// with the scatter that was seen where nothing moved, and what only motion brings. Empty if that
+/// was not seen or an edge was found without a fit.
+std::vector<double> reading_uncertainties(const Track& track) {
+    constexpr double sharp = 0.25; // of the frames, those with the sharpest edges, count as still
+    const std::size_t places = track.heights.places.size();
+    double seen = 0.0;
+    double expected = 0.0;
+    for (std::size_t h = 0; h < places; ++h) {
+        std::vector<double> of_height;
+        for (std::size_t at = h; at < track.heights.columns.size(); at += places)
+            if (!std::isnan(track.heights.columns[at]))
+                of_height.push_back(track.heights.uncertainties[at]);
+        if (of_height.empty() || !(track.window.noise[h] > 0.0))
+            continue;
+        seen += std::pow(track.window.noise[h], 2);
+        expected += std::pow(quantile(std::move(of_height), sharp), 2);
+    }
+    if (!(seen > 0.0))
+        return {};
+    const double factor = std::sqrt(seen / expected) * track.settings.metres_per_pixel;
+    std::vector<double> out;
+    for (std::size_t k = track.first_kept; k <= track.last_kept; ++k)
+        for (std::size_t h = 0; h < places; ++h) {
+            const double uncertainty =
+                std::hypot(factor * track.heights.uncertainties[k * places + h],
+                           moving_uncertainty_px * track.settings.metres_per_pixel);
+            if (!(uncertainty > 0.0) && !std::isnan(track.heights.at(k, h)))
+                return {};
+            // Not 0, whatever the rounding of the file.
+            out.push_back(std::max(1e-8, rounded_length(uncertainty)));
+        }
+    return out;
+}
+
 void fill_measurement(Track& track) {
     Measurement& measurement = track.measurement;
     const double scale = track.settings.metres_per_pixel;
@@ -203,6 +249,9 @@ void fill_measurement(Track& track) {
         measurement.noise_by_height.push_back(
             noise > 0.0 ? std::max(1e-8, rounded_length(noise * scale)) : *measurement.noise);
     measurement.noise_source = window.noise_source;
+    measurement.reading_uncertainties = reading_uncertainties(track);
+    if (!measurement.uncertainties.row)
+        measurement.uncertainties.row = rounded_length(row_uncertainty_px * scale);
 }
 
 } // namespace
