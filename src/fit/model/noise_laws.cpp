@@ -19,6 +19,13 @@ constexpr double most_degrees = 15.0;
 
 } // namespace
 
+double Tails::scored(double error) const {
+    if (!is_heavy)
+        return error;
+    const double z = error / scale;
+    return scale * (degrees + 1.0) * z / (degrees + z * z) / slope;
+}
+
 Tails tails_of(const std::vector<double>& values) {
     const auto count = static_cast<double>(values.size());
     double squares = 0.0;

@@ -74,6 +74,10 @@ struct Tails {
     double scale = 1.0; ///< over the noise
     double slope = 1.0; ///< mean derivative of the score
     bool is_heavy = false;
+
+    /// Of an error over the noise: scale ψ(z)/ψ̄′ with ψ(z) = (ν + 1) z/(ν + z²) of z = error/scale;
+    /// the error itself where the tails are not heavy.
+    [[nodiscard]] double scored(double error) const;
 };
 
 /// Tails of noise, `values` over its size, by maximum likelihood against a Gaussian. Heavy ones are

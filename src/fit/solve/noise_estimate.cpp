@@ -283,7 +283,7 @@ class NoiseEstimate {
                 Eigen::VectorXd taken = values_.col(j);
                 for (Eigen::Index i = 0; i < taken.size(); ++i)
                     taken(i) = is_seen(i, j)
-                                   ? smooth_(i, j) + scored(taken(i) - smooth_(i, j), tails)
+                                   ? smooth_(i, j) + tails.scored(taken(i) - smooth_(i, j))
                                    : smooth_(i, j);
                 const Eigen::VectorXd next = flexible.smooth(taken);
                 const double change = (next - smooth_.col(j)).cwiseAbs().maxCoeff();
@@ -294,14 +294,7 @@ class NoiseEstimate {
         rest_ = values_ - smooth_;
         for (Eigen::Index j = 0; j < rest_.cols(); ++j)
             for (Eigen::Index i = 0; i < rest_.rows(); ++i)
-                rest_(i, j) = is_seen(i, j) ? scored(rest_(i, j), tails) : 0.0;
-    }
-
-    [[nodiscard]] static double scored(double error, const Tails& tails) {
-        if (!tails.is_heavy)
-            return error;
-        const double z = error / tails.scale;
-        return tails.scale * (tails.degrees + 1.0) * z / (tails.degrees + z * z) / tails.slope;
+                rest_(i, j) = is_seen(i, j) ? tails.scored(rest_(i, j)) : 0.0;
     }
 
     [[nodiscard]] Tails tails_now(double free_share) const {
@@ -357,7 +350,7 @@ class NoiseEstimate {
             const std::size_t at = i * fit_.noise.size() + row;
             const double error = (fit_.residuals[at] - *middle) / noise_[at];
             if (!std::isnan(error))
-                measurement_.deflections[at] += (scored(error, tails_) - error) * noise_[at];
+                measurement_.deflections[at] += (tails_.scored(error) - error) * noise_[at];
         }
     }
 
@@ -422,9 +415,13 @@ class NoiseEstimate {
     /// The size that is stated counts, unless the readings scatter by more where nothing moves, or
     /// by something else than independent Gaussian noise.
     [[nodiscard]] bool is_as_stated(double degrees) const {
-        const double ratio = power_.mean() * model_.series.front().variance;
-        return !tails_.is_heavy && !is_correlated_ &&
-               !(boost::math::gamma_q(0.5 * degrees, 0.5 * degrees * ratio) < level);
+        const double half = 0.5 * degrees;
+        const double sum = half * power_.mean() * model_.series.front().variance;
+        // What is stated for every reading is computed, not seen: it may be too large as well.
+        const bool is_smaller =
+            !measurement_.reading_uncertainties.empty() && boost::math::gamma_p(half, sum) < level;
+        return !tails_.is_heavy && !is_correlated_ && !is_smaller &&
+               !(boost::math::gamma_q(half, sum) < level);
     }
 
     void write(const FlexibleRest& flexible) {
@@ -489,9 +486,9 @@ measure::Measurement with_noise_in_motion(const RecordingFit& fit,
     if (out.noise_model || out.reading_uncertainties.empty())
         return out;
     // Each reading weighs by what is stated for it, whether or not the motion tells more.
-    const std::vector<measure::NoiseModel::Series> white(out.heights.size());
-    out.noise_model = std::make_shared<const measure::NoiseModel>(
-        measure::NoiseModel{{}, white, 0.0, relative_noise(out, fit.noise)});
+    measure::NoiseModel model{{}, {}, 0.0, relative_noise(out, fit.noise)};
+    model.series.resize(out.heights.size());
+    out.noise_model = std::make_shared<const measure::NoiseModel>(std::move(model));
     out.noise_by_height = fit.noise;
     out.noise_source = fit.noise_source;
     return out;

@@ -223,7 +223,10 @@ void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerC
         coarse.release_time_bound = 0.0;
         coarse.errors.reset();
         coarse.error_values.clear();
-        const ChainPrediction now = predict_readings(coarse, errors.times, heartbeat);
+        // Of a fit to all times its own prediction is at hand.
+        const ChainPrediction now = fit.times == errors.times
+                                        ? fit.prediction
+                                        : predict_readings(coarse, errors.times, heartbeat);
         const ChainPrediction then = predict_readings(finer.model, errors.times, heartbeat);
         for (std::size_t at = 0; at < now.readings.size(); ++at) {
             const double change = finite(then.readings[at] - now.readings[at]);
@@ -297,12 +300,10 @@ with_reading_errors(std::span<const measure::Measurement> recordings,
 
 namespace {
 
-constexpr int most_reweightings = 3;
-
-/// Is its misfit larger than `counted`, by more than chance makes of it in one of a thousand?
-bool is_misfit(const RecordingFit& fit, double counted) {
+/// Is the misfit more than chance makes of the noise in one recording of a thousand?
+bool is_misfit(const RecordingFit& fit) {
     const auto degrees = static_cast<double>(std::max<std::size_t>(fit.degrees_of_freedom, 1));
-    return fit.reduced_chi_squared > counted * (1.0 + 3.09 * std::sqrt(2.0 / degrees));
+    return fit.reduced_chi_squared > 1.0 + 3.09 * std::sqrt(2.0 / degrees);
 }
 
 } // namespace
@@ -332,9 +333,7 @@ RecordingFit fit_chain_beside_errors(const StemModel& model,
     // Where the model lacks something, the inputs would give way until the misfit is the noise's,
     // by many times their uncertainty. A reading then deviates by what the model misses and not by
     // its noise alone, so it weighs that much less against what the ruler says.
-    for (int again_by = 0;
-         again_by < most_reweightings && fit.reason.empty() && is_misfit(fit, again.misfit);
-         ++again_by) {
+    if (fit.reason.empty() && is_misfit(fit)) {
         again.misfit = fit.reduced_chi_squared;
         fit = std::move(fit_jointly({&fit.model, 1}, {&known, 1}, again).parts.front());
         runs += fit.runs;

@@ -176,7 +176,11 @@ class EnoughGained : public ceres::IterationCallback {
         const double promised = gain / iteration.relative_decrease;
         const bool is_noise =
             !iteration.step_is_successful && -gain < noise_of_runs && promised < noise_of_runs;
-        return is_noise || std::min(std::abs(gain), std::abs(promised)) < improvement_
+        // What a whole step gained otherwise than it promised is about what is left to gain.
+        const bool is_whole = iteration.trust_region_radius >= last_trust_region;
+        const double left =
+            is_whole ? std::abs(gain - promised) : std::numeric_limits<double>::infinity();
+        return is_noise || std::min({std::abs(gain), std::abs(promised), left}) < improvement_
                    ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
                    : ceres::SOLVER_CONTINUE;
     }

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the errors of the readings cost: processor time of a fit of the chain beside them over that
+// of a fit that takes inputs, noise, division and release as exact.
+//
+//   bench_reading_errors_cost MEASUREMENT...
+#include "bench/cpu_time.hpp"
+#include "fit/solve/reading_errors.hpp"
+#include "fit/start/starts.hpp"
+#include "measure/folder/measurement_folder.hpp"
+
+#include <cmath>
+
+#include <fmt/core.h>
+
+int main(int argc, char** argv) {
+    using namespace culm;
+    fmt::print("| recording | exact, ms | beside its errors, ms | ratio | runs |\n"
+               "|---|---:|---:|---:|---:|\n");
+    double logarithms = 0.0;
+    for (int k = 1; k < argc; ++k) {
+        const measure::Measurement measurement = measure::read_measurement(argv[k]);
+        const fit::StemModel model = fit::baseline_model(measurement);
+        int exact_runs = 0;
+        int runs = 0;
+        const double exact = bench::time_repeats(5, [&] {
+                                 exact_runs = fit_chain(model, measurement).runs;
+                             }).median();
+        const double beside = bench::time_repeats(5, [&] {
+                                  runs = fit_chain_beside_errors(model, measurement).runs;
+                              }).median();
+        logarithms += std::log(beside / exact);
+        fmt::print("| {} | {:.0f} | {:.0f} | {:.2f} | {} and {} |\n", measurement.stem.id,
+                   1e3 * exact, 1e3 * beside, beside / exact, exact_runs, runs);
+    }
+    fmt::print("| geometric mean | | | {:.2f} | |\n",
+               std::exp(logarithms / static_cast<double>(argc - 1)));
+    return 0;
+}
