@@ -118,9 +118,9 @@ class SlurmTest(CulmTest):
         return self.log().count("not complete: the job starts again")
 
     def status(self) -> dict:
-        """What culm archive status says of the study."""
+        """What culm archive status says of the study; nothing while its files are being made."""
         finished = self.culm("archive", "status", "out", "--json", "-")
-        return json.loads(finished.stdout)["points"] if finished.returncode == DONE else {}
+        return (json.loads(finished.stdout)["points"] or {}) if finished.returncode == DONE else {}
 
     def wait_for_completed(self, count: int):
         deadline = time.monotonic() + PATIENCE
