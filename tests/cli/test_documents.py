@@ -55,6 +55,7 @@ LEFT_OUT = {
         "culm compare beam --ladder gravity,precurvature,relaxation": OUTSIDE_DATA,
         "culm diagnose beam": OUTSIDE_DATA,
         "culm diagnose beam beam52": OUTSIDE_DATA,
+        "culm calibrate beam --with gravity": OUTSIDE_DATA,
     },
     "reliability.md": {
         "cmake -S . -B build/fuzz -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCULM_FUZZ=ON "
