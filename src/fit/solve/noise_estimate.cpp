@@ -358,8 +358,12 @@ class NoiseEstimate {
         const Eigen::MatrixXcd found = coefficients(rest_, bins_, left_);
         const auto rows = static_cast<double>(rest_.cols());
         const auto bins = static_cast<double>(bins_.size());
-        // Where no line is, the power is low of noise that is slow: of it the series tell the rest.
-        power_ = found.cwiseAbs2().colwise().mean().transpose();
+        // Of slow noise a few bins hold most of the power, and rows would seem to differ by chance:
+        // they are compared over what all of them have at a frequency.
+        const Eigen::ArrayXd level_of_bins =
+            spectrum_of(series_of(found.cwiseAbs2().rowwise().mean(), rows, bins_, rest_.rows()),
+                        bins_, rest_.rows());
+        power_ = (found.cwiseAbs2().array().colwise() / level_of_bins).colwise().mean().transpose();
         const double mean = power_.mean();
         const double spread = bins * (power_ / mean - 1.0).square().sum();
         if (rows < 2.0 || boost::math::gamma_q(0.5 * (rows - 1.0), 0.5 * spread) > level)
