@@ -489,7 +489,6 @@ measure::Measurement with_noise_in_motion(const RecordingFit& fit,
     NoiseEstimate(fit, out).run();
     if (out.noise_model || out.reading_uncertainties.empty())
         return out;
-    // Each reading weighs by what is stated for it, whether or not the motion tells more.
     measure::NoiseModel model{{}, {}, 0.0, relative_noise(out, fit.noise)};
     model.series.resize(out.heights.size());
     out.noise_model = std::make_shared<const measure::NoiseModel>(std::move(model));
