@@ -32,9 +32,7 @@ BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
     const Fit none; // the chain itself has no smaller model
     Fit fit;
     for (std::size_t m = 0; m < known.size(); ++m) {
-        fit = FitPlan({}, none, {&known[m], 1}, options)
-                  .fit_from_start({beside_errors(alone[m].model, known[m])}, {alone[m].noise},
-                                  options);
+        fit = FitPlan({}, none, {&known[m], 1}, options).fit_beside_errors(alone[m], options);
         runs += fit.runs;
         if (fit.failed()) {
             out.fit.reason = fmt::format("{} beside the errors of its readings: {}",

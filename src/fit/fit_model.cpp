@@ -2,6 +2,7 @@
 #include "fit/fit_model.hpp"
 
 #include "core/error.hpp"
+#include "fit/solve/reading_errors.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "fit/start/starts.hpp"
 
@@ -21,38 +22,6 @@ constexpr int most_restarts = 2;
 /// Of χ², in units of the reduced χ²: worth another solution.
 constexpr double needed_gain = 0.5;
 
-/// Root mean square of residual over weight, as Fit::weighted_rms.
-double weighted_rms(std::span<const RecordingFit> parts,
-                    const std::vector<std::vector<double>>& weights) {
-    double sum = 0.0;
-    std::size_t count = 0;
-    std::vector<physics::ParameterId> errors;
-    for (std::size_t m = 0; m < parts.size(); ++m) {
-        RecordingFit part = parts[m];
-        part.noise = weights[m];
-        sum += whitened_residuals(part).squaredNorm();
-        count += part.readings;
-        // Error terms bring a residual each, once however many recordings share them.
-        for (const FittedParameter& parameter : part.parameters)
-            if (parameter.is_error && std::ranges::find(errors, parameter.id) == errors.end()) {
-                errors.push_back(parameter.id);
-                sum += parameter.value * parameter.value;
-            }
-    }
-    return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
-}
-
-/// Of the residuals, m.
-double rms(std::span<const RecordingFit> parts) {
-    double sum = 0.0;
-    std::size_t count = 0;
-    for (const RecordingFit& part : parts) {
-        sum += part.rmse * part.rmse * static_cast<double>(part.readings);
-        count += part.readings;
-    }
-    return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
-}
-
 /// Where some iterations from a start have led.
 struct BegunFit {
     StartModels models;
@@ -66,8 +35,9 @@ class BestFit {
     BestFit(std::span<const measure::Measurement> recordings, const FitOptions& options,
             std::vector<std::vector<double>> weights = {});
 
-    /// Goes all the way from a start.
-    void try_start(const StartModels& start, bool is_first_guess);
+    /// Goes all the way from a start; `at_start` as JointOptions'.
+    void try_start(const StartModels& start, bool is_first_guess,
+                   std::vector<std::optional<ChainPrediction>> at_start = {});
 
     /// Some iterations from a start, with its places (angles, time scales) held. Throws
     /// core::NumericalError if they lead nowhere.
@@ -114,10 +84,13 @@ BestFit::BestFit(std::span<const measure::Measurement> recordings, const FitOpti
                  std::vector<std::vector<double>> weights)
     : recordings_(recordings), options_(options), weights_(std::move(weights)) {}
 
-void BestFit::try_start(const StartModels& start, bool is_first_guess) {
+void BestFit::try_start(const StartModels& start, bool is_first_guess,
+                        std::vector<std::optional<ChainPrediction>> at_start) {
     ++starts_;
     try {
-        Fit fit = solved(start, joint_options(is_first_guess));
+        JointOptions options = joint_options(is_first_guess);
+        options.at_start = std::move(at_start);
+        Fit fit = solved(start, options);
         if (fit.status == FitStatus::NotConverged) // a long valley: half-way is no end
             fit = solved(start_from(fit), joint_options(false));
         fit = settled(std::move(fit));
@@ -452,10 +425,11 @@ Fit FitPlan::fit_from_own(const FitOptions& options) const {
     return fit;
 }
 
-Fit FitPlan::fit_from_start(const StartModels& start, std::vector<std::vector<double>> weights,
-                            const FitOptions& options) const {
-    BestFit best(recordings_, options, std::move(weights));
-    best.try_start(start, false);
+Fit FitPlan::fit_beside_errors(const RecordingFit& alone, const FitOptions& options) const {
+    const StemModel start = beside_errors(alone.model, recordings_.front());
+    BestFit best(recordings_, options, {alone.noise});
+    best.try_start({start}, false,
+                   {prediction_beside_errors(start, alone.times, alone.prediction)});
     return result_of(best);
 }
 

@@ -95,10 +95,8 @@ class FitPlan {
     [[nodiscard]] Fit finish(const std::vector<std::optional<BegunStart>>& begun,
                              const FitOptions& options) const;
 
-    /// All the way from models near the end; `weights` as JointOptions'.
-    [[nodiscard]] Fit fit_from_start(const StartModels& start,
-                                     std::vector<std::vector<double>> weights,
-                                     const FitOptions& options) const;
+    /// One recording with the errors of its readings from its fit without them.
+    [[nodiscard]] Fit fit_beside_errors(const RecordingFit& alone, const FitOptions& options) const;
     /// All recordings together from each one's own fit of the same model.
     [[nodiscard]] Fit fit_from_alone(std::span<const RecordingFit> alone,
                                      const FitOptions& options) const;

@@ -218,9 +218,10 @@ Fit fit_jointly(std::span<const StemModel> models,
     std::vector<bool> is_held = options.is_held;
     is_held.resize(layout.ids.size(), false);
     const JointProblem problem(measurements, layout, weights, is_held, options.chain);
-    JointSolution solution = options.chain.is_first_guess
-                                 ? search(problem, starts, measurements, last_times)
-                                 : problem.solve(starts, last_times, Purpose::Final);
+    JointSolution solution =
+        options.chain.is_first_guess
+            ? search(problem, starts, measurements, last_times)
+            : problem.solve(starts, last_times, Purpose::Final, options.at_start);
     Fit fit;
     fit.status = !solution.has_converged ? FitStatus::NotConverged
                  : solution.is_cut_short ? FitStatus::Stopped

@@ -107,6 +107,9 @@ struct JointOptions {
     /// Variance of a reading beside the constraints of the error terms, over that of its noise:
     /// above 1 where a model is known to miss more than the noise.
     double misfit = 1.0;
+    /// (recordings) what the models predict with their values, from which the solution starts;
+    /// empty where it is not known, and it has to run.
+    std::vector<std::optional<ChainPrediction>> at_start{};
 };
 
 enum class FitStatus {

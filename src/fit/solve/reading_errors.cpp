@@ -36,80 +36,114 @@ std::string term_name(const StatedInput& input, const measure::Measurement& meas
                        measurement.specimen.empty() ? measurement.stem.id : measurement.specimen);
 }
 
+/// The model without the errors of its readings.
+StemModel exact_model(const RecordingFit& fit) {
+    StemModel model = fit.model;
+    model.errors.reset();
+    model.error_values.clear();
+    return model;
+}
+
 /// Derivatives of the predicted readings at all times of a recording, for one standard uncertainty.
 class InputErrors {
   public:
     InputErrors(const RecordingFit& fit, const measure::Measurement& measurement,
                 const std::vector<StatedInput>& inputs, const run::Heartbeat& heartbeat)
         : fit_(fit), measurement_(measurement), inputs_(inputs) {
-        StemModel model = fit.model;
-        model.errors.reset();
-        model.error_values.clear();
-        std::vector<FreeParameter> parameters;
-        for (const FreeParameter& parameter : model.parameters)
-            if (is_of_material(parameter.access.id))
-                parameters.push_back(parameter);
-        material_ = parameters.size();
-        for (const StatedInput& input : inputs)
-            if (!input.scales_times)
-                parameters.push_back({input.access, input.unit});
-        model.parameters = std::move(parameters);
-        changed_ = predict_readings(model, measurement.times, heartbeat);
+        StemModel model = exact_model(fit);
+        // A fit of all times has the derivatives by its own parameters at hand.
+        own_ = !fit.model.errors && fit.times == measurement.times
+                   ? fit.prediction
+                   : predict_readings(model, measurement.times, heartbeat);
+        model.parameters.clear();
+        model.release_time_bound = 0.0;
+        for (const StatedInput& input : inputs) {
+            columns_.push_back(model.parameters.size());
+            if (input.acts == InputActs::OnChain)
+                model.parameters.push_back({input.access, input.unit});
+        }
+        rows_column_ = model.parameters.size();
+        if (std::ranges::any_of(inputs, &moves_rows))
+            model.parameters.push_back({height_of_rows(measurement), "m"});
+        if (!model.parameters.empty())
+            changed_ = predict_readings(model, measurement.times, heartbeat);
     }
 
     /// (inputs)
     [[nodiscard]] std::vector<ReadingErrors::Term> terms() const {
         const Eigen::MatrixXd follow = compensation();
         std::vector<ReadingErrors::Term> terms;
-        std::size_t column = material_;
         for (std::size_t k = 0; k < inputs_.size(); ++k) {
             ReadingErrors::Term& term = terms.emplace_back();
             term.name = term_name(inputs_[k], measurement_);
-            std::vector<double> taken(material_);
-            for (std::size_t p = 0, place = 0; p < fit_.model.parameters.size(); ++p) {
+            std::vector<std::pair<std::size_t, double>> taken;
+            for (std::size_t p = 0; p < fit_.model.parameters.size(); ++p) {
                 const physics::ParameterId& id = fit_.model.parameters[p].access.id;
-                if (!is_of_material(id))
+                if (id != physics::bond_youngs_modulus && id != physics::bond_damping)
                     continue;
-                const double change =
-                    follow(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k));
-                taken[place++] = change;
+                taken.emplace_back(
+                    p, follow(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k)));
                 (id == physics::bond_damping ? term.log_damping : term.log_modulus) =
-                    change / fit_.model.value(p);
+                    taken.back().second / fit_.model.value(p);
             }
-            for (std::size_t at = 0; at < changed_.readings.size(); ++at) {
-                double rest = derivative(at, k, column);
-                for (std::size_t place = 0; place < material_; ++place)
-                    rest -=
-                        taken[place] * finite(changed_.jacobian[at * changed_.parameters + place]);
+            for (std::size_t at = 0; at < own_.readings.size(); ++at) {
+                double rest = derivative(at, k);
+                for (const auto& [p, change] : taken)
+                    rest -= change * by_own(at, p);
                 term.readings.push_back(rest);
             }
-            column += inputs_[k].scales_times ? 0 : 1;
         }
         return terms;
     }
 
   private:
-    [[nodiscard]] static bool is_of_material(const physics::ParameterId& id) {
-        return id == physics::bond_youngs_modulus || id == physics::bond_damping;
+    [[nodiscard]] static bool moves_rows(const StatedInput& input) {
+        return input.acts == InputActs::OnRows || input.acts == InputActs::OnPicture;
     }
 
-    /// Of predicted − measured by input `k`, whose column is `column` if it has one, times its u.
-    [[nodiscard]] double derivative(std::size_t at, std::size_t k, std::size_t column) const {
+    /// By a parameter of the fit; the last one is the release, where it is free.
+    [[nodiscard]] double by_own(std::size_t at, std::size_t parameter) const {
+        return finite(own_.jacobian[at * own_.parameters + parameter]);
+    }
+
+    [[nodiscard]] double by_changed(std::size_t at, std::size_t column) const {
+        return finite(changed_.jacobian[at * changed_.parameters + column]);
+    }
+
+    /// Of predicted − measured by input `k`, times its u.
+    [[nodiscard]] double derivative(std::size_t at, std::size_t k) const {
         const StatedInput& input = inputs_[k];
-        if (input.scales_times) {
+        const double height = measurement_.heights[at % own_.rows];
+        double change = 0.0;
+        switch (input.acts) {
+        case InputActs::OnChain:
+            change = by_changed(at, columns_[k]);
+            break;
+        case InputActs::AsInverseModulus:
+            change = -by_modulus(at) / input.value;
+            break;
+        case InputActs::OnRows:
+            change = by_changed(at, rows_column_);
+            break;
+        case InputActs::OnPicture:
+            change = height * by_changed(at, rows_column_) - finite(own_.readings[at]);
+            break;
+        case InputActs::OnClock:
             // With a rate that is larger by the share c the reading was taken at t/(1 + c), and the
             // prediction there is smaller by c t dy/dt. The last derivative is −dy/dt.
-            const double time = measurement_.times[at / changed_.rows];
-            const double by_release =
-                fit_.model.release_time_bound > 0.0
-                    ? finite(changed_.jacobian[(at + 1) * changed_.parameters - 1])
-                    : 0.0;
-            return time * by_release * input.standard_uncertainty;
+            if (fit_.model.release_time_bound > 0.0)
+                change = measurement_.times[at / own_.rows] * by_own(at, own_.parameters - 1);
+            break;
         }
-        double change = finite(changed_.jacobian[at * changed_.parameters + column]);
-        if (input.scales_readings)
-            change -= finite(changed_.readings[at]);
         return change * input.standard_uncertainty;
+    }
+
+    /// By ln Y; 0 where Y is not free.
+    [[nodiscard]] double by_modulus(std::size_t at) const {
+        for (std::size_t p = 0; p < fit_.model.parameters.size(); ++p)
+            if (fit_.model.parameters[p].access.id == physics::bond_youngs_modulus)
+                return by_own(at, p) * fit_.model.value(p);
+        return 0.0;
     }
 
     /// (parameters of the fit, inputs): change of the parameters that does most nearly to the
@@ -122,10 +156,8 @@ class InputErrors {
             if (std::isnan(fit_.residuals[at]))
                 continue;
             const double weight = std::pow(fit_.noise[at % fit_.prediction.rows], -2);
-            std::size_t column = material_;
             for (std::size_t k = 0; k < inputs_.size(); ++k) {
-                const double change = derivative(at, k, column);
-                column += inputs_[k].scales_times ? 0 : 1;
+                const double change = derivative(at, k);
                 for (std::size_t p = 0; p < count; ++p)
                     products(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k)) +=
                         weight * change * finite(fit_.prediction.jacobian[at * count + p]);
@@ -140,8 +172,10 @@ class InputErrors {
     const RecordingFit& fit_;
     const measure::Measurement& measurement_;
     const std::vector<StatedInput>& inputs_;
-    std::size_t material_ = 0; ///< of the columns: Y and β where they are free
-    ChainPrediction changed_;
+    ChainPrediction own_;              ///< by the fit's parameters, at all times
+    ChainPrediction changed_;          ///< by the inputs that change the chain, and by the rows
+    std::vector<std::size_t> columns_; ///< (inputs) of changed_, of those
+    std::size_t rows_column_ = 0;      ///< of a common shift of the rows
 };
 
 constexpr double likely_order = 4.0 / 3.0; ///< α: errors of order 2, bonds of half the length
@@ -181,12 +215,10 @@ double frequency_uncertainty(const RecordingFit& fit, const measure::NoiseModel*
 }
 
 FinerChain finer_chain(const RecordingFit& fit, const measure::NoiseModel* noise_model) {
-    FinerChain finer{fit.model};
+    FinerChain finer{exact_model(fit)};
     StemModel& model = finer.model;
     model.parameters.clear();
     model.release_time_bound = 0.0;
-    model.errors.reset();
-    model.error_values.clear();
     const run::CaseSpec& coarse = fit.model.spec;
     const auto modes = run::chain_modes(coarse, 2);
     if (modes.size() < 2 || coarse.tip_deflection == 0.0)
@@ -218,11 +250,9 @@ void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerC
     errors.known.log_modulus = likely_order * modulus;
     errors.known.log_damping = likely_order * damping;
     if (finer.matters) {
-        StemModel coarse = fit.model;
+        StemModel coarse = exact_model(fit);
         coarse.parameters.clear();
         coarse.release_time_bound = 0.0;
-        coarse.errors.reset();
-        coarse.error_values.clear();
         // Of a fit to all times its own prediction is at hand.
         const ChainPrediction now = fit.times == errors.times
                                         ? fit.prediction
@@ -328,6 +358,7 @@ RecordingFit fit_chain_beside_errors(const StemModel& model,
     again.chain.is_first_guess = false;
     again.chain.is_near_solution = true;
     again.weights = {alone.noise};
+    again.at_start = {prediction_beside_errors(start, alone.times, alone.prediction)};
     RecordingFit fit = std::move(fit_jointly({&start, 1}, {&known, 1}, again).parts.front());
     int runs = alone.runs + fit.runs;
     // Where the model lacks something, the inputs would give way until the misfit is the noise's,
@@ -335,6 +366,7 @@ RecordingFit fit_chain_beside_errors(const StemModel& model,
     // its noise alone, so it weighs that much less against what the ruler says.
     if (fit.reason.empty() && is_misfit(fit)) {
         again.misfit = fit.reduced_chi_squared;
+        again.at_start = {fit.prediction};
         fit = std::move(fit_jointly({&fit.model, 1}, {&known, 1}, again).parts.front());
         runs += fit.runs;
     }

@@ -11,18 +11,24 @@
 
 namespace culm::fit {
 
+/// On what a stated input acts.
+enum class InputActs {
+    OnChain,          ///< the chain or what is on it, by StatedInput::access
+    AsInverseModulus, ///< on the motion as 1/Y does, exactly: the mass where no other is there
+    OnRows,           ///< the heights of all rows alike
+    OnPicture,        ///< heights and deflections by the same share
+    OnClock
+};
+
 /// A quantity that enters the model as a number, although it was measured. SI units.
 struct StatedInput {
-    /// The number in the fitted case. Scale and clamp height move the heights of the case; 0 is
-    /// what was stated.
-    run::CaseParameter access;
-    std::string name; ///< "length", "mass at 156 mm"
-    std::string unit; ///< "m"; empty: a share
+    InputActs acts = InputActs::OnChain;
+    run::CaseParameter access; ///< the number in the fitted case, of one that acts on the chain
+    std::string name;          ///< "length", "mass at 156 mm"
+    std::string unit;          ///< "m"; empty: a share
     double value = 0.0;
     double standard_uncertainty = 0.0; ///< one standard deviation (JCGM 100)
     bool is_default = false;           ///< the file states none
-    bool scales_readings = false;      ///< true: deflections grow with it, as the heights do
-    bool scales_times = false;         ///< true: it acts on the clock alone; `access` is empty
     bool is_of_rig = false;            ///< recordings on one rig share it; else those of a specimen
 };
 
@@ -31,6 +37,9 @@ struct StatedInput {
 /// 0.2 mm, scale 0.5 %, every other quantity 1 % (docs/uncertainty.md); a frame rate is exact.
 /// Inputs of uncertainty 0 are left out.
 [[nodiscard]] std::vector<StatedInput> stated_inputs(const measure::Measurement& measurement);
+
+/// A shift of all rows of a measurement's case, m; 0 is what was stated.
+[[nodiscard]] run::CaseParameter height_of_rows(const measure::Measurement& measurement);
 
 /// The recording with the noise that its readings have while the stem moves, estimated from what
 /// is left of the residuals without the modes, the harmonics of the first and a drift, in which the

@@ -134,6 +134,36 @@ std::vector<ResidualGroup> residuals_by_amplitude(const RecordingFit& fit,
     return groups;
 }
 
+double weighted_rms(std::span<const RecordingFit> parts,
+                    const std::vector<std::vector<double>>& weights) {
+    double sum = 0.0;
+    std::size_t count = 0;
+    std::vector<physics::ParameterId> errors;
+    for (std::size_t m = 0; m < parts.size(); ++m) {
+        RecordingFit part = parts[m];
+        part.noise = weights[m];
+        sum += whitened_residuals(part).squaredNorm();
+        count += part.readings;
+        // Error terms bring a residual each, once however many recordings share them.
+        for (const FittedParameter& parameter : part.parameters)
+            if (parameter.is_error && std::ranges::find(errors, parameter.id) == errors.end()) {
+                errors.push_back(parameter.id);
+                sum += parameter.value * parameter.value;
+            }
+    }
+    return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
+}
+
+double rms(std::span<const RecordingFit> parts) {
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (const RecordingFit& part : parts) {
+        sum += part.rmse * part.rmse * static_cast<double>(part.readings);
+        count += part.readings;
+    }
+    return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
+}
+
 double typical_noise(const RecordingFit& fit) {
     double sum = 0.0;
     for (const double noise : fit.noise)

@@ -45,6 +45,14 @@ struct ResidualGroup {
                                                                 const std::vector<double>& envelope,
                                                                 std::size_t parts);
 
+/// Root mean square of residual over weight (a noise for every row of every part), as
+/// Fit::weighted_rms.
+[[nodiscard]] double weighted_rms(std::span<const RecordingFit> parts,
+                                  const std::vector<std::vector<double>>& weights);
+
+/// Of the residuals of all parts, m.
+[[nodiscard]] double rms(std::span<const RecordingFit> parts);
+
 /// Root mean square of the noise of the rows, m.
 [[nodiscard]] double typical_noise(const RecordingFit& fit);
 

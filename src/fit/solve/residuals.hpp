@@ -28,9 +28,11 @@ class ReadingResiduals {
         double inverse_noise = 0.0; ///< 1/m
     };
 
-    /// Frames up to `last_time`; `noise` per row, m. `model` must outlive this.
+    /// Frames up to `last_time`; `noise` per row, m. `model` must outlive this. `at_start`: what
+    /// the model predicts with its values, which need not run again; null: not known.
     ReadingResiduals(const StemModel& model, const measure::Measurement& measurement,
-                     const std::vector<double>& noise, double last_time, run::Heartbeat heartbeat);
+                     const std::vector<double>& noise, double last_time, run::Heartbeat heartbeat,
+                     const ChainPrediction* at_start = nullptr);
 
     [[nodiscard]] const std::vector<Place>& places() const { return places_; }
     [[nodiscard]] const std::vector<double>& times() const { return times_; }
@@ -52,8 +54,11 @@ class ReadingResiduals {
 
   private:
     void whiten();
+    /// Are these the model's own values, but for the rounding of their transformation?
+    [[nodiscard]] bool are_at_start(const std::vector<double>& values) const;
 
     const StemModel& model_;
+    const ChainPrediction* at_start_;
     run::Heartbeat heartbeat_;
     std::optional<Whitening> whitening_;  ///< empty: readings are independent
     std::vector<double> white_residuals_; ///< (frames, rows)
@@ -63,6 +68,7 @@ class ReadingResiduals {
     std::vector<double> values_;                ///< of prediction_
     std::optional<ChainPrediction> prediction_; ///< empty: could not be computed
     std::string failure_;
+    bool is_prepared_ = false;
     int runs_ = 0;
 };
 

@@ -255,13 +255,16 @@ JointProblem::JointProblem(std::span<const measure::Measurement> measurements,
     : measurements_(measurements), layout_(layout), noise_(noise), is_held_(is_held),
       options_(options) {}
 
-JointSolution JointProblem::solve(const std::vector<StemModel>& models,
-                                  const std::vector<double>& last_times, Purpose purpose) const {
+JointSolution
+JointProblem::solve(const std::vector<StemModel>& models, const std::vector<double>& last_times,
+                    Purpose purpose,
+                    const std::vector<std::optional<ChainPrediction>>& at_start) const {
     std::vector<ReadingResiduals> parts;
     std::size_t readings = 0;
     for (std::size_t m = 0; m < models.size(); ++m) {
+        const bool is_known = m < at_start.size() && at_start[m];
         parts.emplace_back(models[m], measurements_[m], noise_[m], last_times[m],
-                           options_.heartbeat);
+                           options_.heartbeat, is_known ? &*at_start[m] : nullptr);
         readings += parts.back().places().size();
     }
     JointResiduals residuals(models, layout_, std::move(parts));

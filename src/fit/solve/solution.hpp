@@ -91,10 +91,12 @@ class JointProblem {
                  const std::vector<std::vector<double>>& noise, const std::vector<bool>& is_held,
                  const SolveOptions& options);
 
-    /// Frames up to `last_times` (recordings), from the models' values. Throws
-    /// core::NumericalError if a chain cannot be computed at the end.
-    [[nodiscard]] JointSolution solve(const std::vector<StemModel>& models,
-                                      const std::vector<double>& last_times, Purpose purpose) const;
+    /// Frames up to `last_times` (recordings), from the models' values. `at_start` (recordings):
+    /// what the models predict with these, where that is known. Throws core::NumericalError if a
+    /// chain cannot be computed at the end.
+    [[nodiscard]] JointSolution
+    solve(const std::vector<StemModel>& models, const std::vector<double>& last_times,
+          Purpose purpose, const std::vector<std::optional<ChainPrediction>>& at_start = {}) const;
 
   private:
     std::span<const measure::Measurement> measurements_;

@@ -139,6 +139,9 @@ void add_stem(const measure::Measurement& measurement, std::vector<StatedInput>&
     of.add_of_mass(
         "density", "kg/m³", [](measure::MeasuredStem& its) -> double& { return its.density; },
         stated.density);
+    // Forces of bonds and their damping, over the mass, stay if Y and the density grow alike.
+    if (stem.added_masses.empty())
+        inputs.back().acts = InputActs::AsInverseModulus;
     for (std::size_t k = 0; k < stem.added_masses.size(); ++k) {
         const measure::AddedMass& added = stem.added_masses[k];
         StatedInput mass = input(fmt::format("mass at {:.6g} mm", 1e3 * added.height), "kg",
@@ -153,40 +156,31 @@ void add_stem(const measure::Measurement& measurement, std::vector<StatedInput>&
 
 /// Scale and clamp: the rows were elsewhere on the stem than the file says.
 void add_picture(const measure::Measurement& measurement, std::vector<StatedInput>& inputs) {
-    const std::vector<double> stated = measurement.heights;
-    const auto moved = [stated](auto move) {
-        return [stated, move](run::CaseSpec& spec, double value) {
-            for (std::size_t j = 0; j < stated.size(); ++j)
-                spec.heights[j] = move(stated[j], value);
-        };
-    };
-    StatedInput scale = input("scale", "", 0.0, measurement.uncertainties.scale, default_scale);
-    scale.scales_readings = true;
-    scale.is_of_rig = true;
-    scale.access = {{{}, "scale", {}},
-                    [top = stated.back()](const run::CaseSpec& spec) {
-                        return spec.heights.back() / top - 1.0;
-                    },
-                    moved([](double height, double share) { return height * (1.0 + share); }),
-                    1.0};
-    StatedInput clamp =
-        input("clamp height", "m", 0.0, measurement.uncertainties.clamp, default_clamp);
-    clamp.access = {
-        {{}, "clamp height", {}},
-        [top = stated.back()](const run::CaseSpec& spec) { return spec.heights.back() - top; },
-        moved([](double height, double shift) { return height + shift; }),
-        measurement.stem.length};
-    clamp.is_of_rig = true;
-    inputs.push_back(std::move(scale));
-    inputs.push_back(std::move(clamp));
-    StatedInput rate =
-        input("frame rate", "", 0.0, measurement.uncertainties.frames_per_second, 0.0);
-    rate.scales_times = true;
-    rate.is_of_rig = true;
-    inputs.push_back(std::move(rate));
+    const measure::StatedUncertainties& stated = measurement.uncertainties;
+    for (auto& [acts, added] :
+         {std::pair(InputActs::OnPicture, input("scale", "", 0.0, stated.scale, default_scale)),
+          std::pair(InputActs::OnRows,
+                    input("clamp height", "m", 0.0, stated.clamp, default_clamp)),
+          std::pair(InputActs::OnClock,
+                    input("frame rate", "", 0.0, stated.frames_per_second, 0.0))}) {
+        inputs.push_back(added);
+        inputs.back().acts = acts;
+        inputs.back().is_of_rig = true;
+    }
 }
 
 } // namespace
+
+run::CaseParameter height_of_rows(const measure::Measurement& measurement) {
+    const std::vector<double>& stated = measurement.heights;
+    return {{{}, "height of the rows", {}},
+            [top = stated.back()](const run::CaseSpec& spec) { return spec.heights.back() - top; },
+            [stated](run::CaseSpec& spec, double shift) {
+                for (std::size_t j = 0; j < stated.size(); ++j)
+                    spec.heights[j] = stated[j] + shift;
+            },
+            measurement.stem.length};
+}
 
 std::vector<StatedInput> stated_inputs(const measure::Measurement& measurement) {
     std::vector<StatedInput> inputs;
