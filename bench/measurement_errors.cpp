@@ -10,12 +10,13 @@
 // inputs misstated). Recordings are those of the beam generator. Writes every case as JSON, prints
 // how often each answer was given. The truth of a case follows from its number and family alone, so
 // that processes can share the cases.
+#include "bench/diagnosis_summary.hpp"
+#include "bench/reading_noise.hpp"
 #include "diagnose/diagnosis.hpp"
 #include "fit/solve/reading_errors.hpp"
 #include "tests/beam_generator/random_case.hpp"
 
 #include <chrono>
-#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -24,61 +25,12 @@
 #include <vector>
 
 #include <fmt/core.h>
-#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 namespace {
 
 using namespace culm;
 using nlohmann::json;
-
-/// Errors of variance 1, (times, heights).
-class Noise {
-  public:
-    Noise(const std::string& family, std::uint64_t number) : family_(family), dice_(number) {}
-
-    void add(double size, measure::Measurement& measurement) {
-        const std::size_t rows = measurement.heights.size();
-        const double correlation = family_.starts_with("ar05")   ? 0.5
-                                   : family_.starts_with("ar09") ? 0.9
-                                                                 : 0.0;
-        const bool is_common = family_.ends_with("_common");
-        std::vector<double> state(rows + 1);
-        for (double& each : state)
-            each = normal_(dice_);
-        for (std::size_t i = 0; i < measurement.times.size(); ++i) {
-            for (double& each : state)
-                each = correlation * each +
-                       std::sqrt(1.0 - correlation * correlation) * normal_(dice_);
-            for (std::size_t j = 0; j < rows; ++j) {
-                double& reading = measurement.deflections[i * rows + j];
-                // Half of the variance is common.
-                reading += size * (is_common ? std::sqrt(0.5) * (state[j] + state[rows])
-                                             : scattered(state[j]));
-                if (family_ == "quantised")
-                    reading = 2.0 * size * std::round(reading / (2.0 * size));
-            }
-        }
-    }
-
-  private:
-    [[nodiscard]] double scattered(double value) {
-        if (family_ == "student") {
-            double sum = 0.0;
-            for (int k = 0; k < 3; ++k)
-                sum += std::pow(normal_(dice_), 2);
-            return value / std::sqrt(sum / 3.0);
-        }
-        if (family_ == "outliers" && share_(dice_) < 0.03)
-            return value + 15.0 * normal_(dice_);
-        return value;
-    }
-
-    std::string family_;
-    std::mt19937_64 dice_;
-    std::normal_distribution<double> normal_;
-    std::uniform_real_distribution<double> share_;
-};
 
 /// The measurement as a person writes it whose ruler, calipers, balance and camera err: each by a
 /// normal number times the uncertainty that culm takes for it. What the rig and the specimen share
@@ -133,7 +85,7 @@ std::vector<measure::Measurement> recordings_of(const std::string& family, std::
         measurement.rig = owner;
         if (k == 1)
             measurement.stem.added_masses = {{spec.stem.length, mass, {}}};
-        Noise(family, 0x401500 + 2 * number + static_cast<std::uint64_t>(k))
+        bench::Noise(family, 0x401500 + 2 * number + static_cast<std::uint64_t>(k))
             .add(noise, measurement);
         measurement.stem.spheres = spheres;
         if (errs) {
@@ -153,15 +105,7 @@ json case_of(const std::string& family, std::uint64_t number, int spheres) {
     options.null_draws = 0;
     const auto start = std::chrono::steady_clock::now();
     try {
-        const diagnose::Diagnosis found = diagnose::diagnose(recordings, options);
-        out["answer"] =
-            fmt::format("{} {}", to_string(found.conclusion), fmt::join(found.effects, "+"));
-        out["reason"] = found.reason;
-        out["baseline_reduced_chi2"] = found.baseline.reduced_chi_squared;
-        out["final_reduced_chi2"] = found.final_fit.reduced_chi_squared;
-        out["tests"] = found.ladder.front().tests;
-        out["noise"] = found.baseline.parts.front().noise_source;
-        out["noise_mm"] = 1e3 * found.baseline.parts.front().noise.front();
+        out.update(bench::diagnosis_summary(diagnose::diagnose(recordings, options)));
     } catch (const std::exception& error) {
         out["answer"] = "failed";
         out["reason"] = error.what();

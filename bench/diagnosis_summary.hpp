@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a diagnosis said, in few words, for benches that ask many.
+#pragma once
+
+#include "diagnose/diagnosis.hpp"
+
+#include <string>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+namespace culm::bench {
+
+/// "effect quadratic_drag+clamp_compliance", "adequate ".
+[[nodiscard]] inline std::string answer_of(const diagnose::Diagnosis& found) {
+    return fmt::format("{} {}", to_string(found.conclusion), fmt::join(found.effects, "+"));
+}
+
+/// Answer and reason, what the baseline and the final model leave, which tests object to the
+/// baseline, and the noise of the first recording.
+[[nodiscard]] inline nlohmann::json diagnosis_summary(const diagnose::Diagnosis& found) {
+    return {{"answer", answer_of(found)},
+            {"reason", found.reason},
+            {"baseline_reduced_chi2", found.baseline.reduced_chi_squared},
+            {"final_reduced_chi2", found.final_fit.reduced_chi_squared},
+            {"tests", found.ladder.front().tests},
+            {"noise", found.baseline.parts.front().noise_source},
+            {"noise_mm", 1e3 * found.baseline.parts.front().noise.front()}};
+}
+
+} // namespace culm::bench
