@@ -9,7 +9,8 @@
 // each pixel and over the exposure, on a grid of its own, of a round stem lit from one side before
 // an uneven ground; it shares no code with the tracker. Y and β are compared with those of a fit
 // to the true deflections at the same heights and times.
-#include "diagnose/diagnosis.hpp"
+#include "diagnose/adequacy.hpp"
+#include "fit/fit_model.hpp"
 #include "measure/track/track.hpp"
 #include "tests/beam_generator/random_case.hpp"
 
@@ -34,8 +35,7 @@ using namespace culm;
 using nlohmann::json;
 
 constexpr double frames_per_second = 960.0;
-constexpr int finer = 8;      ///< parts of a pixel
-constexpr int part_times = 7; ///< of an exposure
+constexpr int part_times = 16; ///< of an exposure
 
 /// How a video looks; lengths in pixels, brightness in grey values.
 struct Look {
@@ -44,13 +44,14 @@ struct Look {
     double contrast; ///< negative: a dark stem
     double noise;
     double blur;
-    double exposure;     ///< s
-    double light_across; ///< share by which the light changes over the picture's width
-    double light_along;  ///< and over its height
-    double flicker;      ///< share, from frame to frame
-    double lit_side;     ///< share by which the stem is brighter on its right edge
-    double grain;        ///< share, of rows of the stem
-    double texture;      ///< of the ground
+    double exposure;      ///< s
+    double light_across;  ///< share by which the light changes over the picture's width
+    double light_along;   ///< and over its height
+    double flicker;       ///< share, from frame to frame
+    double lit_side;      ///< share by which the stem is brighter on its right edge
+    double grain;         ///< share, of rows of the stem
+    double texture;       ///< of the ground
+    bool states_exposure; ///< video.toml
 
     [[nodiscard]] json numbers() const {
         return {{"mm_per_px", 1e3 * metres_per_pixel},
@@ -64,7 +65,8 @@ struct Look {
                 {"flicker", flicker},
                 {"lit_side", lit_side},
                 {"grain", grain},
-                {"texture", texture}};
+                {"texture", texture},
+                {"states_exposure", states_exposure}};
     }
 };
 
@@ -93,6 +95,7 @@ Scene scene_of(std::uint64_t number) {
     look.lit_side = between(-0.3, 0.3);
     look.grain = between(0.0, 0.05);
     look.texture = between(0.0, 1.5);
+    look.states_exposure = share(dice) < 0.5;
     scene.spec.frames_per_second = frames_per_second;
     scene.spec.frames_before = 12;
     scene.spec.errors = {};
@@ -125,14 +128,21 @@ class Video {
         return (frame - scene_.spec.frames_before + release_share) / frames_per_second;
     }
 
+    /// Over the exposure, from its middle, s.
+    [[nodiscard]] std::vector<double> exposure_parts() const {
+        std::vector<double> parts;
+        for (int part = 0; part < part_times; ++part)
+            parts.push_back(scene_.look.exposure * ((part + 0.5) / part_times - 0.5));
+        return parts;
+    }
+
     /// Writes frames and video.toml.
     std::filesystem::path write(const std::filesystem::path& folder) {
         std::filesystem::create_directories(folder);
         std::vector<double> times;
         for (int frame = 0; frame < frames(); ++frame)
-            for (int part = 0; part < part_times; ++part)
-                times.push_back(time_of(frame) +
-                                scene_.look.exposure * ((part + 0.5) / part_times - 0.5));
+            for (const double shift : exposure_parts())
+                times.push_back(time_of(frame) + shift);
         const std::vector<double> deflections = beam::true_readings(scene_.spec, times);
         for (int frame = 0; frame < frames(); ++frame)
             cv::imwrite((folder / fmt::format("{:05d}.png", frame)).string(),
@@ -143,9 +153,12 @@ class Video {
         std::ofstream(file) << fmt::format(
             "[video]\nframes = \"%05d.png\"\nfps = {}\nmm_per_px = {}\nup = \"decreasing_row\"\n"
             "clamp_row = {}\naxis_column = {}\n[stem]\nid = \"video\"\nlength_mm = {}\n"
-            "diameter_mm = {}\ndensity_kg_m3 = {}\n[camera]\nexposure_ms = {}\n",
+            "diameter_mm = {}\ndensity_kg_m3 = {}\n{}",
             frames_per_second, 1e3 * scene_.look.metres_per_pixel, clamp_row_, axis_column_,
-            1e3 * stem.length, 1e3 * stem.diameter, stem.density, 1e3 * scene_.look.exposure);
+            1e3 * stem.length, 1e3 * stem.diameter, stem.density,
+            scene_.look.states_exposure
+                ? fmt::format("[camera]\nexposure_ms = {}\n", 1e3 * scene_.look.exposure)
+                : std::string());
         return file;
     }
 
@@ -192,6 +205,7 @@ class Video {
     void add_stem(double axis, double half, std::vector<double>& pixels) const {
         const double blur = std::max(scene_.look.blur, 0.05);
         const double edge = half + 4.0 * blur + 1.0;
+        const int finer = blur < 0.5 ? 40 : 8; // parts of a pixel
         const int begin = std::max(0, static_cast<int>(std::floor(axis - edge)));
         const int end = std::min(width_ - 1, static_cast<int>(std::ceil(axis + edge)));
         for (int c = begin; c <= end; ++c) {
@@ -219,19 +233,29 @@ class Video {
     std::vector<double> texture_;
 };
 
-/// The measurement with the deflections that it should have, instantaneous at each frame's middle.
+/// The measurement with the deflections that it should have: means over the exposure.
 measure::Measurement true_measurement(const measure::Track& track, const Scene& scene,
                                       const Video& video) {
     measure::Measurement exact = track.measurement;
     beam::RecordingSpec spec = scene.spec;
     spec.heights = exact.heights;
+    exact.times.clear();
     std::vector<double> times;
-    for (const double time : exact.times)
-        times.push_back(
+    for (const double time : track.measurement.times) {
+        exact.times.push_back(
             video.time_of(time * track.frames_per_second + track.window.release_number));
-    exact.deflections = beam::true_readings(spec, times);
-    exact.times = times;
-    exact.exposure.reset();
+        for (const double shift : video.exposure_parts())
+            times.push_back(exact.times.back() + shift);
+    }
+    const std::vector<double> parts = beam::true_readings(spec, times);
+    const std::size_t rows = exact.heights.size();
+    for (std::size_t at = 0; at < exact.deflections.size(); ++at) {
+        exact.deflections[at] = 0.0;
+        for (int part = 0; part < part_times; ++part)
+            exact.deflections[at] +=
+                parts[(at / rows * part_times + std::size_t(part)) * rows + at % rows] / part_times;
+    }
+    exact.exposure = scene.look.exposure;
     return exact;
 }
 
@@ -253,12 +277,6 @@ void add_reading_errors(const measure::Measurement& tracked, const measure::Meas
     out["missing_share"] = 1.0 - count / static_cast<double>(tracked.deflections.size());
 }
 
-double number_of(const fit::RecordingFit& fit, const physics::ParameterId& id, double& error) {
-    const fit::FittedParameter* const found = fit.find(id);
-    error = found->standard_error;
-    return found->value;
-}
-
 json case_of(std::uint64_t number, const std::filesystem::path& folder) {
     const Scene scene = scene_of(number);
     json out{{"number", number}, {"look", scene.look.numbers()}};
@@ -268,26 +286,23 @@ json case_of(std::uint64_t number, const std::filesystem::path& folder) {
         const measure::Track track = measure::track_video(measure::read_track_settings(file));
         const measure::Measurement exact = true_measurement(track, scene, video);
         add_reading_errors(track.measurement, exact, scene.look.metres_per_pixel, out);
-        diagnose::DiagnosisOptions options;
-        options.null_draws = 0;
-        const diagnose::Diagnosis found =
-            diagnose::diagnose(std::vector{track.measurement}, options);
-        out["answer"] =
-            fmt::format("{} {}", to_string(found.conclusion), fmt::join(found.effects, "+"));
-        out["tests"] = found.ladder.front().tests;
-        const fit::RecordingFit& fit = found.baseline.parts.front();
+        const fit::BaselineFit found = fit::fit_baseline({&track.measurement, 1});
+        const diagnose::SetVerdict verdict = diagnose::verdict_on(found.fit, found.recordings);
+        out["answer"] = std::string(to_string(verdict.finding));
+        out["tests"] = verdict.reason;
+        const fit::RecordingFit& fit = found.fit.parts.front();
         out["noise"] = fit.noise_source;
         out["reduced_chi2"] = fit.reduced_chi_squared;
-        const fit::RecordingFit reference =
-            fit::fit_baseline(std::vector{exact}, {}).fit.parts.front();
+        // Both with exact inputs: the difference is the tracker's.
+        const fit::Fit of_video = fit::fit_model({}, {}, {&track.measurement, 1});
+        const fit::Fit of_truth = fit::fit_model({}, {}, {&exact, 1});
         for (const auto& [name, id] : {std::pair("youngs_modulus", physics::bond_youngs_modulus),
                                        std::pair("damping", physics::bond_damping)}) {
-            double error = 0.0;
-            double ignored = 0.0;
-            const double truth = number_of(reference, id, ignored);
-            const double value = number_of(fit, id, error);
-            out[name] = {{"relative_error", value / truth - 1.0},
-                         {"relative_standard_error", error / truth}};
+            const fit::FittedParameter& beside_errors = *fit.find(id);
+            const double truth = of_truth.parts.front().find(id)->value;
+            out[name] = {{"trackers_error", of_video.parts.front().find(id)->value / truth - 1.0},
+                         {"error", beside_errors.value / truth - 1.0},
+                         {"standard_uncertainty", beside_errors.standard_error / truth}};
         }
     } catch (const std::exception& error) {
         out["answer"] = "failed";
@@ -298,18 +313,19 @@ json case_of(std::uint64_t number, const std::filesystem::path& folder) {
 
 void print(const json& each) {
     fmt::print("{}: {}", each["number"].get<int>(), each["answer"].get<std::string>());
-    if (each.contains("damping"))
-        fmt::print(" | readings {:.3f} px, stated {:.3f} | Y {:+.3f} ({:.3f}) % | beta {:+.2f} "
-                   "({:.2f}) % | {} | {}",
-                   each["reading_error_px"].get<double>(),
-                   each["stated_uncertainty_px"].get<double>(),
-                   1e2 * each["youngs_modulus"]["relative_error"].get<double>(),
-                   1e2 * each["youngs_modulus"]["relative_standard_error"].get<double>(),
-                   1e2 * each["damping"]["relative_error"].get<double>(),
-                   1e2 * each["damping"]["relative_standard_error"].get<double>(),
-                   each["tests"].get<std::string>(), each["noise"].get<std::string>());
-    else
+    if (each.contains("damping")) {
+        fmt::print(" | readings {:.3f} px, stated {:.3f}", each["reading_error_px"].get<double>(),
+                   each["stated_uncertainty_px"].get<double>());
+        for (const char* const name : {"youngs_modulus", "damping"})
+            fmt::print(" | {} {:+.3f} %, beside errors {:+.3f} ± {:.3f} %", name,
+                       1e2 * each[name]["trackers_error"].get<double>(),
+                       1e2 * each[name]["error"].get<double>(),
+                       1e2 * each[name]["standard_uncertainty"].get<double>());
+        fmt::print(" | {} | {}", each["tests"].get<std::string>(),
+                   each["noise"].get<std::string>());
+    } else {
         fmt::print(" | {}", each.value("reason", ""));
+    }
     fmt::print("\n");
     std::fflush(stdout);
 }

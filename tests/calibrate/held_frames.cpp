@@ -56,6 +56,38 @@ TEST(HeldFrames, StandStillWithoutASupportThatVibrates) {
         EXPECT_EQ(predicted.readings[k], predicted.readings[k % predicted.rows]);
 }
 
+// The first frames hold what the release excites: modes faster than the exposure.
+TEST(ExposedFrames, AreMeansOfTheMotion) {
+    const measure::Measurement measurement = tests::empty_measurement();
+    fit::StemModel model = tests::true_model(measurement, {});
+    constexpr double exposure = 0.7e-3;
+    constexpr int parts = 40;
+    std::vector<double> fine;
+    for (const double time : measurement.times)
+        for (int part = 0; part < parts; ++part)
+            fine.push_back(time + exposure * ((part + 0.5) / parts - 0.5));
+    const auto moments = fit::predict_readings(model, fine);
+    model.exposure = exposure;
+    const auto exposed = fit::predict_readings(model, measurement.times);
+    double largest = 0.0;
+    double smear = 0.0;
+    for (std::size_t i = 0; i < measurement.times.size(); ++i)
+        for (std::size_t j = 0; j < exposed.rows; ++j) {
+            double mean = 0.0;
+            for (int part = 0; part < parts; ++part)
+                mean +=
+                    moments.readings[(i * parts + std::size_t(part)) * exposed.rows + j] / parts;
+            const double reading = exposed.readings[i * exposed.rows + j];
+            if (measurement.times[i] - model.release_time > exposure)
+                largest = std::max(largest, std::abs(reading - mean));
+            smear = std::max(
+                smear,
+                std::abs(mean - moments.readings[(i * parts + parts / 2) * exposed.rows + j]));
+        }
+    EXPECT_GT(smear, 50e-6);
+    EXPECT_LT(largest, 2e-6);
+}
+
 TEST(HeldFrames, HaveTheDerivativesOfTheirReadings) {
     const measure::Measurement measurement = tests::empty_measurement();
     const fit::StemModel model = on_vibrating_support(measurement);

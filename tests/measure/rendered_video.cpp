@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/rendered_video.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -10,7 +11,7 @@
 
 namespace culm::measure {
 
-double RenderedVideo::deflection(double height_px, int frame) const {
+double RenderedVideo::deflection(double height_px, double frame) const {
     const double s = height_px / length;
     const double shape = 0.5 * s * s * (3.0 - s);
     const double cycles = (frame - release_frame) / frames_per_cycle;
@@ -21,18 +22,39 @@ double RenderedVideo::deflection(double height_px, int frame) const {
     return pull * shape * swing;
 }
 
+std::vector<double> RenderedVideo::moments(int frame) const {
+    const int parts = exposure > 0.0 ? 12 : 1;
+    std::vector<double> moments;
+    for (int part = 0; part < parts; ++part)
+        moments.push_back(frame + exposure * ((part + 0.5) / parts - 0.5));
+    return moments;
+}
+
+double RenderedVideo::mean_deflection(double height_px, int frame) const {
+    double sum = 0.0;
+    for (const double moment : moments(frame))
+        sum += deflection(height_px, moment);
+    return sum / double(moments(frame).size());
+}
+
 cv::Mat RenderedVideo::picture(int frame) const {
     const int channels = is_coloured ? 3 : 1;
     cv::Mat exact(height, width, CV_64FC(channels), cv::Scalar::all(background));
     const double scale = std::numbers::sqrt2 * blur;
     for (int r = 0; r < height; ++r) {
         const double h = clamp_row - r;
-        const double x = axis_column + deflection(std::max(0.0, h), frame);
+        std::vector<double> axes;
+        for (const double moment : moments(frame))
+            axes.push_back(axis_column + deflection(std::max(0.0, h), moment));
         const double tip = 0.5 * (1.0 + std::erf((length - h) / scale));
         const double foot = 0.5 * (1.0 + std::erf(h / scale));
         for (int c = 0; c < width; ++c) {
-            const double inside = 0.5 * (std::erf((c - x + 0.5 * stem_width) / scale) -
-                                         std::erf((c - x - 0.5 * stem_width) / scale));
+            double inside = 0.0;
+            for (const double x : axes)
+                inside += 0.5 / double(axes.size()) *
+                          (1.0 + lit_side * std::clamp(2.0 * (c - x) / stem_width, -1.0, 1.0)) *
+                          (std::erf((c - x + 0.5 * stem_width) / scale) -
+                           std::erf((c - x - 0.5 * stem_width) / scale));
             for (int channel = 0; channel < channels; ++channel)
                 exact.ptr<double>(r)[c * channels + channel] +=
                     contrast * tip * foot * inside *

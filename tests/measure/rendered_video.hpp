@@ -36,6 +36,8 @@ struct RenderedVideo {
     double contrast = 120.0; ///< negative: a dark stem
     double blur = 0.9;       ///< pixels
     double noise = 3.0;      ///< grey values
+    double exposure = 0.0;   ///< frames
+    double lit_side = 0.0;   ///< share by which the right edge is brighter than the middle
     unsigned seed = 1;
     std::array<double, 3> colour{1.0, 1.0, 1.0}; ///< contrast in red, green and blue
     bool is_coloured = false;
@@ -43,7 +45,9 @@ struct RenderedVideo {
     std::function<void(cv::Mat&, int frame)> decorate;
 
     /// Deflection at a height above the clamp, pixels.
-    [[nodiscard]] double deflection(double height_px, int frame) const;
+    [[nodiscard]] double deflection(double height_px, double frame) const;
+    /// Its mean over the exposure.
+    [[nodiscard]] double mean_deflection(double height_px, int frame) const;
     /// 8-bit picture; noise depends on seed and frame alone.
     [[nodiscard]] cv::Mat picture(int frame) const;
     /// Lines of video.toml; `extra` goes into [video].
@@ -51,6 +55,9 @@ struct RenderedVideo {
     /// Writes frames/%05d.png and video.toml; returns the latter. Pictures may be turned.
     std::filesystem::path write(const tests::TemporaryFolder& folder, const std::string& extra = "",
                                 Up up = Up::DecreasingRow) const;
+
+  private:
+    [[nodiscard]] std::vector<double> moments(int frame) const; ///< of the exposure
 };
 
 /// Scale and rate of all rendered videos.

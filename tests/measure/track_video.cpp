@@ -47,6 +47,23 @@ TEST(TrackedVideo, StatesWhatEveryReadingIsOffBy) {
         }
 }
 
+// The fast stem is smeared over more than its width, and one of its edges is twice as bright.
+TEST(TrackedVideo, IsNotLedAstrayByAnExposure) {
+    RenderedVideo video;
+    video.stem_width = 7.3;
+    video.pull = 40.0;
+    video.exposure = 0.6;
+    video.lit_side = 0.33;
+    const Track track = track_rendered(video, "up = \"decreasing_row\"\nclamp_row = 190.0");
+    const TrackError error = error_of(track, video);
+    EXPECT_LT(error.rms, 0.03);
+    EXPECT_LT(error.over_uncertainty, 1.5);
+    ASSERT_TRUE(track.measurement.exposure);
+    EXPECT_NEAR(*track.measurement.exposure * rendered_fps, video.exposure, 0.06);
+    const RenderedVideo still_shutter;
+    EXPECT_FALSE(track_rendered(still_shutter).measurement.exposure);
+}
+
 TEST(TrackedVideo, FindsReleaseFrequencyAndNoise) {
     const RenderedVideo video;
     const Track track = track_rendered(video);

@@ -37,8 +37,8 @@ inline TrackError error_of(const Track& track, const RenderedVideo& video) {
             const double value = measurement.deflection(k, h) / px;
             if (std::isnan(value))
                 continue;
-            const double truth = video.deflection(measurement.heights[h] / px + lift,
-                                                  track.rows.numbers[track.first_kept + k]);
+            const double truth = video.mean_deflection(measurement.heights[h] / px + lift,
+                                                       track.rows.numbers[track.first_kept + k]);
             error.rms += (value - truth) * (value - truth);
             if (!measurement.reading_uncertainties.empty())
                 error.over_uncertainty += std::pow(

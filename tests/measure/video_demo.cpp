@@ -60,7 +60,7 @@ TEST(DemonstrationVideo, IsTrackedWithinAQuarterPixel) {
         GTEST_SKIP() << "the data are not at hand";
     const Truth truth = read_truth(*data / "deflection.csv");
     // A single row between its two neighbours, and the default straight line through five.
-    for (const auto& [rows, limit] : {std::pair{1, 0.08}, std::pair{5, 0.04}}) {
+    for (const auto& [rows, limit] : {std::pair{1, 0.08}, std::pair{5, 0.03}}) {
         const tests::TemporaryFolder folder;
         const Track track =
             track_video(read_track_settings(demo_settings(
@@ -81,7 +81,7 @@ TEST(DemonstrationVideo, IsTrackedWithinAQuarterPixel) {
                     ++count;
                 }
         EXPECT_GT(double(count), 0.99 * double(measurement.deflections.size()));
-        // 0.25 pixels are asked for; measured were 0.053 and 0.028.
+        // 0.25 pixels are asked for; measured were 0.049 and 0.024.
         EXPECT_LT(std::sqrt(sum / double(count)), limit) << rows << " rows";
         // The truth's release falls between two frames: a tenth of a frame is 0.1 ms.
         EXPECT_NEAR(measurement.times.front() * 960.0, truth.times[track.first_kept] * 960.0, 0.1);

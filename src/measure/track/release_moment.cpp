@@ -208,9 +208,10 @@ FittedMoment moment_of_release(const Deflections& deflections, const std::vector
     return best;
 }
 
-/// Frames for which the turning point of a swing stays within the hold's tolerance.
+/// Frames for which the turning point of a swing stays within the hold's tolerance, above its level
+/// and below.
 double turning_frames(const Hold& hold, double period) {
-    const double cosine = std::clamp(1.0 - hold.tolerance / hold.level, -1.0, 1.0);
+    const double cosine = std::clamp(1.0 - 2.0 * hold.tolerance / hold.level, -1.0, 1.0);
     return std::acos(cosine) / std::numbers::pi * period;
 }
 

@@ -156,6 +156,7 @@ std::vector<double> spread_about(const SwingModel& swing, const AxisRecord& reco
 }
 
 void find_noise(RingDownWindow& window, const AxisRecord& record,
+                const std::optional<SwingModel>& swing,
                 const std::vector<double>& spread_about_swing) {
     const std::size_t count = record.numbers.size();
     const std::size_t at_rest = window.rest_begin ? count - *window.rest_begin : 0;
@@ -167,6 +168,11 @@ void find_noise(RingDownWindow& window, const AxisRecord& record,
         window.noise_source = fmt::format("{} frames before the release", window.held_frames);
     } else if (at_rest >= fewest_still_frames) {
         window.noise = spread(record, *window.rest_begin, count);
+        // A good tracker still sees the last of the swing, which is no noise.
+        const std::vector<double> about_swing =
+            swing ? spread_about(*swing, record, *window.rest_begin) : window.noise;
+        for (std::size_t h = 0; h < window.noise.size(); ++h)
+            window.noise[h] = std::fmin(window.noise[h], about_swing[h]);
         draw_together(window.noise, at_rest);
         window.noise_source = fmt::format("{} frames after rest", at_rest);
     }
@@ -297,7 +303,7 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
     window.pull = release.pull;
     window.cycles_per_frame = 1.0 / release.period;
     window.moving_noise = about_swing;
-    find_noise(window, record, about_swing);
+    find_noise(window, record, swing, about_swing);
     if (const auto step = fit_swing(record, after_first_swings, history.column.size(), 1.0);
         step && step->cycles_per_frame() > 0.0)
         window.remarks =

@@ -7,15 +7,6 @@
 
 namespace culm::measure {
 
-/// Columns of the stem's edges in one row of the upright picture, pixels; NaN where not seen.
-struct RowEdges {
-    double left = 0.0;
-    double right = 0.0;
-    double uncertainty = 0.0; ///< standard uncertainty of the middle
-
-    [[nodiscard]] double middle() const { return 0.5 * (left + right); }
-};
-
 /// Columns of the axis in the upright picture, pixels; NaN where the stem was not seen.
 struct AxisRecord {
     std::vector<int> numbers;    ///< (frames), of the recording, ascending

@@ -20,7 +20,6 @@ TraceOptions first_trace_options(const BandImage& contrast, double noise, double
     TraceOptions options;
     options.stem_width = stem_width;
     options.bottom_row = contrast.height;
-    options.noise = noise;
     options.threshold_by_row.assign(std::size_t(contrast.height), static_cast<float>(5.0 * noise));
     return options;
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 #include <Eigen/Dense>
@@ -206,157 +205,16 @@ std::optional<double> crossing(const float* row, int width, int inside, int step
     return std::nullopt;
 }
 
-double normal_density(double x) {
-    return std::exp(-0.5 * x * x) / std::sqrt(2.0 * std::numbers::pi);
-}
-
-double normal_distribution(double x) {
-    return 0.5 * std::erfc(-x / std::numbers::sqrt2);
-}
-
-/// What a pixel shows of an edge that a Gaussian blurs, over the contrast inside: its mean over the
-/// pixel, and the derivatives by the edge's distance and by the blur.
-struct PixelOfEdge {
-    double value;
-    double by_distance;
-    double by_blur;
-};
-
-/// `distance` from the middle of the pixel outward to the edge.
-PixelOfEdge pixel_of_edge(double distance, double blur) {
-    const double near = (distance - 0.5) / blur;
-    const double far = (distance + 0.5) / blur;
-    const double lower = normal_distribution(near);
-    const double upper = normal_distribution(far);
-    const double density = normal_density(far) - normal_density(near);
-    return {blur * (far * upper - near * lower + density), upper - lower, density};
-}
-
-struct FittedEdge {
-    double place;
-    double variance; ///< pixels², over (noise/contrast inside)²
-};
-
-/// Least squares for place and blur of an edge through the pixels within `reach` of `edge`, from
-/// 0 outside to `inside`. The mean over the pixel is in the model, so the place has no error that
-/// repeats from pixel to pixel; an error of the contrast moves both edges alike. NaN where it leads
-/// nowhere.
-FittedEdge fitted_edge(const float* row, int width, double edge, int step, double reach,
-                       double inside) {
-    constexpr int most_iterations = 8;
-    constexpr double sharpest = 0.15;
-    constexpr double close = 1e-3; // pixels
-    const int begin = std::max(0, static_cast<int>(std::ceil(edge - 2.0 * reach)));
-    const int end = std::min(width - 1, static_cast<int>(std::floor(edge + 2.0 * reach)));
-    const FittedEdge none{not_seen, not_seen};
-    FittedEdge found{edge, 0.0};
-    double blur = 0.8;
-    for (int k = 0; k < most_iterations; ++k) {
-        double aa = 0.0, ab = 0.0, bb = 0.0, ra = 0.0, rb = 0.0;
-        for (int c = begin; c <= end; ++c) {
-            const PixelOfEdge pixel = pixel_of_edge(step * (found.place - c), blur);
-            // Pixels at the end of the reach count as far as they lie in it: nothing jumps when the
-            // edge moves on.
-            const double weight = std::clamp(reach + 0.5 - std::abs(c - found.place), 0.0, 1.0);
-            const double left = weight * (row[c] / inside - pixel.value);
-            const double by_place = step * pixel.by_distance;
-            aa += weight * by_place * by_place;
-            ab += weight * by_place * pixel.by_blur;
-            bb += weight * pixel.by_blur * pixel.by_blur;
-            ra += by_place * left;
-            rb += pixel.by_blur * left;
-        }
-        const double determinant = aa * bb - ab * ab;
-        if (!(determinant > 1e-9 * aa * bb))
-            return none;
-        found.variance = bb / determinant;
-        const double move = (ra * bb - rb * ab) / determinant;
-        found.place += std::clamp(move, -0.5, 0.5);
-        blur = std::clamp(blur + (rb * aa - ra * ab) / determinant, sharpest, reach);
-        if (std::abs(found.place - edge) > reach)
-            return none;
-        if (std::abs(move) < close)
-            break;
-    }
-    return found;
-}
-
-/// Mean of the row between two columns, linear between its pixels.
-double mean_between(const float* row, int width, double from, double to) {
-    constexpr int samples = 8;
-    double sum = 0.0;
-    for (int k = 0; k < samples; ++k) {
-        const double at = std::clamp(from + (to - from) * (k + 0.5) / samples, 0.0, width - 1.001);
-        const int below = static_cast<int>(at);
-        sum += row[below] + (at - below) * (row[below + 1] - row[below]);
-    }
-    return sum / samples;
-}
-
-/// What a row shows of the stem before its edges are fitted.
-struct CoarseEdges {
-    double left;
-    double right;
-    double level; ///< of the contrast inside
-    double skew;  ///< contrast of the left half over that of the right, as (l − r)/(l + r)
-
-    [[nodiscard]] bool are_there() const { return !std::isnan(left); }
-};
-
-CoarseEdges coarse_edges(const BandImage& contrast, const RowRun& run) {
+/// The middle between the places where the contrast passes half of what the run shows.
+double middle_of(const BandImage& contrast, const RowRun& run) {
     const float* row = contrast.row(run.row);
-    const int middle = (run.begin + run.end - 1) / 2;
+    const int inside = (run.begin + run.end - 1) / 2;
     const float plateau = quantile(std::vector<float>(row + run.begin, row + run.end), 0.75);
-    const auto left = crossing(row, contrast.width, middle, -1, 0.5F * plateau);
-    const auto right = crossing(row, contrast.width, middle, +1, 0.5F * plateau);
+    const auto left = crossing(row, contrast.width, inside, -1, 0.5F * plateau);
+    const auto right = crossing(row, contrast.width, inside, +1, 0.5F * plateau);
     if (!left || !right || *right - *left > 2.0 * run.width() + 4.0)
-        return {not_seen, not_seen, not_seen, not_seen};
-    // Places that move with the stem and not with the pixels: the contrast would else depend on
-    // where the stem lies between them.
-    const double centre = 0.5 * (*left + *right);
-    const double inside = 0.25 * (*right - *left);
-    const double of_left = mean_between(row, contrast.width, centre - inside, centre);
-    const double of_right = mean_between(row, contrast.width, centre, centre + inside);
-    return {*left, *right, 0.5 * (of_left + of_right), (of_left - of_right) / (of_left + of_right)};
-}
-
-/// Means over many rows, (rows): light from one side changes slowly along a stem, and what a row's
-/// own noise does to one edge alone would move its middle.
-std::vector<double> smooth_skews(const std::vector<CoarseEdges>& rows) {
-    constexpr std::ptrdiff_t reach = 20;
-    std::vector<double> skews;
-    const auto count = static_cast<std::ptrdiff_t>(rows.size());
-    for (std::ptrdiff_t k = 0; k < count; ++k) {
-        double sum = 0.0;
-        double seen = 0.0;
-        for (std::ptrdiff_t near = std::max<std::ptrdiff_t>(0, k - reach);
-             near <= std::min(count - 1, k + reach); ++near)
-            if (const CoarseEdges& row = rows[std::size_t(near)]; row.are_there()) {
-                sum += row.skew;
-                seen += 1.0;
-            }
-        skews.push_back(sum / std::max(seen, 1.0));
-    }
-    return skews;
-}
-
-RowEdges edges_of(const BandImage& contrast, const RowRun& run, const CoarseEdges& coarse,
-                  double skew, const TraceOptions& options) {
-    if (!coarse.are_there())
-        return {not_seen, not_seen, not_seen};
-    const float* row = contrast.row(run.row);
-    const double inside_left = coarse.level * (1.0 + skew);
-    const double inside_right = coarse.level * (1.0 - skew);
-    // Wide enough for the blur of lens and motion, short of the other edge.
-    const double reach =
-        std::clamp(0.35 * (coarse.right - coarse.left), 1.0, 0.75 * options.stem_width + 1.0);
-    const FittedEdge left = fitted_edge(row, contrast.width, coarse.left, -1, reach, inside_left);
-    const FittedEdge right =
-        fitted_edge(row, contrast.width, coarse.right, +1, reach, inside_right);
-    return {left.place, right.place,
-            0.5 * options.noise *
-                std::hypot(std::sqrt(left.variance) / inside_left,
-                           std::sqrt(right.variance) / inside_right)};
+        return not_seen;
+    return 0.5 * (*left + *right);
 }
 
 /// Whether the run or the two pixels beside it touch clutter: then an edge is not the stem's.
@@ -373,11 +231,9 @@ bool touches_clutter(const RowRun& run, const BandImage& contrast, const TraceOp
 
 /// Removes single rows that disagree with the median of their neighbours, both taken relative to
 /// the quadratic.
-void remove_lone_rows(std::vector<RowEdges>& rows, const HeightQuadratic& quadratic) {
+void remove_lone_rows(std::vector<double>& rows, const HeightQuadratic& quadratic) {
     constexpr int neighbours = 8;
-    std::vector<double> before;
-    for (const RowEdges& row : rows)
-        before.push_back(row.middle());
+    const std::vector<double> before = rows;
     const int height = int(rows.size());
     std::vector<double> around;
     for (int r = 0; r < height; ++r) {
@@ -390,16 +246,15 @@ void remove_lone_rows(std::vector<RowEdges>& rows, const HeightQuadratic& quadra
         const double off = before[std::size_t(r)] - quadratic.at(r) - median(around);
         const bool is_alone = around.size() < 4;
         if (is_alone || std::abs(off) > std::max(0.6, 5.0 * robust_deviation(around)))
-            rows[std::size_t(r)] = {not_seen, not_seen, not_seen};
+            rows[std::size_t(r)] = not_seen;
     }
 }
 
 } // namespace
 
-std::vector<RowEdges> stem_edges(const BandImage& contrast, const StemChain& chain,
+std::vector<double> axis_columns(const BandImage& contrast, const StemChain& chain,
                                  const TraceOptions& options) {
-    std::vector<RowEdges> rows(std::size_t(contrast.height),
-                               RowEdges{not_seen, not_seen, not_seen});
+    std::vector<double> rows(std::size_t(contrast.height), not_seen);
     if (chain.runs.size() < 3)
         return rows;
     const HeightQuadratic quadratic = fit_quadratic(chain.runs);
@@ -407,18 +262,13 @@ std::vector<RowEdges> stem_edges(const BandImage& contrast, const StemChain& cha
     const double gate = std::max(1.5 * options.stem_width, 6.0 * quadratic.deviation);
     const int top = chain.runs.back().row;
     const int oblique = top <= 1 ? 0 : int(std::ceil(0.3 * options.stem_width)) + 1;
-    std::vector<CoarseEdges> coarse;
-    for (const RowRun& run : chain.runs)
-        coarse.push_back(coarse_edges(contrast, run));
-    const std::vector<double> skews = smooth_skews(coarse);
-    for (std::size_t k = 0; k < chain.runs.size(); ++k) {
-        const RowRun& run = chain.runs[k];
+    for (const RowRun& run : chain.runs) {
         if (run.row < top + oblique || touches_clutter(run, contrast, options) ||
             std::abs(run.median_column() - quadratic.at(run.row)) > gate)
             continue;
-        const RowEdges edges = edges_of(contrast, run, coarse[k], skews[k], options);
-        if (std::abs(edges.middle() - run.median_column()) <= 0.5 * options.stem_width)
-            rows[std::size_t(run.row)] = edges;
+        const double middle = middle_of(contrast, run);
+        if (std::abs(middle - run.median_column()) <= 0.5 * options.stem_width)
+            rows[std::size_t(run.row)] = middle;
     }
     remove_lone_rows(rows, quadratic);
     return rows;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "measure/track/frames/frame_image.hpp"
-#include "measure/track/row_record.hpp"
 
 #include <array>
 #include <cstdint>
@@ -26,7 +25,6 @@ struct RowRun {
 
 struct TraceOptions {
     double stem_width = 1.0;             ///< pixels
-    double noise = 1.0;                  ///< of the contrast, grey values
     std::vector<float> threshold_by_row; ///< (height), contrast that makes a pixel logical
     std::vector<std::uint8_t> clutter;   ///< (height, width), 1 = not the stem; empty: none
     int bottom_row = 0;                  ///< rows from here down are left out
@@ -45,15 +43,13 @@ struct StemChain {
 /// chain if nothing resembles a stem.
 [[nodiscard]] StemChain trace_stem(const BandImage& contrast, const TraceOptions& options);
 
-/// The stem's two edges in every row of the picture, NaN where the stem is not seen or something
-/// else is in the way; its axis is the middle between them. From the chain's row medians rows far
-/// from their quadratic are left out (a gate only: no position is replaced by the quadratic). An
-/// edge is where the contrast passes half of what it is inside the stem on that side, refined by
-/// least squares with a blurred step that is averaged over each pixel; motion within the exposure
-/// counts as blur. Its standard uncertainty is that of the fit with the noise of the contrast, so
-/// it grows with the blur. Rows near the tip's end, where the cut through the stem is oblique, and
-/// single rows that disagree with their neighbours are left out.
-[[nodiscard]] std::vector<RowEdges> stem_edges(const BandImage& contrast, const StemChain& chain,
+/// Column of the stem's axis in every row of the picture, NaN where the stem is not seen or
+/// something else is in the way: the middle between the places where the contrast passes half of
+/// what it is inside the stem, good to some tenths of a pixel (match_rows() refines it). From the
+/// chain's row medians rows far from their quadratic are left out (a gate only: no position is
+/// replaced by the quadratic), and so are rows near the tip's end, where the cut through the stem
+/// is oblique, and single rows that disagree with their neighbours.
+[[nodiscard]] std::vector<double> axis_columns(const BandImage& contrast, const StemChain& chain,
                                                const TraceOptions& options);
 
 } // namespace culm::measure

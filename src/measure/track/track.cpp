@@ -69,7 +69,9 @@ std::vector<bool> track_rows(Track& track, const FrameSource& source,
     const std::size_t row_count = survey.trace.threshold_by_row.size();
     track.rows.places.resize(row_count);
     std::iota(track.rows.places.begin(), track.rows.places.end(), 0.0);
-    std::vector<RowEdges> edges(wanted.size() * row_count);
+    track.rows.columns.resize(wanted.size() * row_count);
+    track.rows.uncertainties.assign(wanted.size() * row_count,
+                                    std::numeric_limits<double>::quiet_NaN());
     std::vector<std::uint64_t> fingerprints(wanted.size());
     source.for_each(wanted, options.threads, [&](std::size_t i, const FrameImage& frame) {
         if (frame.width != survey.frame_width || frame.height != survey.frame_height ||
@@ -80,13 +82,9 @@ std::vector<bool> track_rows(Track& track, const FrameSource& source,
         const BandImage image = upright_band(frame, survey.view.band, survey.view.up);
         fingerprints[i] = fingerprint(image);
         const BandImage contrast = stem_contrast(image, survey.view.sign, survey.trace.stem_width);
-        std::ranges::copy(stem_edges(contrast, trace_stem(contrast, survey.trace), survey.trace),
-                          edges.begin() + std::ptrdiff_t(i * row_count));
+        std::ranges::copy(axis_columns(contrast, trace_stem(contrast, survey.trace), survey.trace),
+                          track.rows.columns.begin() + std::ptrdiff_t(i * row_count));
     });
-    for (const RowEdges& row : edges) {
-        track.rows.columns.push_back(row.middle());
-        track.rows.uncertainties.push_back(row.uncertainty);
-    }
     std::vector<bool> repeats(wanted.size(), false);
     for (std::size_t i = 1; i < wanted.size(); ++i)
         repeats[i] = fingerprints[i] == fingerprints[i - 1];
@@ -152,6 +150,18 @@ void drop_unseen_heights(Track& track) {
         fmt::format("heights at which the stem is not seen are left out: {} mm", dropped));
     track.heights =
         at_heights(track.rows, track.survey.clamp_row, kept, track.settings.rows_per_height);
+}
+
+/// What the fastest frames showed, in frames: a fit then takes the mean of the motion.
+void state_exposure(Track& track, std::optional<double> frames) {
+    if (!frames)
+        return;
+    const double exposure = *frames / track.frames_per_second;
+    track.settings.description.exposure = std::round(exposure * 1e6) / 1e6;
+    track.remarks.push_back(fmt::format(
+        "the stem smears where it is fast, as with an exposure of {:.2g} ms; give exposure_ms in "
+        "[camera] if it is known",
+        exposure * 1e3));
 }
 
 /// Kept: a short time before the release, all until rest and as much again as a period.
@@ -272,6 +282,9 @@ Track track_video(const TrackSettings& settings, const TrackOptions& options) {
     track.heights = at_heights(track.rows, track.survey.clamp_row, heights_in_pixels(track),
                                settings.rows_per_height);
     drop_unseen_heights(track);
+    state_exposure(track, match_rows(track, *source, wanted, options.threads));
+    track.heights = at_heights(track.rows, track.survey.clamp_row, track.heights.places,
+                               settings.rows_per_height);
     WindowOptions window_options{
         track.source, settings.description.stem.length / settings.metres_per_pixel, std::nullopt};
     if (settings.release_frame) {

@@ -142,6 +142,13 @@ struct Track {
     std::vector<std::string> remarks; ///< what a person should know, one sentence each
 };
 
+/// Replaces the columns of the rows that the heights of `track` use by those of match_row(), with
+/// their uncertainties. Profiles are those of the frames in which the stem is slowest, one for the
+/// rows of each height. The exposure is what the settings state; else what the fastest frames show,
+/// returned in frames if they show one.
+std::optional<double> match_rows(Track& track, const FrameSource& source,
+                                 const std::vector<std::size_t>& wanted, int threads);
+
 /// Tracks what video.toml describes. The result does not depend on the number of threads. Throws
 /// core::InputError with what is wrong if the recording gives no trustworthy measurement.
 [[nodiscard]] Track track_video(const TrackSettings& settings, const TrackOptions& options = {});
