@@ -10,19 +10,32 @@
 namespace culm::diagnose {
 namespace {
 
-Objection objection_of_held_out(const HeldOutPair& both, const Policy& policy) {
+/// Sum of the squared pulls of what was stated of the stem and the picture: a reading of a ruler is
+/// one that neither held-out part leaves out.
+double squared_pulls(const fit::Fit& fit) {
+    double sum = 0.0;
+    for (const fit::FittedParameter& parameter : fit.parameters)
+        if (parameter.is_error)
+            sum += parameter.value * parameter.value;
+    return sum;
+}
+
+Objection objection_of_held_out(const HeldOutPair& both, double fall_of_pulls,
+                                const Policy& policy) {
     const HeldOutPart& time = both.larger.last_third;
     const HeldOutPart& height = both.larger.one_height;
     const HeldOut& before = both.smaller;
     if (!time.failure.empty())
         return Objection::RefitFailed;
     // A late part of the record that has died down says nothing of the modes' shapes, and one row
-    // little of a slow drift: one of the two has to be predicted better, neither worse.
+    // little of a slow drift: one of the two has to be predicted better, neither worse. A model may
+    // predict both well because it contradicts the ruler: a soft clamp as a clamp 28 standard
+    // uncertainties away from where it was seen. Then that statement is predicted better.
     const bool has_height = height.failure.empty() && before.one_height.failure.empty();
     const bool is_time_better = is_predicted_better(time, before.last_third, policy);
     const bool is_height_better =
         has_height && is_predicted_better(height, before.one_height, policy);
-    if (!is_time_better && !is_height_better)
+    if (!is_time_better && !is_height_better && !(fall_of_pulls > policy.held_out_gain))
         return Objection::NotPredictedBetter;
     if (predicts_better(before.last_third, time, policy))
         return Objection::LastThirdWorse;
@@ -63,10 +76,16 @@ std::string absence_in_words(const fit::FittedParameter& parameter) {
 }
 
 /// Which part of the readings that were held out is predicted better.
-std::string acceptance_in_words(const HeldOutPair& both, const Policy& policy) {
+std::string acceptance_in_words(const Judgement& judgement, const Policy& policy) {
+    const HeldOutPair& both = *judgement.held_out;
     const bool is_time =
         is_predicted_better(both.larger.last_third, both.smaller.last_third, policy);
-    const HeldOutPart& after = is_time ? both.larger.last_third : both.larger.one_height;
+    const HeldOut& seen = both.larger;
+    if (!is_time && !is_predicted_better(seen.one_height, both.smaller.one_height, policy))
+        return fmt::format("what was stated of the stem and the picture is contradicted less (sum "
+                           "of the squared pulls lower by {:.0f})",
+                           judgement.fall_of_pulls);
+    const HeldOutPart& after = is_time ? seen.last_third : seen.one_height;
     const HeldOutPart& before = is_time ? both.smaller.last_third : both.smaller.one_height;
     return fmt::format("the {} is predicted better ({:.2f} times the noise, before {:.2f})",
                        is_time ? "last third of the time" : "height that was left out",
@@ -129,7 +148,9 @@ Judgement judge(const Step& step, const Policy& policy) {
         }
     if (judgement.is_accepted() && step.held_out) {
         judgement.held_out = step.held_out;
-        judgement.objection = objection_of_held_out(*step.held_out, policy);
+        judgement.fall_of_pulls = squared_pulls(step.smaller) - squared_pulls(step.larger);
+        judgement.objection =
+            objection_of_held_out(*step.held_out, judgement.fall_of_pulls, policy);
     }
     return judgement;
 }
@@ -180,7 +201,7 @@ std::string in_words(const Judgement& judgement, const Policy& policy) {
     switch (judgement.objection) {
     case Objection::None:
         return judgement.held_out ? fmt::format("BIC falls by {:.0f}, {}", judgement.gain,
-                                                acceptance_in_words(*judgement.held_out, policy))
+                                                acceptance_in_words(judgement, policy))
                                   : std::string();
     case Objection::FitFailed:
         return "failed: " + judgement.failure;

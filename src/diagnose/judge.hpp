@@ -44,11 +44,13 @@ struct Step {
 
 struct Judgement {
     Objection objection = Objection::None;
-    double gain = 0.0;                ///< fall of the criterion
-    double p_value = 1.0;             ///< of the gain, for all candidates that were tried
-    double explained = 0.0;           ///< share of χ² that the larger model explains
-    double gain_over_refused = 0.0;   ///< fall of the criterion against Step::refused
-    std::vector<std::string> refused; ///< names of that model
+    double gain = 0.0;              ///< fall of the criterion
+    double p_value = 1.0;           ///< of the gain, for all candidates that were tried
+    double explained = 0.0;         ///< share of χ² that the larger model explains
+    double gain_over_refused = 0.0; ///< fall of the criterion against Step::refused
+    double fall_of_pulls =
+        0.0; ///< of the sum of the squared pulls of what was stated; with held_out
+    std::vector<std::string> refused;              ///< names of that model
     std::optional<fit::FittedParameter> parameter; ///< that stands at its bound or is not there
     std::string failure;                           ///< of the fit or a refit
     std::optional<HeldOutPair> held_out;

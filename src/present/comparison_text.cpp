@@ -160,6 +160,8 @@ std::string comparison_text(const diagnose::Ladder& ladder, const measure::Measu
         const auto place = static_cast<std::size_t>(last - ladder.models.data());
         for (const std::string& sentence : comparison_sentences(comparison_of(ladder, place)))
             text += fmt::format("  {}\n", sentence);
+        if (const std::string said = contradiction_sentence(last->fit.parameters); !said.empty())
+            text += fmt::format("  {}\n", said);
     }
     return text;
 }

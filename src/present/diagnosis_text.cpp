@@ -176,6 +176,8 @@ std::vector<std::string> explanations(const DiagnosisReport& report) {
     }
     if (!report.found.reason.empty())
         sentences.push_back(fmt::format("Why: {}.", report.found.reason));
+    if (std::string said = contradiction_sentence(report.best_fit().parameters); !said.empty())
+        sentences.push_back(std::move(said));
     return sentences;
 }
 

@@ -86,6 +86,19 @@ std::string model_name(const std::vector<std::string>& names) {
     return fmt::format("{}", fmt::join(names, " + "));
 }
 
+std::string contradiction_sentence(std::span<const fit::FittedParameter> parameters) {
+    std::string said;
+    for (const fit::FittedParameter& parameter : parameters)
+        if (parameter.is_error && std::abs(parameter.value) > fit::contradiction)
+            said += fmt::format("{}{} by {:+.1f}", said.empty() ? "" : ", ",
+                                to_string(parameter.id), parameter.value);
+    return said.empty() ? said
+                        : fmt::format("The readings contradict what was stated, by standard "
+                                      "uncertainties: {}. Either it is wrong, or the model lacks "
+                                      "an effect.",
+                                      said);
+}
+
 std::string_view finding_text(diagnose::Finding finding) {
     switch (finding) {
     case diagnose::Finding::Adequate:

@@ -49,6 +49,10 @@ struct ReadableParameter {
 /// sure.
 [[nodiscard]] std::string value_text(const fit::FittedParameter& parameter);
 
+/// What was stated, or a constraint of the errors, that the readings pull away by more than
+/// fit::contradiction; empty: nothing.
+[[nodiscard]] std::string contradiction_sentence(std::span<const fit::FittedParameter> parameters);
+
 /// "baseline + quadratic_drag".
 [[nodiscard]] std::string model_name(const std::vector<std::string>& names);
 

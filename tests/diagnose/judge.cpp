@@ -46,6 +46,23 @@ TEST(Judge, IsNoShareOfAMisfitThatIsSmall) {
     EXPECT_EQ(objection(fit(6000.0, 0), fit(5800.0, 1)), "");
 }
 
+// A model that contradicts the ruler predicts the readings as well as the one with the effect.
+TEST(Judge, CountsWhatWasStatedAmongWhatIsPredicted) {
+    fit::Fit smaller = fit(4800.0, 0);
+    const fit::Fit larger = fit(4000.0, 1);
+    const std::vector<fit::Fit> both{smaller, larger};
+    const diagnose::Criterion by = diagnose::criterion(both);
+    const diagnose::HeldOutPart part{1e-4, 1.0, 1000, std::vector<double>(8, 1.0), ""};
+    diagnose::Step step{.smaller = smaller, .larger = larger, .criterion = by, .added = {}};
+    step.held_out = diagnose::HeldOutPair{{part, part}, {part, part}};
+    EXPECT_EQ(diagnose::judge(step).objection, diagnose::Objection::NotPredictedBetter);
+    smaller.parameters.back().is_error = true;
+    smaller.parameters.back().value = 28.0;
+    EXPECT_EQ(diagnose::in_words(diagnose::judge(step)),
+              "BIC falls by 783, what was stated of the stem and the picture is contradicted less "
+              "(sum of the squared pulls lower by 784)");
+}
+
 /// Two recordings: one that states its noise with this χ², one that does not with this rms (m).
 fit::Fit fit_of_two(double chi_squared, double rmse, bool is_known_first) {
     fit::Fit out = fit(chi_squared + 4000.0, 0);

@@ -17,6 +17,10 @@
 
 namespace culm::fit {
 
+/// Pull, in standard uncertainties, beyond which the readings contradict what was stated: by chance
+/// they do in one of 370.
+constexpr double contradiction = 3.0;
+
 struct FittedParameter {
     physics::ParameterId id;
     std::string unit;

@@ -19,8 +19,8 @@ struct BudgetInput {
     double pull = 0.0;
     double uncertainty_with_readings = 0.0; ///< of the input, statement and readings together
 
-    /// Do the readings contradict the statement? By chance they do in one of 370.
-    [[nodiscard]] bool is_contradicted() const { return std::abs(pull) > 3.0; }
+    /// Do the readings contradict the statement?
+    [[nodiscard]] bool is_contradicted() const { return std::abs(pull) > contradiction; }
 };
 
 /// Of every fitted parameter that is not an error term. The fit is to readings and statements
