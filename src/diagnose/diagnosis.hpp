@@ -110,6 +110,8 @@ struct DiagnosisOptions {
 /// 5. Two effects each of which alone explains nearly all of the misfit are a tie of one law.
 /// 6. If structure is left, effects are named only if they explain nearly all of a glaring misfit;
 ///    their numbers are then those of correlated_estimate().
+/// 7. If the noise in motion is another about a model with effects, all of this once more beside
+/// it.
 ///
 /// Where nothing moves in the published chain (a stem held straight), what acts for certain and has
 /// no number to fit, as gravity, goes before what would have to be assumed.

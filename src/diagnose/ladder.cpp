@@ -128,21 +128,40 @@ void refuse_impossible(const std::vector<fit::SelectedEffects>& effect_sets,
 
 } // namespace
 
-Ladder climb(const measure::Measurement& measurement,
-             const std::vector<fit::SelectedEffects>& effect_sets, const fit::FitOptions& options,
-             const Policy& policy) {
-    refuse_without_motion(measurement, options.window, policy);
+namespace {
+
+/// The baseline and each set of effects, fitted from the largest model within it.
+Ladder fitted(fit::Fit baseline, std::span<const measure::Measurement> alone,
+              const std::vector<fit::SelectedEffects>& effect_sets,
+              const fit::FitOptions& options) {
     Ladder ladder;
-    refuse_impossible(effect_sets, measurement, options);
-    fit::BaselineFit baseline = fit::fit_baseline({&measurement, 1}, options);
-    const std::span<const measure::Measurement> alone(baseline.recordings);
-    ladder.models.emplace_back().fit = std::move(baseline.fit);
+    ladder.models.emplace_back().fit = std::move(baseline);
     for (const fit::SelectedEffects& effects : effect_sets) {
         LadderModel model;
         model.fit = fit::fit_with_parts(effects, model_within(fit::model_names(effects), ladder),
                                         alone, options);
         ladder.models.push_back(std::move(model));
     }
+    return ladder;
+}
+
+} // namespace
+
+Ladder climb(const measure::Measurement& measurement,
+             const std::vector<fit::SelectedEffects>& effect_sets, const fit::FitOptions& options,
+             const Policy& policy) {
+    refuse_without_motion(measurement, options.window, policy);
+    refuse_impossible(effect_sets, measurement, options);
+    fit::BaselineFit baseline = fit::fit_baseline({&measurement, 1}, options);
+    Ladder ladder = fitted(baseline.fit, baseline.recordings, effect_sets, options);
+    // As diagnose() does: what the chain lacks may have passed for noise.
+    if (const fit::Fit* best = best_fit(ladder); best != nullptr && best->names.size() > 1)
+        if (auto again =
+                fit::baseline_beside_noise_of(*best, baseline, {&measurement, 1}, options)) {
+            baseline = std::move(*again);
+            ladder = fitted(baseline.fit, baseline.recordings, effect_sets, options);
+        }
+    const std::span<const measure::Measurement> alone(baseline.recordings);
     if (!ladder.models.front().fit.failed())
         ladder.left_out_row = row_to_leave_out(ladder.models.front().fit.parts.front());
     const HoldOut hold_out = what_to_hold_out(ladder, policy);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -61,7 +62,9 @@ class Search {
         : recordings_(baseline.recordings), options_(options), policy_(options.policy),
           field_(baseline.recordings, options), baseline_(baseline.fit) {}
 
-    [[nodiscard]] Diagnosis run() {
+    [[nodiscard]] int runs() const { return field_.runs(); }
+
+    [[nodiscard]] State find() {
         State state = begin();
         for (bool goes_on = true; goes_on;) {
             Advance next = advance(std::move(state));
@@ -70,7 +73,30 @@ class Search {
         }
         if (added(state) > 0)
             state = exchanged(std::move(state));
-        return answer(with_imitators_united(std::move(state)));
+        return with_imitators_united(std::move(state));
+    }
+
+    [[nodiscard]] Diagnosis answer(State state) {
+        if (!state.are_scores_final && state.finding() != Finding::Undecided) {
+            report("computing detection limits");
+            state.scores = field_.score(*state.fit, state.model.effects, options_.null_draws);
+        }
+        if (state.first.scores.empty())
+            state.first.scores = state.scores;
+        Diagnosis result;
+        result.baseline = baseline_;
+        result.ladder = state.ladder;
+        result.runs = field_.runs();
+        result.final_fit = *state.fit;
+        result.blind_spots = state.scores;
+        complete({recordings_, options_, field_.candidates(), state.model, state.ladder.front().fit,
+                  state.first, state.rivals, state.refused, state.is_one_law},
+                 result);
+        if (!result.effects.empty() && state.finding() == Finding::Inadequate) {
+            report("estimating the numbers beside correlated residuals");
+            result.correlated = correlated_estimate(*state.fit, recordings_, options_.candidate);
+        }
+        return result;
     }
 
   private:
@@ -386,29 +412,6 @@ class Search {
         return with_model(std::move(united), *better, field_.restore(*better), {}, gain);
     }
 
-    [[nodiscard]] Diagnosis answer(State state) {
-        if (!state.are_scores_final && state.finding() != Finding::Undecided) {
-            report("computing detection limits");
-            state.scores = field_.score(*state.fit, state.model.effects, options_.null_draws);
-        }
-        if (state.first.scores.empty())
-            state.first.scores = state.scores;
-        Diagnosis result;
-        result.baseline = baseline_;
-        result.ladder = state.ladder;
-        result.runs = field_.runs();
-        result.final_fit = *state.fit;
-        result.blind_spots = state.scores;
-        complete({recordings_, options_, field_.candidates(), state.model, state.ladder.front().fit,
-                  state.first, state.rivals, state.refused, state.is_one_law},
-                 result);
-        if (!result.effects.empty() && state.finding() == Finding::Inadequate) {
-            report("estimating the numbers beside correlated residuals");
-            result.correlated = correlated_estimate(*state.fit, recordings_, options_.candidate);
-        }
-        return result;
-    }
-
     std::span<const measure::Measurement> recordings_;
     const DiagnosisOptions& options_;
     const Policy& policy_;
@@ -428,7 +431,21 @@ Diagnosis diagnose(std::span<const measure::Measurement> recordings,
     if (baseline.fit.failed())
         throw core::NumericalError(core::FailureKind::FitFailed,
                                    "the model cannot be fitted: " + baseline.fit.reason);
-    return Search(baseline, options).run();
+    Search search(baseline, options);
+    State found = search.find();
+    // The noise was estimated about the chain alone, and what that lacks is not all at the lines
+    // which the estimate leaves out: a clamp with friction was refused because of it.
+    std::optional<fit::BaselineFit> again;
+    if (found.model.names.size() > baseline.fit.names.size())
+        again = fit::baseline_beside_noise_of(*found.fit, baseline, recordings, options.candidate);
+    if (!again || again->fit.failed())
+        return search.answer(std::move(found));
+    if (options.progress)
+        options.progress("searching again beside the noise that this model leaves");
+    Search second(*again, options);
+    Diagnosis result = second.answer(second.find());
+    result.runs += search.runs();
+    return result;
 }
 
 } // namespace culm::diagnose

@@ -45,11 +45,20 @@ inline constexpr double allowed_excess = 1.001;
 struct BaselineFit {
     std::vector<measure::Measurement> recordings;
     Fit fit;
+    std::vector<RecordingFit> alone{}; ///< (recordings) without errors; empty: nothing moves
 };
 /// with_reading_errors() about each recording's own fit of the chain, and the fit of all from
 /// there. Where nothing moves in the chain the recordings have no errors. As fit_model().
 [[nodiscard]] BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
                                        const FitOptions& options = {});
+
+/// The baseline of `recordings` beside the noise in motion that `larger` leaves, a model that
+/// explains more than the chain: what the chain lacks may have passed for noise. None if the
+/// readings are, about either, as noisy as was stated.
+[[nodiscard]] std::optional<BaselineFit>
+baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
+                         std::span<const measure::Measurement> recordings,
+                         const FitOptions& options = {});
 
 /// fit_model() for a model that may add several effects at once: it cannot fit worse than a part of
 /// it, a model with one of these effects less. Where the fit fails, or one of the effects stands at

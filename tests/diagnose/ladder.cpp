@@ -101,6 +101,20 @@ TEST(Ladder, JudgesAStepAgainstTheLastModelThatWasAGain) {
     EXPECT_FALSE(ladder.models[3].is_gain);
 }
 
+// What a chain without friction lacks is not all at the lines that the estimate of the noise leaves
+// out. The readings were made with white noise of the stated 0.04 mm.
+TEST(Ladder, HasTheNoiseThatTheBetterModelLeaves) {
+    const measure::Measurement measurement = record("T6-clamp_friction");
+    const fit::BaselineFit alone = fit::fit_baseline({&measurement, 1}, quick());
+    EXPECT_NE(alone.fit.parts.front().noise_source, "stated");
+    const diagnose::Ladder ladder =
+        diagnose::climb(measurement, models({"clamp_friction"}), quick());
+    EXPECT_EQ(ladder.models[1].fit.parts.front().noise_source, "stated");
+    EXPECT_TRUE(ladder.models[1].is_gain) << ladder.models[1].why;
+    EXPECT_EQ(ladder.comparisons[1].verdict.finding, diagnose::Finding::Adequate)
+        << ladder.comparisons[1].verdict.reason;
+}
+
 // From the baseline the pair ends where the drag is absent and the clamp hardly yields, at 5.84
 // times the noise; the clamp alone leaves 5.52.
 TEST(FitWithParts, FitsNoWorseThanAnEffectOfThePair) {

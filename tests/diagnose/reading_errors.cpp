@@ -181,7 +181,6 @@ TEST(ReadingErrors, OfAStemFilmedInMotionLeaveItsNumbers) {
     }
 }
 
-// W C Wᵀ = 1 for the covariance C of such noise: checked with the columns of its Cholesky factor.
 // The errors are linear, so the fit beside them starts from readings that it knows.
 TEST(ReadingErrors, BesideAKnownPredictionAreThoseOfARun) {
     const measure::Measurement measurement = recorded(plain_spec());
@@ -207,6 +206,7 @@ TEST(ReadingErrors, BesideAKnownPredictionAreThoseOfARun) {
     EXPECT_FALSE(fit::prediction_beside_errors(start, alone.times, alone.prediction));
 }
 
+// W C Wᵀ = 1 for the covariance C of such noise: checked with the columns of its Cholesky factor.
 TEST(Whitening, OfANoiseModelIsTheInverseRootOfItsCovariance) {
     constexpr std::size_t frames = 14;
     constexpr std::size_t rows = 2;

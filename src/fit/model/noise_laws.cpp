@@ -3,9 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <limits>
+#include <map>
 #include <numbers>
+#include <utility>
 
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <boost/math/special_functions/gamma.hpp>
+#include <boost/math/tools/minima.hpp>
+#include <fmt/core.h>
+#include <unsupported/Eigen/FFT>
 
 namespace culm::fit {
 
@@ -26,32 +35,62 @@ double Tails::scored(double error) const {
     return scale * (degrees + 1.0) * z / (degrees + z * z) / slope;
 }
 
-Tails tails_of(const std::vector<double>& values) {
+namespace {
+
+/// Errors over the noise on a fine grid, with how often each was seen.
+using Counts = std::map<double, double>;
+
+/// Of errors that are each known within ± half: the probability of that interval, which is the
+/// density where the interval is narrow.
+template <class Law>
+double interval_likelihood(const Counts& errors, const Law& law, double scale, double half) {
+    double sum = 0.0;
+    for (const auto& [error, count] : errors) {
+        const double size = std::abs(error); // laws are even; far out only the upper tail is exact
+        const double probability = half > 0.0 ? cdf(complement(law, (size - half) / scale)) -
+                                                    cdf(complement(law, (size + half) / scale))
+                                              : pdf(law, size / scale) / scale;
+        sum += count * std::log(std::max(probability, std::numeric_limits<double>::min()));
+    }
+    return sum;
+}
+
+/// The scale that makes the errors most likely, and how likely.
+template <class Law>
+std::pair<double, double> best_scale(const Counts& errors, const Law& law, double half,
+                                     double about) {
+    constexpr int digits = 12; // binary: 2e-4 of the logarithm, far below what the errors tell
+    const auto [log_scale, negative] = boost::math::tools::brent_find_minima(
+        [&](double log) { return -interval_likelihood(errors, law, std::exp(log), half); },
+        std::log(0.1 * about), std::log(2.0 * about), digits);
+    return {std::exp(log_scale), -negative};
+}
+
+} // namespace
+
+Tails tails_of(const std::vector<double>& values, double half_step) {
+    // Coarse steps leave few values, of whose intervals the probability counts; fine ones do
+    // nothing.
+    constexpr double fine = 0.25;
+    const double half = half_step > fine ? half_step : 0.0;
     const auto count = static_cast<double>(values.size());
     double squares = 0.0;
     for (const double value : values)
         squares += value * value;
-    const double gaussian_scale = std::sqrt(squares / count);
-    const double gaussian =
-        -count * (std::log(gaussian_scale) + 0.5 + 0.5 * std::log(2.0 * std::numbers::pi));
+    const double deviation = std::sqrt(squares / count);
+    const double grid = 0.02 * deviation; // too fine to matter, and there are few of them
+    Counts errors;
+    for (const double value : values)
+        errors[grid * std::round(value / grid)] += 1.0;
+    const auto [gaussian_scale, gaussian] =
+        best_scale(errors, boost::math::normal(), half, deviation);
     Tails best{std::numeric_limits<double>::infinity(), gaussian_scale};
     double best_likelihood = gaussian;
     for (const double degrees : {2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 12.0, 20.0}) {
-        double variance = squares / count;
-        constexpr int passes = 30; // of the EM algorithm for the scale (Lange et al. 1989)
-        for (int pass = 0; pass < passes; ++pass) {
-            double sum = 0.0;
-            for (const double value : values)
-                sum += (degrees + 1.0) * value * value / (degrees + value * value / variance);
-            variance = sum / count;
-        }
-        double likelihood =
-            count * (std::lgamma(0.5 * (degrees + 1.0)) - std::lgamma(0.5 * degrees) -
-                     0.5 * std::log(degrees * std::numbers::pi * variance));
-        for (const double value : values)
-            likelihood -= 0.5 * (degrees + 1.0) * std::log1p(value * value / (degrees * variance));
+        const auto [scale, likelihood] =
+            best_scale(errors, boost::math::students_t(degrees), half, deviation);
         if (likelihood > best_likelihood) {
-            best = {degrees, std::sqrt(variance)};
+            best = {degrees, scale};
             best_likelihood = likelihood;
         }
     }
@@ -67,6 +106,89 @@ Tails tails_of(const std::vector<double>& values) {
         best.slope = sum / count;
     }
     return best;
+}
+
+std::vector<PlaceStep> place_steps(const measure::NoiseModel::OfPlace& of_place,
+                                   const std::vector<double>& relative, std::size_t rows,
+                                   const std::vector<bool>& is_seen) {
+    std::vector<PlaceStep> steps;
+    std::vector<std::size_t> order;
+    for (std::size_t j = 0; j < rows; ++j) {
+        order.clear();
+        for (std::size_t at = j; at < is_seen.size(); at += rows)
+            if (is_seen[at])
+                order.push_back(at);
+        std::ranges::stable_sort(order, {}, [&](std::size_t at) { return of_place.places[at]; });
+        double variance = of_place.variance;
+        for (std::size_t k = 0; k < order.size(); ++k) {
+            double carry = 0.0;
+            if (k > 0)
+                carry = std::exp(-(of_place.places[order[k]] - of_place.places[order[k - 1]]) /
+                                 of_place.length);
+            variance = of_place.variance + carry * carry * (variance - of_place.variance);
+            const double own = relative.empty() ? 1.0 : relative[order[k]];
+            const double of_new = variance + own * own;
+            steps.push_back({order[k], carry, variance / of_new, 1.0 / std::sqrt(of_new)});
+            variance *= 1.0 - steps.back().gain;
+        }
+    }
+    return steps;
+}
+
+void make_white(const std::vector<PlaceStep>& steps, std::span<double> values) {
+    double state = 0.0;
+    for (const PlaceStep& step : steps) {
+        state *= step.carry;
+        const double fresh = values[step.at] - state;
+        state += step.gain * fresh;
+        values[step.at] = fresh * step.inverse_deviation;
+    }
+}
+
+measure::NoiseModel::OfPlace of_place(const std::vector<double>& values, std::vector<double> places,
+                                      const std::vector<double>& relative, std::size_t rows,
+                                      const std::vector<bool>& is_seen, double most) {
+    measure::NoiseModel::OfPlace trial{std::move(places)};
+    double swing = 0.0;
+    for (std::size_t at = 0; at < is_seen.size(); ++at)
+        if (is_seen[at])
+            swing = std::max(swing, std::abs(trial.places[at]));
+    // At the variance of what is new that is best.
+    const auto likelihood = [&] {
+        const std::vector<PlaceStep> steps = place_steps(trial, relative, rows, is_seen);
+        std::vector<double> white = values;
+        make_white(steps, white);
+        double squares = 0.0;
+        double logarithms = 0.0;
+        for (const PlaceStep& step : steps) {
+            squares += white[step.at] * white[step.at];
+            logarithms += std::log(step.inverse_deviation);
+        }
+        const auto count = static_cast<double>(steps.size());
+        return logarithms - 0.5 * count * std::log(squares / count);
+    };
+    trial.length = swing;
+    const double none = likelihood();
+    double best = none;
+    double best_variance = 0.0;
+    double best_length = 0.0;
+    // From a fraction of a pixel to a tenth of the swing.
+    for (const double length : {0.001, 0.003, 0.01, 0.03, 0.1})
+        for (const double variance : {0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0}) {
+            trial.length = length * swing;
+            trial.variance = std::min(variance, most);
+            if (const double found = likelihood(); found > best) {
+                best = found;
+                best_variance = trial.variance;
+                best_length = trial.length;
+            }
+        }
+    // Two numbers more: χ² of two degrees of freedom has the tail e^(−x/2).
+    if (!(std::exp(none - best) < significance))
+        return {};
+    trial.variance = best_variance;
+    trial.length = best_length;
+    return trial;
 }
 
 Eigen::ArrayXd spectrum_of(const measure::NoiseModel::Series& series,
@@ -127,6 +249,70 @@ measure::NoiseModel::Series series_of(const Eigen::ArrayXd& power, double copies
         static_cast<void>(
             whittle(power, copies, Eigen::ArrayXd::Ones(power.size()), (best = {}).variance));
     return best;
+}
+
+Eigen::MatrixXcd fourier_coefficients(const Eigen::MatrixXd& rest,
+                                      const std::vector<Eigen::Index>& bins,
+                                      const Eigen::ArrayXd& left) {
+    Eigen::FFT<double> transform;
+    Eigen::MatrixXcd out(static_cast<Eigen::Index>(bins.size()), rest.cols());
+    for (Eigen::Index j = 0; j < rest.cols(); ++j) {
+        const std::vector<double> values(rest.col(j).begin(), rest.col(j).end());
+        std::vector<std::complex<double>> found;
+        transform.fwd(found, values);
+        for (std::size_t k = 0; k < bins.size(); ++k)
+            out(static_cast<Eigen::Index>(k), j) =
+                found[static_cast<std::size_t>(bins[k])] /
+                std::sqrt(left(bins[k]) * static_cast<double>(rest.rows()));
+    }
+    return out;
+}
+
+bool are_alike(const Eigen::MatrixXd& covariance, double bins) {
+    double sum = 0.0;
+    double pairs = 0.0;
+    for (Eigen::Index a = 0; a < covariance.rows(); ++a)
+        for (Eigen::Index b = a + 1; b < covariance.rows(); ++b) {
+            sum += 2.0 * bins * covariance(a, b) * covariance(a, b) /
+                   (covariance(a, a) * covariance(b, b));
+            pairs += 1.0;
+        }
+    return pairs > 0.0 && boost::math::gamma_q(0.5 * pairs, 0.5 * sum) < significance;
+}
+
+double independent_rows(const Eigen::MatrixXcd& found) {
+    const Eigen::MatrixXcd directions = found.rowwise().normalized();
+    const auto bins = static_cast<double>(found.rows());
+    const Eigen::MatrixXd covariance = (directions.adjoint() * directions).real() / bins;
+    // By chance independent rows have more of it: the real part of so many complex products.
+    const double together = covariance.squaredNorm() / std::pow(covariance.trace(), 2) - 0.5 / bins;
+    return std::min(static_cast<double>(found.cols()), 1.0 / std::max(together, 1e-3));
+}
+
+std::string in_words(const measure::NoiseModel& model, const Tails& tails, double noise,
+                     double step, const std::string& source) {
+    double variance = 0.0;
+    double correlation = 0.0;
+    for (const measure::NoiseModel::Series& each : model.series) {
+        variance += each.variance / static_cast<double>(model.series.size());
+        correlation = std::max(correlation, each.correlated_share * each.correlation);
+    }
+    noise *= 1e3 * std::sqrt(variance);
+    std::string text = fmt::format("{:.4g} mm in motion ({})", noise, source);
+    if (model.of_place.variance > 0.0)
+        text +=
+            fmt::format(", errors of place of {:.2g} mm over {:.2g} mm",
+                        noise * std::sqrt(model.of_place.variance), 1e3 * model.of_place.length);
+    if (step > 0.0)
+        text += fmt::format(", rounded to {:.3g} mm", 1e3 * step);
+    if (tails.is_heavy)
+        text +=
+            fmt::format(", with outliers (Student's t of {:g} degrees of freedom)", tails.degrees);
+    if (correlation > 0.0)
+        text += fmt::format(", correlated by {:.2f} from frame to frame", correlation);
+    if (!model.rotation.empty())
+        text += ", in part common to the rows";
+    return text;
 }
 
 } // namespace culm::fit

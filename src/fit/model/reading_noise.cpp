@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include <fmt/core.h>
@@ -143,6 +144,26 @@ std::vector<double> relative_noise(const measure::Measurement& measurement,
     return relative;
 }
 
+double rounding_step(const measure::Measurement& measurement) {
+    std::vector<double> readings;
+    std::ranges::copy_if(measurement.deflections, std::back_inserter(readings),
+                         [](double reading) { return !std::isnan(reading); });
+    std::ranges::sort(readings);
+    if (readings.empty())
+        return 0.0;
+    const double error = 1e-12 * (readings.back() - readings.front()); // of floating point
+    double step = 0.0;
+    for (std::size_t k = 1; k < readings.size(); ++k)
+        if (const double gap = readings[k] - readings[k - 1]; gap > error)
+            step = step == 0.0 ? gap : std::min(step, gap);
+    constexpr double allowed = 1e-3; // of a step
+    const auto is_multiple = [&](double reading) {
+        const double steps = (reading - readings.front()) / step;
+        return std::abs(steps - std::round(steps)) < allowed;
+    };
+    return step > 0.0 && std::ranges::all_of(readings, is_multiple) ? step : 0.0;
+}
+
 Whitening::Whitening(std::shared_ptr<const measure::NoiseModel> model, std::size_t rows,
                      const std::vector<bool>& is_seen)
     : model_(std::move(model)), rows_(rows), is_seen_(is_seen) {
@@ -155,6 +176,8 @@ Whitening::Whitening(std::shared_ptr<const measure::NoiseModel> model, std::size
             is_complete = is_complete && is_seen[i * rows + j];
         is_complete_.push_back(is_complete);
     }
+    if (model_->of_place.variance > 0.0)
+        place_steps_ = place_steps(model_->of_place, model_->relative, rows, is_seen);
     steps_.resize(is_seen.size());
     for (std::size_t s = 0; s < rows; ++s)
         add_series(s, is_seen);
@@ -189,7 +212,9 @@ void Whitening::apply(std::span<double> values) const {
             values[at] = 0.0;
     if (!model_)
         return;
-    for (std::size_t at = 0; at < values.size() && !model_->relative.empty(); ++at)
+    make_white(place_steps_, values);
+    const bool is_relative = place_steps_.empty() && !model_->relative.empty();
+    for (std::size_t at = 0; at < values.size() && is_relative; ++at)
         if (is_seen_[at])
             values[at] /= model_->relative[at];
     std::vector<double> states(rows_, 0.0);

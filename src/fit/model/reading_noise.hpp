@@ -34,6 +34,33 @@ struct ReadingNoise {
 [[nodiscard]] std::vector<double> relative_noise(const measure::Measurement& measurement,
                                                  const std::vector<double>& by_row);
 
+/// Of which all readings are multiples, beside a common offset, m; 0: they are not.
+[[nodiscard]] double rounding_step(const measure::Measurement& measurement);
+
+/// One step of a Kalman filter along the places of a row's readings.
+struct PlaceStep {
+    std::size_t at = 0;             ///< of the reading
+    double carry = 0.0;             ///< of the state since the place before; 0: a new row
+    double gain = 0.0;              ///< of the state by what is new in the reading
+    double inverse_deviation = 0.0; ///< of what is new
+};
+/// Of the readings that were seen, `is_seen`: (frames, rows), in the units of their rows' noise.
+[[nodiscard]] std::vector<PlaceStep> place_steps(const measure::NoiseModel::OfPlace& of_place,
+                                                 const std::vector<double>& relative,
+                                                 std::size_t rows,
+                                                 const std::vector<bool>& is_seen);
+/// Makes white in place, (frames, rows).
+void make_white(const std::vector<PlaceStep>& steps, std::span<double> values);
+
+/// The errors of place that explain readings over the noise of their rows, (frames, rows), best;
+/// of variance 0 unless they are significant, at one in a thousand. `places`, `relative`: as
+/// measure::NoiseModel's. `most`: their largest variance, that was stated.
+[[nodiscard]] measure::NoiseModel::OfPlace of_place(const std::vector<double>& values,
+                                                    std::vector<double> places,
+                                                    const std::vector<double>& relative,
+                                                    std::size_t rows,
+                                                    const std::vector<bool>& is_seen, double most);
+
 /// Makes white what a noise model says hangs together. In a frame in which not every row was seen a
 /// rotated model says nothing: such readings count by themselves.
 class Whitening {
@@ -66,6 +93,7 @@ class Whitening {
     std::vector<bool> is_seen_;
     std::vector<bool> is_complete_; ///< (frames)
     std::vector<Step> steps_;       ///< (frames, series)
+    std::vector<PlaceStep> place_steps_;
 };
 
 /// Student's t of noise over its scale.
@@ -81,8 +109,26 @@ struct Tails {
 };
 
 /// Tails of noise, `values` over its size, by maximum likelihood against a Gaussian. Heavy ones are
-/// such as a Gaussian shows in one recording of a thousand.
-[[nodiscard]] Tails tails_of(const std::vector<double>& values);
+/// such as a Gaussian shows in one recording of a thousand. `half_step`: of readings that are
+/// rounded, over the noise. Most of a stem near rest then reads alike and some a step more, which
+/// is no tail: what counts is the probability of the interval.
+[[nodiscard]] Tails tails_of(const std::vector<double>& values, double half_step);
+
+/// Over √n at the bins, (bins, rows), as they would be without lines that leave the share `left` of
+/// white noise's power, (all bins). `rest`: (n frames, rows).
+[[nodiscard]] Eigen::MatrixXcd fourier_coefficients(const Eigen::MatrixXd& rest,
+                                                    const std::vector<Eigen::Index>& bins,
+                                                    const Eigen::ArrayXd& left);
+
+/// Do the rows err together? Of their covariance at so many Fourier frequencies, (rows, rows). n r²
+/// of the real part of n complex coefficients has half the variance of that of as many real
+/// numbers.
+[[nodiscard]] bool are_alike(const Eigen::MatrixXd& covariance, double bins);
+
+/// How many rows that err by themselves would scatter about a spectrum as these do: (Σ λ)²/Σ λ² of
+/// the eigenvalues λ of the rows' covariance, each frequency over its size. `found`: Fourier
+/// coefficients, (frequencies, rows).
+[[nodiscard]] double independent_rows(const Eigen::MatrixXcd& found);
 
 /// Power of the series over its variance at Fourier frequencies `bins` of so many frames, (bins).
 [[nodiscard]] Eigen::ArrayXd spectrum_of(const measure::NoiseModel::Series& series,
@@ -94,5 +140,10 @@ struct Tails {
 [[nodiscard]] measure::NoiseModel::Series series_of(const Eigen::ArrayXd& power, double copies,
                                                     const std::vector<Eigen::Index>& bins,
                                                     Eigen::Index frames);
+
+/// A sentence on the noise, of typical size `noise` (m) over the series'; `step`: to which readings
+/// are rounded, m, or 0; `source`: of what was stated.
+[[nodiscard]] std::string in_words(const measure::NoiseModel& model, const Tails& tails,
+                                   double noise, double step, const std::string& source);
 
 } // namespace culm::fit

@@ -41,8 +41,9 @@ struct Line {
     int degree = 0;          ///< of the polynomial in time on top of the decay
 };
 
-/// Modes, harmonics of the first and what drifts; those that matter most first.
-std::vector<Line> lines_of(const RecordingFit& fit, double half_rate) {
+/// Modes and, unless they are to stay, harmonics of the first and what drifts; those that matter
+/// most first.
+std::vector<Line> lines_of(const RecordingFit& fit, double half_rate, bool has_harmonics) {
     std::vector<Line> lines;
     const auto modes = run::chain_modes(case_beside_errors(fit.model), 3);
     if (modes.empty())
@@ -50,7 +51,8 @@ std::vector<Line> lines_of(const RecordingFit& fit, double half_rate) {
     const double first = modes.front().frequency;
     const double decay = std::max(-modes.front().decay_rate, 0.0);
     lines.push_back({first, decay, 6});
-    lines.push_back({0.0, 0.0, 4});
+    if (has_harmonics)
+        lines.push_back({0.0, 0.0, 4});
     // A material whose loss is not the chain's lets a higher mode decay at any rate between these.
     for (std::size_t k = 1; k < modes.size(); ++k) {
         const double own = std::max(-modes[k].decay_rate, decay);
@@ -58,7 +60,8 @@ std::vector<Line> lines_of(const RecordingFit& fit, double half_rate) {
             lines.push_back({modes[k].frequency, rate, 1});
     }
     for (const double harmonic : {3.0, 2.0, 5.0, 4.0})
-        lines.push_back({harmonic * first, decay, 3});
+        if (has_harmonics)
+            lines.push_back({harmonic * first, decay, 3});
     std::erase_if(lines, [&](const Line& line) { return line.frequency >= half_rate; });
     return lines;
 }
@@ -67,12 +70,13 @@ std::vector<Line> lines_of(const RecordingFit& fit, double half_rate) {
 /// noise whatever the model lacks.
 class FlexibleRest {
   public:
-    FlexibleRest(const RecordingFit& fit, std::size_t first) : fit_(fit), first_(first) {
+    FlexibleRest(const RecordingFit& fit, std::size_t first, bool has_harmonics)
+        : fit_(fit), first_(first) {
         const auto frames = static_cast<Eigen::Index>(fit.times.size() - first);
         duration_ = fit.times.back() - fit.times[first];
         rate_ = static_cast<double>(frames - 1) / duration_;
         std::vector<Eigen::VectorXd> columns;
-        for (const Line& line : lines_of(fit, 0.5 * rate_)) {
+        for (const Line& line : lines_of(fit, 0.5 * rate_, has_harmonics)) {
             // A quarter of the frames at most: what is left has to tell the noise.
             const auto more = static_cast<std::size_t>(2 * (line.degree + 1));
             if (columns.size() + more > static_cast<std::size_t>(frames) / 4)
@@ -148,48 +152,18 @@ class FlexibleRest {
     Eigen::MatrixXd basis_; ///< (frames, columns), orthonormal
 };
 
-/// Fourier coefficients over √n at the bins, (bins, rows), as they would be without the lines.
-Eigen::MatrixXcd coefficients(const Eigen::MatrixXd& rest, const std::vector<Eigen::Index>& bins,
-                              const Eigen::ArrayXd& left) {
-    Eigen::FFT<double> transform;
-    Eigen::MatrixXcd out(static_cast<Eigen::Index>(bins.size()), rest.cols());
-    for (Eigen::Index j = 0; j < rest.cols(); ++j) {
-        const std::vector<double> values(rest.col(j).begin(), rest.col(j).end());
-        std::vector<std::complex<double>> found;
-        transform.fwd(found, values);
-        for (std::size_t k = 0; k < bins.size(); ++k)
-            out(static_cast<Eigen::Index>(k), j) =
-                found[static_cast<std::size_t>(bins[k])] /
-                std::sqrt(left(bins[k]) * static_cast<double>(rest.rows()));
-    }
-    return out;
-}
-
-/// Do the rows err together? n r² of the real part of n complex coefficients has half the variance
-/// of that of as many real numbers.
-bool are_alike(const Eigen::MatrixXd& covariance, double bins) {
-    double sum = 0.0;
-    double pairs = 0.0;
-    for (Eigen::Index a = 0; a < covariance.rows(); ++a)
-        for (Eigen::Index b = a + 1; b < covariance.rows(); ++b) {
-            sum += 2.0 * bins * covariance(a, b) * covariance(a, b) /
-                   (covariance(a, a) * covariance(b, b));
-            pairs += 1.0;
-        }
-    return pairs > 0.0 && boost::math::gamma_q(0.5 * pairs, 0.5 * sum) < level;
-}
-
 class NoiseEstimate {
   public:
     NoiseEstimate(const RecordingFit& fit, measure::Measurement& measurement)
-        : fit_(fit), measurement_(measurement), noise_(noise_of_readings(measurement, fit.noise)) {}
+        : fit_(fit), measurement_(measurement), noise_(noise_of_readings(measurement, fit.noise)),
+          step_(rounding_step(measurement)) {}
 
     void run() {
         const auto released = std::ranges::find_if(fit_.times, [](double t) { return t >= 0.0; });
         first_ = static_cast<std::size_t>(released - fit_.times.begin());
         if (fit_.times.size() - first_ < fewest_frames)
             return;
-        const FlexibleRest flexible(fit_, first_);
+        const FlexibleRest flexible(fit_, first_, true);
         take_residuals(flexible);
         left_ = flexible.left_of_noise();
         for (Eigen::Index k = 1; k < left_.size() - 1; ++k)
@@ -198,8 +172,11 @@ class NoiseEstimate {
         if (bins_.size() < fewest_bins)
             return;
         draw_in_outliers(flexible);
+        const FlexibleRest modes(fit_, first_, false);
+        if (measurement_.uncertainties.row.value_or(0.0) > 0.0)
+            estimate_errors_of_place(modes);
         estimate_correlation();
-        write(flexible);
+        write(of_place_.variance > 0.0 ? modes : flexible);
     }
 
   private:
@@ -303,7 +280,7 @@ class NoiseEstimate {
             for (Eigen::Index i = 0; i < values_.rows(); ++i)
                 if (is_seen(i, j))
                     errors.push_back((values_(i, j) - smooth_(i, j)) / std::sqrt(free_share));
-        return tails_of(errors);
+        return tails_of(errors, 0.5 * step_ / typical_noise(fit_) / std::sqrt(free_share));
     }
 
     void draw_in_outliers(const FlexibleRest& flexible) {
@@ -354,14 +331,48 @@ class NoiseEstimate {
         }
     }
 
+    /// Of a tracker: what light, ground and the grid of pixels move a row's readings by, and the
+    /// rest without. What follows from the place repeats itself in every cycle, at the harmonics of
+    /// the first mode, and drifts while the swing dies down: they stay.
+    void estimate_errors_of_place(const FlexibleRest& modes) {
+        const std::vector<double> relative = relative_noise(measurement_, fit_.noise);
+        const auto rows = static_cast<std::size_t>(rest_.cols());
+        const Eigen::MatrixXd drawn_in = smooth_ + rest_;
+        std::vector<double> values(fit_.residuals.size(), 0.0);
+        std::vector<bool> is_seen_at(fit_.residuals.size(), false);
+        for (Eigen::Index j = 0; j < rest_.cols(); ++j) {
+            const Eigen::VectorXd rest = drawn_in.col(j) - modes.smooth(drawn_in.col(j));
+            for (Eigen::Index i = 0; i < rest_.rows(); ++i) {
+                const std::size_t at = place(i, j);
+                is_seen_at[at] = is_seen(i, j);
+                values[at] = rest(i) * (relative.empty() ? 1.0 : relative[at]);
+            }
+        }
+        // As predicted: noise is no place, though near rest every reading would follow from itself.
+        std::vector<double> places = measurement_.deflections;
+        for (std::size_t at = 0; at < fit_.prediction.readings.size(); ++at)
+            if (!std::isnan(fit_.prediction.readings[at]))
+                places[at] = fit_.prediction.readings[at];
+        of_place_ = of_place(values, std::move(places), relative, rows, is_seen_at,
+                             std::pow(*measurement_.uncertainties.row / typical_noise(fit_), 2));
+        if (of_place_.variance == 0.0)
+            return;
+        make_white(place_steps(of_place_, relative, rows, is_seen_at), values);
+        for (Eigen::Index j = 0; j < rest_.cols(); ++j)
+            for (Eigen::Index i = 0; i < rest_.rows(); ++i)
+                rest_(i, j) = is_seen(i, j) ? values[place(i, j)] : 0.0;
+        left_ = modes.left_of_noise();
+    }
+
     void estimate_correlation() {
-        const Eigen::MatrixXcd found = coefficients(rest_, bins_, left_);
+        const Eigen::MatrixXcd found = fourier_coefficients(rest_, bins_, left_);
         const auto rows = static_cast<double>(rest_.cols());
         const auto bins = static_cast<double>(bins_.size());
+        const double copies = independent_rows(found);
         // Of slow noise a few bins hold most of the power, and rows would seem to differ by chance:
         // they are compared over what all of them have at a frequency.
         const Eigen::ArrayXd level_of_bins =
-            spectrum_of(series_of(found.cwiseAbs2().rowwise().mean(), rows, bins_, rest_.rows()),
+            spectrum_of(series_of(found.cwiseAbs2().rowwise().mean(), copies, bins_, rest_.rows()),
                         bins_, rest_.rows());
         power_ = (found.cwiseAbs2().array().colwise() / level_of_bins).colwise().mean().transpose();
         const double mean = power_.mean();
@@ -371,7 +382,7 @@ class NoiseEstimate {
         const Eigen::MatrixXcd even =
             found * power_.sqrt().inverse().matrix().cast<std::complex<double>>().asDiagonal();
         const measure::NoiseModel::Series all =
-            series_of(even.cwiseAbs2().rowwise().mean(), rows, bins_, rest_.rows());
+            series_of(even.cwiseAbs2().rowwise().mean(), copies, bins_, rest_.rows());
         const Eigen::MatrixXcd flat = spectrum_of(all, bins_, rest_.rows())
                                           .sqrt()
                                           .inverse()
@@ -424,7 +435,7 @@ class NoiseEstimate {
         // What is stated for every reading is computed, not seen: it may be too large as well.
         const bool is_smaller =
             !measurement_.reading_uncertainties.empty() && boost::math::gamma_p(half, sum) < level;
-        return !tails_.is_heavy && !is_correlated_ && !is_smaller &&
+        return !tails_.is_heavy && !is_correlated_ && !is_smaller && of_place_.variance == 0.0 &&
                !(boost::math::gamma_q(half, sum) < level);
     }
 
@@ -435,7 +446,10 @@ class NoiseEstimate {
             return;
         if (tails_.is_heavy)
             write_drawn_in();
-        measurement_.noise_source = source();
+        model_.of_place = of_place_;
+        measurement_.noise_source =
+            in_words(model_, tails_, typical_noise(fit_) * std::sqrt(power_.mean()),
+                     step_ > typical_noise(fit_) ? step_ : 0.0, fit_.noise_source);
         if (fit_.is_noise_known) { // else only the residuals tell its size
             measurement_.noise_by_height = fit_.noise;
             for (std::size_t j = 0; j < fit_.noise.size(); ++j)
@@ -446,29 +460,10 @@ class NoiseEstimate {
         measurement_.noise_model = std::make_shared<const measure::NoiseModel>(std::move(model_));
     }
 
-    [[nodiscard]] std::string source() const {
-        double variance = 0.0;
-        double correlation = 0.0;
-        for (const measure::NoiseModel::Series& each : model_.series) {
-            variance += each.variance / static_cast<double>(model_.series.size());
-            correlation = std::max(correlation, each.correlated_share * each.correlation);
-        }
-        std::string text = fmt::format(
-            "{:.4g} mm in motion ({})",
-            1e3 * typical_noise(fit_) * std::sqrt(variance * power_.mean()), fit_.noise_source);
-        if (tails_.is_heavy)
-            text += fmt::format(", with outliers (Student's t of {:g} degrees of freedom)",
-                                tails_.degrees);
-        if (correlation > 0.0)
-            text += fmt::format(", correlated by {:.2f} from frame to frame", correlation);
-        if (!model_.rotation.empty())
-            text += ", in part common to the rows";
-        return text;
-    }
-
     const RecordingFit& fit_;
     measure::Measurement& measurement_;
     std::vector<double> noise_; ///< (frames, rows), m
+    double step_ = 0.0;         ///< to which the readings are rounded, m
     std::size_t first_ = 0;
     Eigen::MatrixXd values_; ///< (frames, rows), residuals over the noise
     Eigen::MatrixXd smooth_; ///< of them
@@ -476,6 +471,7 @@ class NoiseEstimate {
     Eigen::ArrayXd left_;    ///< FlexibleRest::left_of_noise
     std::vector<Eigen::Index> bins_;
     Tails tails_;
+    measure::NoiseModel::OfPlace of_place_;
     measure::NoiseModel model_;
     Eigen::ArrayXd power_; ///< (rows), over the noise's, where no line is
     bool is_correlated_ = false;
@@ -489,7 +485,7 @@ measure::Measurement with_noise_in_motion(const RecordingFit& fit,
     NoiseEstimate(fit, out).run();
     if (out.noise_model || out.reading_uncertainties.empty())
         return out;
-    measure::NoiseModel model{{}, {}, 0.0, relative_noise(out, fit.noise)};
+    measure::NoiseModel model{{}, {}, 0.0, relative_noise(out, fit.noise), {}};
     model.series.resize(out.heights.size());
     out.noise_model = std::make_shared<const measure::NoiseModel>(std::move(model));
     out.noise_by_height = fit.noise;

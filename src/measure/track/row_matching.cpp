@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where the stem lies in a row: by its brightness across, as the frames show it in which it hardly
 // moves, smeared as far as it moves while the shutter is open.
+#include "measure/track/matched_row.hpp"
 #include "measure/track/track.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -19,249 +19,6 @@ namespace {
 
 constexpr double no_match = std::numeric_limits<double>::quiet_NaN();
 constexpr double beyond_edge = 4.0; // pixels: two standard deviations of a strong blur
-// Closer knots follow the noise, and the axis in the frames that the profile is made of follows
-// them.
-constexpr double closest_knots = 0.5; // pixels
-constexpr double table_step = 1.0 / 16.0;
-constexpr double least_smear = 2.0 * table_step;
-constexpr double largest_noise = 4.0; // standard deviations; beyond it a pixel is dust (Huber)
-
-/// Of the four cubic B-splines on the interval in which u = 0 … 1.
-std::array<double, 4> basis(double u) {
-    const double v = 1.0 - u;
-    return {v * v * v / 6.0, (4.0 + 3.0 * u * u * (u - 2.0)) / 6.0,
-            (4.0 + 3.0 * v * v * (v - 2.0)) / 6.0, u * u * u / 6.0};
-}
-
-/// Columns begin … end − 1 of a row.
-struct Pixels {
-    int begin;
-    int end;
-};
-
-struct PixelRow {
-    const float* values;         ///< grey, or less grey: of a dark stem
-    const std::uint8_t* clutter; ///< 1 = not the stem nor its background; null: none
-    int width;
-
-    [[nodiscard]] bool counts(int column) const { return !clutter || clutter[column] == 0; }
-    [[nodiscard]] Pixels within(double column, double distance) const;
-};
-
-/// Contrast over the distance of a pixel's middle from the stem's axis. It holds what the lens and
-/// the pixel do to an edge and how the light falls on the stem, so none of these moves a reading.
-class StemProfile {
-  public:
-    /// `reach`: the largest distance that counts, pixels.
-    explicit StemProfile(double reach);
-
-    /// Takes the pixels of a row in which the axis lies at `axis`, over the straight line through
-    /// those beside the stem.
-    void add(const PixelRow& row, double axis);
-
-    /// Least squares for a cubic spline through what was added. False if that is too little.
-    [[nodiscard]] bool close();
-
-    struct Point {
-        double value; ///< grey values
-        double slope; ///< per pixel
-    };
-    /// Mean over a stem that moves by `smear` (pixels) at an even speed.
-    [[nodiscard]] Point at(double distance, double smear) const;
-    /// Distance to which pixels beside the stem tell of its background.
-    [[nodiscard]] double beside() const { return 2.0 * reach_; }
-
-  private:
-    [[nodiscard]] double spline(double place) const;
-    [[nodiscard]] double in_table(const std::vector<double>& table, double distance) const;
-
-    double reach_;
-    double spacing_; ///< of the knots, pixels
-    std::size_t knots_;
-    std::vector<double> normal_; ///< (knots, knots) lower part
-    std::vector<double> right_;
-    std::vector<double> coefficients_;
-    std::vector<double> values_;    ///< at even distances
-    std::vector<double> integrals_; ///< from −reach
-    std::size_t pixels_ = 0;
-};
-
-struct RowMatch {
-    double axis = 0.0;
-    double variance = 0.0; ///< of the axis, pixels², over the pixels' noise² in grey values²
-    double squares = 0.0;  ///< what is left, grey values²
-};
-
-Pixels PixelRow::within(double column, double distance) const {
-    return {std::max(0, static_cast<int>(std::ceil(column - distance))),
-            std::min(width, static_cast<int>(std::floor(column + distance)) + 1)};
-}
-
-StemProfile::StemProfile(double reach)
-    : reach_(reach), spacing_(std::max(closest_knots, reach / 40.0)),
-      knots_(static_cast<std::size_t>(std::ceil(2.0 * reach / spacing_)) + 3),
-      normal_(knots_ * knots_), right_(knots_) {}
-
-void StemProfile::add(const PixelRow& row, double axis) {
-    const Pixels around = row.within(axis, beside());
-    Eigen::Matrix2d of_line = Eigen::Matrix2d::Zero();
-    Eigen::Vector2d line = Eigen::Vector2d::Zero();
-    for (int c = around.begin; c < around.end; ++c)
-        if (std::abs(c - axis) > reach_ && row.counts(c)) {
-            const Eigen::Vector2d by(1.0, c - axis);
-            of_line += by * by.transpose();
-            line += by * row.values[c];
-        }
-    line = of_line.ldlt().solve(line);
-    const Pixels inside = row.within(axis, reach_);
-    for (int c = inside.begin; c < inside.end; ++c) {
-        if (!row.counts(c))
-            continue;
-        const double contrast = row.values[c] - line[0] - line[1] * (c - axis);
-        const double place = (c - axis + reach_) / spacing_;
-        const std::size_t first = std::min(static_cast<std::size_t>(place), knots_ - 4);
-        const std::array<double, 4> weights = basis(place - static_cast<double>(first));
-        for (std::size_t i = 0; i < 4; ++i) {
-            right_[first + i] += weights[i] * contrast;
-            for (std::size_t j = 0; j <= i; ++j)
-                normal_[(first + i) * knots_ + first + j] += weights[i] * weights[j];
-        }
-        ++pixels_;
-    }
-}
-
-bool StemProfile::close() {
-    if (pixels_ < 4 * knots_)
-        return false;
-    const auto size = static_cast<Eigen::Index>(knots_);
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    RowMajor normal = Eigen::Map<const RowMajor>(normal_.data(), size, size);
-    // A stem that keeps its place between the pixels leaves knots without a pixel: a thousandth of
-    // a pixel's weight against bends joins them to their neighbours.
-    const double weight = 1e-3 * static_cast<double>(pixels_) / static_cast<double>(knots_);
-    for (Eigen::Index k = 1; k + 1 < size; ++k)
-        for (Eigen::Index i = -1; i <= 1; ++i)
-            for (Eigen::Index j = -1; j <= i; ++j)
-                normal(k + i, k + j) += weight * (i == 0 ? -2.0 : 1.0) * (j == 0 ? -2.0 : 1.0);
-    const Eigen::VectorXd solution = normal.selfadjointView<Eigen::Lower>().ldlt().solve(
-        Eigen::Map<const Eigen::VectorXd>(right_.data(), size));
-    coefficients_.assign(solution.begin(), solution.end());
-    values_.clear();
-    integrals_.assign(1, 0.0);
-    for (double distance = -reach_; distance <= reach_; distance += table_step)
-        values_.push_back(spline((distance + reach_) / spacing_));
-    for (std::size_t k = 1; k < values_.size(); ++k)
-        integrals_.push_back(integrals_.back() + 0.5 * table_step * (values_[k - 1] + values_[k]));
-    return true;
-}
-
-double StemProfile::spline(double place) const {
-    const std::size_t first = std::min(static_cast<std::size_t>(place), knots_ - 4);
-    const std::array<double, 4> weights = basis(place - static_cast<double>(first));
-    double sum = 0.0;
-    for (std::size_t i = 0; i < 4; ++i)
-        sum += weights[i] * coefficients_[first + i];
-    return sum;
-}
-
-double StemProfile::in_table(const std::vector<double>& table, double distance) const {
-    const double last = static_cast<double>(table.size()) - 1.001;
-    const double place = std::clamp((distance + reach_) / table_step, 0.0, last);
-    const auto below = static_cast<std::size_t>(place);
-    return table[below] + (place - static_cast<double>(below)) * (table[below + 1] - table[below]);
-}
-
-StemProfile::Point StemProfile::at(double distance, double smear) const {
-    const double width = std::max(std::abs(smear), least_smear);
-    const double low = distance - 0.5 * width;
-    const double high = distance + 0.5 * width;
-    return {(in_table(integrals_, high) - in_table(integrals_, low)) / width,
-            (in_table(values_, high) - in_table(values_, low)) / width};
-}
-
-/// Least squares for the axis, the stem's brightness and a straight line for the background's, from
-/// an axis that is good to half a pixel or so. Empty if that leads away.
-std::optional<RowMatch> match_row(const StemProfile& profile, const PixelRow& row, double axis,
-                                  double smear, double noise) {
-    constexpr int most_iterations = 20;
-    constexpr double close = 1e-4; // pixels
-    const Pixels around = row.within(axis, profile.beside() + 0.5 * std::abs(smear));
-    // Of the axis, the stem's brightness, the background's and its slope.
-    Eigen::Vector4d values(axis, 1.0, 0.0, 0.0);
-    RowMatch found;
-    for (int k = 0; k < most_iterations; ++k) {
-        Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
-        Eigen::Vector4d right = Eigen::Vector4d::Zero();
-        double squares = 0.0;
-        for (int c = around.begin; c < around.end; ++c) {
-            if (!row.counts(c))
-                continue;
-            const StemProfile::Point point = profile.at(c - values[0], smear);
-            const Eigen::Vector4d by(-values[1] * point.slope, point.value, 1.0, c - axis);
-            const double left = row.values[c] - values.tail<3>().dot(by.tail<3>());
-            const double weight =
-                k < 3 ? 1.0 : std::min(1.0, largest_noise * noise / std::abs(left));
-            normal.noalias() += weight * by * by.transpose();
-            right += weight * left * by;
-            squares += weight * left * left;
-        }
-        const auto solver = normal.ldlt();
-        const Eigen::Vector4d step = solver.solve(right);
-        if (!step.allFinite() || !(normal.diagonal().minCoeff() > 0.0))
-            return std::nullopt;
-        found.variance = solver.solve(Eigen::Vector4d::UnitX())[0];
-        found.squares = squares - step.dot(right);
-        values += step;
-        values[0] -= step[0] - std::clamp(step[0], -1.0, 1.0);
-        found.axis = values[0];
-        if (!(values[1] > 0.2) || std::abs(found.axis - axis) > 1.0 + 0.3 * std::abs(smear))
-            return std::nullopt;
-        if (k > 3 && std::abs(step[0]) < close)
-            return found.variance > 0.0 ? std::optional(found) : std::nullopt;
-    }
-    return std::nullopt;
-}
-
-/// Grey values of a row where the stem is not.
-class GroundRow {
-  public:
-    /// Pixels within `hidden` of the axis are not the ground; NaN: the axis is not known.
-    void add(const PixelRow& row, double axis, double hidden) {
-        sums_.resize(std::size_t(row.width));
-        counts_.resize(std::size_t(row.width));
-        if (std::isnan(axis) || std::isnan(hidden))
-            return;
-        for (int c = 0; c < row.width; ++c)
-            if (std::abs(c - axis) > hidden) {
-                sums_[std::size_t(c)] += row.values[c];
-                ++counts_[std::size_t(c)];
-            }
-    }
-
-    /// Between pixels that were seen in thirty frames or more a straight line; 0 if there are none.
-    [[nodiscard]] std::vector<float> mean() const {
-        constexpr int fewest = 30;
-        std::vector<float> mean(sums_.size(), 0.0F);
-        std::optional<std::size_t> last;
-        for (std::size_t c = 0; c < sums_.size(); ++c) {
-            if (counts_[c] < fewest)
-                continue;
-            mean[c] = static_cast<float>(sums_[c] / counts_[c]);
-            const std::size_t before = last.value_or(c);
-            for (std::size_t k = last ? before + 1 : 0; k < c; ++k)
-                mean[k] = std::lerp(mean[before], mean[c],
-                                    c == before ? 1.0F : float(k - before) / float(c - before));
-            last = c;
-        }
-        if (last)
-            std::fill(mean.begin() + std::ptrdiff_t(*last), mean.end(), mean[*last]);
-        return mean;
-    }
-
-  private:
-    std::vector<double> sums_;
-    std::vector<int> counts_;
-};
 
 /// A row of the picture that a height uses.
 struct UsedRow {
@@ -285,6 +42,7 @@ class RowMatcher {
             make_profiles(slow, slow_rows);
             match(slow, slow_rows);
         }
+        find_light(slow, slow_rows);
         make_profiles(slow, slow_rows);
         std::optional<double> seen;
         if (track_.settings.description.exposure)
@@ -342,7 +100,7 @@ class RowMatcher {
                                   profile_reach() + std::abs(speed(some[i], used_[u].row)));
         }
         for (const GroundRow& row : ground)
-            ground_.push_back(row.mean());
+            ground_.push_back(row.mean(std::pow(track_.survey.noise, 2)));
     }
     [[nodiscard]] double profile_reach() const {
         return 0.5 * track_.survey.apparent_width + beyond_edge + 1.0;
@@ -378,13 +136,39 @@ class RowMatcher {
         return rows;
     }
 
-    /// Pixels per frame, from the neighbouring frames.
+    /// Pixels per frame, from the two neighbours on either side, or from one.
     [[nodiscard]] double speed(std::size_t frame, std::size_t row) const {
         const AxisRecord& record = *speeds_of_;
         const std::size_t before = frame > 0 ? frame - 1 : frame;
         const std::size_t after = std::min(frame + 1, record.numbers.size() - 1);
-        return (record.at(after, row) - record.at(before, row)) /
-               (record.numbers[after] - record.numbers[before]);
+        const double slope = (record.at(after, row) - record.at(before, row)) /
+                             (record.numbers[after] - record.numbers[before]);
+        if (!has_neighbours(frame, row))
+            return slope;
+        return (4.0 * slope - 0.5 * (record.at(frame + 2, row) - record.at(frame - 2, row)) / 2.0) /
+               3.0;
+    }
+
+    /// Pixels per frame², likewise; 0 where a neighbour was not seen.
+    [[nodiscard]] double acceleration(std::size_t frame, std::size_t row) const {
+        if (!has_neighbours(frame, row))
+            return 0.0;
+        const auto sum = [&](std::size_t k) {
+            return speeds_of_->at(frame - k, row) + speeds_of_->at(frame + k, row);
+        };
+        return (16.0 * sum(1) - sum(2) - 15.0 * sum(0)) / 12.0;
+    }
+
+    /// Was it seen in the two frames before and after, with none lost between them?
+    [[nodiscard]] bool has_neighbours(std::size_t frame, std::size_t row) const {
+        const AxisRecord& record = *speeds_of_;
+        if (frame < 2 || frame + 2 >= record.numbers.size() ||
+            std::abs(record.numbers[frame + 2] - record.numbers[frame - 2] - 4.0) > 1e-6)
+            return false;
+        double sum = 0.0;
+        for (std::size_t k = frame - 2; k <= frame + 2; ++k)
+            sum += record.at(k, row);
+        return !std::isnan(sum);
     }
 
     /// Frames in which the used rows together move least, or most; in ascending order.
@@ -423,13 +207,36 @@ class RowMatcher {
             known_.push_back(profile.close() ? 1 : 0);
     }
 
+    /// The straight line through the stem's brightness over its place.
+    void find_light(const std::vector<std::size_t>& frames, const std::vector<BandImage>& rows) {
+        std::vector<double> light;
+        for (std::size_t u = 0; u < used_.size(); ++u) {
+            Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+            Eigen::Vector2d right = Eigen::Vector2d::Zero();
+            for (std::size_t i = 0; i < frames.size(); ++i)
+                if (const auto found = matched(frames[i], u, rows[i], 0.0)) {
+                    const Eigen::Vector2d by(1.0, found->axis);
+                    normal += by * by.transpose();
+                    right += found->brightness * by;
+                }
+            const Eigen::Vector2d line = normal.ldlt().solve(right);
+            const double share = line[1] / (normal(0, 0) > 0.0 ? right[0] / normal(0, 0) : 1.0);
+            light.push_back(std::isfinite(share) ? share : 0.0);
+        }
+        light_ = std::move(light);
+    }
+
     [[nodiscard]] std::optional<RowMatch> matched(std::size_t frame, std::size_t u,
                                                   const BandImage& rows, double exposure) const {
         const double axis = track_.rows.at(frame, used_[u].row);
-        const double smear = exposure > 0.0 ? exposure * speed(frame, used_[u].row) : 0.0;
-        if (std::isnan(axis) || std::isnan(smear) || known_[used_[u].height] == 0)
+        Path path;
+        if (exposure > 0.0)
+            path = {exposure * speed(frame, used_[u].row),
+                    0.5 * exposure * exposure * acceleration(frame, used_[u].row),
+                    light_.empty() ? 0.0 : light_[u]};
+        if (std::isnan(axis) || std::isnan(path.length) || known_[used_[u].height] == 0)
             return std::nullopt;
-        return match_row(profiles_[used_[u].height], pixels(rows, u), axis, smear,
+        return match_row(profiles_[used_[u].height], pixels(rows, u), axis, path,
                          track_.survey.noise);
     }
 
@@ -481,6 +288,7 @@ class RowMatcher {
     std::vector<std::vector<float>> ground_; ///< (used rows, columns); empty: not known yet
     std::vector<StemProfile> profiles_;
     std::vector<char> known_;
+    std::vector<double> light_; ///< (used rows) Path::light; empty: not known yet
     const AxisRecord* speeds_of_ = &track_.rows;
     double exposure_ = 0.0; ///< frames
 };

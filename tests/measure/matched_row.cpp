@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Rows that are drawn here: a stem of known place before a known ground.
+#include "measure/track/matched_row.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+constexpr int width = 120;
+constexpr double reach = 10.0;
+
+/// Of a stem 7 pixels wide behind a lens that blurs by 0.8 pixels.
+double contrast(double distance) {
+    const double blur = std::numbers::sqrt2 * 0.8;
+    return 50.0 * (std::erf((distance + 3.5) / blur) - std::erf((distance - 3.5) / blur));
+}
+
+/// Mean over an exposure in which the axis moves by `length`, and by `bend` (2τ)² besides, in light
+/// that grows by `light` per pixel. The mean of the axis lies at `axis`.
+std::vector<float> drawn(double axis, const measure::Path& path) {
+    constexpr int parts = 400;
+    std::vector<float> row(width, 0.0F);
+    for (int c = 0; c < width; ++c) {
+        double sum = 0.0;
+        for (int k = 0; k < parts; ++k) {
+            const double time = (k + 0.5) / parts - 0.5;
+            sum += contrast(c - axis - path.length * time - path.bend * (time * time - 1.0 / 12.0));
+        }
+        row[std::size_t(c)] = static_cast<float>(sum / parts * (1.0 + path.light * (c - 60.0)));
+    }
+    return row;
+}
+
+measure::PixelRow pixels(const std::vector<float>& row) {
+    return {row.data(), nullptr, width};
+}
+
+/// From stems that keep still at many places, as at the ends of swings.
+measure::StemProfile profile(double light) {
+    measure::StemProfile profile(reach);
+    for (double axis = 40.0; axis < 80.0; axis += 0.37) {
+        const std::vector<float> row = drawn(axis, {0.0, 0.0, light});
+        profile.add(pixels(row), axis);
+    }
+    EXPECT_TRUE(profile.close());
+    return profile;
+}
+
+double error(const measure::StemProfile& of, const measure::Path& path,
+             const measure::Path& assumed) {
+    constexpr double axis = 61.3;
+    const std::vector<float> row = drawn(axis, path);
+    const auto found = measure::match_row(of, pixels(row), axis + 0.2, assumed, 1.0);
+    EXPECT_TRUE(found);
+    return found ? found->axis - axis : std::nan("");
+}
+
+TEST(MatchedRow, OfAStemThatTurnsIsReadAtItsMean) {
+    const measure::StemProfile still = profile(0.0);
+    // 46 pixels at 65 Hz and an exposure of a millisecond, where it moves and turns.
+    const measure::Path turning{9.0, 2.0, 0.0};
+    EXPECT_NEAR(error(still, turning, turning), 0.0, 3e-3);
+    EXPECT_GT(std::abs(error(still, turning, {turning.length, 0.0, 0.0})), 0.05);
+    EXPECT_NEAR(error(still, {-9.0, 2.0, 0.0}, {-9.0, 2.0, 0.0}), 0.0, 3e-3);
+    EXPECT_NEAR(error(still, {0.0, -2.0, 0.0}, {0.0, -2.0, 0.0}), 0.0, 3e-3);
+}
+
+TEST(MatchedRow, OfASmearInUnevenLightIsReadAtItsMean) {
+    constexpr double light = 2e-3;
+    const measure::StemProfile lit = profile(light);
+    const measure::Path fast{15.0, 0.0, light};
+    EXPECT_NEAR(error(lit, fast, fast), 0.0, 4e-3);
+    EXPECT_GT(std::abs(error(lit, fast, {15.0, 0.0, 0.0})), 0.02);
+}
+
+// A stain behind a stem that dies down soon: few frames show it.
+TEST(GroundRow, IsWhatFewFramesShowWhereTheyShowMoreThanNoise) {
+    constexpr double noise = 4.0;
+    std::mt19937 dice(1);
+    std::normal_distribution<double> grey(0.0, noise);
+    std::vector<double> ground(width);
+    for (int c = 0; c < width; ++c)
+        ground[std::size_t(c)] = 10.0 * std::sin(0.3 * c);
+    const auto found = [&](double texture) {
+        measure::GroundRow row;
+        for (int frame = 0; frame < 200; ++frame) {
+            std::vector<float> values;
+            for (const double each : ground)
+                values.push_back(static_cast<float>(texture * each + grey(dice)));
+            row.add(pixels(values), frame < 20 ? 20.0 : 60.0, 8.0);
+        }
+        return row.mean(noise * noise);
+    };
+    const std::vector<float> textured = found(1.0);
+    const std::vector<float> even = found(0.0);
+    double of_textured = 0.0;
+    double of_even = 0.0;
+    for (std::size_t c = 53; c <= 67; ++c) {
+        of_textured += std::pow(textured[c] - ground[c], 2) / 15.0;
+        of_even += std::pow(even[c], 2) / 15.0;
+    }
+    EXPECT_LT(std::sqrt(of_textured), 1.5); // 20 frames leave 0.9 grey values, a straight line 7
+    EXPECT_LT(std::sqrt(of_even), 0.6);     // of which nothing counts where there is no texture
+}
+
+} // namespace
+} // namespace culm::tests
