@@ -30,6 +30,7 @@ struct Path {
     double length = 0.0; ///< speed times exposure
     double bend = 0.0;   ///< half the acceleration times the exposure's square
     double light = 0.0;  ///< by what share the stem is brighter, one pixel further on
+    double doubt = 0.0;  ///< standard uncertainty of length and bend; 0: they are known
 
     /// How far the axis comes.
     [[nodiscard]] double extent() const { return std::abs(length) + 0.25 * std::abs(bend); }
@@ -86,9 +87,10 @@ struct RowMatch {
 };
 
 /// Least squares for the axis, the stem's brightness and a straight line for the background's, from
-/// an axis that is good to half a pixel or so. Empty if that leads away.
+/// an axis that is good to half a pixel or so; a path that is in doubt is fitted too, as far as the
+/// smear says more of it. Empty if that leads away.
 [[nodiscard]] std::optional<RowMatch> match_row(const StemProfile& profile, const PixelRow& row,
-                                                double axis, const Path& path, double noise);
+                                                double axis, const Path& assumed, double noise);
 
 /// Grey values of a row where the stem is not.
 class GroundRow {

@@ -31,7 +31,8 @@ class RowMatcher {
     RowMatcher(Track& track, const FrameSource& source, const std::vector<std::size_t>& wanted,
                int threads)
         : track_(track), source_(source), wanted_(wanted), threads_(threads),
-          used_(used_rows(track)) {}
+          used_(used_rows(track)),
+          held_(track.window.held_frames > 1 ? track.window.last_held + 1 : 0) {}
 
     std::optional<double> run() {
         find_ground();
@@ -97,7 +98,7 @@ class RowMatcher {
             for (std::size_t i = 0; i < some.size(); ++i)
                 for (std::size_t u = 0; u < used_.size(); ++u)
                     ground[u].add(pixels(rows[i], u), track_.rows.at(some[i], used_[u].row),
-                                  profile_reach() + std::abs(speed(some[i], used_[u].row)));
+                                  profile_reach() + std::abs(motion(some[i], used_[u].row).speed));
         }
         for (const GroundRow& row : ground)
             ground_.push_back(row.mean(std::pow(track_.survey.noise, 2)));
@@ -136,31 +137,46 @@ class RowMatcher {
         return rows;
     }
 
-    /// Pixels per frame, from the two neighbours on either side, or from one.
-    [[nodiscard]] double speed(std::size_t frame, std::size_t row) const {
+    /// Of a row's axis, pixels per frame and per frame².
+    struct Motion {
+        double speed;
+        double acceleration;
+        bool is_rough; ///< good to a half or so
+    };
+
+    /// From the two neighbours on either side. Without them, and where the release lies between
+    /// them, from one, and then only roughly: a jump of the acceleration says little of either
+    /// side, and one side alone nothing of a stem that swings in a few frames.
+    [[nodiscard]] Motion motion(std::size_t frame, std::size_t row) const {
         const AxisRecord& record = *speeds_of_;
-        const std::size_t before = frame > 0 ? frame - 1 : frame;
+        if (frame < held_) {
+            const std::size_t earlier = frame - std::min<std::size_t>(frame, 2);
+            const std::size_t later = frame + 2 < held_ ? frame + 2 : frame;
+            return {earlier == later ? 0.0 : slope(earlier, later, row), 0.0, false};
+        }
+        const std::size_t before = frame - std::min<std::size_t>(frame, 1);
         const std::size_t after = std::min(frame + 1, record.numbers.size() - 1);
-        const double slope = (record.at(after, row) - record.at(before, row)) /
-                             (record.numbers[after] - record.numbers[before]);
-        if (!has_neighbours(frame, row))
-            return slope;
-        return (4.0 * slope - 0.5 * (record.at(frame + 2, row) - record.at(frame - 2, row)) / 2.0) /
-               3.0;
+        const double near = slope(before, after, row);
+        if ((held_ == 0 || frame > held_ + 1) && are_five_in_a_row(frame, row)) {
+            const auto sum = [&](std::size_t k) {
+                return record.at(frame - k, row) + record.at(frame + k, row);
+            };
+            return {(4.0 * near - slope(frame - 2, frame + 2, row)) / 3.0,
+                    (16.0 * sum(1) - sum(2) - 30.0 * record.at(frame, row)) / 12.0, false};
+        }
+        if (before == frame || after == frame)
+            return {near, 0.0, true};
+        return {near, record.at(after, row) - 2.0 * record.at(frame, row) + record.at(before, row),
+                true};
     }
 
-    /// Pixels per frame², likewise; 0 where a neighbour was not seen.
-    [[nodiscard]] double acceleration(std::size_t frame, std::size_t row) const {
-        if (!has_neighbours(frame, row))
-            return 0.0;
-        const auto sum = [&](std::size_t k) {
-            return speeds_of_->at(frame - k, row) + speeds_of_->at(frame + k, row);
-        };
-        return (16.0 * sum(1) - sum(2) - 15.0 * sum(0)) / 12.0;
+    [[nodiscard]] double slope(std::size_t begin, std::size_t end, std::size_t row) const {
+        return (speeds_of_->at(end, row) - speeds_of_->at(begin, row)) /
+               (speeds_of_->numbers[end] - speeds_of_->numbers[begin]);
     }
 
     /// Was it seen in the two frames before and after, with none lost between them?
-    [[nodiscard]] bool has_neighbours(std::size_t frame, std::size_t row) const {
+    [[nodiscard]] bool are_five_in_a_row(std::size_t frame, std::size_t row) const {
         const AxisRecord& record = *speeds_of_;
         if (frame < 2 || frame + 2 >= record.numbers.size() ||
             std::abs(record.numbers[frame + 2] - record.numbers[frame - 2] - 4.0) > 1e-6)
@@ -180,7 +196,7 @@ class RowMatcher {
             double sum = 0.0;
             std::size_t seen = 0;
             for (const UsedRow& used : used_)
-                if (const double v = speed(frame, used.row); !std::isnan(v)) {
+                if (const double v = motion(frame, used.row).speed; !std::isnan(v)) {
                     sum += v * v;
                     ++seen;
                 }
@@ -230,10 +246,13 @@ class RowMatcher {
                                                   const BandImage& rows, double exposure) const {
         const double axis = track_.rows.at(frame, used_[u].row);
         Path path;
-        if (exposure > 0.0)
-            path = {exposure * speed(frame, used_[u].row),
-                    0.5 * exposure * exposure * acceleration(frame, used_[u].row),
-                    light_.empty() ? 0.0 : light_[u]};
+        if (exposure > 0.0) {
+            const Motion of = motion(frame, used_[u].row);
+            path = {exposure * of.speed, 0.5 * exposure * exposure * of.acceleration,
+                    light_.empty() ? 0.0 : light_[u], 0.0};
+            if (of.is_rough)
+                path.doubt = 0.5 * path.extent();
+        }
         if (std::isnan(axis) || std::isnan(path.length) || known_[used_[u].height] == 0)
             return std::nullopt;
         return match_row(profiles_[used_[u].height], pixels(rows, u), axis, path,
@@ -285,6 +304,7 @@ class RowMatcher {
     const std::vector<std::size_t>& wanted_;
     int threads_;
     std::vector<UsedRow> used_;
+    std::size_t held_;                       ///< frames before the release; 0: it was not seen
     std::vector<std::vector<float>> ground_; ///< (used rows, columns); empty: not known yet
     std::vector<StemProfile> profiles_;
     std::vector<char> known_;

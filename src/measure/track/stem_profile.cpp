@@ -151,41 +151,83 @@ StemProfile::Point StemProfile::at(double distance, const Path& path) const {
     return sum;
 }
 
+namespace {
+
+// The axis, the stem's brightness, the background's and its slope; the path's length and bend.
+using Values = Eigen::Matrix<double, 6, 1>;
+using Normal = Eigen::Matrix<double, 6, 6>;
+constexpr int of_path = 4;
+
+/// What a pixel shows, by each value; `path` is that of the values.
+Values derivatives(const StemProfile& profile, const Values& values, const Path& path,
+                   double distance, double from_start) {
+    constexpr double step = 0.05; // pixels
+    const StemProfile::Point point = profile.at(distance, path);
+    Values by;
+    by << -values[1] * point.slope, point.value, 1.0, from_start, 0.0, 0.0;
+    if (!(path.doubt > 0.0))
+        return by;
+    for (const int k : {0, 1}) {
+        const auto at = [&](double change) {
+            Path other = path;
+            (k == 0 ? other.length : other.bend) += change;
+            return profile.at(distance, other).value;
+        };
+        by[of_path + k] = values[1] * (at(step) - at(-step)) / (2.0 * step);
+    }
+    return by;
+}
+
+/// Normal equations of a step from `values`.
+struct Equations {
+    Normal normal = Normal::Zero();
+    Values right = Values::Zero();
+    double squares = 0.0;
+};
+
+} // namespace
+
 std::optional<RowMatch> match_row(const StemProfile& profile, const PixelRow& row, double axis,
-                                  const Path& path, double noise) {
+                                  const Path& assumed, double noise) {
     constexpr int most_iterations = 20;
     constexpr double close = 1e-4; // pixels
-    const Pixels around = row.within(axis, profile.beside() + 0.5 * path.extent());
-    // Of the axis, the stem's brightness, the background's and its slope.
-    Eigen::Vector4d values(axis, 1.0, 0.0, 0.0);
+    const Pixels around = row.within(axis, profile.beside() + 0.5 * assumed.extent());
+    Values values;
+    values << axis, 1.0, 0.0, 0.0, assumed.length, assumed.bend;
+    Path path = assumed;
     RowMatch found;
     for (int k = 0; k < most_iterations; ++k) {
-        Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
-        Eigen::Vector4d right = Eigen::Vector4d::Zero();
-        double squares = 0.0;
+        Equations of;
+        path.length = values[of_path];
+        path.bend = values[of_path + 1];
+        // What is known is held by any weight: it has no derivatives.
+        const double held = assumed.doubt > 0.0 ? std::pow(noise / assumed.doubt, 2) : 1.0;
+        of.normal.bottomRightCorner<2, 2>().diagonal().setConstant(held);
+        of.right.tail<2>() =
+            held * Eigen::Vector2d(assumed.length - path.length, assumed.bend - path.bend);
         for (int c = around.begin; c < around.end; ++c) {
             if (!row.counts(c))
                 continue;
-            const StemProfile::Point point = profile.at(c - values[0], path);
-            const Eigen::Vector4d by(-values[1] * point.slope, point.value, 1.0, c - axis);
-            const double left = row.values[c] - values.tail<3>().dot(by.tail<3>());
+            const Values by = derivatives(profile, values, path, c - values[0], c - axis);
+            const double left = row.values[c] - values.segment<3>(1).dot(by.segment<3>(1));
             const double weight =
                 k < 3 ? 1.0 : std::min(1.0, largest_noise * noise / std::abs(left));
-            normal.noalias() += weight * by * by.transpose();
-            right += weight * left * by;
-            squares += weight * left * left;
+            of.normal.noalias() += weight * by * by.transpose();
+            of.right += weight * left * by;
+            of.squares += weight * left * left;
         }
-        const auto solver = normal.ldlt();
-        const Eigen::Vector4d step = solver.solve(right);
-        if (!step.allFinite() || !(normal.diagonal().minCoeff() > 0.0))
+        const auto solver = of.normal.ldlt();
+        const Values step = solver.solve(of.right);
+        if (!step.allFinite() || !(of.normal.diagonal().minCoeff() > 0.0))
             return std::nullopt;
-        found.variance = solver.solve(Eigen::Vector4d::UnitX())[0];
-        found.squares = squares - step.dot(right);
+        found.variance = solver.solve(Values::UnitX())[0];
+        found.squares = of.squares - step.dot(of.right);
         values += step;
-        values[0] -= step[0] - std::clamp(step[0], -1.0, 1.0);
+        for (const int place : {0, of_path, of_path + 1})
+            values[place] -= step[place] - std::clamp(step[place], -1.0, 1.0);
         found.axis = values[0];
         found.brightness = values[1];
-        if (!(values[1] > 0.2) || std::abs(found.axis - axis) > 1.0 + 0.3 * path.extent())
+        if (!(values[1] > 0.2) || std::abs(found.axis - axis) > 1.0 + 0.3 * assumed.extent())
             return std::nullopt;
         if (k > 3 && std::abs(step[0]) < close)
             return found.variance > 0.0 ? std::optional(found) : std::nullopt;

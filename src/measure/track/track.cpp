@@ -188,7 +188,7 @@ constexpr double row_uncertainty_px = 0.02;
 
 /// What the place of an edge between two pixels, and the grain of the stem under it, move a reading
 /// by from frame to frame while the stem moves, pixels; likewise measured.
-constexpr double moving_uncertainty_px = 0.01;
+constexpr double moving_uncertainty_px = 0.006;
 
 /// Standard uncertainty of every reading: what the edges' fit says of it, times what makes it agree
 /// with the scatter that was seen where nothing moved, and what only motion brings. Empty if that
@@ -264,6 +264,20 @@ void fill_measurement(Track& track) {
         measurement.uncertainties.row = rounded_length(row_uncertainty_px * scale);
 }
 
+WindowOptions window_options(const Track& track) {
+    const TrackSettings& settings = track.settings;
+    WindowOptions options{
+        track.source, settings.description.stem.length / settings.metres_per_pixel, std::nullopt};
+    if (settings.release_frame) {
+        const auto found = std::ranges::lower_bound(track.rows.numbers, *settings.release_frame);
+        if (found == track.rows.numbers.end() || *found != *settings.release_frame)
+            throw core::InputError(fmt::format("{}: video.release_frame = {}: no such frame",
+                                               settings.file.string(), *settings.release_frame));
+        options.release_frame = std::size_t(found - track.rows.numbers.begin());
+    }
+    return options;
+}
+
 } // namespace
 
 Track track_video(const TrackSettings& settings, const TrackOptions& options) {
@@ -282,19 +296,12 @@ Track track_video(const TrackSettings& settings, const TrackOptions& options) {
     track.heights = at_heights(track.rows, track.survey.clamp_row, heights_in_pixels(track),
                                settings.rows_per_height);
     drop_unseen_heights(track);
+    // Where it was released follows from the first pass; the second one has to know it.
+    track.window = find_ring_down(track.heights, window_options(track));
     state_exposure(track, match_rows(track, *source, wanted, options.threads));
     track.heights = at_heights(track.rows, track.survey.clamp_row, track.heights.places,
                                settings.rows_per_height);
-    WindowOptions window_options{
-        track.source, settings.description.stem.length / settings.metres_per_pixel, std::nullopt};
-    if (settings.release_frame) {
-        const auto found = std::ranges::lower_bound(track.rows.numbers, *settings.release_frame);
-        if (found == track.rows.numbers.end() || *found != *settings.release_frame)
-            throw core::InputError(fmt::format("{}: video.release_frame = {}: no such frame",
-                                               settings.file.string(), *settings.release_frame));
-        window_options.release_frame = std::size_t(found - track.rows.numbers.begin());
-    }
-    track.window = find_ring_down(track.heights, window_options);
+    track.window = find_ring_down(track.heights, window_options(track));
     drop_repeated_frames(track, repeats);
     choose_frames(track);
     fill_measurement(track);
