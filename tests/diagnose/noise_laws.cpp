@@ -120,7 +120,7 @@ struct Tracked {
     std::vector<double> places;
     std::vector<bool> is_seen;
 };
-Tracked tracked(double of_place) {
+Tracked tracked(double of_place, double of_first_row = 1.0) {
     std::mt19937 dice(11);
     std::normal_distribution<double> normal;
     Tracked out;
@@ -133,7 +133,8 @@ Tracked tracked(double of_place) {
                                  std::cos(0.41 * i + 0.1 * double(j));
             out.places.push_back(swing);
             out.values.push_back(normal(dice) +
-                                 errors[j * 400 + std::size_t((swing + 1.0) * 200.0)]);
+                                 (j == 0 ? of_first_row : 1.0) *
+                                     errors[j * 400 + std::size_t((swing + 1.0) * 200.0)]);
             out.is_seen.push_back(i != 17);
         }
     return out;
@@ -142,10 +143,12 @@ Tracked tracked(double of_place) {
 TEST(ErrorsOfPlace, AreFoundAndMadeWhite) {
     Tracked with = tracked(0.5);
     const auto found = fit::of_place(with.values, with.places, {}, 3, with.is_seen, 10.0);
-    EXPECT_GT(found.variance, 0.08);
-    EXPECT_LT(found.variance, 0.6);
+    EXPECT_GT(found.variances[0], 0.08);
+    EXPECT_LT(found.variances[0], 0.6);
+    EXPECT_EQ(found.variances, std::vector<double>(3, found.variances[0])); // rows are alike
     EXPECT_LT(found.length, 0.03);
-    EXPECT_EQ(fit::of_place(with.values, with.places, {}, 3, with.is_seen, 0.05).variance, 0.05);
+    EXPECT_EQ(fit::of_place(with.values, with.places, {}, 3, with.is_seen, 0.05).variances,
+              std::vector<double>(3, 0.05));
     const auto together = [&](const std::vector<double>& values) { // at one place in all cycles
         double sum = 0.0;
         double count = 0.0;
@@ -162,13 +165,21 @@ TEST(ErrorsOfPlace, AreFoundAndMadeWhite) {
     fit::make_white(fit::place_steps(found, {}, 3, with.is_seen), with.values);
     EXPECT_LT(std::abs(together(with.values)), 4.0);
     const Tracked without = tracked(0.0);
-    EXPECT_EQ(fit::of_place(without.values, without.places, {}, 3, without.is_seen, 10.0).variance,
-              0.0);
+    EXPECT_TRUE(fit::of_place(without.values, without.places, {}, 3, without.is_seen, 10.0)
+                    .variances.empty());
+}
+
+TEST(ErrorsOfPlace, AreLargerInARowWhoseGroundIsHidden) {
+    const Tracked with = tracked(0.4, 4.0);
+    const auto found = fit::of_place(with.values, with.places, {}, 3, with.is_seen, 10.0);
+    ASSERT_EQ(found.variances.size(), 3U);
+    EXPECT_GT(found.variances[0], 3.0 * found.variances[1]);
+    EXPECT_GT(found.variances[0], 3.0 * found.variances[2]);
 }
 
 // Of such steps, W C Wᵀ = 1 for the covariance C of what they stand for.
 TEST(ErrorsOfPlace, AreWhitenedByTheInverseRootOfTheirCovariance) {
-    const measure::NoiseModel::OfPlace of_place{{0.3, -0.1, 0.05, 0.3, -0.2}, 0.7, 0.2};
+    const measure::NoiseModel::OfPlace of_place{{0.3, -0.1, 0.05, 0.3, -0.2}, {0.7}, 0.2};
     const std::vector<double> relative{1.0, 2.0, 0.5, 1.5, 1.0};
     const std::vector<bool> is_seen(5, true);
     Eigen::MatrixXd covariance(5, 5);

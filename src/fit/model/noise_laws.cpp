@@ -2,11 +2,13 @@
 #include "fit/model/reading_noise.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include <boost/math/distributions/normal.hpp>
@@ -119,13 +121,14 @@ std::vector<PlaceStep> place_steps(const measure::NoiseModel::OfPlace& of_place,
             if (is_seen[at])
                 order.push_back(at);
         std::ranges::stable_sort(order, {}, [&](std::size_t at) { return of_place.places[at]; });
-        double variance = of_place.variance;
+        const double of_row = of_place.variances[j];
+        double variance = of_row;
         for (std::size_t k = 0; k < order.size(); ++k) {
             double carry = 0.0;
             if (k > 0)
                 carry = std::exp(-(of_place.places[order[k]] - of_place.places[order[k - 1]]) /
                                  of_place.length);
-            variance = of_place.variance + carry * carry * (variance - of_place.variance);
+            variance = of_row + carry * carry * (variance - of_row);
             const double own = relative.empty() ? 1.0 : relative[order[k]];
             const double of_new = variance + own * own;
             steps.push_back({order[k], carry, variance / of_new, 1.0 / std::sqrt(of_new)});
@@ -145,49 +148,117 @@ void make_white(const std::vector<PlaceStep>& steps, std::span<double> values) {
     }
 }
 
+namespace {
+
+/// Of the log-likelihood of readings at the variance of what is new that is best: sums over their
+/// steps, by row.
+struct PlaceLikelihood {
+    double squares = 0.0;
+    double logarithms = 0.0;
+};
+
+std::vector<PlaceLikelihood> likelihood_by_row(const std::vector<double>& values,
+                                               const std::vector<PlaceStep>& steps,
+                                               std::size_t rows) {
+    std::vector<double> white = values;
+    make_white(steps, white);
+    std::vector<PlaceLikelihood> sums(rows);
+    for (const PlaceStep& step : steps) {
+        PlaceLikelihood& sum = sums[step.at % rows];
+        sum.squares += white[step.at] * white[step.at];
+        sum.logarithms += std::log(step.inverse_deviation);
+    }
+    return sums;
+}
+
+double log_likelihood(const std::vector<PlaceLikelihood>& rows, double count) {
+    PlaceLikelihood sum;
+    for (const PlaceLikelihood& row : rows) {
+        sum.squares += row.squares;
+        sum.logarithms += row.logarithms;
+    }
+    return sum.logarithms - 0.5 * count * std::log(sum.squares / count);
+}
+
+constexpr std::array place_variances{0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0};
+
+/// Which of place_variances each row has: that of all unless rows differ significantly. The ground
+/// stays hidden longest beside those that move least. `table`: (place_variances, rows).
+std::vector<std::size_t> variances_of_rows(const std::vector<std::vector<PlaceLikelihood>>& table,
+                                           std::size_t of_all, double count) {
+    constexpr int passes = 2; // rows know of each other by the size of the noise only
+    std::vector<PlaceLikelihood> chosen = table[of_all];
+    const std::size_t rows = chosen.size();
+    std::vector<std::size_t> own(rows, of_all);
+    const double alike = log_likelihood(chosen, count);
+    double best = alike;
+    for (int pass = 0; pass < passes; ++pass)
+        for (std::size_t j = 0; j < rows; ++j)
+            for (std::size_t v = 0; v < table.size(); ++v) {
+                const PlaceLikelihood before = std::exchange(chosen[j], table[v][j]);
+                if (const double each = log_likelihood(chosen, count); each > best) {
+                    best = each;
+                    own[j] = v;
+                } else {
+                    chosen[j] = before;
+                }
+            }
+    const double degrees = 0.5 * static_cast<double>(rows - 1);
+    if (rows < 2 || boost::math::gamma_q(degrees, best - alike) > significance)
+        own.assign(rows, of_all);
+    return own;
+}
+
+} // namespace
+
 measure::NoiseModel::OfPlace of_place(const std::vector<double>& values, std::vector<double> places,
                                       const std::vector<double>& relative, std::size_t rows,
                                       const std::vector<bool>& is_seen, double most) {
-    measure::NoiseModel::OfPlace trial{std::move(places)};
+    measure::NoiseModel::OfPlace trial{std::move(places), {}, 0.0};
     double swing = 0.0;
+    double count = 0.0;
     for (std::size_t at = 0; at < is_seen.size(); ++at)
-        if (is_seen[at])
+        if (is_seen[at]) {
             swing = std::max(swing, std::abs(trial.places[at]));
-    // At the variance of what is new that is best.
-    const auto likelihood = [&] {
-        const std::vector<PlaceStep> steps = place_steps(trial, relative, rows, is_seen);
-        std::vector<double> white = values;
-        make_white(steps, white);
-        double squares = 0.0;
-        double logarithms = 0.0;
-        for (const PlaceStep& step : steps) {
-            squares += white[step.at] * white[step.at];
-            logarithms += std::log(step.inverse_deviation);
+            ++count;
         }
-        const auto count = static_cast<double>(steps.size());
-        return logarithms - 0.5 * count * std::log(squares / count);
+    using OfRows = std::vector<PlaceLikelihood>;
+    const auto of_variances = [&] {
+        std::vector<OfRows> out;
+        for (const double variance : place_variances) {
+            trial.variances.assign(rows, std::min(variance, most));
+            out.push_back(
+                likelihood_by_row(values, place_steps(trial, relative, rows, is_seen), rows));
+        }
+        return out;
     };
-    trial.length = swing;
-    const double none = likelihood();
-    double best = none;
-    double best_variance = 0.0;
+    std::vector<OfRows> table; // at the best length
+    double none = 0.0;
+    double best = -std::numeric_limits<double>::infinity();
     double best_length = 0.0;
+    std::size_t best_variance = 0;
     // From a fraction of a pixel to a tenth of the swing.
-    for (const double length : {0.001, 0.003, 0.01, 0.03, 0.1})
-        for (const double variance : {0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0}) {
-            trial.length = length * swing;
-            trial.variance = std::min(variance, most);
-            if (const double found = likelihood(); found > best) {
-                best = found;
-                best_variance = trial.variance;
+    for (const double length : {0.001, 0.003, 0.01, 0.03, 0.1}) {
+        trial.length = length * swing;
+        std::vector<OfRows> found = of_variances();
+        none = log_likelihood(found.front(), count);
+        for (std::size_t v = 0; v < found.size(); ++v)
+            if (const double each = log_likelihood(found[v], count); each > best) {
+                best = each;
+                best_variance = v;
                 best_length = trial.length;
             }
-        }
+        if (best_length == trial.length)
+            table = std::move(found);
+    }
     // Two numbers more: χ² of two degrees of freedom has the tail e^(−x/2).
     if (!(std::exp(none - best) < significance))
         return {};
-    trial.variance = best_variance;
     trial.length = best_length;
+    trial.variances.assign(rows, std::min(place_variances[best_variance], most));
+    const std::vector<std::size_t> own = variances_of_rows(table, best_variance, count);
+    for (std::size_t j = 0; j < rows; ++j)
+        trial.variances[j] = std::min(place_variances[own[j]], most);
     return trial;
 }
 
@@ -299,10 +370,13 @@ std::string in_words(const measure::NoiseModel& model, const Tails& tails, doubl
     }
     noise *= 1e3 * std::sqrt(variance);
     std::string text = fmt::format("{:.4g} mm in motion ({})", noise, source);
-    if (model.of_place.variance > 0.0)
+    const std::vector<double>& of_place = model.of_place.variances;
+    if (!of_place.empty())
         text +=
             fmt::format(", errors of place of {:.2g} mm over {:.2g} mm",
-                        noise * std::sqrt(model.of_place.variance), 1e3 * model.of_place.length);
+                        noise * std::sqrt(std::accumulate(of_place.begin(), of_place.end(), 0.0) /
+                                          static_cast<double>(of_place.size())),
+                        1e3 * model.of_place.length);
     if (step > 0.0)
         text += fmt::format(", rounded to {:.3g} mm", 1e3 * step);
     if (tails.is_heavy)

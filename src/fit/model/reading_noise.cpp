@@ -176,7 +176,7 @@ Whitening::Whitening(std::shared_ptr<const measure::NoiseModel> model, std::size
             is_complete = is_complete && is_seen[i * rows + j];
         is_complete_.push_back(is_complete);
     }
-    if (model_->of_place.variance > 0.0)
+    if (!model_->of_place.variances.empty())
         place_steps_ = place_steps(model_->of_place, model_->relative, rows, is_seen);
     steps_.resize(is_seen.size());
     for (std::size_t s = 0; s < rows; ++s)

@@ -53,7 +53,8 @@ struct PlaceStep {
 void make_white(const std::vector<PlaceStep>& steps, std::span<double> values);
 
 /// The errors of place that explain readings over the noise of their rows, (frames, rows), best;
-/// of variance 0 unless they are significant, at one in a thousand. `places`, `relative`: as
+/// without variances unless they are significant, at one in a thousand; rows differ in their
+/// variance only if that is significant too. `places`, `relative`: as
 /// measure::NoiseModel's. `most`: their largest variance, that was stated.
 [[nodiscard]] measure::NoiseModel::OfPlace of_place(const std::vector<double>& values,
                                                     std::vector<double> places,

@@ -176,7 +176,7 @@ class NoiseEstimate {
         if (measurement_.uncertainties.row.value_or(0.0) > 0.0)
             estimate_errors_of_place(modes);
         estimate_correlation();
-        write(of_place_.variance > 0.0 ? modes : flexible);
+        write(of_place_.variances.empty() ? flexible : modes);
     }
 
   private:
@@ -355,7 +355,7 @@ class NoiseEstimate {
                 places[at] = fit_.prediction.readings[at];
         of_place_ = of_place(values, std::move(places), relative, rows, is_seen_at,
                              std::pow(*measurement_.uncertainties.row / typical_noise(fit_), 2));
-        if (of_place_.variance == 0.0)
+        if (of_place_.variances.empty())
             return;
         make_white(place_steps(of_place_, relative, rows, is_seen_at), values);
         for (Eigen::Index j = 0; j < rest_.cols(); ++j)
@@ -435,7 +435,7 @@ class NoiseEstimate {
         // What is stated for every reading is computed, not seen: it may be too large as well.
         const bool is_smaller =
             !measurement_.reading_uncertainties.empty() && boost::math::gamma_p(half, sum) < level;
-        return !tails_.is_heavy && !is_correlated_ && !is_smaller && of_place_.variance == 0.0 &&
+        return !tails_.is_heavy && !is_correlated_ && !is_smaller && of_place_.variances.empty() &&
                !(boost::math::gamma_q(half, sum) < level);
     }
 

@@ -117,8 +117,9 @@ struct NoiseModel {
     /// itself: an Ornstein-Uhlenbeck process along the row.
     struct OfPlace {
         std::vector<double> places; ///< (times, rows), m
-        double variance = 0.0;      ///< over that of the row's noise and of the series
-        double length = 0.0;        ///< over which it is alike, m
+        /// (rows) over that of the row's noise and of the series; empty: there are none.
+        std::vector<double> variances;
+        double length = 0.0; ///< over which it is alike, m
     };
     OfPlace of_place;
 };
