@@ -79,6 +79,15 @@ TEST(MatchedRow, OfASmearInUnevenLightIsReadAtItsMean) {
     EXPECT_GT(std::abs(error(lit, fast, {15.0, 0.0, 0.0})), 0.02);
 }
 
+// Beside the release and lost frames, where neighbours say little of the speed.
+TEST(MatchedRow, OfADoubtfulPathIsReadFromItsOwnSmear) {
+    const measure::StemProfile still = profile(0.0);
+    const measure::Path turning{14.0, 8.0};
+    const measure::Path wrong{10.0, 2.0};
+    EXPECT_GT(std::abs(error(still, turning, wrong)), 0.2);
+    EXPECT_NEAR(error(still, turning, {.length = 10.0, .bend = 2.0, .doubt = 5.0}), 0.0, 0.03);
+}
+
 // A stain behind a stem that dies down soon: few frames show it.
 TEST(GroundRow, IsWhatFewFramesShowWhereTheyShowMoreThanNoise) {
     constexpr double noise = 4.0;
