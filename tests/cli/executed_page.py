@@ -79,27 +79,33 @@ def last_digit(number: str) -> float:
     return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
 
 
-def agree(expected: str, found: str) -> bool:
+def agree(expected: str, found: str, uncertainty: float = 0.0) -> bool:
     wanted, value = float(expected), float(found)
-    # A hundredth more, for a difference of one unit is not exact in binary.
-    return abs(value - wanted) <= max(TOLERANCE * abs(wanted), 1.01 * last_digit(expected))
+    # A hundredth more, for a difference of one unit is not exact in binary. What is no different
+    # from 0 differs between processors by more than a share of itself.
+    return abs(value - wanted) <= max(TOLERANCE * abs(wanted), 1.01 * last_digit(expected),
+                                      TOLERANCE * uncertainty)
 
 
 def line_agrees(expected: str, found: str) -> bool:
     """Whether a line is as the tutorial has it, numbers within the tolerance."""
     expected, found = words(expected), words(found)
     pattern, end = "", 0
-    numbers = []
+    numbers: list[str] = []
+    uncertainties: list[float] = []
     for match in re.finditer(f"{NUMBER.pattern}|{ANYTHING}", expected):
         pattern += re.escape(expected[end:match.start()])
         if match[0] == ANYTHING:
             pattern += ".*"
         else:
             pattern += f"({NUMBER.pattern})"
+            if numbers and expected[end:match.start()] == " ± ":
+                uncertainties[-1] = float(match[0])
             numbers.append(match[0])
+            uncertainties.append(0.0)
         end = match.end()
     matched = re.fullmatch(pattern + re.escape(expected[end:]), found)
-    return bool(matched) and all(map(agree, numbers, matched.groups()))
+    return bool(matched) and all(map(agree, numbers, matched.groups(), uncertainties))
 
 
 def difference(expected: str, found: str) -> str | None:

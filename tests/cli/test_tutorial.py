@@ -45,6 +45,8 @@ class Comparison(unittest.TestCase):
     def test_of_numbers_allows_two_percent_or_the_last_digit(self):
         self.assertTrue(line_agrees("rms 1.000 mm", "rms   1.019 mm"))
         self.assertFalse(line_agrees("rms 1.000 mm", "rms 1.021 mm"))
+        self.assertTrue(line_agrees("7.0e-07 ± 3.2e-06 N m", "7.3e-07 ± 3.2e-06 N m"))
+        self.assertFalse(line_agrees("7.00e-07 ± 3.2e-06 N m", "8.00e-07 ± 3.2e-06 N m"))
         self.assertTrue(line_agrees("p = 0.01", "p = 0.02"))
         self.assertFalse(line_agrees("mode 1 of 3", "mode 2 of 3"))
         self.assertFalse(line_agrees("beta -42.6 %", "beta +42.6 %"))

@@ -171,10 +171,21 @@ TEST(ErrorsOfPlace, AreFoundAndMadeWhite) {
 
 TEST(ErrorsOfPlace, AreLargerInARowWhoseGroundIsHidden) {
     const Tracked with = tracked(0.4, 4.0);
+    const Tracked with_noise_only = tracked(0.0);
     const auto found = fit::of_place(with.values, with.places, {}, 3, with.is_seen, 10.0);
     ASSERT_EQ(found.variances.size(), 3U);
     EXPECT_GT(found.variances[0], 3.0 * found.variances[1]);
     EXPECT_GT(found.variances[0], 3.0 * found.variances[2]);
+    // Beside rows that have none.
+    Tracked one = tracked(0.1, 5.0);
+    for (std::size_t at = 0; at < one.values.size(); ++at)
+        if (at % 3 != 0)
+            one.values[at] = with_noise_only.values[at];
+    const auto alone = fit::of_place(one.values, one.places, {}, 3, one.is_seen, 10.0);
+    ASSERT_EQ(alone.variances.size(), 3U);
+    EXPECT_GT(alone.variances[0], 0.05);
+    EXPECT_EQ(alone.variances[1], 0.0);
+    EXPECT_EQ(alone.variances[2], 0.0);
 }
 
 // Of such steps, W C Wᵀ = 1 for the covariance C of what they stand for.

@@ -182,31 +182,41 @@ double log_likelihood(const std::vector<PlaceLikelihood>& rows, double count) {
 
 constexpr std::array place_variances{0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0};
 
-/// Which of place_variances each row has: that of all unless rows differ significantly. The ground
-/// stays hidden longest beside those that move least. `table`: (place_variances, rows).
-std::vector<std::size_t> variances_of_rows(const std::vector<std::vector<PlaceLikelihood>>& table,
-                                           std::size_t of_all, double count) {
+using OfRows = std::vector<PlaceLikelihood>;
+
+/// Which of place_variances each row has, and the log-likelihood.
+struct PlaceVariances {
+    std::vector<std::size_t> of_rows;
+    double log_likelihood;
+};
+
+/// A row has a variance of its own where all rows alike would show so much in one of them in one
+/// recording of a thousand: the ground stays hidden beside those that move least. `table`:
+/// (place_variances, rows).
+PlaceVariances variances_of_rows(const std::vector<OfRows>& table, std::size_t of_all,
+                                 double count) {
     constexpr int passes = 2; // rows know of each other by the size of the noise only
-    std::vector<PlaceLikelihood> chosen = table[of_all];
+    OfRows chosen = table[of_all];
     const std::size_t rows = chosen.size();
-    std::vector<std::size_t> own(rows, of_all);
-    const double alike = log_likelihood(chosen, count);
-    double best = alike;
+    PlaceVariances found{std::vector<std::size_t>(rows, of_all), log_likelihood(chosen, count)};
+    const double least_gain = -std::log(significance / static_cast<double>(rows));
     for (int pass = 0; pass < passes; ++pass)
-        for (std::size_t j = 0; j < rows; ++j)
+        for (std::size_t j = 0; j < rows; ++j) {
+            chosen[j] = table[of_all][j];
+            const double alike = log_likelihood(chosen, count);
+            found.of_rows[j] = of_all;
+            found.log_likelihood = alike;
             for (std::size_t v = 0; v < table.size(); ++v) {
-                const PlaceLikelihood before = std::exchange(chosen[j], table[v][j]);
-                if (const double each = log_likelihood(chosen, count); each > best) {
-                    best = each;
-                    own[j] = v;
-                } else {
-                    chosen[j] = before;
+                chosen[j] = table[v][j];
+                const double own = log_likelihood(chosen, count);
+                if (own > alike + least_gain && own > found.log_likelihood) {
+                    found.of_rows[j] = v;
+                    found.log_likelihood = own;
                 }
             }
-    const double degrees = 0.5 * static_cast<double>(rows - 1);
-    if (rows < 2 || boost::math::gamma_q(degrees, best - alike) > significance)
-        own.assign(rows, of_all);
-    return own;
+            chosen[j] = table[found.of_rows[j]][j];
+        }
+    return found;
 }
 
 } // namespace
@@ -222,43 +232,51 @@ measure::NoiseModel::OfPlace of_place(const std::vector<double>& values, std::ve
             swing = std::max(swing, std::abs(trial.places[at]));
             ++count;
         }
-    using OfRows = std::vector<PlaceLikelihood>;
-    const auto of_variances = [&] {
-        std::vector<OfRows> out;
+    const auto table_of = [&](double length) {
+        std::vector<OfRows> table;
+        trial.length = length;
         for (const double variance : place_variances) {
             trial.variances.assign(rows, std::min(variance, most));
-            out.push_back(
+            table.push_back(
                 likelihood_by_row(values, place_steps(trial, relative, rows, is_seen), rows));
         }
-        return out;
+        return table;
     };
-    std::vector<OfRows> table; // at the best length
+    PlaceVariances alike{{}, -std::numeric_limits<double>::infinity()};
+    PlaceVariances own = alike; // of single rows, the others none
     double none = 0.0;
-    double best = -std::numeric_limits<double>::infinity();
-    double best_length = 0.0;
-    std::size_t best_variance = 0;
+    std::vector<OfRows> best_table;
+    std::array<double, 2> best_lengths{};
     // From a fraction of a pixel to a tenth of the swing.
     for (const double length : {0.001, 0.003, 0.01, 0.03, 0.1}) {
-        trial.length = length * swing;
-        std::vector<OfRows> found = of_variances();
-        none = log_likelihood(found.front(), count);
-        for (std::size_t v = 0; v < found.size(); ++v)
-            if (const double each = log_likelihood(found[v], count); each > best) {
-                best = each;
-                best_variance = v;
-                best_length = trial.length;
+        const std::vector<OfRows> table = table_of(length * swing);
+        none = log_likelihood(table.front(), count);
+        for (std::size_t v = 0; v < table.size(); ++v)
+            if (const double each = log_likelihood(table[v], count); each > alike.log_likelihood) {
+                alike = {std::vector<std::size_t>(rows, v), each};
+                best_table = table;
+                best_lengths[0] = length * swing;
             }
-        if (best_length == trial.length)
-            table = std::move(found);
+        if (PlaceVariances each = variances_of_rows(table, 0, count);
+            each.log_likelihood > own.log_likelihood) {
+            own = std::move(each);
+            best_lengths[1] = length * swing;
+        }
     }
+    PlaceVariances found = own;
+    double length = best_lengths[1];
     // Two numbers more: χ² of two degrees of freedom has the tail e^(−x/2).
-    if (!(std::exp(none - best) < significance))
+    if (std::exp(none - alike.log_likelihood) < significance)
+        if (PlaceVariances all = variances_of_rows(best_table, alike.of_rows.front(), count);
+            all.log_likelihood > own.log_likelihood) {
+            found = std::move(all);
+            length = best_lengths[0];
+        }
+    if (found.log_likelihood == none)
         return {};
-    trial.length = best_length;
-    trial.variances.assign(rows, std::min(place_variances[best_variance], most));
-    const std::vector<std::size_t> own = variances_of_rows(table, best_variance, count);
+    trial.length = length;
     for (std::size_t j = 0; j < rows; ++j)
-        trial.variances[j] = std::min(place_variances[own[j]], most);
+        trial.variances[j] = std::min(place_variances[found.of_rows[j]], most);
     return trial;
 }
 

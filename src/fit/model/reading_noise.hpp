@@ -53,8 +53,8 @@ struct PlaceStep {
 void make_white(const std::vector<PlaceStep>& steps, std::span<double> values);
 
 /// The errors of place that explain readings over the noise of their rows, (frames, rows), best;
-/// without variances unless they are significant, at one in a thousand; rows differ in their
-/// variance only if that is significant too. `places`, `relative`: as
+/// without variances unless they are significant, at one in a thousand; a row has
+/// a variance of its own only if that is significant too. `places`, `relative`: as
 /// measure::NoiseModel's. `most`: their largest variance, that was stated.
 [[nodiscard]] measure::NoiseModel::OfPlace of_place(const std::vector<double>& values,
                                                     std::vector<double> places,
