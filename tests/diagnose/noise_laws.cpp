@@ -62,6 +62,42 @@ TEST(Tails, OfRoundedReadingsWithOutliersAreHeavy) {
     EXPECT_TRUE(fit::tails_of(values, 1.0).is_heavy);
 }
 
+/// (400, 10) of which rows have a share in common, and all are correlated in time.
+Eigen::MatrixXd slow(double common, double correlation, unsigned seed) {
+    std::mt19937 dice(seed);
+    std::normal_distribution<double> normal;
+    Eigen::MatrixXd values(400, 10);
+    Eigen::VectorXd state = Eigen::VectorXd::Zero(11);
+    for (Eigen::Index i = 0; i < values.rows(); ++i) {
+        for (double& each : state)
+            each = correlation * each + std::sqrt(1.0 - correlation * correlation) * normal(dice);
+        values.row(i).setConstant(std::sqrt(common) * state(10));
+        values.row(i) += std::sqrt(1.0 - common) * state.head(10).transpose();
+    }
+    return values;
+}
+
+// A tenth of the frames tells the size of noise that is correlated by 0.9 and common to the rows:
+// a large error among them counted as ten for each row, and as heavy tails.
+TEST(Tails, OfReadingsThatHangTogetherAreNotHeavyByAFewOfThem) {
+    int by_readings = 0;
+    int together = 0;
+    for (unsigned seed = 0; seed < 40; ++seed) {
+        const Eigen::MatrixXd values = slow(0.9, 0.9, 100 + seed);
+        by_readings +=
+            fit::tails_of(std::vector<double>(values.data(), values.data() + values.size()), 0.0)
+                .is_heavy;
+        together += fit::tails_of(values, 0.0).is_heavy;
+    }
+    EXPECT_GT(by_readings, 0);
+    EXPECT_EQ(together, 0);
+    Eigen::MatrixXd outliers = slow(0.5, 0.9, 7);
+    for (Eigen::Index k = 0; k < outliers.size(); k += 33)
+        outliers(k) += 8.0;
+    outliers(5, 3) = std::nan("");
+    EXPECT_TRUE(fit::tails_of(outliers, 0.0).is_heavy);
+}
+
 TEST(RoundingStep, IsThatOfWhichReadingsAreMultiples) {
     measure::Measurement measurement;
     measurement.heights = {0.1};

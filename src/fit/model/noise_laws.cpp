@@ -96,8 +96,9 @@ Tails tails_of(const std::vector<double>& values, double half_step) {
             best_likelihood = likelihood;
         }
     }
-    best.is_heavy = best.degrees < most_degrees &&
-                    boost::math::gamma_q(0.5, best_likelihood - gaussian) < significance;
+    best.gain = best_likelihood - gaussian;
+    best.is_heavy =
+        best.degrees < most_degrees && boost::math::gamma_q(0.5, best.gain) < significance;
     if (best.is_heavy) {
         double sum = 0.0;
         for (const double value : values) {
@@ -108,6 +109,60 @@ Tails tails_of(const std::vector<double>& values, double half_step) {
         best.slope = sum / count;
     }
     return best;
+}
+
+namespace {
+
+std::vector<double> seen_of(const Eigen::MatrixXd& values) {
+    std::vector<double> seen;
+    for (const double value : values.reshaped())
+        if (!std::isnan(value))
+            seen.push_back(value);
+    return seen;
+}
+
+/// Σ ab over what was seen of both and over its number.
+double mean_product(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
+    const Eigen::ArrayXd products = a * b;
+    const auto is_seen = !products.isNaN();
+    return is_seen.select(products, 0.0).sum() /
+           std::max(1.0, static_cast<double>(is_seen.count()));
+}
+
+} // namespace
+
+Tails tails_of(const Eigen::MatrixXd& values, double half_step) {
+    constexpr double clip = 2.5; // scales: an outlier tells nothing of correlation
+    Tails tails = tails_of(seen_of(values), half_step);
+    const Eigen::Index frames = values.rows();
+    if (!tails.is_heavy || frames < 2)
+        return tails;
+    const double most = clip * tails.scale;
+    const Eigen::ArrayXXd clipped =
+        values.array().unaryExpr([most](double value) { return std::clamp(value, -most, most); });
+    double before = 0.0; // products with the reading before
+    double squares = 0.0;
+    double together = 0.0; // squared correlations of the rows
+    for (Eigen::Index j = 0; j < values.cols(); ++j) {
+        const double own = mean_product(clipped.col(j), clipped.col(j));
+        before += mean_product(clipped.col(j).head(frames - 1), clipped.col(j).tail(frames - 1));
+        squares += own;
+        for (Eigen::Index k = 0; k < values.cols(); ++k)
+            together += std::pow(mean_product(clipped.col(j), clipped.col(k)), 2) /
+                        (own * mean_product(clipped.col(k), clipped.col(k)));
+    }
+    const double carry = before / squares;
+    const double chance = 3.0 / std::sqrt(static_cast<double>(values.size()));
+    if (std::abs(carry) > chance) {
+        const Tails fresh = tails_of(
+            seen_of(values.bottomRows(frames - 1) - carry * values.topRows(frames - 1)), half_step);
+        tails.is_heavy = fresh.is_heavy;
+        tails.gain = std::min(tails.gain, fresh.gain);
+    }
+    const double independent = static_cast<double>(values.cols()) / together; // share of the rows
+    tails.is_heavy =
+        tails.is_heavy && boost::math::gamma_q(0.5, independent * tails.gain) < significance;
+    return tails;
 }
 
 std::vector<PlaceStep> place_steps(const measure::NoiseModel::OfPlace& of_place,

@@ -102,6 +102,7 @@ struct Tails {
     double degrees = std::numeric_limits<double>::infinity();
     double scale = 1.0; ///< over the noise
     double slope = 1.0; ///< mean derivative of the score
+    double gain = 0.0;  ///< of log-likelihood over a Gaussian's
     bool is_heavy = false;
 
     /// Of an error over the noise: scale ψ(z)/ψ̄′ with ψ(z) = (ν + 1) z/(ν + z²) of z = error/scale;
@@ -114,6 +115,10 @@ struct Tails {
 /// rounded, over the noise. Most of a stem near rest then reads alike and some a step more, which
 /// is no tail: what counts is the probability of the interval.
 [[nodiscard]] Tails tails_of(const std::vector<double>& values, double half_step);
+/// Of (frames, rows), NaN: not seen. Readings that hang together are few, and a few large ones
+/// among them are no tail: tails count that are heavy too in what is new in each reading beside the
+/// one before it, of as many rows as are independent.
+[[nodiscard]] Tails tails_of(const Eigen::MatrixXd& values, double half_step);
 
 /// Over √n at the bins, (bins, rows), as they would be without lines that leave the share `left` of
 /// white noise's power, (all bins). `rest`: (n frames, rows).

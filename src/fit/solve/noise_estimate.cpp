@@ -200,7 +200,8 @@ class NoiseEstimate {
         std::array<double, parts> outliers{};
         std::array<double, parts> degrees{};
         const Eigen::VectorXd free = flexible.free_of_frames();
-        for (std::size_t i = 0; i < frames; ++i)
+        for (std::size_t i = 0; i < frames; ++i) {
+            bool has_outlier = false;
             for (std::size_t j = 0; j < rows; ++j) {
                 const auto frame = static_cast<Eigen::Index>(i);
                 const auto row = static_cast<Eigen::Index>(j);
@@ -209,9 +210,12 @@ class NoiseEstimate {
                 if (!is_seen_at.back())
                     continue;
                 degrees[i * parts / frames] += free(frame);
-                if (std::abs(values_(frame, row) - smooth_(frame, row)) > far_off * tails_.scale)
-                    outliers[i * parts / frames] += 1.0;
+                has_outlier = has_outlier || std::abs(values_(frame, row) - smooth_(frame, row)) >
+                                                 far_off * tails_.scale;
             }
+            // Once, however many rows have one: they may err together.
+            outliers[i * parts / frames] += has_outlier ? 1.0 : 0.0;
+        }
         Whitening(std::make_shared<const measure::NoiseModel>(model_), rows, is_seen_at)
             .apply(values);
         std::array<double, parts> sums{};
@@ -275,11 +279,11 @@ class NoiseEstimate {
     }
 
     [[nodiscard]] Tails tails_now(double free_share) const {
-        std::vector<double> errors;
-        for (Eigen::Index j = 0; j < values_.cols(); ++j)
-            for (Eigen::Index i = 0; i < values_.rows(); ++i)
-                if (is_seen(i, j))
-                    errors.push_back((values_(i, j) - smooth_(i, j)) / std::sqrt(free_share));
+        Eigen::MatrixXd errors = (values_ - smooth_) / std::sqrt(free_share);
+        for (Eigen::Index j = 0; j < errors.cols(); ++j)
+            for (Eigen::Index i = 0; i < errors.rows(); ++i)
+                if (!is_seen(i, j))
+                    errors(i, j) = std::numeric_limits<double>::quiet_NaN();
         return tails_of(errors, 0.5 * step_ / typical_noise(fit_) / std::sqrt(free_share));
     }
 
