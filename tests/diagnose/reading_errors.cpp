@@ -9,6 +9,7 @@
 #include "fit/fit_model.hpp"
 #include "fit/model/prediction.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -65,6 +66,23 @@ TEST(ReadingErrors, OfOutliersAreNoMissingPhysics) {
     spec.errors.outlier_share = 0.03;
     spec.errors.outlier_size = 0.5e-3;
     EXPECT_EQ(findings({recorded(spec)}), inadequate_then_adequate);
+}
+
+// Where the flexible fit has as many numbers as there are readings, an outlier is its own smooth
+// part; of two held frames no median tells which one errs.
+TEST(ReadingErrors, OfOutliersNextToTheReleaseAreNoMissingPhysics) {
+    beam::RecordingSpec spec = plain_spec();
+    spec.frames_before = 2;
+    spec.errors.outlier_share = 0.03;
+    spec.errors.outlier_size = 0.5e-3;
+    measure::Measurement measurement = recorded(spec);
+    const std::size_t rows = measurement.heights.size();
+    const auto released = std::ranges::find_if(measurement.times, [](double t) { return t >= 0; });
+    const auto first = static_cast<std::size_t>(released - measurement.times.begin());
+    measurement.deflections[first * rows + 5] += 0.7e-3;
+    measurement.deflections[(first + 1) * rows + 2] -= 0.9e-3;
+    measurement.deflections[3] += 1.1e-3;
+    EXPECT_EQ(findings({measurement}), inadequate_then_adequate);
 }
 
 TEST(ReadingErrors, OfRoundedReadingsAreNoMissingPhysics) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/solve/reading_errors.hpp"
 #include "fit/solve/residual_statistics.hpp"
-#include "run/modes.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,22 +8,19 @@
 #include <complex>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <numeric>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <boost/math/special_functions/gamma.hpp>
 #include <fmt/core.h>
-#include <unsupported/Eigen/FFT>
 
 namespace culm::fit {
 namespace {
 
 constexpr std::size_t fewest_frames = 64;
 constexpr std::size_t fewest_bins = 20;
-/// Of white noise's power, at a frequency that counts as free of lines.
+/// Of white noise's power, at a frequency or in a frame that counts as free of lines.
 constexpr double least_left = 0.5;
 /// Of a property of the noise that is taken for there: noise without it shows so much in one
 /// recording of a thousand.
@@ -33,124 +29,6 @@ constexpr double level = 1e-3;
 constexpr double clearly_larger = 1.5; ///< of a mean square in a part of the record
 constexpr double clearly_more = 3.0;   ///< of outliers in a part of the record
 constexpr double far_off = 4.0;        ///< of an outlier, scales
-
-/// A frequency at which the motion, or what a model lacks of it, may have power.
-struct Line {
-    double frequency = 0.0;  ///< Hz
-    double decay_rate = 0.0; ///< 1/s, positive
-    int degree = 0;          ///< of the polynomial in time on top of the decay
-};
-
-/// Modes and, unless they are to stay, harmonics of the first and what drifts; those that matter
-/// most first.
-std::vector<Line> lines_of(const RecordingFit& fit, double half_rate, bool has_harmonics) {
-    std::vector<Line> lines;
-    const auto modes = run::chain_modes(case_beside_errors(fit.model), 3);
-    if (modes.empty())
-        return lines;
-    const double first = modes.front().frequency;
-    const double decay = std::max(-modes.front().decay_rate, 0.0);
-    lines.push_back({first, decay, 6});
-    if (has_harmonics)
-        lines.push_back({0.0, 0.0, 4});
-    // A material whose loss is not the chain's lets a higher mode decay at any rate between these.
-    for (std::size_t k = 1; k < modes.size(); ++k) {
-        const double own = std::max(-modes[k].decay_rate, decay);
-        for (const double rate : {decay, std::sqrt(decay * own), own})
-            lines.push_back({modes[k].frequency, rate, 1});
-    }
-    for (const double harmonic : {3.0, 2.0, 5.0, 4.0})
-        if (has_harmonics)
-            lines.push_back({harmonic * first, decay, 3});
-    std::erase_if(lines, [&](const Line& line) { return line.frequency >= half_rate; });
-    return lines;
-}
-
-/// Residuals over the noise without what lies at the lines: the most flexible fit, whose rest is
-/// noise whatever the model lacks.
-class FlexibleRest {
-  public:
-    FlexibleRest(const RecordingFit& fit, std::size_t first, bool has_harmonics)
-        : fit_(fit), first_(first) {
-        const auto frames = static_cast<Eigen::Index>(fit.times.size() - first);
-        duration_ = fit.times.back() - fit.times[first];
-        rate_ = static_cast<double>(frames - 1) / duration_;
-        std::vector<Eigen::VectorXd> columns;
-        for (const Line& line : lines_of(fit, 0.5 * rate_, has_harmonics)) {
-            // A quarter of the frames at most: what is left has to tell the noise.
-            const auto more = static_cast<std::size_t>(2 * (line.degree + 1));
-            if (columns.size() + more > static_cast<std::size_t>(frames) / 4)
-                break;
-            add_columns(line, columns);
-        }
-        Eigen::MatrixXd basis(frames, static_cast<Eigen::Index>(columns.size()));
-        for (std::size_t k = 0; k < columns.size(); ++k)
-            basis.col(static_cast<Eigen::Index>(k)) = columns[k].normalized();
-        Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(basis);
-        solver.setThreshold(1e-6);
-        basis_ = solver.householderQ() * Eigen::MatrixXd::Identity(frames, solver.rank());
-    }
-
-    /// What of a series lies at the lines.
-    [[nodiscard]] Eigen::VectorXd smooth(const Eigen::VectorXd& values) const {
-        return basis_ * (basis_.transpose() * values);
-    }
-
-    /// Share of the frames that the lines leave free.
-    [[nodiscard]] double free_share() const {
-        return 1.0 - static_cast<double>(basis_.cols()) / static_cast<double>(basis_.rows());
-    }
-
-    /// (frames) share of white noise's power that is left there.
-    [[nodiscard]] Eigen::VectorXd free_of_frames() const {
-        return (1.0 - basis_.rowwise().squaredNorm().array()).matrix();
-    }
-
-    /// (Fourier frequencies from 0 to half the rate) share of white noise's power that is left
-    /// there.
-    [[nodiscard]] Eigen::ArrayXd left_of_noise() const {
-        Eigen::FFT<double> transform;
-        Eigen::ArrayXd left = Eigen::ArrayXd::Ones(basis_.rows() / 2 + 1);
-        for (Eigen::Index c = 0; c < basis_.cols(); ++c) {
-            const std::vector<double> values(basis_.col(c).begin(), basis_.col(c).end());
-            std::vector<std::complex<double>> found;
-            transform.fwd(found, values);
-            for (Eigen::Index k = 0; k < left.size(); ++k)
-                left(k) -= std::norm(found[static_cast<std::size_t>(k)]) /
-                           static_cast<double>(basis_.rows());
-        }
-        return left;
-    }
-
-  private:
-    void add_columns(const Line& line, std::vector<Eigen::VectorXd>& columns) const {
-        const auto frames = static_cast<Eigen::Index>(fit_.times.size() - first_);
-        for (int power = 0; power <= line.degree; ++power) {
-            Eigen::VectorXd cosine(frames);
-            Eigen::VectorXd sine(frames);
-            for (Eigen::Index i = 0; i < frames; ++i) {
-                const double time =
-                    fit_.times[first_ + static_cast<std::size_t>(i)] - fit_.times[first_];
-                const double place = 2.0 * time / duration_ - 1.0;
-                // Chebyshev's polynomials: powers would hardly be independent.
-                const double size = std::exp(-line.decay_rate * time) *
-                                    std::cos(power * std::acos(std::clamp(place, -1.0, 1.0)));
-                const double phase = 2.0 * std::numbers::pi * line.frequency * time;
-                cosine(i) = size * std::cos(phase);
-                sine(i) = size * std::sin(phase);
-            }
-            columns.push_back(cosine);
-            if (line.frequency > 0.0)
-                columns.push_back(sine);
-        }
-    }
-
-    const RecordingFit& fit_;
-    std::size_t first_;
-    double duration_ = 0.0;
-    double rate_ = 0.0;
-    Eigen::MatrixXd basis_; ///< (frames, columns), orthonormal
-};
 
 class NoiseEstimate {
   public:
@@ -294,6 +172,7 @@ class NoiseEstimate {
         // Outliers have pulled the first smooth part, most where few readings tell it: the second
         // begins from readings that are clipped at 4 scales.
         const double clip = far_off * tails_.scale;
+        draw_in_where_lines_take_all(flexible.free_of_frames(), clip);
         for (Eigen::Index j = 0; j < values_.cols(); ++j)
             smooth_.col(j) = flexible.smooth(values_.col(j).cwiseMin(clip).cwiseMax(-clip));
         constexpr int passes = 2;
@@ -306,18 +185,32 @@ class NoiseEstimate {
         settle(flexible, tails_);
     }
 
+    /// In frames in which the lines take most of a reading, next to the release above all, its own
+    /// error is taken too, and no rest shows it: there its neighbours tell.
+    void draw_in_where_lines_take_all(const Eigen::VectorXd& free, double clip) {
+        for (Eigen::Index i = 0; i < values_.rows(); ++i)
+            for (Eigen::Index j = 0; j < values_.cols() && free(i) < least_left; ++j) {
+                const double about = of_neighbours(place(i, j));
+                if (is_seen(i, j) && std::abs(values_(i, j) - about) > clip)
+                    values_(i, j) = about + tails_.scored(values_(i, j) - about);
+            }
+    }
+
     void write_drawn_in() {
         for (Eigen::Index j = 0; j < rest_.cols(); ++j)
             for (Eigen::Index i = 0; i < rest_.rows(); ++i)
-                if (is_seen(i, j))
-                    measurement_.deflections[place(i, j)] +=
-                        (smooth_(i, j) + rest_(i, j) - values_(i, j)) * noise_[place(i, j)];
+                if (is_seen(i, j)) {
+                    const std::size_t at = place(i, j);
+                    measurement_.deflections[at] +=
+                        (smooth_(i, j) + rest_(i, j)) * noise_[at] - fit_.residuals[at];
+                }
         for (std::size_t j = 0; j < fit_.noise.size(); ++j)
             draw_in_held(j);
     }
 
-    /// While the stem is held a row stays where it is: at its median.
+    /// While the stem is held a row stays where it is: at its median, or where its neighbours are.
     void draw_in_held(std::size_t row) {
+        constexpr std::size_t fewest = 5; // of which two outliers leave the median
         std::vector<double> residuals;
         for (std::size_t i = 0; i < first_; ++i)
             if (const double residual = fit_.residuals[i * fit_.noise.size() + row];
@@ -329,10 +222,29 @@ class NoiseEstimate {
         std::ranges::nth_element(residuals, middle);
         for (std::size_t i = 0; i < first_; ++i) {
             const std::size_t at = i * fit_.noise.size() + row;
-            const double error = (fit_.residuals[at] - *middle) / noise_[at];
+            const double about =
+                residuals.size() < fewest ? of_neighbours(at) : *middle / noise_[at];
+            const double error = fit_.residuals[at] / noise_[at] - about;
             if (!std::isnan(error))
                 measurement_.deflections[at] += (tails_.scored(error) - error) * noise_[at];
         }
+    }
+
+    /// The median residual of a reading and the rows next to it, five in all, over the noise.
+    /// Outliers are those of one row, what a model lacks is that of many.
+    [[nodiscard]] double of_neighbours(std::size_t at) const {
+        constexpr std::size_t most = 5;
+        const std::size_t rows = fit_.noise.size();
+        const std::size_t row = at % rows;
+        const std::size_t count = std::min(most, rows);
+        const std::size_t first = at - row + std::min(row - std::min(row, count / 2), rows - count);
+        std::vector<double> near;
+        for (std::size_t k = first; k < first + count; ++k)
+            if (!std::isnan(fit_.residuals[k]))
+                near.push_back(fit_.residuals[k] / noise_[k]);
+        const auto middle = near.begin() + static_cast<std::ptrdiff_t>(near.size() / 2);
+        std::ranges::nth_element(near, middle);
+        return near.size() > 2 ? *middle : fit_.residuals[at] / noise_[at];
     }
 
     /// Of a tracker: what light, ground and the grid of pixels move a row's readings by, and the
