@@ -32,14 +32,23 @@ namespace {
 using namespace culm;
 using nlohmann::json;
 
+/// By how many standard uncertainties the input of this name errs in this case. The name decides,
+/// not the order: the loaded recording has an input that the bare one has not, and what the rig and
+/// the specimen share must err alike in both.
+double error_of(const std::string& input, std::uint64_t number) {
+    std::seed_seq seed(input.begin(), input.end());
+    std::uint32_t of_name = 0;
+    seed.generate(&of_name, &of_name + 1);
+    std::mt19937_64 dice(0xe4404000 + number + (std::uint64_t{of_name} << 32U));
+    return std::normal_distribution<double>()(dice);
+}
+
 /// The measurement as a person writes it whose ruler, calipers, balance and camera err: each by a
 /// normal number times the uncertainty that culm takes for it. What the rig and the specimen share
 /// errs alike in all recordings.
 measure::Measurement misstated(measure::Measurement measurement, std::uint64_t number) {
-    std::mt19937_64 dice(0xe4404000 + number);
-    std::normal_distribution<double> normal;
     for (const fit::StatedInput& input : fit::stated_inputs(measurement)) {
-        const double error = input.standard_uncertainty * normal(dice);
+        const double error = input.standard_uncertainty * error_of(input.name, number);
         if (input.name == "length")
             measurement.stem.length += error;
         else if (input.name == "diameter")
