@@ -87,7 +87,6 @@ class NoiseEstimate {
                 is_seen_at.push_back(is_seen(frame, row));
                 if (!is_seen_at.back())
                     continue;
-                degrees[i * parts / frames] += free(frame);
                 has_outlier = has_outlier || std::abs(values_(frame, row) - smooth_(frame, row)) >
                                                  far_off * tails_.scale;
             }
@@ -96,17 +95,22 @@ class NoiseEstimate {
         }
         Whitening(std::make_shared<const measure::NoiseModel>(model_), rows, is_seen_at)
             .apply(values);
+        // Where the lines take most of a reading, little of its noise is left to judge, and what is
+        // left of an outlier is drawn in by another factor than the mean slope of the score.
         std::array<double, parts> sums{};
-        for (std::size_t at = 0; at < values.size(); ++at)
+        for (std::size_t at = 0; at < values.size(); ++at) {
+            const auto left = free(static_cast<Eigen::Index>(at / rows));
+            if (!is_seen_at[at] || left < least_left)
+                continue;
             sums[at / rows * parts / frames] += values[at] * values[at];
+            degrees[at / rows * parts / frames] += left;
+        }
         const double all = std::accumulate(sums.begin(), sums.end(), 0.0) /
                            std::accumulate(degrees.begin(), degrees.end(), 0.0);
         const double mean = std::accumulate(outliers.begin(), outliers.end(), 0.0) / parts;
         for (std::size_t k = 0; k < parts; ++k) {
-            // Where the lines take most of the readings, little of the noise is left to judge.
             const bool is_larger =
-                degrees[k] > 0.5 * static_cast<double>(values.size()) / parts &&
-                sums[k] > clearly_larger * degrees[k] * all &&
+                degrees[k] > 0.0 && sums[k] > clearly_larger * degrees[k] * all &&
                 boost::math::gamma_q(0.5 * degrees[k], 0.5 * sums[k] / all) < level / parts;
             // P(N ≥ n) of Poisson's law is that of a gamma variable below its mean.
             const bool is_crowded = tails_.is_heavy && outliers[k] > clearly_more * mean &&
