@@ -435,7 +435,9 @@ Fit FitPlan::fit_beside_errors(const RecordingFit& alone, const FitOptions& opti
 
 Fit FitPlan::fit_from_alone(std::span<const RecordingFit> alone, const FitOptions& options) const {
     BestFit best(recordings_, options, noises(alone));
-    best.try_starts(shared_starts(models_, alone, swings_), false);
+    best.try_starts(shared_starts(models_, alone, swings_,
+                                  joint_layout(models_, recordings_, belongs_to_recording)),
+                    false);
     return result_of(best);
 }
 

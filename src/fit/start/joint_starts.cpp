@@ -11,10 +11,13 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <string>
 #include <tuple>
 #include <utility>
+
+#include <Eigen/Cholesky>
 
 namespace culm::fit {
 
@@ -163,7 +166,8 @@ double disagreement(const StartModels& models, std::span<const RecordedSwing> sw
     double highest = -lowest;
     double cycles = 0.0;
     for (std::size_t m = 0; m < models.size(); ++m) {
-        const double ratio = std::log(swings[m].mode.frequency / first_frequency(models[m].spec));
+        const double ratio =
+            std::log(swings[m].mode.frequency / first_frequency(case_beside_errors(models[m])));
         lowest = std::min(lowest, ratio); // false for NaN: such a part says nothing
         highest = std::max(highest, ratio);
         cycles = std::max(cycles, swings[m].cycles);
@@ -171,27 +175,91 @@ double disagreement(const StartModels& models, std::span<const RecordedSwing> sw
     return (highest - lowest) * cycles;
 }
 
-/// Mean of a shared value over the fits that tell it, on the scale on which it is fitted.
-double weighted_mean(const physics::ParameterId& id, std::span<const RecordingFit> alone,
-                     double otherwise) {
-    double sum = 0.0;
-    double weights = 0.0;
-    bool is_logarithm = false;
-    for (const RecordingFit& fit : alone) {
-        const FittedParameter* const found = fit.find(id);
-        if (found == nullptr || !(found->standard_error > 0.0) ||
-            !std::isfinite(found->standard_error))
-            continue;
-        is_logarithm = found->fitted_as != physics::FittedAs::Itself && found->value > 0.0;
-        const double value = is_logarithm ? std::log(found->value) : found->value;
-        const double error =
-            is_logarithm ? found->standard_error / found->value : found->standard_error;
-        sum += value / (error * error);
-        weights += 1.0 / (error * error);
+bool is_logarithm(const FittedParameter& parameter) {
+    return parameter.fitted_as != physics::FittedAs::Itself && parameter.value > 0.0;
+}
+
+/// Where the Gaussian posteriors of the recordings' own fits meet: their information adds, but the
+/// constraint of an error that several share counts once. Means of Y and β alone would leave each
+/// recording the errors that belong to its own values, and where the ruler errs these differ by
+/// whole cycles.
+class MeetingOfPosteriors {
+  public:
+    explicit MeetingOfPosteriors(const JointLayout& layout)
+        : layout_(layout),
+          information_(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(layout.ids.size()),
+                                             static_cast<Eigen::Index>(layout.ids.size()))),
+          weighted_(Eigen::VectorXd::Zero(information_.rows())),
+          is_constrained_(layout.ids.size(), false) {}
+
+    /// That of a recording's own fit. False if it has none.
+    [[nodiscard]] bool add(std::size_t model, const RecordingFit& fit) {
+        const std::vector<JointLayout::Share>& shares = layout_.shares[model];
+        const auto free = static_cast<Eigen::Index>(shares.size());
+        const Eigen::VectorXd deviation = fit.covariance.diagonal().cwiseSqrt();
+        if (deviation.size() != free || !deviation.allFinite() || !(deviation.minCoeff() > 0.0))
+            return false;
+        const auto inverse = deviation.cwiseInverse().asDiagonal();
+        const Eigen::LLT<Eigen::MatrixXd> correlation(inverse * fit.covariance * inverse);
+        if (correlation.info() != Eigen::Success)
+            return false;
+        Eigen::MatrixXd by_joint = Eigen::MatrixXd::Zero(free, information_.cols());
+        Eigen::VectorXd at(free); // both in deviations
+        for (Eigen::Index k = 0; k < free; ++k) {
+            const auto [place, factor] = shares[static_cast<std::size_t>(k)];
+            const FittedParameter& parameter = fit.parameters[static_cast<std::size_t>(k)];
+            const double joint = parameter.value / factor;
+            const bool is_log = is_logarithm(parameter);
+            const double unit = (is_log ? parameter.value : factor) / deviation(k);
+            by_joint(k, static_cast<Eigen::Index>(place)) = unit;
+            at(k) = (is_log ? std::log(joint) : joint) * unit;
+            if (fit.model.is_error(static_cast<std::size_t>(k)))
+                count_constraint(place);
+        }
+        information_ += by_joint.transpose() * correlation.solve(by_joint);
+        weighted_ += by_joint.transpose() * correlation.solve(at);
+        return true;
     }
-    if (!(weights > 0.0))
-        return otherwise;
-    return is_logarithm ? std::exp(sum / weights) : sum / weights;
+
+    /// (joint list) logarithms of what is fitted as such; empty if the readings do not tell all.
+    [[nodiscard]] Eigen::VectorXd mean() const {
+        const Eigen::LLT<Eigen::MatrixXd> all(information_);
+        return all.info() == Eigen::Success ? Eigen::VectorXd(all.solve(weighted_))
+                                            : Eigen::VectorXd();
+    }
+
+  private:
+    void count_constraint(std::size_t place) {
+        const auto at = static_cast<Eigen::Index>(place);
+        if (is_constrained_[place])
+            information_(at, at) -= 1.0; // its mean is 0
+        is_constrained_[place] = true;
+    }
+
+    const JointLayout& layout_;
+    Eigen::MatrixXd information_;
+    Eigen::VectorXd weighted_; ///< information times mean
+    std::vector<bool> is_constrained_;
+};
+
+std::optional<StartModels> where_posteriors_meet(StartModels own,
+                                                 std::span<const RecordingFit> alone,
+                                                 const JointLayout& layout) {
+    MeetingOfPosteriors meeting(layout);
+    for (std::size_t m = 0; m < own.size(); ++m)
+        if (!meeting.add(m, alone[m]))
+            return std::nullopt;
+    const Eigen::VectorXd mean = meeting.mean();
+    if (mean.size() == 0 || !mean.allFinite())
+        return std::nullopt;
+    for (std::size_t m = 0; m < own.size(); ++m)
+        for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
+            const auto [place, factor] = layout.shares[m][k];
+            const double value = mean(static_cast<Eigen::Index>(place));
+            own[m].set_value(
+                k, factor * (is_logarithm(alone[m].parameters[k]) ? std::exp(value) : value));
+        }
+    return own;
 }
 
 /// β such that the recordings' first modes decay as they do, in the mean.
@@ -293,28 +361,27 @@ RecordedSwing recorded_swing(const measure::Measurement& measurement, const FitO
 
 std::vector<StartModels> shared_starts(const StartModels& models,
                                        std::span<const RecordingFit> alone,
-                                       std::span<const RecordedSwing> swings) {
+                                       std::span<const RecordedSwing> swings,
+                                       const JointLayout& layout) {
     StartModels own;
     for (std::size_t m = 0; m < models.size(); ++m)
         own.push_back(started_from(models[m], alone[m]));
-    const auto with_value_of = [&](const auto& value_of) {
-        StartModels start = own;
-        for (StemModel& model : start)
+    std::vector<StartModels> starts;
+    if (std::optional<StartModels> start = where_posteriors_meet(own, alone, layout)) {
+        starts.push_back(std::move(*start));
+        if (disagreement(starts.front(), swings) < same_phase)
+            return starts;
+    }
+    for (const StemModel& one : own) {
+        starts.push_back(own);
+        for (StemModel& model : starts.back())
             for (const FreeParameter& parameter : model.parameters)
-                if (!belongs_to_recording(parameter.access.id))
-                    parameter.access.set(model.spec, value_of(parameter));
-        return start;
-    };
-    std::vector<StartModels> starts{with_value_of([&](const FreeParameter& parameter) {
-        return weighted_mean(parameter.access.id, alone, parameter.access.get(own.front().spec));
-    })};
-    if (disagreement(starts.front(), swings) < same_phase)
-        return starts;
-    for (const StemModel& one : own)
-        starts.push_back(with_value_of([&](const FreeParameter& parameter) {
-            const FreeParameter* const found = find(one, parameter.access.id);
-            return (found != nullptr ? *found : parameter).access.get(one.spec);
-        }));
+                if (!belongs_to_recording(parameter.access.id)) {
+                    const FreeParameter* const found = find(one, parameter.access.id);
+                    parameter.access.set(
+                        model.spec, (found != nullptr ? *found : parameter).access.get(one.spec));
+                }
+    }
     return starts;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fit/solve/fit.hpp"
+#include "fit/solve/layout.hpp"
 #include "integrate/linearised.hpp"
 #include "integrate/modes.hpp"
 
@@ -21,12 +22,13 @@ struct RecordedSwing {
 [[nodiscard]] RecordedSwing recorded_swing(const measure::Measurement& measurement,
                                            const FitOptions& options);
 
-/// Models with the values of their own fits, `alone`, but for the shared ones: those are the means
-/// weighted by their information, and, where the recordings' first modes would differ from their
-/// swings by a different share, those of each recording too.
+/// Models where the posteriors of their own fits, `alone`, meet, and, where the recordings' first
+/// modes would differ from their swings by a different share, or a fit has no covariance, with the
+/// shared values of each recording too.
 [[nodiscard]] std::vector<StartModels> shared_starts(const StartModels& models,
                                                      std::span<const RecordingFit> alone,
-                                                     std::span<const RecordedSwing> swings);
+                                                     std::span<const RecordedSwing> swings,
+                                                     const JointLayout& layout);
 
 /// Where one material does not give all recordings their frequencies, a size that `smaller` does
 /// not have may: the mass that each recording needs beside the modulus of the stiffest one, or the
