@@ -9,8 +9,7 @@
 // each pixel and over the exposure, on a grid of its own, of a round stem lit from one side before
 // an uneven ground; it shares no code with the tracker. Y and β are compared with those of a fit
 // to the true deflections at the same heights and times.
-#include "diagnose/adequacy.hpp"
-#include "fit/fit_model.hpp"
+#include "bench/diagnosis_summary.hpp"
 #include "measure/track/track.hpp"
 #include "tests/beam_generator/random_case.hpp"
 
@@ -286,13 +285,11 @@ json case_of(std::uint64_t number, const std::filesystem::path& folder) {
         const measure::Track track = measure::track_video(measure::read_track_settings(file));
         const measure::Measurement exact = true_measurement(track, scene, video);
         add_reading_errors(track.measurement, exact, scene.look.metres_per_pixel, out);
-        const fit::BaselineFit found = fit::fit_baseline({&track.measurement, 1});
-        const diagnose::SetVerdict verdict = diagnose::verdict_on(found.fit, found.recordings);
-        out["answer"] = std::string(to_string(verdict.finding));
-        out["tests"] = verdict.reason;
-        const fit::RecordingFit& fit = found.fit.parts.front();
-        out["noise"] = fit.noise_source;
-        out["reduced_chi2"] = fit.reduced_chi_squared;
+        diagnose::DiagnosisOptions options;
+        options.null_draws = 0;
+        const diagnose::Diagnosis found = diagnose::diagnose({&track.measurement, 1}, options);
+        out.update(bench::diagnosis_summary(found));
+        const fit::RecordingFit& fit = found.baseline.parts.front();
         // Both with exact inputs: the difference is the tracker's.
         const fit::Fit of_video = fit::fit_model({}, {}, {&track.measurement, 1});
         const fit::Fit of_truth = fit::fit_model({}, {}, {&exact, 1});

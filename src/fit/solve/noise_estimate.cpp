@@ -49,10 +49,18 @@ class NoiseEstimate {
                 bins_.push_back(k);
         if (bins_.size() < fewest_bins)
             return;
-        draw_in_outliers(flexible);
         const FlexibleRest modes(fit_, first_, false);
-        if (measurement_.uncertainties.row.value_or(0.0) > 0.0)
+        const bool may_err_by_place = measurement_.uncertainties.row.value_or(0.0) > 0.0;
+        if (may_err_by_place)
             estimate_errors_of_place(modes);
+        if (of_place_.variances.empty() || has_heavy_rest()) {
+            of_place_ = {};
+            settle(flexible, {});
+            left_ = flexible.left_of_noise();
+            draw_in_outliers(flexible);
+            if (may_err_by_place)
+                estimate_errors_of_place(modes);
+        }
         estimate_correlation();
         write(of_place_.variances.empty() ? flexible : modes);
     }
@@ -166,7 +174,40 @@ class NoiseEstimate {
             for (Eigen::Index i = 0; i < errors.rows(); ++i)
                 if (!is_seen(i, j))
                     errors(i, j) = std::numeric_limits<double>::quiet_NaN();
+        make_rows_alike(errors);
         return tails_of(errors, 0.5 * step_ / typical_noise(fit_) / std::sqrt(free_share));
+    }
+
+    /// Are there outliers beside the errors of place? These are large in a few rows and in a few
+    /// places, and would pass for them.
+    [[nodiscard]] bool has_heavy_rest() const {
+        Eigen::MatrixXd errors = rest_;
+        for (Eigen::Index j = 0; j < errors.cols(); ++j)
+            for (Eigen::Index i = 0; i < errors.rows(); ++i)
+                if (!is_seen(i, j))
+                    errors(i, j) = std::numeric_limits<double>::quiet_NaN();
+        make_rows_alike(errors);
+        return tails_of(errors, 0.5 * step_ / typical_noise(fit_)).is_heavy;
+    }
+
+    /// Each row over its median size, times that of all: rows of different noise are together no
+    /// noise with heavy tails.
+    static void make_rows_alike(Eigen::MatrixXd& errors) {
+        const auto median_size = [](const auto& of) {
+            std::vector<double> sizes;
+            for (const double error : of)
+                if (!std::isnan(error))
+                    sizes.push_back(std::abs(error));
+            if (sizes.empty())
+                return 0.0;
+            const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+            std::ranges::nth_element(sizes, middle);
+            return *middle;
+        };
+        const double of_all = median_size(errors.reshaped());
+        for (Eigen::Index j = 0; j < errors.cols(); ++j)
+            if (const double own = median_size(errors.col(j)); own > 0.0)
+                errors.col(j) *= of_all / own;
     }
 
     void draw_in_outliers(const FlexibleRest& flexible) {
