@@ -68,14 +68,14 @@ ConclusionReason reason_of(const Found& found, const Diagnosis& result) {
     return is_adequate ? ConclusionReason::ExplainsAll : ConclusionReason::ExplainsNearlyAll;
 }
 
-Conclusion conclusion_of(ConclusionReason reason, bool has_rivals) {
+Conclusion conclusion_of(ConclusionReason reason, bool is_tie) {
     switch (reason) {
     case ConclusionReason::ResidualsAreNoise:
     case ConclusionReason::FailsAsNoiseMay:
         return Conclusion::Adequate;
     case ConclusionReason::ExplainsAll:
     case ConclusionReason::ExplainsNearlyAll:
-        return has_rivals ? Conclusion::Tie : Conclusion::Effect;
+        return is_tie ? Conclusion::Tie : Conclusion::Effect;
     default:
         return Conclusion::Unknown;
     }
@@ -113,21 +113,63 @@ std::string in_words(ConclusionReason reason, const Found& found, const Diagnosi
     return {};
 }
 
+const physics::Effect& rival(const fit::Fit& model) {
+    return *model.effects.back().effect;
+}
+
+bool is_of_one_family(const Rivals& rivals) {
+    const physics::Family family = rivals.effect.effect->family();
+    return family != physics::Family::Own &&
+           std::ranges::all_of(rivals.models, [&](const fit::Fit& model) {
+               return rival(model).family() == family;
+           });
+}
+
+/// What is certain of the answer: its effects, or their families where others of these do as well.
+std::vector<NamedFamily> certain_families(const Found& found) {
+    std::vector<NamedFamily> families;
+    for (std::size_t k = found.options.known.size(); k < found.model.effects.size(); ++k) {
+        const physics::Effect& effect = *found.model.effects[k].effect;
+        NamedFamily own{effect.family(), {effect.name()}};
+        const auto rivals = std::ranges::find_if(found.rivals, [&](const Rivals& group) {
+            return group.effect.effect->name() == effect.name();
+        });
+        if (rivals != found.rivals.end()) {
+            if (!is_of_one_family(*rivals))
+                continue;
+            for (const fit::Fit& model : rivals->models)
+                own.members.push_back(rival(model).name());
+        }
+        const auto same = std::ranges::find(families, own.family, &NamedFamily::family);
+        if (same == families.end() || !physics::is_one_law(own.family)) {
+            families.push_back(std::move(own));
+            continue;
+        }
+        for (std::string& member : own.members)
+            if (std::ranges::find(same->members, member) == same->members.end())
+                same->members.push_back(std::move(member));
+    }
+    return families;
+}
+
 void add_conclusion(const Found& found, Diagnosis& result) {
     const std::vector<std::string> effects = named(found);
     result.explained = effects.empty() ? 0.0 : explained_share(found);
     const ConclusionReason reason = reason_of(found, result);
-    result.conclusion = conclusion_of(reason, !found.rivals.empty());
+    result.conclusion =
+        conclusion_of(reason, !std::ranges::all_of(found.rivals, &is_of_one_family));
     result.reason = in_words(reason, found, result);
     if (result.conclusion != Conclusion::Effect && result.conclusion != Conclusion::Tie)
         return;
     result.effects = effects;
+    result.families = certain_families(found);
     if (found.is_one_law)
         result.reason += "; a law between these would explain it, as both together do";
     for (const Rivals& rivals : found.rivals) {
-        TieGroup group{{rivals.effect.effect->name()}, rivals.delta_bic, {}};
+        TieGroup group{
+            {rivals.effect.effect->name()}, is_of_one_family(rivals), rivals.delta_bic, {}};
         for (const fit::Fit& model : rivals.models)
-            group.names.push_back(model.effects.back().effect->name());
+            group.names.push_back(rival(model).name());
         group.separate_by = rivals.effect.effect->remedy();
         result.ties.push_back(std::move(group));
     }

@@ -22,8 +22,8 @@ namespace culm::diagnose {
 
 enum class Conclusion {
     Adequate, ///< the published chain explains the recording
-    Effect,   ///< these effects, and no others, make it do so
-    Tie,      ///< several sets of effects do, and the recording cannot tell them apart
+    Effect,   ///< these effects, or others of their families, and no others make it do so
+    Tie,      ///< effects of several families do, and the recording cannot tell them apart
     Unknown   ///< no candidate does
 };
 /// "adequate", "effect", "tie", "unknown".
@@ -53,8 +53,16 @@ struct SearchedModel {
     double held_out_before = 0.0; ///< by the model before
 };
 
+/// What is missing for certain, as far as the recording tells it.
+struct NamedFamily {
+    physics::Family family = physics::Family::Own;
+    /// One: it is this effect. Several: one of them, or a law between them.
+    std::vector<std::string> members;
+};
+
 struct TieGroup {
     std::vector<std::string> names; ///< the effect that stands in the answer, then its rivals
+    bool is_of_one_family = false;  ///< a recording that cannot tell the law tells its kind
     std::vector<double> delta_bic;  ///< of the rivals against it
     std::string separate_by;
 };
@@ -68,8 +76,9 @@ struct FalseNaming {
 
 struct Diagnosis {
     Conclusion conclusion = Conclusion::Unknown;
-    std::string reason;               ///< one sentence
-    std::vector<std::string> effects; ///< in the order found; empty if adequate or unknown
+    std::string reason;                ///< one sentence
+    std::vector<std::string> effects;  ///< in the order found; empty if adequate or unknown
+    std::vector<NamedFamily> families; ///< of the effects that have no rival of another family
     std::vector<TieGroup> ties;
     std::vector<RankedEffect> ranking;    ///< best first; failed fits last
     std::vector<SearchedModel> ladder;    ///< the baseline first
@@ -107,7 +116,9 @@ struct DiagnosisOptions {
 ///    What belongs to a recording leaves those recordings that do as well without it.
 /// 4. Each effect of the answer is exchanged for every other candidate. A set that is better by the
 ///    tie gap takes its place, one within it is a tie. An effect whose removal costs less goes.
-/// 5. Two effects each of which alone explains nearly all of the misfit are a tie of one law.
+/// 5. Two effects each of which alone explains nearly all of the misfit are a tie of one law. A tie
+///    within a family is no tie: the answer is the family. So it is if two laws of its material
+///    damping or its air act together: a law between them is missing.
 /// 6. If structure is left, effects are named only if they explain nearly all of a glaring misfit;
 ///    their numbers are then those of correlated_estimate().
 /// 7. If the noise in motion is another about a model with effects, all of this once more beside

@@ -194,6 +194,13 @@ json where_of(const fit::Fit& fit, std::size_t part, const measure::Measurement&
     return where;
 }
 
+json families_json(const std::vector<diagnose::NamedFamily>& families) {
+    json out = json::array();
+    for (const diagnose::NamedFamily& named : families)
+        out.push_back({{"family", physics::to_string(named.family)}, {"members", named.members}});
+    return out;
+}
+
 void add_ties(const std::vector<diagnose::TieGroup>& ties, json& document) {
     json names = json::array();
     json separate_by = json::array();
@@ -257,6 +264,7 @@ json diagnosis_json(const DiagnosisReport& report) {
         {"sentences", diagnosis_sentences(report)},
         {"policy", {{"naming_gain", diagnose::Policy{}.naming_gain}}},
         {"effects", found.effects},
+        {"families", families_json(found.families)},
         {"explained", number(found.explained)},
         {"baseline", baseline_json(found)},
         {"parameters", parameters_with_units(report.parameters())},

@@ -105,8 +105,9 @@ std::vector<std::string> sentences_on_named(const DiagnosisReport& report) {
     if (report.found.correlated)
         sentences.push_back(correlation_sentence(report));
     for (const diagnose::TieGroup& tie : report.found.ties) {
-        sentences.push_back(fmt::format("This recording cannot distinguish between {}.",
-                                        fmt::join(tie.names, " and ")));
+        sentences.push_back(fmt::format(
+            "This recording cannot distinguish between {}{}.", fmt::join(tie.names, " and "),
+            tie.is_of_one_family ? "; the numbers are those of the first, as an estimate" : ""));
         if (!tie.separate_by.empty())
             sentences.push_back("To separate them: " + tie.separate_by);
     }
@@ -137,6 +138,17 @@ std::string adequate_sentence(const DiagnosisReport& report) {
         std::ranges::count_if(found.blind_spots, is_detectable), found.blind_spots.size());
 }
 
+/// "quadratic_drag", "material damping (relaxation or hysteretic_damping)".
+std::vector<std::string> named_families(const diagnose::Diagnosis& found) {
+    std::vector<std::string> names;
+    for (const diagnose::NamedFamily& named : found.families)
+        names.push_back(named.members.size() == 1
+                            ? named.members.front()
+                            : fmt::format("{} ({})", physics::to_string(named.family),
+                                          fmt::join(named.members, " or ")));
+    return names;
+}
+
 std::string diagnosis_headline(const diagnose::Diagnosis& found) {
     switch (found.conclusion) {
     case Conclusion::Adequate:
@@ -152,11 +164,13 @@ std::string diagnosis_headline(const diagnose::Diagnosis& found) {
     case Conclusion::Tie:
         break;
     }
-    const bool is_tie = found.conclusion == Conclusion::Tie;
-    return fmt::format("{}: {}{} {} missing from {}.", is_tie ? "TIE" : "EFFECT",
-                       fmt::join(found.effects, " and "),
-                       is_tie ? ", or an effect that is hard to distinguish," : "",
-                       is_tie || found.effects.size() == 1 ? "is" : "are", first_model(found));
+    std::vector<std::string> missing = named_families(found);
+    for (const diagnose::TieGroup& tie : found.ties)
+        if (!tie.is_of_one_family)
+            missing.push_back(fmt::format("either {}", fmt::join(tie.names, " or ")));
+    return fmt::format(
+        "{}: {} {} missing from {}.", found.conclusion == Conclusion::Tie ? "TIE" : "EFFECT",
+        fmt::join(missing, " and "), missing.size() == 1 ? "is" : "are", first_model(found));
 }
 
 /// What stands below the headline and the sizes of the effects.

@@ -81,6 +81,8 @@ std::string effects_list(std::span<const physics::EffectPointer> effects) {
 
 std::string effect_card(const physics::Effect& effect) {
     std::string out = fmt::format("{}: {}\n\n", effect.name(), effect.summary());
+    if (effect.family() != physics::Family::Own)
+        out += labelled("family", std::string(physics::to_string(effect.family())));
     out += labelled("law", effect.law());
     out += labelled("source", effect.source());
     out += labelled("you see", effect.signature());
@@ -102,10 +104,11 @@ std::string effects_markdown(std::span<const physics::EffectPointer> effects) {
     std::string out;
     for (const physics::EffectPointer& effect : effects) {
         out +=
-            fmt::format("{}### `{}`\n{}.\n\n* Law: {}.\n* Source: {}.\n* You see: {}.\n* Do: "
-                        "{}.\n* Energy: {}.\n",
-                        out.empty() ? "" : "\n", effect->name(), effect->summary(), effect->law(),
-                        effect->source(), effect->signature(), effect->remedy(), effect->energy());
+            fmt::format("{}### `{}`\n{}.\n\n* Family: {}.\n* Law: {}.\n* Source: {}.\n* You see: "
+                        "{}.\n* Do: {}.\n* Energy: {}.\n",
+                        out.empty() ? "" : "\n", effect->name(), effect->summary(),
+                        physics::to_string(effect->family()), effect->law(), effect->source(),
+                        effect->signature(), effect->remedy(), effect->energy());
         if (effect->dimensions() == 3)
             out += "* Needs three dimensions.\n";
         if (!effect->excludes().empty())
@@ -125,6 +128,7 @@ nlohmann::json effects_json(std::span<const physics::EffectPointer> effects) {
         for (const EffectParameter& parameter : effect->parameters())
             parameters.push_back(parameter_json(parameter));
         cards.push_back({{"name", effect->name()},
+                         {"family", physics::to_string(effect->family())},
                          {"summary", effect->summary()},
                          {"law", effect->law()},
                          {"source", effect->source()},

@@ -17,6 +17,32 @@ std::string_view to_string(FittedAs fitted_as) {
     return "as it is";
 }
 
+std::string_view to_string(Family family) {
+    switch (family) {
+    case Family::MaterialDamping:
+        return "material damping";
+    case Family::Air:
+        return "air";
+    case Family::Clamp:
+        return "clamp";
+    case Family::StemGeometry:
+        return "stem geometry";
+    case Family::SupportAndCamera:
+        return "support and camera";
+    case Family::Release:
+        return "release";
+    case Family::Weight:
+        return "weight";
+    case Family::Own:
+        return "own law";
+    }
+    return "own law";
+}
+
+bool is_one_law(Family family) {
+    return family == Family::MaterialDamping || family == Family::Air;
+}
+
 namespace {
 
 class CardEffect final : public Effect {
@@ -43,6 +69,7 @@ class CardEffect final : public Effect {
     }
     [[nodiscard]] std::vector<std::string> excludes() const override { return card_.excludes; }
     [[nodiscard]] int dimensions() const override { return card_.dimensions; }
+    [[nodiscard]] Family family() const override { return card_.family; }
     [[nodiscard]] BelongsTo belongs_to() const override { return card_.belongs_to; }
     [[nodiscard]] std::vector<RevealingExperiment> revealed_by() const override {
         return card_.revealed_by;

@@ -78,6 +78,25 @@ enum class BelongsTo {
     Rig        ///< clamp, camera, air: to all recordings made there; so far fitted like the stem's
 };
 
+/// Laws of one family differ in form and not in kind: a recording may tell the one and not the
+/// other.
+enum class Family {
+    MaterialDamping,
+    Air,
+    Clamp,
+    StemGeometry,
+    SupportAndCamera,
+    Release,
+    Weight,
+    Own ///< of a user's law: no other is of its kind
+};
+/// "material damping", "air", …
+[[nodiscard]] std::string_view to_string(Family family);
+
+/// Are two laws of the family that act together one law between them? A drag whose power lies
+/// between 1 and 2 is no two drags, and an inner loss over another band no two losses.
+[[nodiscard]] bool is_one_law(Family family);
+
 /// An experiment that shows the effect because it changes or removes it.
 struct RevealingExperiment {
     std::string what;            ///< an instruction; effects that share it change together
@@ -127,6 +146,7 @@ class Effect {
     }
     /// Effects that say the same with other words and cannot be combined with this one.
     [[nodiscard]] virtual std::vector<std::string> excludes() const { return {}; }
+    [[nodiscard]] virtual Family family() const { return Family::Own; }
     [[nodiscard]] virtual BelongsTo belongs_to() const { return BelongsTo::Stem; }
     [[nodiscard]] virtual std::vector<RevealingExperiment> revealed_by() const { return {}; }
     /// Is its law stated over the whole length, so that a part of the stem would need another one?
@@ -152,6 +172,7 @@ struct ActiveEffect {
 /// What Effect's getters of the same names return.
 struct EffectCard {
     std::string name;
+    Family family = Family::Own;
     std::string summary;
     std::string law;
     std::string source;

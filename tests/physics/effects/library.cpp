@@ -58,6 +58,7 @@ TEST(Library, EveryEffectSaysWhatItIsWhatOneSeesAndWhatToDo) {
             EXPECT_GT(text.size(), 15U) << effect->name() << ": " << text;
         EXPECT_NE(effect->summary().back(), '.') << effect->name();
         EXPECT_FALSE(effect->parameters().empty()) << effect->name();
+        EXPECT_NE(effect->family(), Family::Own) << effect->name();
     }
 }
 

@@ -18,6 +18,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
 EffectPointer base_motion() {
     return make_effect(
         {.name = "base_motion",
+         .family = Family::SupportAndCamera,
          .summary = "the support vibrates sideways",
          .law =
              "x_b(t) = a sin(2π f t + φ); in its frame every mass m feels the force -m d²x_b/dt². "

@@ -31,6 +31,7 @@ void suit(const StemParameters<double>& stem, std::span<EffectParameter> paramet
 EffectPointer bending_nonlinearity() {
     return make_effect(
         {.name = "bending_nonlinearity",
+         .family = Family::StemGeometry,
          .summary = "the bending moment is not proportional to the curvature",
          .law = "M = E I κ (1 + γ κ²); γ < 0: the section flattens and softens",
          .source = "Brazier (1927), Proc. R. Soc. A 116:104-114 (flattening); Nayfeh & Mook "

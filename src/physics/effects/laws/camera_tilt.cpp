@@ -15,6 +15,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
 EffectPointer camera_tilt() {
     return make_effect(
         {.name = "camera_tilt",
+         .family = Family::SupportAndCamera,
          .summary = "the camera looks at an angle: its scale changes with height",
          .law = "a deflection at height h is read as y (1 + e h/L)",
          .source = "Hartley & Zisserman (2004), Multiple View Geometry, Cambridge (perspective, to "

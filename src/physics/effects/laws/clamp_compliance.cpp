@@ -21,6 +21,7 @@ void suit(const StemParameters<double>& stem, std::span<EffectParameter> paramet
 EffectPointer clamp_compliance() {
     return make_effect(
         {.name = "clamp_compliance",
+         .family = Family::Clamp,
          .summary = "the clamp yields: a rotational spring at the base",
          .law = "M = -k θ on the stem's first cross-section, with its rotation θ",
          .source = "Chun (1972), J. Appl. Mech. 39:1154-1155 (beam with one end spring-hinged and "

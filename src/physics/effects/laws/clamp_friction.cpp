@@ -39,6 +39,7 @@ EffectParameter spring() {
 EffectPointer clamp_friction() {
     return make_effect(
         {.name = "clamp_friction",
+         .family = Family::Clamp,
          .summary = "dry friction in a yielding clamp",
          .law = "M = -k θ - M_f tanh(ω/ω_r), with the rotation θ and its rate ω at the clamp; the "
                 "hyperbolic tangent stands for the sign of ω, which is undefined at rest",

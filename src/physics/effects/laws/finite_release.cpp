@@ -28,6 +28,7 @@ void suit(const StemParameters<double>& stem, std::span<EffectParameter> paramet
 EffectPointer finite_release() {
     return make_effect(
         {.name = "finite_release",
+         .family = Family::Release,
          .summary = "the finger lets go over some milliseconds",
          .law = "the holding force at the tip falls as F (1 - 3u² + 2u³), u = t/T from 0 to 1",
          .source = "the lowest polynomial that starts and ends smoothly; cf. the rise time of a "

@@ -37,6 +37,7 @@ EffectParameter acceleration(const char* name, const char* meaning, double stand
 EffectPointer gravity() {
     return make_effect(
         {.name = "gravity",
+         .family = Family::Weight,
          .summary = "the weight of the stem and of what it carries",
          .law = "every mass m feels m (g_axial, g_transverse)",
          .source = "Naguleswaran (1991), J. Sound Vib. 146:191-198 (vertical cantilever)",

@@ -92,6 +92,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
 EffectPointer hysteretic_damping() {
     return make_effect(
         {.name = "hysteretic_damping",
+         .family = Family::MaterialDamping,
          .summary = "inner friction whose loss per cycle is the same at every frequency",
          .law = "E''/E' = η from a third of the first natural frequency to 40 times it, by six "
                 "Maxwell branches; Y is the static modulus, and E' rises with frequency by (2η/π) "

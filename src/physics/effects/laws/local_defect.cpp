@@ -50,6 +50,7 @@ void suit(const StemParameters<double>& stem, std::span<EffectParameter> paramet
 EffectPointer local_defect() {
     return make_effect(
         {.name = "local_defect",
+         .family = Family::StemGeometry,
          .summary = "a short segment is weaker or stiffer: a node, a kink, a crack",
          .law =
              "over 3 % of the length around s0, Y is multiplied by the factor f; the bonds there "

@@ -28,6 +28,7 @@ void suit(const StemParameters<double>& /*stem*/, std::span<EffectParameter> par
 EffectPointer out_of_plane() {
     return make_effect(
         {.name = "out_of_plane",
+         .family = Family::StemGeometry,
          .summary = "a slightly elliptic section: the swing wanders between two planes and beats",
          .law = "E I (1 ± ε/2) about the two principal axes, the first of which lies at the angle "
                 "α from the plane of the pull. Seen from one side: "

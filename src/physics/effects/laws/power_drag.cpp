@@ -39,6 +39,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
 EffectPointer power_drag() {
     return make_effect(
         {.name = "power_drag",
+         .family = Family::Air,
          .summary = "air drag that grows with a power of the speed between one and two",
          .law =
              "force per length -½ ρ C d v_r² (|v|/v_r)^p v/|v|, with the whole velocity v of the "

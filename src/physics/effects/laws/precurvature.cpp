@@ -49,6 +49,7 @@ EffectParameter curvature(const char* name, const char* place) {
 EffectPointer precurvature() {
     return make_effect(
         {.name = "precurvature",
+         .family = Family::StemGeometry,
          .summary = "the stem is curved at rest",
          .law = "M = E I (κ - κ0(s)), κ0 linear from the clamp to the tip",
          .source = "Love (1927), Treatise on the Mathematical Theory of Elasticity, ch. XVIII "

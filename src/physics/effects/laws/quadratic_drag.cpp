@@ -28,6 +28,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
 EffectPointer quadratic_drag() {
     return make_effect(
         {.name = "quadratic_drag",
+         .family = Family::Air,
          .summary = "air drag that grows with the square of the speed",
          .law = "force per length -½ ρ C_d d |v| v, with the whole velocity v of the stem, ρ = 1.2 "
                 "kg/m³ and the width d of the section across the motion (of a round stem its outer "

@@ -34,6 +34,7 @@ std::vector<double> start_times(const StartScales& of) {
 EffectPointer relaxation() {
     return make_effect(
         {.name = "relaxation",
+         .family = Family::MaterialDamping,
          .summary = "the material relaxes: creep while held, slow drift after the release",
          .law =
              "M = E I κ + q, dq/dt = g E I dκ/dt - q/τ (standard linear solid). Y is the relaxed "

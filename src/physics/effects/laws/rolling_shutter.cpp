@@ -15,6 +15,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
 EffectPointer rolling_shutter() {
     return make_effect(
         {.name = "rolling_shutter",
+         .family = Family::SupportAndCamera,
          .summary = "the camera reads its rows one after the other",
          .law =
              "the row at height h is read at t + T h/L: the tip's row later than the clamp's by T",

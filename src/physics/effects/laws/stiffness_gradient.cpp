@@ -21,6 +21,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
 EffectPointer stiffness_gradient() {
     return make_effect(
         {.name = "stiffness_gradient",
+         .family = Family::StemGeometry,
          .summary = "the modulus changes linearly along the stem",
          .law = "Y(s) = Y [1 + r (s/L - 1/2)]; at mid-length nothing changes",
          .source = "Elishakoff (2005), Eigenvalues of Inhomogeneous Structures, CRC Press",

@@ -27,6 +27,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
 EffectPointer taper() {
     return make_effect(
         {.name = "taper",
+         .family = Family::StemGeometry,
          .summary = "the diameter changes linearly along the stem",
          .law = "d(s) = d [1 + r (s/L - 1/2)], outer and inner alike; m' ~ d², E I ~ d⁴. At "
                 "mid-length nothing changes",

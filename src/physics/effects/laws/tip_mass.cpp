@@ -26,6 +26,7 @@ void suit(const StemParameters<double>& stem, std::span<EffectParameter> paramet
 EffectPointer tip_mass() {
     return make_effect(
         {.name = "tip_mass",
+         .family = Family::Weight,
          .summary = "an ear or a marker at the tip",
          .law = "a point mass at the tip's centre; the damping of the stem stays",
          .source = "Laura, Pombo & Susemihl (1974), J. Sound Vib. 37:161-168 (cantilever with a "

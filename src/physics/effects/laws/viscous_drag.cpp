@@ -38,6 +38,7 @@ void suit(const StemParameters<double>& stem, std::span<EffectParameter> paramet
 EffectPointer viscous_drag() {
     return make_effect(
         {.name = "viscous_drag",
+         .family = Family::Air,
          .summary = "air drag in proportion to the speed",
          .law = "force per length -c v, with the whole velocity v of the stem",
          .source = "Stokes (1851), Trans. Camb. Phil. Soc. 9:8-106 (cylinders that swing in a "
