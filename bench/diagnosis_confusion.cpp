@@ -12,6 +12,8 @@ namespace {
 
 std::string said(const GradedCase& graded) {
     const Outcome& outcome = graded.outcome;
+    if (graded.grade == Grade::Family)
+        return "its family";
     if (graded.grade == Grade::HonestTie)
         return "tie with it";
     if (graded.grade == Grade::WrongTie)
@@ -42,7 +44,7 @@ std::string confusion_matrix(const std::vector<GradedCase>& cases) {
     for (std::size_t k = 1; k <= effects.size(); ++k)
         head += fmt::format(" {} |", k);
     for (const char* const other :
-         {"tie with it", "tie without", "several", "adequate", "unknown", "failed"}) {
+         {"its family", "tie with it", "tie without", "several", "adequate", "unknown", "failed"}) {
         head += fmt::format(" {} |", other);
         columns.emplace_back(other);
     }

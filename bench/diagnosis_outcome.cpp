@@ -25,6 +25,8 @@ Outcome diagnosed(const measure::Measurement& measurement,
         outcome.verdict = diagnose::to_string(found.conclusion);
         outcome.reason = found.reason;
         outcome.effects = found.effects;
+        for (const diagnose::NamedFamily& named : found.families)
+            outcome.families.push_back({std::string(to_string(named.family)), named.members});
         for (const diagnose::TieGroup& tie : found.ties)
             outcome.ties.push_back(tie.names);
         for (const fit::FittedParameter& parameter : found.final_fit.parameters)
@@ -58,9 +60,13 @@ void to_json(nlohmann::json& json, const Outcome& outcome) {
         parameters.push_back({{"name", parameter.name},
                               {"value", parameter.value},
                               {"standard_error", parameter.standard_error}});
+    nlohmann::json families = nlohmann::json::array();
+    for (const FoundFamily& found : outcome.families)
+        families.push_back({{"family", found.family}, {"members", found.members}});
     json = {{"verdict", outcome.verdict},
             {"reason", outcome.reason},
             {"effects", outcome.effects},
+            {"families", families},
             {"ties", outcome.ties},
             {"parameters", parameters},
             {"baseline_misfit", outcome.baseline_misfit},
@@ -74,6 +80,8 @@ void from_json(const nlohmann::json& json, Outcome& outcome) {
     json.at("verdict").get_to(outcome.verdict);
     json.at("reason").get_to(outcome.reason);
     json.at("effects").get_to(outcome.effects);
+    for (const nlohmann::json& found : json.value("families", nlohmann::json::array()))
+        outcome.families.push_back({found.at("family"), found.at("members")});
     json.at("ties").get_to(outcome.ties);
     for (const nlohmann::json& parameter : json.at("parameters")) {
         const nlohmann::json& error = parameter.at("standard_error");

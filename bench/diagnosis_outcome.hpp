@@ -18,10 +18,16 @@ struct FoundParameter {
     double standard_error = 0.0;
 };
 
+struct FoundFamily {
+    std::string family;
+    std::vector<std::string> members;
+};
+
 struct Outcome {
-    std::string verdict;              ///< "adequate", "effect", "tie", "unknown"; "failed"
-    std::string reason;               ///< one sentence
-    std::vector<std::string> effects; ///< of the answer
+    std::string verdict;               ///< "adequate", "effect", "tie", "unknown"; "failed"
+    std::string reason;                ///< one sentence
+    std::vector<std::string> effects;  ///< of the answer
+    std::vector<FoundFamily> families; ///< that are certain
     std::vector<std::vector<std::string>> ties; ///< an effect of the answer, then its rivals
     std::vector<FoundParameter> parameters;     ///< of the best model that was reached
     double baseline_misfit = 0.0;               ///< rmse over noise

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bench/diagnosis_score.hpp"
 
+#include "physics/effects/library.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -65,6 +67,40 @@ bool names_nothing_else(const Outcome& outcome, const Names& hidden) {
                        hidden, [&rival](const std::string& name) { return mentions(rival, name); });
                });
     });
+}
+
+/// The family of a library's effect, and of the law outside it that is of the same kind.
+std::optional<physics::Family> family_of(const std::string& hidden) {
+    if (hidden == "cubic_drag")
+        return physics::Family::Air;
+    if (hidden == "curvature_damping")
+        return physics::Family::MaterialDamping;
+    const std::vector<std::string> names = physics::effect_names();
+    if (std::ranges::find(names, hidden) == names.end())
+        return std::nullopt;
+    return physics::effect_named(hidden)->family();
+}
+
+/// Are the families of the answer those of what is hidden, with every hidden effect among the
+/// members, or, of a law outside the library, with none named alone?
+bool names_the_families(const Outcome& outcome, const beam::RandomCase& drawn) {
+    std::multiset<std::string> named;
+    std::multiset<std::string> hidden;
+    bool holds_members = true;
+    for (const FoundFamily& found : outcome.families)
+        named.insert(found.family);
+    for (const std::string& name : hidden_names(drawn)) {
+        const std::optional<physics::Family> family = family_of(name);
+        if (!family)
+            return false;
+        hidden.emplace(to_string(*family));
+        holds_members = holds_members && std::ranges::any_of(outcome.families, [&](const auto& of) {
+                            return drawn.kind == beam::CaseKind::Unknown
+                                       ? of.members.size() > 1
+                                       : std::ranges::find(of.members, name) != of.members.end();
+                        });
+    }
+    return outcome.verdict == "effect" && holds_members && named == hidden;
 }
 
 using Tally = std::array<int, grade_count>;
@@ -136,17 +172,17 @@ void add(const GradedCase& graded, Row& row) {
     row.misfits.push_back(graded.outcome.baseline_misfit);
     for (const auto& tie : graded.outcome.ties)
         row.tie_sizes.push_back(static_cast<double>(tie.size()));
-    if (graded.grade == Grade::Right || graded.grade == Grade::HonestTie ||
-        graded.grade == Grade::Partly)
+    if (graded.grade == Grade::Right || graded.grade == Grade::Family ||
+        graded.grade == Grade::HonestTie || graded.grade == Grade::Partly)
         add_parameters(graded, row);
     if (graded.grade != Grade::Right)
         ++row.instead[answer(graded.outcome)];
 }
 
-constexpr const char* head =
-    "| {} | cases | right | honest tie | partly | silent | unknown | wrong tie | wrong | failed | "
-    "baseline misfit | parameter error | 90 % intervals |\n"
-    "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+constexpr const char* head = "| {} | cases | right | family | honest tie | partly | silent | "
+                             "unknown | wrong tie | wrong | failed | "
+                             "baseline misfit | parameter error | 90 % intervals |\n"
+                             "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 std::string line(const std::string& name, const Row& row) {
     std::string text = fmt::format("| {} | {} |", name, row.cases);
@@ -196,16 +232,21 @@ std::string null_lines(const Row& all) {
 /// Rates of the effects that show: baseline misfit above 1.5 times the noise.
 std::string visible_lines(beam::CaseKind kind, const Row& visible) {
     const int right = at(visible.tally, Grade::Right);
-    const int held = right + at(visible.tally, Grade::HonestTie);
+    const int known = right + at(visible.tally, Grade::Family);
+    const int held = known + at(visible.tally, Grade::HonestTie);
     const int wrong = at(visible.tally, Grade::Wrong) + at(visible.tally, Grade::WrongTie);
     std::string text = fmt::format(
-        "\nBaseline misfit above 1.5 × noise: named exactly {}; named or in an honest "
-        "tie {}; wrong {}, with confidence {}; median tie of {:.0f}.\n",
-        percent(right, visible.cases), percent(held, visible.cases), percent(wrong, visible.cases),
-        percent(at(visible.tally, Grade::Wrong), visible.cases), median(visible.tie_sizes));
+        "\nBaseline misfit above 1.5 × noise: named exactly {}, by member or family {}; named or "
+        "in "
+        "an honest tie {}; wrong {}, with confidence {}; median tie of {:.0f}.\n",
+        percent(right, visible.cases), percent(known, visible.cases), percent(held, visible.cases),
+        percent(wrong, visible.cases), percent(at(visible.tally, Grade::Wrong), visible.cases),
+        median(visible.tie_sizes));
     if (kind == beam::CaseKind::Unknown)
-        text = fmt::format("\nBaseline misfit above 1.5 × noise: called unknown {}.\n",
-                           percent(right, visible.cases));
+        text =
+            fmt::format("\nBaseline misfit above 1.5 × noise: called unknown {}, by family {}.\n",
+                        percent(right, visible.cases),
+                        percent(at(visible.tally, Grade::Family), visible.cases));
     return text;
 }
 
@@ -247,8 +288,9 @@ std::string kind_report(beam::CaseKind kind, const std::vector<GradedCase>& case
 } // namespace
 
 std::string_view to_string(Grade grade) {
-    constexpr std::array<std::string_view, grade_count> words{
-        "right", "honest tie", "partly", "silent", "unknown", "wrong tie", "wrong", "failed"};
+    constexpr std::array<std::string_view, grade_count> words{"right",     "family", "honest tie",
+                                                              "partly",    "silent", "unknown",
+                                                              "wrong tie", "wrong",  "failed"};
     return words[static_cast<std::size_t>(grade)];
 }
 
@@ -260,6 +302,10 @@ Grade grade(const beam::RandomCase& drawn, const Outcome& outcome) {
         return hidden.empty() ? Grade::Right : Grade::Silent;
     if (outcome.verdict == "unknown")
         return drawn.kind == beam::CaseKind::Unknown ? Grade::Right : Grade::Unknown;
+    const bool is_open = std::ranges::any_of(
+        outcome.families, [](const FoundFamily& of) { return of.members.size() > 1; });
+    if (is_open && names_the_families(outcome, drawn))
+        return Grade::Family;
     const bool is_tie = !outcome.ties.empty() || outcome.verdict == "tie";
     const Names named(outcome.effects.begin(), outcome.effects.end());
     if (!is_tie && named == hidden)

@@ -14,6 +14,7 @@ namespace culm::bench {
 /// What an answer is worth, beside the truth.
 enum class Grade {
     Right,     ///< exactly the hidden effects, by name; adequate where there are none
+    Family,    ///< of each hidden effect, and of nothing else, the member left open
     HonestTie, ///< a tie, or names with rivals, that together hold every hidden effect
     Partly,    ///< of two hidden effects one, and nothing else
     Silent,    ///< adequate though something is hidden
@@ -22,7 +23,7 @@ enum class Grade {
     Wrong,     ///< names that are not hidden there, with confidence
     Failed     ///< no answer
 };
-inline constexpr int grade_count = 8;
+inline constexpr int grade_count = 9;
 [[nodiscard]] std::string_view to_string(Grade grade);
 
 struct GradedCase {
