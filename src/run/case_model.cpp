@@ -116,6 +116,7 @@ void pack_time_dependence(const Packer<T>& packer, ChainModel<T>& packed) {
 
 CaseModel case_model(const CaseSpec& spec) {
     CaseModel model{physics::plain_chain(spec.stem, spec.law), {}};
+    model.camera.readout_time = spec.readout_time;
     physics::EffectTarget target{spec.stem, spec.law, model.chain, model.camera};
     if (spec.stem.tip_mass_share != 1.0) {
         physics::expand_links(model.chain, spec.stem.sphere_count);

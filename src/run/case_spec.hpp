@@ -51,6 +51,7 @@ struct CaseSpec {
     std::vector<double> heights; ///< above the clamp, m; for StoreLevel::Heights
     /// Are the heights those of image rows, or of marks on the stem?
     measure::Reading reading = measure::Reading::Row;
+    double readout_time = 0.0; ///< of the camera, known; physics::CameraView's
     Release release = Release::TipPull;
     std::vector<PointMass> added_masses;
     std::vector<physics::ActiveEffect> effects; ///< beyond the published chain

@@ -171,6 +171,18 @@ TEST(ReadingErrors, OfTheGroundOfTwoRowsAreNoMissingPhysics) {
         << baseline.fit.parts.front().noise_source;
 }
 
+TEST(ReadingErrors, OfAStatedRollingShutterAreNoMissingPhysics) {
+    beam::RecordingSpec spec = plain_spec(0.01e-3);
+    spec.effects = {{"rolling_shutter", {{"readout_s", -1e-3}}}};
+    measure::Measurement measurement = recorded(spec);
+    const fit::BaselineFit without = fit::fit_baseline({&measurement, 1});
+    measurement.row_height = 0.4e-3;
+    measurement.row_time = -1e-3 * *measurement.row_height / measurement.stem.length;
+    const fit::BaselineFit with = fit::fit_baseline({&measurement, 1});
+    EXPECT_EQ(finding(without.fit, without.recordings), Finding::Inadequate);
+    EXPECT_EQ(finding(with.fit, with.recordings), Finding::Adequate);
+}
+
 TEST(ReadingErrors, OfRulerAndPictureAreNoMissingPhysics) {
     measure::Measurement measurement = recorded(plain_spec(0.01e-3));
     measurement.stem.length -= 0.3e-3; // one standard uncertainty, by default

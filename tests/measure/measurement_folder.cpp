@@ -212,7 +212,7 @@ TEST(MeasurementFolder, TakesStatedUncertaintiesInEachForm) {
                      "specimen = \"S07\"\nrig = \"A\"\n[[added_mass]]\nheight_mm = 156\n"
                      "mass_g = 0.05\nmass_uncertainty_g = 0.0005\n[camera]\nfps_uncertainty = 0.0\n"
                      "scale_uncertainty = 0.004\nclamp_uncertainty_mm = 0.2\nexposure_ms = 0.5\n"
-                     "row_time_us = 0\n",
+                     "row_time_us = -20\nrow_height_mm = 0.4\n",
         plain_table);
     EXPECT_EQ(all.uncertainties.diameter, 2e-5);
     EXPECT_EQ(all.uncertainties.density, 1.3);
@@ -221,10 +221,15 @@ TEST(MeasurementFolder, TakesStatedUncertaintiesInEachForm) {
     EXPECT_EQ(all.uncertainties.clamp, 2e-4);
     EXPECT_EQ(all.stem.added_masses.at(0).mass_uncertainty, 5e-7);
     EXPECT_EQ(all.exposure, 5e-4);
-    EXPECT_EQ(all.row_time, 0.0);
+    EXPECT_EQ(all.row_time, -2e-5);
+    EXPECT_EQ(all.row_height, 4e-4);
     EXPECT_EQ(all.specimen, "S07");
     EXPECT_EQ(all.rig, "A");
-    EXPECT_TRUE(all.remarks.empty()); // the fit uses all of them; a row time of 0 says nothing
+    EXPECT_TRUE(all.remarks.empty()); // the fit uses all of them
+    const Measurement without =
+        read_texts(plain_stem + "[camera]\nrow_time_us = 20\n", plain_table);
+    ASSERT_EQ(without.remarks.size(), 1U);
+    EXPECT_NE(without.remarks.front().find("without row_height_mm"), std::string::npos);
 }
 
 TEST(MeasurementFolder, ReadsARigWithStatedUncertainties) {

@@ -85,6 +85,8 @@ StemChain chain_of(const measure::Measurement& measurement, const ChainOptions& 
     chain.spec.store = run::StoreLevel::Heights;
     chain.spec.heights = measurement.heights;
     chain.spec.reading = measurement.reading;
+    if (measurement.row_time && measurement.row_height)
+        chain.spec.readout_time = *measurement.row_time * measured.length / *measurement.row_height;
     chain.spec.release = measurement.release == measure::ReleaseKind::HeldStraight
                              ? run::Release::HeldStraight
                              : run::Release::TipPull;

@@ -155,8 +155,10 @@ struct Measurement {
     std::string specimen; ///< recordings of one specimen share its material; empty: not stated
     std::string rig;      ///< recordings on one rig share its clamp, camera and air; empty: none
     std::optional<double> exposure; ///< of a frame, s
-    std::optional<double> row_time; ///< between two rows of a rolling shutter, s
-    std::string noise_source;       ///< where the noise comes from, for example "40 frames at rest"
+    /// Of a rolling shutter, between two rows, s; negative if it reads from the tip to the clamp.
+    std::optional<double> row_time;
+    std::optional<double> row_height; ///< of an image row on the stem, m
+    std::string noise_source; ///< where the noise comes from, for example "40 frames at rest"
 
     std::vector<double> times;   ///< s, strictly ascending; 0 is the release, or the start of one
                                  ///< that is moving

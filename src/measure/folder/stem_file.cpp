@@ -187,7 +187,7 @@ void read_added_masses(const core::TomlTable& root, MeasuredStem& stem) {
 
 void read_camera(const core::TomlTable& table, Measurement& measurement) {
     constexpr core::Interval relative{0.0, 1.0, true};
-    constexpr core::Interval frame_time{0.0, 1e3}; // ms; row_time_us: us
+    constexpr core::Interval frame_time{0.0, 1e3}; // ms
     StatedUncertainties& stated = measurement.uncertainties;
     measurement.frames_per_second = table.number("fps", {0.0, 1e8, true});
     // 0 for a rate from a crystal.
@@ -196,8 +196,9 @@ void read_camera(const core::TomlTable& table, Measurement& measurement) {
     stated.clamp = table.length("clamp_uncertainty", {0.0, stem_length.high, true});
     if (const auto exposure = table.number("exposure_ms", frame_time))
         measurement.exposure = core::with_point_moved(*exposure, -3);
-    if (const auto row_time = table.number("row_time_us", frame_time))
+    if (const auto row_time = table.number("row_time_us", {-1e3, 1e3}))
         measurement.row_time = core::with_point_moved(*row_time, -6);
+    measurement.row_height = table.length("row_height", {0.0, stem_length.high, true});
 }
 
 void read_measurement_table(const core::TomlTable& table, Measurement& measurement) {
@@ -316,7 +317,8 @@ std::string camera_text(const Measurement& measurement) {
                              number_line("scale_uncertainty", stated.scale) +
                              uncertainty_line("clamp", stated.clamp) +
                              number_line("exposure_ms", measurement.exposure, 3) +
-                             number_line("row_time_us", measurement.row_time, 6);
+                             number_line("row_time_us", measurement.row_time, 6) +
+                             number_line("row_height_mm", measurement.row_height, 3);
     return text.empty() ? "" : "\n[camera]\n" + text;
 }
 
@@ -346,10 +348,10 @@ void read_stem_tables(const core::TomlTable& root, Measurement& measurement) {
     read_release(root.table("release"), measurement);
     read_camera(root.table("camera"), measurement);
     read_measurement_table(root.table("measurement"), measurement);
-    if (measurement.row_time.value_or(0.0) > 0.0)
+    if (measurement.row_time.value_or(0.0) != 0.0 && !measurement.row_height)
         measurement.remarks.push_back(fmt::format(
-            "{}: row_time_us is kept, but no fit uses it: the height of an image row is "
-            "not stated; --with rolling_shutter fits the whole read-out time",
+            "{}: no fit uses row_time_us without row_height_mm, the height of an image row on the "
+            "stem; --with rolling_shutter fits the whole read-out time",
             root.file()));
 }
 

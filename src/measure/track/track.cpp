@@ -234,6 +234,8 @@ void fill_measurement(Track& track) {
     measurement.remarks.clear();
     measurement.frames_per_second = track.frames_per_second;
     measurement.reading = Reading::Row;
+    if (measurement.row_time)
+        measurement.row_height = rounded_length(scale);
     for (const double height : track.heights.places)
         measurement.heights.push_back(rounded_length(height * scale));
     for (std::size_t k = track.first_kept; k <= track.last_kept; ++k) {

@@ -7,7 +7,7 @@ namespace culm::physics {
 namespace {
 
 void apply(std::span<const double> values, EffectTarget& target) {
-    target.camera.readout_time = values[0];
+    target.camera.readout_time += values[0];
 }
 
 } // namespace
@@ -26,8 +26,8 @@ EffectPointer rolling_shutter() {
          .energy = "none: the camera does not touch the stem",
          .parameters = {{.name = "readout_s",
                          .unit = "s",
-                         .meaning = "T: from the row at the clamp to the row at the tip's height; "
-                                    "negative if read downward",
+                         .meaning = "T: from the row at the clamp to the row at the tip's height, "
+                                    "beside what row_time_us states; negative if read downward",
                          .default_value = 1e-4,
                          .lower = -0.1,
                          .upper = 0.1,
