@@ -174,7 +174,6 @@ class NoiseEstimate {
             for (Eigen::Index i = 0; i < errors.rows(); ++i)
                 if (!is_seen(i, j))
                     errors(i, j) = std::numeric_limits<double>::quiet_NaN();
-        make_rows_alike(errors);
         return tails_of(errors, 0.5 * step_ / typical_noise(fit_) / std::sqrt(free_share));
     }
 
