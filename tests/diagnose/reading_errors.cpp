@@ -171,6 +171,20 @@ TEST(ReadingErrors, OfTheGroundOfTwoRowsAreNoMissingPhysics) {
         << baseline.fit.parts.front().noise_source;
 }
 
+// A place that was read has the noise in it. As a polynomial of the reading, the noise of the rows
+// that hardly swing explained itself, by two standard uncertainties in every video.
+TEST(ReadingErrors, OfARowAreNotItsNoise) {
+    beam::RecordingSpec spec = plain_spec();
+    spec.heights = {8e-3, 16e-3, 24e-3, 32e-3, 64e-3, 96e-3, 128e-3};
+    measure::Measurement measurement = recorded(spec);
+    measurement.uncertainties.row = 0.03e-3;
+    const fit::BaselineFit baseline = fit::fit_baseline({&measurement, 1});
+    double squares = 0.0;
+    for (const double error : baseline.fit.parts.front().model.error_values)
+        squares += error * error;
+    EXPECT_LT(squares, 8.0) << "sum of squared pulls";
+}
+
 TEST(ReadingErrors, OfAStatedRollingShutterAreNoMissingPhysics) {
     beam::RecordingSpec spec = plain_spec(0.01e-3);
     spec.effects = {{"rolling_shutter", {{"readout_s", -1e-3}}}};

@@ -240,6 +240,18 @@ FinerChain finer_chain(const RecordingFit& fit, const measure::NoiseModel* noise
     return finer;
 }
 
+/// The chain's readings at all times of the recording. Of a fit to all times its own prediction is
+/// at hand.
+std::vector<double> predicted(const RecordingFit& fit, const std::vector<double>& times,
+                              const run::Heartbeat& heartbeat) {
+    if (fit.times == times)
+        return fit.prediction.readings;
+    StemModel chain = exact_model(fit);
+    chain.parameters.clear();
+    chain.release_time_bound = 0.0;
+    return predict_readings(chain, times, heartbeat).readings;
+}
+
 /// What the division of the chain does: the known part, and a term for the doubt.
 void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerChain& first,
                   const run::Heartbeat& heartbeat, ReadingErrors& errors) {
@@ -250,16 +262,10 @@ void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerC
     errors.known.log_modulus = likely_order * modulus;
     errors.known.log_damping = likely_order * damping;
     if (finer.matters) {
-        StemModel coarse = exact_model(fit);
-        coarse.parameters.clear();
-        coarse.release_time_bound = 0.0;
-        // Of a fit to all times its own prediction is at hand.
-        const ChainPrediction now = fit.times == errors.times
-                                        ? fit.prediction
-                                        : predict_readings(coarse, errors.times, heartbeat);
+        const std::vector<double> now = predicted(fit, errors.times, heartbeat);
         const ChainPrediction then = predict_readings(finer.model, errors.times, heartbeat);
-        for (std::size_t at = 0; at < now.readings.size(); ++at) {
-            const double change = finite(then.readings[at] - now.readings[at]);
+        for (std::size_t at = 0; at < now.size(); ++at) {
+            const double change = finite(then.readings[at] - now[at]);
             errors.known.readings.push_back(likely_order * change);
             doubt.readings.push_back(order_doubt * change);
         }
@@ -270,26 +276,27 @@ void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerC
 
 /// What a lens or uneven light does to each row by itself: an error that follows from the place in
 /// the picture, smooth over the swing. Three polynomials of it, orthogonal between the largest
-/// deflections, each with the stated uncertainty.
+/// deflections, each with the stated uncertainty. The place is the predicted one: that which was
+/// read has the noise in it, and near the clamp, where the swing is small, it would explain itself.
 void add_rows(const RecordingFit& fit, const measure::Measurement& measurement,
-              ReadingErrors& errors) {
+              const run::Heartbeat& heartbeat, ReadingErrors& errors) {
     if (measurement.uncertainties.row.value_or(0.0) == 0.0)
         return;
     const std::size_t rows = fit.prediction.rows;
-    const std::vector<double>& readings = measurement.deflections;
+    const std::vector<double> places = predicted(fit, errors.times, heartbeat);
     for (std::size_t j = 0; j < rows; ++j) {
         double largest = 0.0;
-        for (std::size_t at = j; at < readings.size(); at += rows)
-            largest = std::max(largest, std::abs(finite(readings[at])));
+        for (std::size_t at = j; at < places.size(); at += rows)
+            largest = std::max(largest, std::abs(finite(places[at])));
         for (unsigned degree = 0; degree < 3 && largest > 0.0; ++degree) {
             ReadingErrors::Term& term = errors.terms.emplace_back();
             term.name = fmt::format("row at {:.6g} mm of {}, degree {}",
                                     1e3 * measurement.heights[j], measurement.stem.id, degree);
             term.is_of_row = true;
-            term.readings.assign(readings.size(), 0.0);
-            for (std::size_t at = j; at < readings.size(); at += rows)
+            term.readings.assign(places.size(), 0.0);
+            for (std::size_t at = j; at < places.size(); at += rows)
                 term.readings[at] = *measurement.uncertainties.row *
-                                    std::legendre(degree, finite(readings[at]) / largest);
+                                    std::legendre(degree, finite(places[at]) / largest);
         }
     }
 }
@@ -319,7 +326,7 @@ with_reading_errors(std::span<const measure::Measurement> recordings,
                 std::vector(errors->terms.begin(),
                             errors->terms.begin() + static_cast<std::ptrdiff_t>(inputs.size())));
             std::ranges::move(of_release, std::back_inserter(errors->terms));
-            add_rows(fits[m], recordings[m], *errors);
+            add_rows(fits[m], recordings[m], heartbeat, *errors);
             out[m].errors = std::move(errors);
         } catch (const core::NumericalError&) {
             // The fit goes on without; the chain was computed where it is.
