@@ -192,6 +192,7 @@ def diagnosis(name="T2", verdict="effect"):
         "sentences": [f"{verdict.upper()}: the verdict.", "Why: with it the residuals are noise."],
         "policy": {"naming_gain": 7.0},
         "effects": ["quadratic_drag"] if named else [], "explained": 0.99, "parameters": united,
+        "families": [{"family": "air", "members": ["quadratic_drag"]}] if verdict == "effect" else [],
         "ties": [["quadratic_drag", "relaxation"]] if verdict == "tie" else [],
         "ties_separate_by": ["Release in a vacuum."] if verdict == "tie" else [],
         "ties_delta_bic": [[3.0]] if verdict == "tie" else [],
