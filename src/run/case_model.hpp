@@ -2,8 +2,8 @@
 // A case's chain with its effects, known masses and camera.
 #pragma once
 
-#include "physics/camera_view.hpp"
 #include "physics/chain_model.hpp"
+#include "physics/effects/effect.hpp"
 #include "run/case_spec.hpp"
 
 #include <span>

@@ -177,6 +177,20 @@ TEST(StatedInputs, OfOtherSectionsAreTheirDimensions) {
               "length*, section area*, second moment of area*, density*, scale*, clamp height*, ");
 }
 
+// One who writes 0.05 g does not say 0.0500 g.
+TEST(StatedInputs, OfAMassAreKnownToHalfItsLastDigitAtBest) {
+    const auto uncertainty = [](const measure::AddedMass& added) {
+        measure::Measurement measurement = empty_measurement();
+        measurement.stem.added_masses = {added};
+        const std::vector<fit::StatedInput> inputs = fit::stated_inputs(measurement);
+        return std::ranges::find(inputs, "mass at 100 mm", &fit::StatedInput::name)
+            ->standard_uncertainty;
+    };
+    EXPECT_DOUBLE_EQ(uncertainty({0.1, 5e-5, {}, 1e-5}), 5e-6);
+    EXPECT_DOUBLE_EQ(uncertainty({0.1, 5e-5, {}, 1e-8}), 5e-7);
+    EXPECT_DOUBLE_EQ(uncertainty({0.1, 5e-5, 2e-7, 1e-5}), 2e-7);
+}
+
 // Whatever is set can be read again: the derivative is by the change that arrived.
 TEST(StatedInputs, ReadBackWhatWasSet) {
     for (const measure::Section& section :

@@ -48,6 +48,21 @@ TEST(TomlTable, SendsAKeyToTheTableItBelongsTo) {
         "a.toml:1: stem.mark: unknown table: mark belongs into the top level: write [[mark]]");
 }
 
+TEST(TomlTable, KnowsTheLastDigitThatIsWritten) {
+    const auto digit = [](const std::string& text, const KeyUnit& unit = mass_unit) {
+        TomlDocument document(text, "a.toml");
+        return document.root().last_digit_of("mass", unit);
+    };
+    EXPECT_EQ(digit("mass_g = 0.050"), 1e-6);
+    EXPECT_EQ(digit("mass_g = 0.05 # 0.0512"), 1e-5);
+    EXPECT_EQ(digit("mass_g = 52\n"), 1e-3);
+    EXPECT_EQ(digit("id = \"µ\"\n\"mass_kg\"=+1_0.50E-3"), 1e-5);
+    EXPECT_EQ(digit("mass_kg = 2e+1"), 10.0);
+    EXPECT_EQ(digit("mass_g = \"heavy\""), 0.0);
+    EXPECT_EQ(digit("length_mm = 1.0"), 0.0);
+    EXPECT_EQ(digit("mass_mm = 1.00", length_unit), 1e-5);
+}
+
 TEST(TomlTable, NamesTheNearestKeyHereThenElsewhere) {
     EXPECT_EQ(refusal("[stem]\nlenght_mm = 3\n"),
               "a.toml:2: stem.lenght_mm: unknown key (did you mean length_mm?)");

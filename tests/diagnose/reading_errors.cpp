@@ -55,6 +55,21 @@ std::pair<Finding, Finding> findings(const std::vector<measure::Measurement>& re
 
 const std::pair inadequate_then_adequate{Finding::Inadequate, Finding::Adequate};
 
+// 50 frames are too few to tell a correlation from what the model lacks.
+TEST(ReadingErrors, OfAShortRecordAreCorrelatedAsItStates) {
+    beam::RecordingSpec spec = plain_spec();
+    spec.duration = 0.05;
+    spec.errors.correlation = 0.8;
+    measure::Measurement recording = recorded(spec);
+    const fit::BaselineFit silent = fit::fit_baseline({&recording, 1});
+    EXPECT_EQ(finding(silent.fit, silent.recordings), Finding::Inadequate);
+    recording.noise_correlation = 0.8;
+    const fit::BaselineFit stated = fit::fit_baseline({&recording, 1});
+    EXPECT_EQ(finding(stated.fit, stated.recordings), Finding::Adequate);
+    EXPECT_NE(stated.recordings.front().noise_source.find("0.8 from frame to frame (stated)"),
+              std::string::npos);
+}
+
 TEST(ReadingErrors, OfSlowNoiseAreNoMissingPhysics) {
     beam::RecordingSpec spec = plain_spec();
     spec.errors.correlation = 0.8;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/folder/measurement_folder.hpp"
 
+#include "measure/folder/measurement_files.hpp"
 #include "measure/measurement_files.hpp"
 #include "support/optional_data.hpp"
 
@@ -230,6 +231,15 @@ TEST(MeasurementFolder, TakesStatedUncertaintiesInEachForm) {
         read_texts(plain_stem + "[camera]\nrow_time_us = 20\n", plain_table);
     ASSERT_EQ(without.remarks.size(), 1U);
     EXPECT_NE(without.remarks.front().find("without row_height_mm"), std::string::npos);
+}
+
+TEST(MeasurementFolder, KeepsTheZerosAtTheEndOfAMass) {
+    for (const std::string mass : {"0.050", "0.05", "2", "2.0", "0.00074338"}) {
+        const Measurement read = read_texts(
+            plain_stem + "[[added_mass]]\nheight_mm = 156\nmass_g = " + mass + "\n", plain_table);
+        EXPECT_NE(stem_file_text(read).find("\nmass_g = " + mass + "\n"), std::string::npos)
+            << mass;
+    }
 }
 
 TEST(MeasurementFolder, ReadsARigWithStatedUncertainties) {

@@ -4,6 +4,12 @@
 #include "measure/refused_text.hpp"
 #include "measure/tracked_video.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <random>
+
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
@@ -78,6 +84,39 @@ TEST(TrackedVideo, FindsReleaseFrequencyAndNoise) {
     EXPECT_LT(noise_px, 0.06);
     // Time 0 is the release, and the first kept frame is one of those before it.
     EXPECT_LT(track.measurement.times.front(), 0.0);
+}
+
+/// Five places of a stem that is held for 60 frames and let go; each errs for itself, by an
+/// autoregression of the correlation.
+AxisRecord held_and_released(double correlation) {
+    std::mt19937_64 random(3);
+    std::normal_distribution<double> normal(0.0, 0.03);
+    AxisRecord record;
+    record.places = {20.0, 40.0, 60.0, 80.0, 100.0};
+    std::array<double, 5> error{};
+    for (int k = 0; k < 300; ++k) {
+        record.numbers.push_back(k);
+        const double since = std::max(0.0, k - 59.5);
+        for (std::size_t h = 0; h < error.size(); ++h) {
+            error[h] = correlation * error[h] +
+                       std::sqrt(1.0 - correlation * correlation) * normal(random);
+            record.columns.push_back(50.0 +
+                                     0.3 * record.places[h] * std::exp(-0.002 * since) *
+                                         std::cos(2.0 * std::numbers::pi * since / 13.7) +
+                                     error[h]);
+        }
+    }
+    return record;
+}
+
+TEST(RingDownWindow, TellsTheCorrelationOfTheErrorsFromStillFrames) {
+    const auto told = [](double correlation) {
+        return find_ring_down(held_and_released(correlation),
+                              {.source = "v", .length = 100.0, .release_frame = {}})
+            .noise_correlation.value_or(-1.0);
+    };
+    EXPECT_EQ(told(0.0), 0.0);
+    EXPECT_NEAR(told(0.7), 0.7, 0.15);
 }
 
 TEST(TrackedVideo, FollowsADarkStem) {

@@ -64,6 +64,7 @@ struct TomlTable::Places {
         }
     };
     std::vector<Place> places;
+    std::string text; ///< of the file; a parsed number has lost the zeros at its end
     /// A table that no reader asked for is not among these: it is an unknown key of the table above
     /// it and is reported once, without its content.
     std::map<const toml::table*, std::size_t> reached; ///< with the index of its place
@@ -288,6 +289,15 @@ double TomlTable::required_quantity(const std::string& name, const KeyUnit& unit
     return value.value_or(0.0);
 }
 
+double TomlTable::last_digit_of(const std::string& name, const KeyUnit& unit) const {
+    const std::string key = key_of(name, unit);
+    if (!has(key) || !table_->get(key)->is_number())
+        return 0.0;
+    const bool is_small = unit.si.empty() || key != fmt::format("{}_{}", name, unit.si);
+    return with_point_moved(last_digit(written_text(*table_->get(key), places_->text)),
+                            is_small ? unit.power_of_ten : 0);
+}
+
 std::optional<double> TomlTable::length(const std::string& name, const Interval& range) const {
     return quantity(name, length_unit, range);
 }
@@ -366,7 +376,9 @@ TomlDocument::TomlDocument(const std::filesystem::path& file)
 
 TomlDocument::TomlDocument(std::string_view text, const std::string& file)
     : parsed_(std::make_unique<const toml::table>(parse_toml_text(text, file))), faults_(file),
-      root_(parsed_.get(), "", faults_) {}
+      root_(parsed_.get(), "", faults_) {
+    root_.places_->text = text;
+}
 
 TomlDocument::~TomlDocument() = default;
 

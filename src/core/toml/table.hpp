@@ -74,6 +74,9 @@ class TomlTable {
     /// The same, and a fault if neither key is there.
     [[nodiscard]] double required_quantity(const std::string& name, const KeyUnit& unit,
                                            const Interval& range, std::string_view meaning) const;
+    /// What one more in the last digit that is written would add to a quantity, in SI units:
+    /// 1e-6 of mass_g = 0.050. 0 if it is not there.
+    [[nodiscard]] double last_digit_of(const std::string& name, const KeyUnit& unit) const;
     [[nodiscard]] std::optional<double> length(const std::string& name,
                                                const Interval& range) const;
     [[nodiscard]] double required_length(const std::string& name, const Interval& range,
@@ -100,6 +103,7 @@ class TomlTable {
     /// Every table name of the file with its valid keys, and the tables that were reached.
     struct Places;
 
+    friend class TomlDocument;
     TomlTable(const toml::table* table, std::string_view name, bool is_list,
               const TomlTable& parent);
     const toml::node* ask(const std::string& key, bool is_other_unit = false) const;

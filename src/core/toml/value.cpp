@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/toml/value.hpp"
 
+#include "core/decimal_text.hpp"
 #include "core/error.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cstdint>
 #include <sstream>
 #include <utility>
@@ -87,6 +89,30 @@ std::vector<TomlEntry> entries_in_order(const toml::table& table) {
     for (auto& [position, entry] : found)
         entries.push_back(std::move(entry));
     return entries;
+}
+
+std::string_view written_text(const toml::node& node, std::string_view text) {
+    const toml::source_position begin = node.source().begin;
+    std::string_view line = line_of_text(text, begin.line);
+    // Columns count characters; what stands before a number on its line may be more than ASCII.
+    for (std::size_t column = 1; column < begin.column && !line.empty(); ++column) {
+        line.remove_prefix(1);
+        while (!line.empty() && (static_cast<unsigned char>(line.front()) & 0xC0U) == 0x80U)
+            line.remove_prefix(1);
+    }
+    return line.substr(0, line.find_first_not_of("0123456789_+-.eE"));
+}
+
+double last_digit(std::string_view number) {
+    const std::string_view digits = number.substr(0, number.find_first_of("eE"));
+    std::string_view exponent = number.substr(std::min(number.size(), digits.size() + 1));
+    exponent.remove_prefix(exponent.starts_with('+') ? 1 : 0);
+    int power = 0;
+    std::from_chars(exponent.data(), exponent.data() + exponent.size(), power);
+    if (const std::size_t point = digits.find('.'); point != std::string_view::npos)
+        power -= static_cast<int>(std::ranges::count_if(
+            digits.substr(point), [](char c) { return c >= '0' && c <= '9'; }));
+    return with_point_moved(1.0, power);
 }
 
 } // namespace culm::core

@@ -18,6 +18,12 @@ namespace culm::core {
 /// The value as a person would write it, shortened if it is long.
 [[nodiscard]] std::string value_text(const toml::node& node);
 
+/// The number as it stands in the text that it was parsed from.
+[[nodiscard]] std::string_view written_text(const toml::node& node, std::string_view text);
+
+/// What one more in the last digit adds: 0.001 of "0.050", 100 of "1.5e3".
+[[nodiscard]] double last_digit(std::string_view number);
+
 [[nodiscard]] inline std::size_t line_of(const toml::node& node) {
     return node.source().begin.line;
 }

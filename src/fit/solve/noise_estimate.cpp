@@ -36,11 +36,12 @@ class NoiseEstimate {
         : fit_(fit), measurement_(measurement), noise_(noise_of_readings(measurement, fit.noise)),
           step_(rounding_step(measurement)) {}
 
-    void run() {
+    /// False if the record is too short.
+    bool run() {
         const auto released = std::ranges::find_if(fit_.times, [](double t) { return t >= 0.0; });
         first_ = static_cast<std::size_t>(released - fit_.times.begin());
         if (fit_.times.size() - first_ < fewest_frames)
-            return;
+            return false;
         const FlexibleRest flexible(fit_, first_, true);
         take_residuals(flexible);
         left_ = flexible.left_of_noise();
@@ -48,7 +49,7 @@ class NoiseEstimate {
             if (left_(k) > least_left)
                 bins_.push_back(k);
         if (bins_.size() < fewest_bins)
-            return;
+            return false;
         const FlexibleRest modes(fit_, first_, false);
         const bool may_err_by_place = measurement_.uncertainties.row.value_or(0.0) > 0.0;
         if (may_err_by_place)
@@ -63,6 +64,7 @@ class NoiseEstimate {
         }
         estimate_correlation();
         write(of_place_.variances.empty() ? flexible : modes);
+        return true;
     }
 
   private:
@@ -442,14 +444,21 @@ class NoiseEstimate {
 measure::Measurement with_noise_in_motion(const RecordingFit& fit,
                                           const measure::Measurement& measurement) {
     measure::Measurement out = measurement;
-    NoiseEstimate(fit, out).run();
-    if (out.noise_model || out.reading_uncertainties.empty())
+    const bool is_estimated = NoiseEstimate(fit, out).run();
+    const double stated = is_estimated ? 0.0 : out.noise_correlation.value_or(0.0);
+    if (out.noise_model || (out.reading_uncertainties.empty() && stated == 0.0))
         return out;
     measure::NoiseModel model{{}, {}, 0.0, relative_noise(out, fit.noise), {}};
     model.series.resize(out.heights.size());
+    if (stated > 0.0)
+        std::ranges::fill(model.series, measure::NoiseModel::Series{1.0, 1.0, stated});
     out.noise_model = std::make_shared<const measure::NoiseModel>(std::move(model));
-    out.noise_by_height = fit.noise;
+    if (fit.is_noise_known)
+        out.noise_by_height = fit.noise;
     out.noise_source = fit.noise_source;
+    if (stated > 0.0)
+        out.noise_source +=
+            fmt::format(", correlated by {:.2g} from frame to frame (stated)", stated);
     return out;
 }
 

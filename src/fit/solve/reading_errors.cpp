@@ -274,31 +274,40 @@ void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerC
         errors.terms.push_back(std::move(doubt));
 }
 
-/// What a lens or uneven light does to each row by itself: an error that follows from the place in
-/// the picture, smooth over the swing. Three polynomials of it, orthogonal between the largest
-/// deflections, each with the stated uncertainty. The place is the predicted one: that which was
+/// Of an error that follows from the place: a constant, a scale, and two that bend. The cubic alone
+/// changes with the amplitude what the first mode's amplitude is read as, and so the damping.
+constexpr unsigned row_polynomials = 4;
+
+/// What a lens or uneven light does: an error that follows from the place in the picture, smooth
+/// over the swing. For each row by itself four polynomials, orthogonal between its largest
+/// deflections, and for all rows together those that bend (the others are the scale and where the
+/// stem rests), each with the stated uncertainty. The place is the predicted one: that which was
 /// read has the noise in it, and near the clamp, where the swing is small, it would explain itself.
-void add_rows(const RecordingFit& fit, const measure::Measurement& measurement,
-              const run::Heartbeat& heartbeat, ReadingErrors& errors) {
+void add_errors_of_place(const RecordingFit& fit, const measure::Measurement& measurement,
+                         const run::Heartbeat& heartbeat, ReadingErrors& errors) {
     if (measurement.uncertainties.row.value_or(0.0) == 0.0)
         return;
     const std::size_t rows = fit.prediction.rows;
     const std::vector<double> places = predicted(fit, errors.times, heartbeat);
-    for (std::size_t j = 0; j < rows; ++j) {
+    // Of every `step`-th reading from the first on.
+    const auto add = [&](const std::string& of, std::size_t first, std::size_t step,
+                         unsigned lowest_degree) {
         double largest = 0.0;
-        for (std::size_t at = j; at < places.size(); at += rows)
+        for (std::size_t at = first; at < places.size(); at += step)
             largest = std::max(largest, std::abs(finite(places[at])));
-        for (unsigned degree = 0; degree < 3 && largest > 0.0; ++degree) {
+        for (unsigned degree = lowest_degree; degree < row_polynomials && largest > 0.0; ++degree) {
             ReadingErrors::Term& term = errors.terms.emplace_back();
-            term.name = fmt::format("row at {:.6g} mm of {}, degree {}",
-                                    1e3 * measurement.heights[j], measurement.stem.id, degree);
+            term.name = fmt::format("{} of {}, degree {}", of, measurement.stem.id, degree);
             term.is_of_row = true;
             term.readings.assign(places.size(), 0.0);
-            for (std::size_t at = j; at < places.size(); at += rows)
+            for (std::size_t at = first; at < places.size(); at += step)
                 term.readings[at] = *measurement.uncertainties.row *
                                     std::legendre(degree, finite(places[at]) / largest);
         }
-    }
+    };
+    for (std::size_t j = 0; j < rows; ++j)
+        add(fmt::format("row at {:.6g} mm", 1e3 * measurement.heights[j]), j, rows, 0);
+    add("all rows", 0, 1, 2);
 }
 
 } // namespace
@@ -326,7 +335,7 @@ with_reading_errors(std::span<const measure::Measurement> recordings,
                 std::vector(errors->terms.begin(),
                             errors->terms.begin() + static_cast<std::ptrdiff_t>(inputs.size())));
             std::ranges::move(of_release, std::back_inserter(errors->terms));
-            add_rows(fits[m], recordings[m], heartbeat, *errors);
+            add_errors_of_place(fits[m], recordings[m], heartbeat, *errors);
             out[m].errors = std::move(errors);
         } catch (const core::NumericalError&) {
             // The fit goes on without; the chain was computed where it is.

@@ -2,6 +2,7 @@
 #include "fit/model/stem_chain.hpp"
 #include "fit/solve/reading_errors.hpp"
 
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <utility>
@@ -144,8 +145,10 @@ void add_stem(const measure::Measurement& measurement, std::vector<StatedInput>&
         inputs.back().acts = InputActs::AsInverseModulus;
     for (std::size_t k = 0; k < stem.added_masses.size(); ++k) {
         const measure::AddedMass& added = stem.added_masses[k];
+        // No balance shows less than half a digit, and a mass of many digits was computed.
         StatedInput mass = input(fmt::format("mass at {:.6g} mm", 1e3 * added.height), "kg",
-                                 added.mass, added.mass_uncertainty);
+                                 added.mass, added.mass_uncertainty,
+                                 std::max(default_share * added.mass, 0.5 * added.mass_last_digit));
         mass.access = {{{}, mass.name, {}},
                        [k](const run::CaseSpec& spec) { return spec.added_masses[k].mass; },
                        [k](run::CaseSpec& spec, double to) { spec.added_masses[k].mass = to; },

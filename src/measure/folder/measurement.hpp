@@ -41,6 +41,7 @@ struct AddedMass {
     double height = 0.0;                      ///< of its centre above the clamp, m
     double mass = 0.0;                        ///< kg
     std::optional<double> mass_uncertainty{}; ///< standard uncertainty, kg
+    double mass_last_digit = 0.0; ///< one in the last digit that the file writes, kg; 0: not known
 };
 
 struct MeasuredStem {
@@ -151,6 +152,9 @@ struct Measurement {
     std::optional<double> frames_per_second; ///< of the camera
     std::optional<double> noise;             ///< standard deviation of one reading, m
     std::vector<double> noise_by_height;     ///< the same per height, m; empty: not known
+    /// Of a reading's error with that in the next frame. It counts where a record is too short to
+    /// tell it.
+    std::optional<double> noise_correlation;
     StatedUncertainties uncertainties;
     std::string specimen; ///< recordings of one specimen share its material; empty: not stated
     std::string rig;      ///< recordings on one rig share its clamp, camera and air; empty: none

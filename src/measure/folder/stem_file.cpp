@@ -169,6 +169,7 @@ AddedMass read_added_mass(const core::TomlTable& table, const MeasuredStem& stem
     added.height =
         table.required_length("height", {0.0, stem_length.high}, "of its centre above the clamp");
     added.mass = table.required_quantity("mass", core::mass_unit, masses, "of the added body");
+    added.mass_last_digit = table.last_digit_of("mass", core::mass_unit);
     added.mass_uncertainty =
         read_uncertainty(table, "mass", core::mass_unit, added.mass, masses.high);
     if (stem.length > 0.0 && added.height > stem.length)
@@ -209,6 +210,7 @@ void read_measurement_table(const core::TomlTable& table, Measurement& measureme
     for (const double value : table.numbers(noise_key, {0.0, 1e3, true}))
         measurement.noise_by_height.push_back(core::with_point_moved(value, power));
     measurement.noise_source = table.text("noise_source").value_or("");
+    measurement.noise_correlation = table.number("noise_correlation", {0.0, 0.99});
     measurement.uncertainties.row = table.length("row_uncertainty", noise);
     constexpr std::array directions{GravityDirection::None, GravityDirection::Axial,
                                     GravityDirection::Transverse};
@@ -235,6 +237,21 @@ std::string line(const std::string& name, double value,
         return fmt::format("{}_{} = {}\n", name, unit.small,
                            core::decimal_text(value, -unit.power_of_ten));
     return fmt::format("{}_{} = {}\n", name, unit.si, core::decimal_text(value));
+}
+
+/// With the zeros at the end of a mass, which say how well it is known.
+std::string mass_line(const AddedMass& added) {
+    std::string text = line("mass", added.mass, core::mass_unit);
+    if (added.mass_last_digit <= 0.0 || !survives(added.mass, core::mass_unit))
+        return text;
+    const double digit = core::with_point_moved(added.mass_last_digit, 3); // g
+    const auto places = static_cast<std::size_t>(std::max(0.0, std::round(-std::log10(digit))));
+    text.pop_back();
+    if (const std::size_t point = text.find('.'); point == std::string::npos && places > 0)
+        text += "." + std::string(places, '0');
+    else if (places > 0 && text.size() - point - 1 < places)
+        text.append(places - (text.size() - point - 1), '0');
+    return text + "\n";
 }
 
 std::string noise_line(const std::vector<double>& noise) {
@@ -304,8 +321,7 @@ std::string stem_text(const Measurement& measurement) {
         text += "rig = " + quoted(measurement.rig) + "\n";
     text += section_text(stem.section, stated);
     for (const AddedMass& mass : stem.added_masses)
-        text += "\n[[added_mass]]\n" + line("height", mass.height) +
-                line("mass", mass.mass, core::mass_unit) +
+        text += "\n[[added_mass]]\n" + line("height", mass.height) + mass_line(mass) +
                 uncertainty_line("mass", mass.mass_uncertainty, core::mass_unit);
     return text;
 }
@@ -376,6 +392,7 @@ std::string stem_file_text(const Measurement& measurement) {
         text += noise_line(measurement.noise_by_height);
     if (!measurement.noise_source.empty())
         text += "noise_source = " + quoted(measurement.noise_source) + "\n";
+    text += number_line("noise_correlation", measurement.noise_correlation);
     text += uncertainty_line("row", measurement.uncertainties.row);
     text += fmt::format("gravity_direction = \"{}\"\nreading = \"{}\"\n",
                         to_string(measurement.gravity_direction), to_string(measurement.reading));

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Core>
 #include <fmt/core.h>
 
 namespace culm::measure {
@@ -115,6 +116,36 @@ std::vector<double> spread(const AxisRecord& record, std::size_t begin, std::siz
     return result;
 }
 
+/// Correlation of a reading with that of the next frame over frames begin … end − 1, in which the
+/// stem is still. Without the mean's share, of n frames −(1 + 3r)/n (Kendall 1954); below two
+/// standard deviations 0. Places that err together count as fewer.
+std::optional<double> correlation_while_still(const AxisRecord& record, std::size_t begin,
+                                              std::size_t end) {
+    const auto frames = static_cast<Eigen::Index>(end - begin);
+    Eigen::MatrixXd errors(frames, static_cast<Eigen::Index>(record.places.size()));
+    Eigen::Index places = 0;
+    for (std::size_t h = 0; h < record.places.size(); ++h) {
+        for (Eigen::Index k = 0; k < frames; ++k)
+            errors(k, places) = record.at(begin + static_cast<std::size_t>(k), h);
+        errors.col(places).array() -= errors.col(places).mean();
+        places += errors.col(places).allFinite() ? 1 : 0;
+    }
+    errors.conservativeResize(frames, places);
+    const double sum = errors.squaredNorm();
+    if (frames < 8 || sum <= 0.0)
+        return std::nullopt;
+    const auto n = static_cast<double>(frames);
+    const double product =
+        errors.topRows(frames - 1).cwiseProduct(errors.bottomRows(frames - 1)).sum();
+    const double correlation = (n * (product / (n - 1.0)) / (sum / n) + 1.0) / (n - 3.0);
+    // Of p independent places tr S²/(tr S)² is 1/p, and 1/(n − 1) more because S is a sample's.
+    const double shared = (errors.transpose() * errors).squaredNorm() / (sum * sum);
+    const double share = std::max(shared - 1.0 / (n - 1.0), 1.0 / static_cast<double>(places));
+    const double deviation = n / (n - 3.0) * std::sqrt(share / (n - 1.0));
+    return correlation > 2.0 * deviation ? std::min(0.99, std::round(100.0 * correlation) / 100.0)
+                                         : 0.0;
+}
+
 bool is_any_known(const std::vector<double>& values) {
     return std::ranges::any_of(values, [](double value) { return !std::isnan(value); });
 }
@@ -166,13 +197,21 @@ void find_noise(RingDownWindow& window, const AxisRecord& record,
         window.noise = spread(record, end - std::min(end, window.held_frames), end);
         draw_together(window.noise, window.held_frames);
         window.noise_source = fmt::format("{} frames before the release", window.held_frames);
+        window.noise_correlation =
+            correlation_while_still(record, end - std::min(end, window.held_frames), end);
     } else if (at_rest >= fewest_still_frames) {
         window.noise = spread(record, *window.rest_begin, count);
         // A good tracker still sees the last of the swing, which is no noise.
         const std::vector<double> about_swing =
             swing ? spread_about(*swing, record, *window.rest_begin) : window.noise;
-        for (std::size_t h = 0; h < window.noise.size(); ++h)
+        // The last of the swing would be a correlation too.
+        double excess = 0.0;
+        for (std::size_t h = 0; h < window.noise.size(); ++h) {
+            excess = std::fmax(excess, window.noise[h] / about_swing[h]);
             window.noise[h] = std::fmin(window.noise[h], about_swing[h]);
+        }
+        if (excess < 1.2)
+            window.noise_correlation = correlation_while_still(record, *window.rest_begin, count);
         draw_together(window.noise, at_rest);
         window.noise_source = fmt::format("{} frames after rest", at_rest);
     }

@@ -101,6 +101,9 @@ struct RingDownWindow {
     double cycles_per_frame = 0.0; ///< of the swing
     std::vector<double> noise; ///< (places) standard deviation of a reading, pixels; NaN unknown
     std::string noise_source;  ///< from which frames
+    /// Of a reading's error with that in the next frame, while nothing moves; 0 if that may be
+    /// chance, empty if too few frames show it.
+    std::optional<double> noise_correlation;
     /// (places) what the swing's recurrence leaves, as a reading's standard deviation, pixels: also
     /// holds errors that a still stem does not show. Empty if the swing is too short.
     std::vector<double> moving_noise;
@@ -117,7 +120,8 @@ struct WindowOptions {
 /// from the largest deflection that is followed by a swing back, the last frame at the held
 /// position, and the moment from which a cantilever's ReleaseCurve follows.
 /// Rest: from where a period's range stays within the noise. Noise: the spread while held (at least
-/// 5 frames), else at rest, else of the residuals of the swing's recurrence. Remarks report a
+/// 5 frames), else at rest, else of the residuals of the swing's recurrence; its correlation from
+/// frame to frame, where 8 frames are still. Remarks report a
 /// release that was no sudden one and of jumps that look like frames lost without a gap in the
 /// numbers. Throws core::InputError, saying what was seen, if the stem does not move, is never let
 /// go, does not swing, or was let go before the first frame.

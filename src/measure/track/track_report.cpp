@@ -94,6 +94,9 @@ nlohmann::ordered_json to_json(const Track& track) {
     json["kept_frames"] = {track.rows.numbers[track.first_kept],
                            track.rows.numbers[track.last_kept]};
     json["noise_source"] = window.noise_source;
+    json["noise_correlation"] = window.noise_correlation
+                                    ? nlohmann::ordered_json(*window.noise_correlation)
+                                    : nlohmann::ordered_json(nullptr);
     json["heights"] = nlohmann::ordered_json::array();
     for (std::size_t h = 0; h < track.heights.places.size(); ++h)
         json["heights"].push_back(
@@ -137,9 +140,12 @@ std::string summary_text(const Track& track) {
                         measurement.heights.front() * 1e3, measurement.heights.back() * 1e3,
                         100.0 * seen_fraction(measurement));
     if (measurement.noise)
-        text +=
-            fmt::format("    noise    {:.4f} mm ({:.3f} px), from {}\n", *measurement.noise * 1e3,
-                        *measurement.noise * 1e3 / scale_mm, measurement.noise_source);
+        text += fmt::format(
+            "    noise    {:.4f} mm ({:.3f} px), from {}{}\n", *measurement.noise * 1e3,
+            *measurement.noise * 1e3 / scale_mm, measurement.noise_source,
+            window.noise_correlation
+                ? fmt::format("; correlation from frame to frame {:.2g}", *window.noise_correlation)
+                : "");
     for (const std::string& remark : track.remarks)
         text += fmt::format("    note: {}\n", remark);
     return text;

@@ -2,7 +2,6 @@
 // A named piece of physics that can be added to the published chain.
 #pragma once
 
-#include "physics/camera_view.hpp"
 #include "physics/chain_model.hpp"
 
 #include <functional>
@@ -107,6 +106,17 @@ struct RevealingExperiment {
 struct AttachedMass {
     double position = 0.0; ///< from the clamp along the stem, m; beyond the tip it is the tip's
     double mass = 0.0;     ///< kg
+};
+
+/// Errors of the camera, not of the stem. Zeros: a global shutter at a right angle.
+struct CameraView {
+    /// The row at the height of the stem's free length is read so much later than that at the
+    /// clamp, s; negative if the other way round.
+    double readout_time = 0.0;
+    /// A deflection of the tip's row is read larger by this share, one at the clamp not at all.
+    double scale_change = 0.0;
+
+    friend bool operator==(const CameraView&, const CameraView&) = default;
 };
 
 /// The stem as an effect finds it and changes it.

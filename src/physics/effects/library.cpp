@@ -27,6 +27,7 @@ namespace culm::physics {
     EFFECT(bending_nonlinearity)                                                                   \
     EFFECT(hysteretic_damping)                                                                     \
     EFFECT(relaxation)                                                                             \
+    EFFECT(fractional_zener)                                                                       \
     EFFECT(clamp_compliance)                                                                       \
     EFFECT(clamp_friction)                                                                         \
     EFFECT(base_motion)                                                                            \

@@ -45,7 +45,7 @@ TEST(Library, HasTheEffectsOfTheDesign) {
                                        "precurvature",       "relaxation",
                                        "out_of_plane",       "base_motion",
                                        "finite_release",     "rolling_shutter",
-                                       "camera_tilt"};
+                                       "camera_tilt",        "fractional_zener"};
     const std::vector<std::string> names = effect_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), wanted);
     EXPECT_EQ(names.size(), wanted.size());

@@ -152,15 +152,49 @@ TEST(Relaxation, KeepsWhatTheHoldHasLeft) {
     expect_relative(bench.model.branches[0].held_share, std::exp(-3.0));
 }
 
-/// E''/E' of a spring with these branches beside it, at a frequency in Hz.
-double loss_factor_of(const std::vector<MaxwellBranch<double>>& branches, double frequency) {
+/// Of a spring with these branches beside it, over the spring's, at a frequency in Hz.
+std::complex<double> modulus_of(const std::vector<MaxwellBranch<double>>& branches,
+                                double frequency) {
     std::complex<double> modulus = 1.0;
     for (const MaxwellBranch<double>& branch : branches) {
         const std::complex<double> x(0.0,
                                      2.0 * std::numbers::pi * frequency * branch.relaxation_time);
         modulus += branch.relative_stiffness * x / (1.0 + x);
     }
+    return modulus;
+}
+
+/// E''/E'.
+double loss_factor_of(const std::vector<MaxwellBranch<double>>& branches, double frequency) {
+    const std::complex<double> modulus = modulus_of(branches, frequency);
     return modulus.imag() / modulus.real();
+}
+
+// Modes 1 to 3 lie at 1, 6.27 and 17.5 first frequencies.
+TEST(FractionalZener, HasTheModulusOfColeAndCole) {
+    constexpr double fraction = 0.1;
+    for (const double exponent : {0.1, 0.3, 0.5, 0.8})
+        for (const double decades : {-1.0, 0.0, 1.5}) {
+            const double first = first_frequency(EffectBench({}).stem);
+            const double time = std::pow(10.0, decades) / (2.0 * std::numbers::pi * first);
+            const EffectBench bench({active("fractional_zener", {fraction, time, exponent, 0.3})});
+            for (double ratio = 0.7; ratio <= 20.0; ratio *= 1.1) {
+                const std::complex<double> power =
+                    std::pow(std::complex<double>(0.0, ratio * std::pow(10.0, decades)), exponent);
+                const std::complex<double> wanted = fraction * power / (1.0 + power);
+                const std::complex<double> found =
+                    modulus_of(bench.model.branches, ratio * first) - 1.0;
+                EXPECT_LT(std::abs(found - wanted), 0.03 * std::abs(wanted))
+                    << exponent << " " << decades << " " << ratio;
+            }
+            double sum = 0.0;
+            for (const MaxwellBranch<double>& branch : bench.model.branches) {
+                EXPECT_GE(branch.relative_stiffness, 0.0);
+                expect_relative(branch.held_share, std::exp(-0.3 / branch.relaxation_time));
+                sum += branch.relative_stiffness;
+            }
+            EXPECT_LT(sum, fraction); // what is faster than all branches bears nothing
+        }
 }
 
 TEST(HystereticDamping, LosesTheSameShareAtEveryFrequencyOfTheBand) {
