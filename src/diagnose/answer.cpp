@@ -33,6 +33,20 @@ double explained_share(const Found& found) {
     return excess > 0.0 ? std::min((found.start.chi_squared - end.chi_squared) / excess, 1.0) : 0.0;
 }
 
+/// Do the effects explain so much that they are named beside the structure that is left? The misfit
+/// above the noise is a χ² less its mean, which scatters by √(2n): so well is the share known.
+bool explains_nearly_all(const Found& found, double share) {
+    const Policy& policy = found.options.policy;
+    if (named(found).size() > policy.most_effects_beside_structure)
+        return false;
+    if (found.is_one_law || !found.start.is_noise_known_anywhere())
+        return share >= policy.share_beside_structure;
+    const auto readings = static_cast<double>(found.start.readings);
+    const double excess = found.start.chi_squared - readings;
+    return share - policy.share_certainty * std::sqrt(2.0 * readings) / excess >=
+           policy.share_beside_structure;
+}
+
 /// What of the answer turned out to be absent, or at a bound, once the rest had joined; empty if
 /// nothing did.
 std::string fallen_obstacle(const Found& found, const std::vector<std::string>& effects) {
@@ -56,12 +70,7 @@ ConclusionReason reason_of(const Found& found, const Diagnosis& result) {
         return last.p_value >= policy.clear_failure_level ? ConclusionReason::FailsAsNoiseMay
                                                           : ConclusionReason::NothingExplains;
     }
-    const bool is_clear = found.is_one_law ||
-                          found.start.reduced_chi_squared > policy.glaring_baseline ||
-                          !found.start.is_noise_known_anywhere();
-    const bool may_leave_structure =
-        is_clear && effects.size() <= policy.most_effects_beside_structure;
-    if (!is_adequate && (result.explained < policy.share_beside_structure || !may_leave_structure))
+    if (!is_adequate && !explains_nearly_all(found, result.explained))
         return ConclusionReason::StructureIsLeft;
     if (!fallen_obstacle(found, effects).empty())
         return ConclusionReason::EffectHasFallen;

@@ -70,8 +70,8 @@ struct Policy {
     /// Minimum share of the misfit that an effect must explain before it is named when the
     /// residuals are still structured. A force of another form leaves more (docs/diagnosis.md).
     double share_beside_structure = 0.98;
-    /// Reduced χ² of the published chain from which such a share is known well enough.
-    double glaring_baseline = 25.0;
+    /// By how many standard deviations, of the noise in the misfit, it has to be more than that.
+    double share_certainty = 2.0;
     /// Three effects that together still leave structure have bent to fit.
     std::size_t most_effects_beside_structure = 2;
 

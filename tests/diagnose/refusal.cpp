@@ -29,5 +29,30 @@ TEST(Refusal, OfOneNameWhereAnotherExplainsAsMuchAndBothLeaveStructure) {
     EXPECT_EQ(names, (std::vector<std::string>{"precurvature", "relaxation"}));
 }
 
+/// Drag beside a slight taper, which is no candidate.
+diagnose::Diagnosis with_taper(double relative_change) {
+    beam::RecordingSpec spec;
+    spec.id = "drag";
+    spec.heights = beam::even_heights(spec.stem.length, 8);
+    spec.duration = 0.35;
+    spec.errors.noise = 0.02e-3;
+    spec.effects = {{"quadratic_drag", {{"drag_coefficient", 1.5}}},
+                    {"taper", {{"relative_change", relative_change}}}};
+    const std::vector<measure::Measurement> recordings{beam::record(spec)};
+    diagnose::DiagnosisOptions options = quick_diagnosis("quadratic_drag");
+    options.null_draws = 0;
+    return diagnose::diagnose(recordings, options);
+}
+
+// The misfit is a few times the noise, and its share is known to a fraction of a percent.
+TEST(Answer, BesideALittleStructureIsGivenWithWhatIsLeft) {
+    const diagnose::Diagnosis found = with_taper(0.15);
+    EXPECT_EQ(found.conclusion, diagnose::Conclusion::Effect) << found.reason;
+    EXPECT_LT(found.baseline.reduced_chi_squared, 25.0);
+    EXPECT_NE(found.reason.find("the residuals are not noise"), std::string::npos) << found.reason;
+    const diagnose::Diagnosis half = with_taper(0.3);
+    EXPECT_EQ(half.conclusion, diagnose::Conclusion::Unknown) << half.reason;
+}
+
 } // namespace
 } // namespace culm::tests

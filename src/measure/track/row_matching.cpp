@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -36,7 +37,7 @@ class RowMatcher {
 
     std::optional<double> run() {
         find_ground();
-        const std::vector<std::size_t> slow = frames_by_speed(false);
+        const std::vector<std::size_t> slow = slow_frames();
         const std::vector<BandImage> slow_rows = pictures(slow);
         // The first pass knows the axis to a tenth of a pixel only, a profile to a hundredth.
         for (int k = 0; k < 2; ++k) {
@@ -187,27 +188,50 @@ class RowMatcher {
         return !std::isnan(sum);
     }
 
-    /// Frames in which the used rows together move least, or most; in ascending order.
-    [[nodiscard]] std::vector<std::size_t> frames_by_speed(bool fastest) const {
-        const std::size_t count =
-            fastest ? 16 : std::clamp<std::size_t>(wanted_.size() / 6, 12, 60);
-        std::vector<std::pair<double, std::size_t>> frames;
+    struct FrameMotion {
+        double square = 0.0; ///< of the used rows' speed, mean, pixels²
+        double place = 0.0;  ///< their mean, pixels
+        std::size_t frame = 0;
+    };
+    /// Of the frames in which half of the used rows are seen, by speed.
+    [[nodiscard]] std::vector<FrameMotion> motions() const {
+        std::vector<FrameMotion> frames;
         for (std::size_t frame = 0; frame < wanted_.size(); ++frame) {
-            double sum = 0.0;
-            std::size_t seen = 0;
+            FrameMotion of{0.0, 0.0, frame};
+            double seen = 0.0;
             for (const UsedRow& used : used_)
                 if (const double v = motion(frame, used.row).speed; !std::isnan(v)) {
-                    sum += v * v;
-                    ++seen;
+                    of.square += v * v;
+                    of.place += track_.rows.at(frame, used.row);
+                    seen += 1.0;
                 }
-            if (2 * seen > used_.size())
-                frames.emplace_back((fastest ? -sum : sum) / double(seen), frame);
+            if (2.0 * seen > double(used_.size()))
+                frames.push_back({of.square / seen, of.place / seen, frame});
         }
-        std::ranges::sort(frames);
-        frames.resize(std::min(count, frames.size()));
+        std::ranges::stable_sort(frames, {}, &FrameMotion::square);
+        return frames;
+    }
+
+    [[nodiscard]] std::vector<std::size_t> fastest_frames() const {
         std::vector<std::size_t> chosen;
-        for (const auto& [size, frame] : frames)
-            chosen.push_back(frame);
+        for (const FrameMotion& of : motions())
+            chosen.push_back(of.frame);
+        const std::size_t most = 16;
+        chosen.erase(chosen.begin(), chosen.end() - std::ptrdiff_t(std::min(most, chosen.size())));
+        std::ranges::sort(chosen);
+        return chosen;
+    }
+
+    /// The slowest, but few at one place: a profile has to be known between the pixels of a stem at
+    /// rest, or what swings by less than a pixel is read too large by a twentieth.
+    [[nodiscard]] std::vector<std::size_t> slow_frames() const {
+        const std::size_t count = std::clamp<std::size_t>(wanted_.size() / 6, 12, 60);
+        constexpr double places_a_pixel = 8.0;
+        std::map<long, std::size_t> taken;
+        std::vector<std::size_t> chosen;
+        for (const FrameMotion& of : motions())
+            if (chosen.size() < count && ++taken[std::lround(places_a_pixel * of.place)] <= 2)
+                chosen.push_back(of.frame);
         std::ranges::sort(chosen);
         return chosen;
     }
@@ -223,23 +247,39 @@ class RowMatcher {
             known_.push_back(profile.close() ? 1 : 0);
     }
 
-    /// The straight line through the stem's brightness over its place.
+    /// How the light changes across the picture, by the stem's brightness over its place: a slope
+    /// that is a straight line in the row, by least squares over all rows. One row alone tells it
+    /// badly where it moves little, or where the stem's tip leaves it as soon as it moves.
     void find_light(const std::vector<std::size_t>& frames, const std::vector<BandImage>& rows) {
-        std::vector<double> light;
+        Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+        Eigen::Vector2d right = Eigen::Vector2d::Zero();
         for (std::size_t u = 0; u < used_.size(); ++u) {
-            Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
-            Eigen::Vector2d right = Eigen::Vector2d::Zero();
+            std::vector<RowMatch> seen;
+            RowMatch mean{};
             for (std::size_t i = 0; i < frames.size(); ++i)
                 if (const auto found = matched(frames[i], u, rows[i], 0.0)) {
-                    const Eigen::Vector2d by(1.0, found->axis);
-                    normal += by * by.transpose();
-                    right += found->brightness * by;
+                    seen.push_back(*found);
+                    mean.axis += found->axis;
+                    mean.brightness += found->brightness;
                 }
-            const Eigen::Vector2d line = normal.ldlt().solve(right);
-            const double share = line[1] / (normal(0, 0) > 0.0 ? right[0] / normal(0, 0) : 1.0);
-            light.push_back(std::isfinite(share) ? share : 0.0);
+            if (seen.empty() || mean.brightness <= 0.0)
+                continue;
+            mean.axis /= static_cast<double>(seen.size());
+            mean.brightness /= static_cast<double>(seen.size());
+            const Eigen::Vector2d by(1.0, height_in_picture(u));
+            for (const RowMatch& each : seen) {
+                const double aside = each.axis - mean.axis;
+                normal += aside * aside * by * by.transpose();
+                right += aside * (each.brightness / mean.brightness - 1.0) * by;
+            }
         }
-        light_ = std::move(light);
+        const Eigen::Vector2d line = normal.ldlt().solve(right);
+        for (std::size_t u = 0; u < used_.size(); ++u)
+            light_.push_back(line.allFinite() ? line[0] + line[1] * height_in_picture(u) : 0.0);
+    }
+    /// Of a used row, over that of the picture's rows.
+    [[nodiscard]] double height_in_picture(std::size_t u) const {
+        return double(used_[u].row) / double(track_.rows.places.size()) - 0.5;
     }
 
     [[nodiscard]] std::optional<RowMatch> matched(std::size_t frame, std::size_t u,
@@ -278,7 +318,7 @@ class RowMatcher {
     /// By the smear of the fastest frames, in frames: where it explains them clearly better than
     /// none (six standard deviations of the noise) and lies within the time of a frame.
     [[nodiscard]] std::optional<double> exposure_seen() const {
-        const std::vector<std::size_t> fast = frames_by_speed(true);
+        const std::vector<std::size_t> fast = fastest_frames();
         const std::vector<BandImage> rows = pictures(fast);
         const auto squares = [&](double exposure) {
             double sum = 0.0;
