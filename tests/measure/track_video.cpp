@@ -70,6 +70,42 @@ TEST(TrackedVideo, IsNotLedAstrayByAnExposure) {
     EXPECT_FALSE(track_rendered(still_shutter).measurement.exposure);
 }
 
+/// Least-squares factor between what is read and what is there, where the tip swings by 0.05 to
+/// half a pixel.
+double gain_of_small_swings(const Track& track, const RenderedVideo& video) {
+    const Measurement& measurement = track.measurement;
+    const double px = rendered_mm_per_px * 1e-3;
+    const double lift = video.clamp_row - track.survey.clamp_row;
+    double product = 0.0;
+    double square = 0.0;
+    for (std::size_t k = 0; k < measurement.times.size(); ++k) {
+        const int frame = track.rows.numbers[track.first_kept + k];
+        const double cycles = (frame - video.release_frame) / video.frames_per_cycle;
+        const double amplitude = video.pull * std::exp(-video.decay_per_cycle * cycles);
+        for (std::size_t h = 0; h < measurement.heights.size(); ++h) {
+            const double read = measurement.deflection(k, h) / px;
+            const double truth = video.mean_deflection(measurement.heights[h] / px + lift, frame);
+            if (cycles > 0.0 && amplitude < 0.5 && amplitude > 0.05 && !std::isnan(read)) {
+                product += read * truth;
+                square += truth * truth;
+            }
+        }
+    }
+    return product / square;
+}
+
+// Most of the slowest frames are those at rest, where the stem's edges lie on the same pixels.
+TEST(TrackedVideo, ShowsASwingOfLessThanAPixelInItsSize) {
+    RenderedVideo video;
+    video.stem_width = 7.3;
+    video.decay_per_cycle = 0.35;
+    video.frames = 360;
+    video.axis_column = 60.25;
+    video.blur = 1.4;
+    const Track track = track_rendered(video, "up = \"decreasing_row\"\nclamp_row = 190.0");
+    EXPECT_NEAR(gain_of_small_swings(track, video), 1.0, 0.015);
+}
+
 TEST(TrackedVideo, FindsReleaseFrequencyAndNoise) {
     const RenderedVideo video;
     const Track track = track_rendered(video);
