@@ -5,7 +5,8 @@
 //   bench_uncertainty_coverage FIRST COUNT FILE     writes the cases as JSON, prints the shares
 //
 // The truth of case n follows from n alone, so that two processes can share the cases.
-#include "fit/fit_model.hpp"
+#include "fit/model/stem_chain.hpp"
+#include "fit/solve/reading_errors.hpp"
 #include "fit/solve/uncertainty_budget.hpp"
 #include "physics/effects/library.hpp"
 #include "reduce/distributions.hpp"
@@ -93,15 +94,14 @@ json case_of(std::uint64_t number) {
     measure::Measurement real = beam::record(truth.spec);
     real.stem.spheres = spheres;
     measure::Measurement measurement = misstated(real, number);
-    const std::span recordings(&measurement, 1);
-    const fit::BaselineFit baseline = fit::fit_baseline(recordings);
-    const fit::Fit fit =
-        fit::fit_model(physics::parse_effects(effects, {}), baseline.fit, baseline.recordings, {});
-    json out{{"number", number},
-             {"failure", fit.is_fitted() ? fit.reason : fit.reason + " failed"}};
-    if (!fit.is_fitted())
+    // As `culm calibrate --with` does.
+    fit::StemModel model = fit::baseline_model(measurement);
+    for (const physics::SelectedEffect& effect : physics::parse_effects(effects, {}))
+        model = fit::with_effect(std::move(model), effect, measurement);
+    const fit::RecordingFit part = fit::fit_chain_beside_errors(model, measurement);
+    json out{{"number", number}, {"failure", part.reason}};
+    if (!part.reason.empty())
         return out;
-    const fit::RecordingFit& part = fit.parts.front();
     const fit::UncertaintyBudget budget = fit::uncertainty_budget(part, measurement);
     out["reduced_chi2"] = part.reduced_chi_squared;
     // β is a number of the chain: that of the stem as it is, not as it was stated.
