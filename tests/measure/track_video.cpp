@@ -106,6 +106,44 @@ TEST(TrackedVideo, ShowsASwingOfLessThanAPixelInItsSize) {
     EXPECT_NEAR(gain_of_small_swings(track, video), 1.0, 0.015);
 }
 
+/// Mean error of what lies three to ten pixels from rest, away from it.
+double error_away_from_rest(const Track& track, const RenderedVideo& video) {
+    const Measurement& measurement = track.measurement;
+    const double px = rendered_mm_per_px * 1e-3;
+    const double lift = video.clamp_row - track.survey.clamp_row;
+    double sum = 0.0;
+    double count = 0.0;
+    for (std::size_t k = 0; k < measurement.times.size(); ++k)
+        for (std::size_t h = 0; h < measurement.heights.size(); ++h) {
+            const double read = measurement.deflection(k, h) / px;
+            const double truth = video.mean_deflection(measurement.heights[h] / px + lift,
+                                                       track.rows.numbers[track.first_kept + k]);
+            if (std::isnan(read) || std::abs(truth) < 3.0 || std::abs(truth) > 10.0)
+                continue;
+            sum += truth > 0.0 ? read - truth : truth - read;
+            count += 1.0;
+        }
+    return sum / count;
+}
+
+// The ground under the stem's edges is known from other frames than that beside it.
+TEST(TrackedVideo, IsNotLedAstrayByALampThatFlickers) {
+    RenderedVideo video;
+    video.background = 180.0;
+    video.contrast = -80.0;
+    video.stem_width = 9.0;
+    video.axis_column = 60.25;
+    video.decay_per_cycle = 0.15;
+    video.frames = 300;
+    video.noise = 1.5;
+    video.decorate = [](cv::Mat& picture, int frame) {
+        std::mt19937_64 random(static_cast<unsigned>(frame));
+        picture *= 1.0 + 0.01 * std::normal_distribution<double>()(random);
+    };
+    const Track track = track_rendered(video, "up = \"decreasing_row\"\nclamp_row = 190.0");
+    EXPECT_NEAR(error_away_from_rest(track, video), 0.0, 0.0015);
+}
+
 TEST(TrackedVideo, FindsReleaseFrequencyAndNoise) {
     const RenderedVideo video;
     const Track track = track_rendered(video);

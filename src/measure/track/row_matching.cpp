@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
@@ -84,6 +85,15 @@ class RowMatcher {
     /// err with the ground under the stem's edges, alike as long as it moves little. Pixels that
     /// are always hidden lie between their neighbours.
     void find_ground() {
+        ground_ = mean_ground();
+        // Where a lamp flickers, that mean depends on the frames that show a pixel. Against it each
+        // frame tells its light, and what is left over is the rest of the ground.
+        const std::vector<std::vector<float>> rest = mean_ground();
+        for (std::size_t u = 0; u < used_.size(); ++u)
+            std::ranges::transform(ground_[u], rest[u], ground_[u].begin(), std::plus<>());
+    }
+    /// Of what used_rows_of() leaves.
+    [[nodiscard]] std::vector<std::vector<float>> mean_ground() const {
         constexpr std::size_t frames_for_ground = 600;
         constexpr std::size_t at_once = 16;
         const std::size_t step = wanted_.size() / frames_for_ground + 1;
@@ -101,8 +111,10 @@ class RowMatcher {
                     ground[u].add(pixels(rows[i], u), track_.rows.at(some[i], used_[u].row),
                                   profile_reach() + std::abs(motion(some[i], used_[u].row).speed));
         }
+        std::vector<std::vector<float>> mean;
         for (const GroundRow& row : ground)
-            ground_.push_back(row.mean(std::pow(track_.survey.noise, 2)));
+            mean.push_back(row.mean(std::pow(track_.survey.noise, 2)));
+        return mean;
     }
     [[nodiscard]] double profile_reach() const {
         return 0.5 * track_.survey.apparent_width + beyond_edge + 1.0;
@@ -117,9 +129,30 @@ class RowMatcher {
         for (std::size_t u = 0; u < used_.size(); ++u)
             for (int c = 0; c < image.width; ++c)
                 rows.row(static_cast<int>(u))[c] =
-                    static_cast<float>(view.sign) * image.row(static_cast<int>(used_[u].row))[c] -
-                    (ground_.empty() ? 0.0F : ground_[u][std::size_t(c)]);
+                    static_cast<float>(view.sign) * image.row(static_cast<int>(used_[u].row))[c];
+        if (ground_.empty())
+            return rows;
+        const float lamp = lamp_in(rows);
+        for (std::size_t u = 0; u < used_.size(); ++u)
+            for (int c = 0; c < image.width; ++c)
+                rows.row(static_cast<int>(u))[c] -= lamp * ground_[u][std::size_t(c)];
         return rows;
+    }
+    /// Light of a frame over that of the ground: the median over the pixels, of which the stem
+    /// hides few. 1 where the ground is nearly black.
+    [[nodiscard]] float lamp_in(const BandImage& rows) const {
+        const auto least = static_cast<float>(3.0 * track_.survey.noise);
+        constexpr std::size_t fewest = 200;
+        std::vector<float> lamps;
+        for (std::size_t u = 0; u < used_.size(); ++u)
+            for (int c = 0; c < rows.width; ++c)
+                if (const float ground = ground_[u][std::size_t(c)]; std::abs(ground) > least)
+                    lamps.push_back(rows.row(static_cast<int>(u))[c] / ground);
+        if (lamps.size() < fewest)
+            return 1.0F;
+        const auto middle = lamps.begin() + std::ptrdiff_t(lamps.size() / 2);
+        std::ranges::nth_element(lamps, middle);
+        return *middle;
     }
     [[nodiscard]] PixelRow pixels(const BandImage& rows, std::size_t u) const {
         const std::vector<std::uint8_t>& clutter = track_.survey.trace.clutter;
