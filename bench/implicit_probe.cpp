@@ -5,8 +5,8 @@
 #include "core/error.hpp"
 #include "integrate/history_sampler.hpp"
 #include "integrate/statics.hpp"
+#include "integrate/sundials/integrator.hpp"
 #include "reduce/ring_down/ring_down_fit.hpp"
-#include "reference_integrator/arkode.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -74,15 +74,30 @@ Method method_in_use() {
     };
 }
 
-Method arkode_method(int butcher_table) {
-    return [butcher_table](Problem& problem) {
-        integrate::ArkodeOptions options;
+namespace {
+
+Method sundials_method(integrate::SundialsSolver solver, const std::string& table) {
+    return [solver, table](Problem& problem) {
+        integrate::ImplicitOptions options;
         options.relative_tolerance = problem.tolerance;
-        options.butcher_table = butcher_table;
         options.heartbeat = problem.heartbeat;
-        return integrate::integrate_arkode(problem.chain, problem.state, problem.scales,
-                                           record_length, problem.observe, options);
+        integrate::SundialsIntegrator<2> integrator(problem.chain.layout(), solver, table);
+        const integrate::LaneOutcome outcome = integrator.integrate(
+            problem.chain, problem.state, problem.scales, record_length, problem.observe, options);
+        if (outcome.failure)
+            throw *outcome.failure;
+        return outcome.work;
     };
+}
+
+} // namespace
+
+Method arkode_method(const std::string& table) {
+    return sundials_method(integrate::SundialsSolver::Arkode, table);
+}
+
+Method cvode_method() {
+    return sundials_method(integrate::SundialsSolver::Cvode, {});
 }
 
 std::optional<Probe> probe_ring_down(const StartedStem& start, const Method& method,

@@ -10,6 +10,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace culm::bench {
@@ -43,9 +44,11 @@ using Method = std::function<integrate::SolveSummary(Problem&)>;
 
 /// The one that studies use.
 [[nodiscard]] Method method_in_use();
-/// One of ARKODE's DIRK tables under the number that ARKODE 6.4 gives it.
-[[nodiscard]] Method arkode_method(int butcher_table);
-/// A Rosenbrock method: Rodas5, or one of tests/reference_integrator.
+/// SUNDIALS' ARKODE with one of its DIRK tables, or with the usual one if the name is empty.
+[[nodiscard]] Method arkode_method(const std::string& table = {});
+/// SUNDIALS' CVODE.
+[[nodiscard]] Method cvode_method();
+/// A Rosenbrock method: Rodas5, or one of tests/integrate/rosenbrock_methods.hpp.
 template <class Coefficients>
 [[nodiscard]] Method rosenbrock_method() {
     return [](Problem& problem) {

@@ -4,7 +4,7 @@
 
 #include "core/lanes.hpp"
 #include "integrate/condensed_newton.hpp"
-#include "integrate/error_scales.hpp"
+#include "integrate/error_weights.hpp"
 
 #include <algorithm>
 #include <array>
@@ -164,17 +164,16 @@ class Rosenbrock {
                const ErrorScalesOf<T>& scales, double tolerance, double rate_error_weight)
         : chain_(chain), newton_(chain), state_(std::move(state)), argument_(state_.size()),
           rate_(state_.size()), time_derivative_(state_.size()),
-          weights_(error_weights(scales, tolerance, rate_error_weight)),
+          weights_(error_weights(chain.layout(), scales, tolerance, {.rates = rate_error_weight, .histories = rate_error_weight})),
           only_positions_(rate_error_weight == 0.0),
           depends_on_time_(chain.model().depends_on_time()) {
         chain.layout().set_geometry(state_.data());
         increments_.fill(std::vector<T>(state_.size()));
         for (std::size_t lane = 0; lane < lanes; ++lane) {
-            const double period = 6.283185307179586 * core::lane(scales.displacement, lane) /
-                                  core::lane(scales.velocity, lane);
-            controllers_.emplace_back(1e-3 * period, Method::embedded_order);
+            StepController& controller =
+                controllers_.emplace_back(first_step(scales, lane), Method::embedded_order);
+            controller.limit_step(longest_step(chain.model(), lane));
         }
-        follow_base_motion();
     }
 
     void fix_step(double step) {
@@ -215,59 +214,6 @@ class Rosenbrock {
     }
 
   private:
-    /// Limits the step to a fraction of the support's period. The error estimate does not see a
-    /// support whose stem has come to rest, or whose amplitude is so small that it only serves for
-    /// a derivative.
-    void follow_base_motion() {
-        constexpr double steps_per_period = 16.0;
-        const auto& base_motion = chain_.model().base_motion;
-        for (std::size_t lane = 0; base_motion && lane < lanes; ++lane)
-            controllers_[lane].limit_step(
-                6.283185307179586 /
-                (steps_per_period * core::lane(base_motion->angular_frequency, lane)));
-    }
-
-    /// Reciprocal allowed errors in the state's layout, divided by the root of their number.
-    [[nodiscard]] std::vector<T> error_weights(const ErrorScalesOf<T>& scales, double tolerance,
-                                               double rate_error_weight) const {
-        using std::sqrt;
-        const auto& layout = chain_.layout();
-        const T share = T(1.0 / (tolerance * std::sqrt(double(Dim * layout.sphere_count()))));
-        const T rate_share = T(rate_error_weight) * share;
-        physics::SphereState<Dim, T> sphere;
-        sphere.position.component.fill(share / scales.displacement);
-        sphere.velocity.component.fill(rate_share / scales.velocity);
-        sphere.spin.component.fill(rate_share / scales.spin);
-        physics::BondState<Dim, T> bond;
-        bond.shear_force.component.fill(rate_share / scales.shear_force);
-        bond.moment.component.fill(rate_share / scales.moment);
-        // Errors of the bonds' geometry show in the positions.
-        std::vector<T> weights(layout.size(), T(0.0));
-        for (int i = 0; i < layout.sphere_count(); ++i)
-            layout.set_sphere(weights.data(), i, sphere);
-        for (int j = 0; j < layout.bond_count(); ++j)
-            layout.set_bond(weights.data(), j, bond);
-        if (layout.base_turns())
-            weigh_turning_base(scales, tolerance, weights);
-        return weights;
-    }
-
-    /// A clamp that turns is judged by its rotation, as large as the stem's, and by its spin: dry
-    /// friction switches within a small part of the spin's scale, and where it goes wrong the
-    /// positions react too late.
-    void weigh_turning_base(const ErrorScalesOf<T>& scales, double tolerance,
-                            std::vector<T>& weights) const {
-        constexpr double spin_weight = 0.1;
-        const auto& layout = chain_.layout();
-        const T allowed_rotation =
-            T(tolerance) * scales.spin * scales.displacement / scales.velocity;
-        weights[layout.base_rotation_offset()] = T(1.0) / allowed_rotation;
-        weights[base_spin_place()] = T(spin_weight / tolerance) / scales.spin;
-    }
-    [[nodiscard]] std::size_t base_spin_place() const {
-        return chain_.layout().sphere_offset(0) + 2 * Dim + physics::bending_axis<Dim>;
-    }
-
     template <std::size_t... Stage>
     void run_stages(std::index_sequence<Stage...>) {
         (run_stage<Stage>(), ...);
@@ -358,7 +304,7 @@ class Rosenbrock {
                     add(chain_.layout().sphere_offset(i) + d);
             if (chain_.base_turns()) {
                 add(chain_.layout().base_rotation_offset());
-                add(base_spin_place());
+                add(base_spin_place(chain_.layout()));
             }
         } else {
             for (std::size_t k = 0; k < increment.size(); ++k)

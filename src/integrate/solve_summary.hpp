@@ -10,11 +10,12 @@ namespace culm::integrate {
 /// Work done by an integrator.
 struct SolveSummary {
     std::int64_t steps = 0;
-    std::int64_t rejected_steps = 0;
+    std::int64_t rejected_steps = 0; ///< by the error test
     std::int64_t rhs_evaluations = 0;
-    std::int64_t linear_solves = 0;
+    std::int64_t linear_solves = 0; ///< with SUNDIALS one for each Newton iteration
     std::int64_t jacobian_evaluations = 0;
     std::int64_t factorisations = 0;
+    std::int64_t convergence_failures = 0; ///< steps given up by Newton's iteration
 };
 
 /// Called every millisecond or so of work; returning false asks the integrator to give up (it

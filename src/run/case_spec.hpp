@@ -2,6 +2,7 @@
 // One case: everything that a single free-vibration run needs, as plain data in SI units.
 #pragma once
 
+#include "integrate/sundials/integrator.hpp"
 #include "measure/folder/measurement.hpp"
 #include "physics/bond_law_options.hpp"
 #include "physics/effects/effect.hpp"
@@ -13,7 +14,11 @@
 
 namespace culm::run {
 
-enum class IntegrationMethod { Implicit, Explicit };
+enum class IntegrationMethod {
+    Implicit, ///< culm's own RODAS5, one stem per SIMD lane
+    Explicit, ///< velocity Verlet, one stem per SIMD lane
+    Sundials, ///< implicit, by SUNDIALS
+};
 
 /// What of a trajectory is kept. Every level includes the ones before it.
 enum class StoreLevel { Fit, Tip, Heights, Full };
@@ -21,9 +26,10 @@ enum class StoreLevel { Fit, Tip, Heights, Full };
 /// How a case is integrated in time.
 struct Integrator {
     IntegrationMethod method = IntegrationMethod::Implicit;
-    double timestep = 0.0;               ///< s; explicit only
-    double relative_tolerance = 2e-6;    ///< implicit only
-    std::int64_t step_limit = 2'000'000; ///< implicit only: a case that needs more has failed
+    integrate::SundialsSolver solver = integrate::SundialsSolver::Arkode; ///< Sundials only
+    double timestep = 0.0;                                                ///< s; explicit only
+    double relative_tolerance = 2e-6;                                     ///< implicit methods only
+    std::int64_t step_limit = 2'000'000; ///< implicit methods only: a case that needs more fails
 };
 
 /// How the stem is let go.

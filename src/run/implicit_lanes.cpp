@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include <fmt/core.h>
 
@@ -47,7 +49,10 @@ class ImplicitBatch {
     static constexpr std::size_t lanes = core::lanes_of<T>;
 
   public:
-    explicit ImplicitBatch(std::span<const CaseSpec> specs) : specs_(specs) {
+    /// Cases of RODAS5, or one of SUNDIALS, whose integrators are then needed.
+    explicit ImplicitBatch(std::span<const CaseSpec> specs,
+                           SundialsIntegrators* integrators = nullptr)
+        : specs_(specs), integrators_(integrators) {
         recorders_.reserve(specs.size());
         samplers_.reserve(specs.size());
         const physics::ChainLayout<Dim> layout(specs.front().stem.sphere_count);
@@ -83,13 +88,9 @@ class ImplicitBatch {
         options.step_limit = specs_.front().integrator.step_limit;
         options.follow_first_lane = on_common_steps;
         options.heartbeat = heartbeat;
-        const auto ends = integrate::integrate_lanes<Dim, T>(
-            chain, released.state, integrate::cantilever_scales(stems, tip_deflection), durations,
-            [this](std::size_t lane, double time, std::span<const T> state) {
-                if (lane < samplers_.size())
-                    samplers_[lane].observe(time, state, lane);
-            },
-            options);
+        const auto ends =
+            integrated(chain, released.state, integrate::cantilever_scales(stems, tip_deflection),
+                       durations, options);
 
         const double wall =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -103,6 +104,26 @@ class ImplicitBatch {
     }
 
   private:
+    [[nodiscard]] std::array<integrate::LaneOutcome, lanes>
+    integrated(const physics::Chain<Dim, T>& chain, const std::vector<T>& released,
+               const integrate::ErrorScalesOf<T>& scales,
+               const std::array<double, lanes>& durations,
+               const integrate::ImplicitOptions& options) {
+        const auto observe = [this](std::size_t lane, double time, std::span<const T> state) {
+            if (lane < samplers_.size())
+                samplers_[lane].observe(time, state, lane);
+        };
+        if constexpr (lanes == 1) {
+            if (integrators_ != nullptr && durations[0] > 0.0)
+                return {
+                    integrators_->integrator_for(chain.layout(), specs_.front().integrator.solver)
+                        .integrate(chain, released, scales, durations[0],
+                                   std::bind_front(observe, 0), options)};
+        }
+        return integrate::integrate_lanes<Dim, T>(chain, released, scales, durations, observe,
+                                                  options);
+    }
+
     [[nodiscard]] CaseOutcome outcome(std::size_t lane, const integrate::LaneOutcome& end,
                                       double wall_seconds) {
         if (end.failure)
@@ -118,17 +139,19 @@ class ImplicitBatch {
     }
 
     std::span<const CaseSpec> specs_;
+    SundialsIntegrators* integrators_;
     std::vector<Recorder> recorders_;
     std::vector<integrate::HistorySampler<Dim>> samplers_;
 };
 
 template <class T>
 std::vector<CaseOutcome> run_batch(std::span<const CaseSpec> specs, const Heartbeat& heartbeat,
-                                   bool on_common_steps) {
+                                   bool on_common_steps,
+                                   SundialsIntegrators* integrators = nullptr) {
     try {
         return dimensions_of(specs.front()) == 2
-                   ? ImplicitBatch<2, T>(specs).run(heartbeat, on_common_steps)
-                   : ImplicitBatch<3, T>(specs).run(heartbeat, on_common_steps);
+                   ? ImplicitBatch<2, T>(specs, integrators).run(heartbeat, on_common_steps)
+                   : ImplicitBatch<3, T>(specs, integrators).run(heartbeat, on_common_steps);
     } catch (const integrate::Interrupted&) {
         throw Abandoned{};
     }
@@ -146,6 +169,11 @@ template std::vector<CaseOutcome> simulate_implicit_lanes<double>(std::span<cons
                                                                   const Heartbeat&);
 template std::vector<CaseOutcome> simulate_implicit_lanes<core::Lanes>(std::span<const CaseSpec>,
                                                                        const Heartbeat&);
+
+CaseOutcome simulate_with_sundials(const CaseSpec& spec, const Heartbeat& heartbeat,
+                                   SundialsIntegrators& integrators) {
+    return std::move(run_batch<double>({&spec, 1}, heartbeat, false, &integrators).front());
+}
 
 std::vector<CaseOutcome> simulate_on_common_steps(std::span<const CaseSpec> specs,
                                                   const Heartbeat& heartbeat) {

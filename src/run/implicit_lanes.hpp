@@ -3,6 +3,7 @@
 #pragma once
 
 #include "run/simulate.hpp"
+#include "run/sundials_integrators.hpp"
 
 #include <span>
 #include <vector>
@@ -14,6 +15,10 @@ namespace culm::run {
 template <class T>
 [[nodiscard]] std::vector<CaseOutcome> simulate_implicit_lanes(std::span<const CaseSpec> specs,
                                                                const Heartbeat& heartbeat);
+
+/// One case by SUNDIALS.
+[[nodiscard]] CaseOutcome simulate_with_sundials(const CaseSpec& spec, const Heartbeat& heartbeat,
+                                                 SundialsIntegrators& integrators);
 
 /// As many implicit cases as there are lanes, or fewer, of equal duration: all take the steps of
 /// the first one, so that their differences are smooth in what distinguishes them.

@@ -26,8 +26,13 @@ std::size_t lanes_per_batch() {
     return core::lane_count;
 }
 
+std::size_t lanes_per_batch(IntegrationMethod method) {
+    return method == IntegrationMethod::Sundials ? 1 : lanes_per_batch();
+}
+
 bool can_share_lanes(const CaseSpec& a, const CaseSpec& b) {
-    if (a.integrator.method != b.integrator.method || !same_law(a.law, b.law) ||
+    if (a.integrator.method == IntegrationMethod::Sundials ||
+        a.integrator.method != b.integrator.method || !same_law(a.law, b.law) ||
         a.stem.sphere_count != b.stem.sphere_count || dimensions_of(a) != dimensions_of(b) ||
         !same_kind_of_model(a, b))
         return false;
@@ -40,24 +45,31 @@ bool can_share_lanes(const CaseSpec& a, const CaseSpec& b) {
            a.sample_interval == b.sample_interval;
 }
 
-CaseOutcome simulate(const CaseSpec& spec, const Heartbeat& heartbeat) {
+CaseOutcome Simulator::simulate(const CaseSpec& spec, const Heartbeat& heartbeat) {
     try {
-        if (spec.integrator.method == IntegrationMethod::Implicit)
-            return simulate_implicit_lanes<double>({&spec, 1}, heartbeat).front();
-        return simulate_explicit_lanes({&spec, 1}, heartbeat).front();
+        switch (spec.integrator.method) {
+        case IntegrationMethod::Explicit:
+            return simulate_explicit_lanes({&spec, 1}, heartbeat).front();
+        case IntegrationMethod::Sundials:
+            return simulate_with_sundials(spec, heartbeat, integrators_);
+        case IntegrationMethod::Implicit:
+            break;
+        }
+        return simulate_implicit_lanes<double>({&spec, 1}, heartbeat).front();
     } catch (const core::NumericalError& error) {
         return CaseFailure{error.kind(), error.what()};
     }
 }
 
-namespace {
-
 /// Cases that share lanes. What has no value in one lane (a user's formula) ends them all, so each
 /// is then computed by itself, in lanes as well: the neighbours of a lane do not change its bits.
-std::vector<CaseOutcome> simulate_lanes(std::span<const CaseSpec> batch,
-                                        const Heartbeat& heartbeat) {
+std::vector<CaseOutcome> Simulator::simulate_lanes(std::span<const CaseSpec> batch,
+                                                   const Heartbeat& heartbeat) {
+    const IntegrationMethod method = batch.front().integrator.method;
+    if (method == IntegrationMethod::Sundials)
+        return {simulate(batch.front(), heartbeat)};
     try {
-        return batch.front().integrator.method == IntegrationMethod::Implicit
+        return method == IntegrationMethod::Implicit
                    ? simulate_implicit_lanes<core::Lanes>(batch, heartbeat)
                    : simulate_explicit_lanes(batch, heartbeat);
     } catch (const core::NumericalError& error) {
@@ -71,10 +83,8 @@ std::vector<CaseOutcome> simulate_lanes(std::span<const CaseSpec> batch,
     return outcomes;
 }
 
-} // namespace
-
-std::vector<CaseOutcome> simulate_together(std::span<const CaseSpec> specs,
-                                           const Heartbeat& heartbeat) {
+std::vector<CaseOutcome> Simulator::simulate_together(std::span<const CaseSpec> specs,
+                                                      const Heartbeat& heartbeat) {
     std::vector<CaseOutcome> outcomes;
     outcomes.reserve(specs.size());
     for (std::size_t begin = 0; begin < specs.size();) {
@@ -87,6 +97,15 @@ std::vector<CaseOutcome> simulate_together(std::span<const CaseSpec> specs,
         begin = end;
     }
     return outcomes;
+}
+
+CaseOutcome simulate(const CaseSpec& spec, const Heartbeat& heartbeat) {
+    return Simulator().simulate(spec, heartbeat);
+}
+
+std::vector<CaseOutcome> simulate_together(std::span<const CaseSpec> specs,
+                                           const Heartbeat& heartbeat) {
+    return Simulator().simulate_together(specs, heartbeat);
 }
 
 double largest_stable_timestep(const CaseSpec& spec) {

@@ -4,6 +4,7 @@
 
 #include "run/case_result.hpp"
 #include "run/case_spec.hpp"
+#include "run/sundials_integrators.hpp"
 
 #include <functional>
 #include <span>
@@ -17,23 +18,41 @@ using Heartbeat = std::function<bool()>;
 /// Thrown out of simulate() when the heartbeat returned false.
 struct Abandoned {};
 
-/// Pulls the tip aside, finds the static equilibrium, releases it and follows the free vibration.
-/// A case that cannot be computed comes back as a CaseFailure.
-[[nodiscard]] CaseOutcome simulate(const CaseSpec& spec, const Heartbeat& heartbeat = {});
+/// Simulates cases, and keeps the integrators of SUNDIALS from one to the next. No result depends
+/// on the cases before it, bit for bit.
+class Simulator {
+  public:
+    /// Pulls the tip aside, finds the static equilibrium, releases it and follows the free
+    /// vibration. A case that cannot be computed comes back as a CaseFailure.
+    [[nodiscard]] CaseOutcome simulate(const CaseSpec& spec, const Heartbeat& heartbeat = {});
 
-/// The same for several cases, those that can share SIMD lanes side by side (see can_share_lanes).
-/// One outcome per case, in order. A case's result does not depend on its neighbours, bit for bit;
-/// it agrees with simulate()'s to rounding.
+    /// The same for several cases, those that can share SIMD lanes side by side (see
+    /// can_share_lanes). One outcome per case, in order. A case's result does not depend on its
+    /// neighbours, bit for bit; it agrees with simulate()'s to rounding.
+    [[nodiscard]] std::vector<CaseOutcome> simulate_together(std::span<const CaseSpec> specs,
+                                                             const Heartbeat& heartbeat = {});
+
+  private:
+    [[nodiscard]] std::vector<CaseOutcome> simulate_lanes(std::span<const CaseSpec> batch,
+                                                          const Heartbeat& heartbeat);
+
+    SundialsIntegrators integrators_;
+};
+
+/// By a Simulator of its own.
+[[nodiscard]] CaseOutcome simulate(const CaseSpec& spec, const Heartbeat& heartbeat = {});
 [[nodiscard]] std::vector<CaseOutcome> simulate_together(std::span<const CaseSpec> specs,
                                                          const Heartbeat& heartbeat = {});
 
 /// Whether two cases may run in neighbouring lanes: equal numbers of spheres and dimensions, law
-/// and method; implicit ones with equal tolerance and step limit, explicit ones with equal step,
-/// duration and samples.
+/// and method, which is not SUNDIALS; implicit ones with equal tolerance and step limit, explicit
+/// ones with equal step, duration and samples.
 [[nodiscard]] bool can_share_lanes(const CaseSpec& a, const CaseSpec& b);
 
 /// Cases that fill the lanes of this machine.
 [[nodiscard]] std::size_t lanes_per_batch();
+/// Lanes that a case's method works with: one with SUNDIALS.
+[[nodiscard]] std::size_t lanes_per_batch(IntegrationMethod method);
 
 /// The largest stable explicit step of a case, s: velocity Verlet on the linearised straight chain,
 /// transverse and axial motion. Beyond it the motion grows without bound.

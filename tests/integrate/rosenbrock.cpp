@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The Rosenbrock methods: their orders on the chain, ARKODE as an independent check, and SIMD lanes
-// that neither change nor disturb one another.
+// The Rosenbrock methods: their orders on the chain, and SIMD lanes that neither change nor disturb
+// one another. sundials.cpp compares RODAS5 with ARKODE and CVODE.
 #include "integrate/rosenbrock.hpp"
 
 #include "core/error.hpp"
-#include "integrate/history_sampler.hpp"
 #include "integrate/implicit.hpp"
+#include "integrate/recording.hpp"
+#include "integrate/rosenbrock_methods.hpp"
 #include "integrate/statics.hpp"
-#include "reference_integrator/arkode.hpp"
-#include "reference_integrator/rosenbrock_methods.hpp"
 
 #include <algorithm>
 #include <array>
@@ -91,77 +90,6 @@ TYPED_TEST(RosenbrockOrder, IsTheNominalOneOnTheChain) {
     const double order = std::log2(coarse / fine) / 2.0;
     EXPECT_GT(order, TypeParam::order - 0.3) << coarse << " -> " << fine;
     EXPECT_LT(order, TypeParam::order + 0.8) << coarse << " -> " << fine;
-}
-
-/// (samples)(Dim × spheres): the positions of all spheres, m.
-using History = std::vector<std::vector<double>>;
-
-template <int Dim>
-class Recording {
-  public:
-    Recording(const physics::ChainLayout<Dim>& layout, double interval, std::size_t count)
-        : samples_(count), sampler_(layout, 0, layout.bond_count(), interval, count,
-                                    [this](std::size_t k, std::span<const double> positions) {
-                                        samples_[k].assign(positions.begin(), positions.end());
-                                    }) {}
-    Recording(const Recording&) = delete;
-    Recording& operator=(const Recording&) = delete;
-
-    HistorySampler<Dim>& sampler() { return sampler_; }
-    [[nodiscard]] const History& finished() {
-        sampler_.finish();
-        return samples_;
-    }
-
-  private:
-    History samples_;
-    HistorySampler<Dim> sampler_;
-};
-
-double largest_difference(const History& a, const History& b) {
-    double largest = 0.0;
-    for (std::size_t k = 0; k < a.size(); ++k)
-        for (std::size_t i = 0; i < a[k].size(); ++i)
-            largest = std::max(largest, std::abs(a[k][i] - b[k][i]));
-    return largest;
-}
-
-template <int Dim>
-void expect_agreement_with_arkode(const physics::StemParameters<double>& stem,
-                                  const physics::BondLawOptions& law, double duration) {
-    const physics::Chain<Dim, double> chain(stem, law);
-    const double deflection = 0.1 * stem.free_length();
-    const auto released = deflected_equilibrium(chain, deflection).state;
-    const auto scales = cantilever_scales(stem, deflection);
-    constexpr std::size_t samples = 101;
-    const double interval = duration / (samples - 1);
-    Recording<Dim> ours(chain.layout(), interval, samples);
-    Recording<Dim> theirs(chain.layout(), interval, samples);
-    const auto into = [](Recording<Dim>& recording) {
-        return [&recording](double time, std::span<const double> at) {
-            recording.sampler().observe(time, at);
-        };
-    };
-    std::vector<double> state = released;
-    ImplicitOptions options;
-    options.relative_tolerance = 1e-9;
-    integrate_implicit(chain, state, scales, duration, into(ours), options);
-    state = released;
-    ArkodeOptions arkode;
-    arkode.relative_tolerance = 1e-9;
-    integrate_arkode(chain, state, scales, duration, into(theirs), arkode);
-    // Both allow 1e-9 a step; some hundred steps add up.
-    EXPECT_LT(largest_difference(ours.finished(), theirs.finished()) / deflection, 3e-7);
-}
-
-TEST(Rosenbrock, AgreesWithArkodeForBothLaws) {
-    for (const auto& law : {physics::schramm2019_law(), physics::consistent_law()})
-        for (const double damping : {1.0, 25.0, 200.0})
-            expect_agreement_with_arkode<2>(stem_of(30, 2e9, damping), law, 3e-3);
-}
-
-TEST(Rosenbrock, AgreesWithArkodeInSpace) {
-    expect_agreement_with_arkode<3>(stem_of(12, 2e9, 25.0), physics::schramm2019_law(), 1e-3);
 }
 
 /// As many stems as there are lanes, and one more for the tests of neighbours.

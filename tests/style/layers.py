@@ -38,7 +38,7 @@ LIBRARIES = {
     "SUNDIALS": (
         r"(sundials|arkode|cvodes?|idas?|kinsol|nvector|sunmatrix|sunlinsol|sunnonlinsol)/",
         r"SUNDIALS::",
-        set(),  # only tests and bench compare with it
+        {"integrate/sundials"},
     ),
     "toml++": (r"toml\+\+/", r"tomlplusplus::", {"core/toml", "study"}),
     "OpenCV": (r"opencv2/", r"OpenC[vV]::", {"measure/track"}),

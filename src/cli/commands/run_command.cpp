@@ -108,26 +108,30 @@ std::string integrator_text(const study::StudyConfig& config) {
     if (base.integrator.method == run::IntegrationMethod::Explicit)
         return fmt::format("explicit, time step {:.4g} s, {:.4g} steps a point",
                            base.integrator.timestep, base.duration / base.integrator.timestep);
-    return fmt::format("implicit, relative tolerance {:.3g}", base.integrator.relative_tolerance);
+    const std::string method = base.integrator.method == run::IntegrationMethod::Implicit
+                                   ? "implicit"
+                                   : fmt::format("SUNDIALS {}", to_string(base.integrator.solver));
+    return fmt::format("{}, relative tolerance {:.3g}", method, base.integrator.relative_tolerance);
 }
 
 std::string plan_text(const study::Study& study, const std::vector<std::int64_t>& points,
                       int ranks) {
     const auto batches = study::make_batches(study, points);
     const study::Estimate plan = study::estimate(study, batches);
-    const bool fills_lanes = study.config.kind == study::StudyKind::Vibration;
-    std::string text = fmt::format(
-        "study          {}\n"
-        "points         {} in {} batch{}{}\n"
-        "integrator     {}\n"
-        "estimated cost {:.3g} core seconds, {:.3g} s on {} rank{}\n"
-        "memory         {} per rank\n"
-        "archive        {} before compression\n",
-        study.config.name, plan.points, plan.batches, plan.batches == 1 ? "" : "es",
-        fills_lanes ? fmt::format(", up to {} SIMD lanes each", run::lanes_per_batch()) : "",
-        integrator_text(study.config), plan.core_seconds, plan.core_seconds / ranks, ranks,
-        ranks == 1 ? "" : "s", present::bytes_text(plan.memory_bytes_per_rank),
-        present::bytes_text(plan.archive_bytes));
+    const std::size_t lanes = run::lanes_per_batch(study.config.base.integrator.method);
+    const bool fills_lanes = study.config.kind == study::StudyKind::Vibration && lanes > 1;
+    std::string text =
+        fmt::format("study          {}\n"
+                    "points         {} in {} batch{}{}\n"
+                    "integrator     {}\n"
+                    "estimated cost {:.3g} core seconds, {:.3g} s on {} rank{}\n"
+                    "memory         {} per rank\n"
+                    "archive        {} before compression\n",
+                    study.config.name, plan.points, plan.batches, plan.batches == 1 ? "" : "es",
+                    fills_lanes ? fmt::format(", up to {} SIMD lanes each", lanes) : "",
+                    integrator_text(study.config), plan.core_seconds, plan.core_seconds / ranks,
+                    ranks, ranks == 1 ? "" : "s", present::bytes_text(plan.memory_bytes_per_rank),
+                    present::bytes_text(plan.archive_bytes));
     if (const std::int64_t tests = study.design.tests; tests > 1)
         text += fmt::format("stems          {}, {} tests of each\n",
                             study.design.point_count() / tests, tests);

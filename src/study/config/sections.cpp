@@ -185,16 +185,22 @@ void read_integrator(ConfigContext& context) {
     if (!method && reader.has("method"))
         return;
     const bool is_explicit = method == "explicit";
-    integrator.method =
-        is_explicit ? run::IntegrationMethod::Explicit : run::IntegrationMethod::Implicit;
+    const bool is_sundials = method == "sundials";
+    integrator.method = is_explicit   ? run::IntegrationMethod::Explicit
+                        : is_sundials ? run::IntegrationMethod::Sundials
+                                      : run::IntegrationMethod::Implicit;
+    if (reader.word("solver") == "cvode")
+        integrator.solver = integrate::SundialsSolver::Cvode;
+    if (!is_sundials && reader.has("solver"))
+        reader.error("solver", "only with method = \"sundials\"");
     if (is_explicit && !reader.has("timestep_s"))
         reader.error("timestep_s", "method = \"explicit\" needs it");
     if (!is_explicit && reader.has("timestep_s"))
-        reader.error("timestep_s", "only with method = \"explicit\"; the implicit method chooses "
-                                   "its steps by relative_tolerance");
+        reader.error("timestep_s", "only with method = \"explicit\"; implicit methods choose "
+                                   "their steps by relative_tolerance");
     if (is_explicit && reader.has("relative_tolerance"))
         reader.error("relative_tolerance",
-                     "only with method = \"implicit\"; the explicit method needs timestep_s");
+                     "only with an implicit method; the explicit method needs timestep_s");
 }
 
 void read_vibration(ConfigContext& context) {
@@ -290,7 +296,6 @@ struct KeyPlace {
 
 /// What a time-step study chooses itself: its steps, its record, and what it keeps.
 constexpr std::array keys_of_vibrations{KeyPlace{"study", "heights_mm"},
-                                        KeyPlace{"integrator", "method"},
                                         KeyPlace{"integrator", "timestep_s"},
                                         KeyPlace{"integrator", "relative_tolerance"},
                                         KeyPlace{"vibration", "duration_s"},
@@ -312,6 +317,10 @@ void refuse_keys_of_vibrations(ConfigContext& context) {
         if (reader.has(place.key))
             reader.error(place.key, "only with study.kind = \"vibration\"");
     }
+    if (context.config.base.integrator.method == run::IntegrationMethod::Explicit)
+        reader_of("integrator", context)
+            .error("method", "of a time-step study it is that of the reference run: \"implicit\" "
+                             "or \"sundials\"");
     if (context.config.base.store != run::StoreLevel::Fit)
         reader_of("study", context)
             .error("store", "study.kind = \"timestep\" keeps no histories: \"fit\" or nothing");

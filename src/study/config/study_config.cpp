@@ -159,13 +159,19 @@ void add_model(const StudyConfig& config, Lines& lines) {
     lines["law.damping_inertia"] =
         base.law.damping_inertia == physics::DampingInertia::Reduced ? "reduced" : "individual";
     lines["integrator.dimensions"] = fmt::format("{}", base.dimensions);
+    const bool is_sundials = base.integrator.method == run::IntegrationMethod::Sundials;
+    if (is_sundials) {
+        lines["integrator.method"] = "sundials";
+        lines["integrator.solver"] = to_string(base.integrator.solver);
+    }
     if (config.kind == StudyKind::Timestep)
         return;
     if (base.integrator.method == run::IntegrationMethod::Explicit) {
         lines["integrator.method"] = "explicit";
         lines["integrator.timestep_s"] = fmt::format("{}", base.integrator.timestep);
     } else {
-        lines["integrator.method"] = "implicit";
+        if (!is_sundials)
+            lines["integrator.method"] = "implicit";
         lines["integrator.relative_tolerance"] =
             fmt::format("{}", base.integrator.relative_tolerance);
     }

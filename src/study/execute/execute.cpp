@@ -72,9 +72,9 @@ class PointWorker {
                     commit(compute_point_(spec));
             } else if (study_.config.kind == StudyKind::Timestep) {
                 for (const run::CaseSpec& spec : specs)
-                    commit(compute_timestep_point(study_.config, spec, go_on));
+                    commit(compute_timestep_point(study_.config, spec, go_on, simulator_));
             } else {
-                std::vector<run::CaseOutcome> outcomes = run::simulate_together(specs, go_on);
+                std::vector<run::CaseOutcome> outcomes = simulator_.simulate_together(specs, go_on);
                 for (std::size_t k = 0; k < specs.size(); ++k)
                     commit(make_record(specs[k], std::move(outcomes[k]), study_.config.reduce));
             }
@@ -108,6 +108,7 @@ class PointWorker {
     const Study& study_;
     archive::JournalWriter& journal_;
     const ComputePoint& compute_point_;
+    run::Simulator simulator_;
 };
 
 /// The record of a point that is not tried any more.

@@ -73,6 +73,16 @@ constexpr double implicit_spatial_factor = 5.2;
 constexpr double static_bond_step_seconds = 6e-7;
 constexpr double static_spatial_factor = 11.0;
 
+/// What ARKODE and CVODE take: steps for one of RODAS5 with the same accuracy, time per bond and
+/// step (s), and what a spatial chain takes more.
+struct SundialsCost {
+    double steps;
+    double bond_step_seconds;
+    double spatial_factor;
+};
+constexpr SundialsCost arkode_cost{1.2, 1.0e-6, 4.0};
+constexpr SundialsCost cvode_cost{54.0, 1.1e-7, 4.0};
+
 /// Steps that the implicit integrator takes at its default tolerance in so many periods of the
 /// first mode. Lightly damped stems need more of them, because their higher modes ring longer;
 /// those that the release excites die away in the first ones (docs/performance.md).
@@ -201,6 +211,30 @@ Study parse_study(std::string_view text, const std::string& file, const StudyFil
     return checked(parse_config(text, file, files));
 }
 
+namespace {
+
+/// Time of the vibration per bond by an implicit method, s.
+double implicit_seconds_per_bond(const run::CaseSpec& spec) {
+    const run::Integrator& integrator = spec.integrator;
+    const bool is_planar = spec.dimensions == 2;
+    const double periods = spec.duration * physics::first_frequency(spec.stem);
+    const double usual_steps = implicit_steps(periods, spec.stem.bond_damping);
+    const double accuracy = run::Integrator{}.relative_tolerance / integrator.relative_tolerance;
+    // A method of order p that controls the error of a step takes 10^(1/p) times the steps for ten
+    // times the accuracy; RODAS5, ARKODE's and CVODE's estimates are of order 5, 4 and 3.
+    if (integrator.method == run::IntegrationMethod::Implicit)
+        return (is_planar ? 1.0 : implicit_spatial_factor) * std::pow(accuracy, 1.0 / 5.0) *
+               usual_steps * implicit_bond_step_seconds /
+               static_cast<double>(run::lanes_per_batch());
+    const bool is_arkode = integrator.solver == integrate::SundialsSolver::Arkode;
+    const SundialsCost& cost = is_arkode ? arkode_cost : cvode_cost;
+    return (is_planar ? 1.0 : cost.spatial_factor) *
+           std::pow(accuracy, is_arkode ? 1.0 / 4.0 : 1.0 / 3.0) * cost.steps * usual_steps *
+           cost.bond_step_seconds;
+}
+
+} // namespace
+
 double estimated_seconds(const run::CaseSpec& spec) {
     const double bonds = spec.stem.sphere_count - 1;
     const bool is_planar = spec.dimensions == 2;
@@ -208,14 +242,7 @@ double estimated_seconds(const run::CaseSpec& spec) {
     if (spec.integrator.method == run::IntegrationMethod::Explicit)
         return (is_planar ? 1.0 : explicit_spatial_factor) * bonds * spec.duration /
                spec.integrator.timestep * explicit_bond_step_seconds / lanes;
-    // The method is of order five and controls the error of a step: ten times the accuracy takes
-    // 10^(1/5) times the steps.
-    const double accuracy =
-        std::pow(run::Integrator{}.relative_tolerance / spec.integrator.relative_tolerance, 0.2);
-    const double periods = spec.duration * physics::first_frequency(spec.stem);
-    const double steps = accuracy * implicit_steps(periods, spec.stem.bond_damping);
-    const double vibration = (is_planar ? 1.0 : implicit_spatial_factor) * bonds * steps *
-                             implicit_bond_step_seconds / lanes;
+    const double vibration = bonds * implicit_seconds_per_bond(spec);
     const double load_steps =
         10.0 + 200.0 * std::abs(spec.tip_deflection) / spec.stem.free_length();
     return vibration + (is_planar ? 1.0 : static_spatial_factor) * bonds * load_steps *
@@ -227,7 +254,8 @@ std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std:
     std::vector<farm::Batch> batches;
     std::vector<farm::Batch> lone;
     std::optional<run::CaseSpec> first;
-    const auto lanes = static_cast<double>(run::lanes_per_batch());
+    const std::size_t most = run::lanes_per_batch(study.config.base.integrator.method);
+    const auto lanes = static_cast<double>(most);
     for (const std::int64_t point : in_lane_order(study, points)) {
         run::CaseSpec spec = case_of_point(study.config, study.design, point);
         // A point during which a process died before goes alone: its death must not take others
@@ -238,8 +266,7 @@ std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std:
         }
         // A point of a time-step study fills the lanes alone, with its steps.
         if (first && study.config.kind == StudyKind::Vibration &&
-            batches.back().points.size() < run::lanes_per_batch() &&
-            run::can_share_lanes(*first, spec)) {
+            batches.back().points.size() < most && run::can_share_lanes(*first, spec)) {
             batches.back().points.push_back(point);
             continue;
         }

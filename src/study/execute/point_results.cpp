@@ -28,6 +28,18 @@ void append_fit(const reduce::RingDownFit& fit, std::vector<double>& values) {
                    fit.r_squared});
 }
 
+void append_work(run::IntegrationMethod method, const integrate::SolveSummary& work,
+                 std::vector<double>& values) {
+    std::vector<std::int64_t> counts{work.steps, work.rhs_evaluations};
+    // Of culm's own methods the other counts follow from these.
+    if (method == run::IntegrationMethod::Sundials)
+        counts.insert(counts.end(),
+                      {work.jacobian_evaluations, work.factorisations, work.linear_solves,
+                       work.rejected_steps, work.convergence_failures});
+    for (const std::int64_t count : counts)
+        values.push_back(static_cast<double>(count));
+}
+
 archive::PointRecord failed_record(std::int64_t point, core::FailureKind kind,
                                    const std::string& reason) {
     archive::PointRecord record;
@@ -42,7 +54,7 @@ archive::PointRecord failed_record(std::int64_t point, core::FailureKind kind,
 std::vector<archive::Column> result_columns(const StudyConfig& config) {
     if (config.kind == StudyKind::Timestep)
         return timestep_columns(config.timestep);
-    return {
+    std::vector<archive::Column> columns{
         {"amplitude", "1", "b0 of Eq. 1 over the largest deflection"},
         {"amplitude_standard_error", "1", "standard error of b0"},
         {"decay_rate", "1/s", "b1 of Eq. 1"},
@@ -56,6 +68,14 @@ std::vector<archive::Column> result_columns(const StudyConfig& config) {
         {"steps", "1", "steps of the integrator"},
         {"rhs_evaluations", "1", "evaluations of the right-hand side"},
     };
+    if (config.base.integrator.method == run::IntegrationMethod::Sundials)
+        columns.insert(columns.end(),
+                       {{"jacobian_evaluations", "1", "evaluations of the Jacobian"},
+                        {"factorisations", "1", "factorisations of the Newton matrix"},
+                        {"newton_iterations", "1", "iterations of Newton's method"},
+                        {"error_test_failures", "1", "steps that the error test rejected"},
+                        {"convergence_failures", "1", "steps that Newton's method gave up"}});
+    return columns;
 }
 
 reduce::RingDownFitOptions fit_options(const ReduceOptions& options) {
@@ -92,8 +112,7 @@ archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome out
             return failed_record(spec.point, error.kind(), error.what());
         record.values.assign(fit_columns, std::numeric_limits<double>::quiet_NaN());
     }
-    record.values.push_back(static_cast<double>(result.work.steps));
-    record.values.push_back(static_cast<double>(result.work.rhs_evaluations));
+    append_work(spec.integrator.method, result.work, record.values);
     if (spec.store >= run::StoreLevel::Tip)
         record.tip_deflection = std::move(result.tip_deflection);
     if (spec.store >= run::StoreLevel::Heights)
@@ -133,7 +152,7 @@ run::CaseSpec recorded(const TimestepOptions& options, run::CaseSpec spec) {
     // In units of the stem's own period, so that stems of any stiffness are compared alike.
     spec.sample_interval = run::undamped_period(spec) / per_cycle;
     spec.duration = std::round(options.record_cycles * per_cycle) * spec.sample_interval;
-    spec.integrator = {run::IntegrationMethod::Implicit, 0.0, options.reference_tolerance};
+    spec.integrator.relative_tolerance = options.reference_tolerance;
     spec.store = run::StoreLevel::Tip;
     spec.heights.clear();
     return spec;
@@ -151,9 +170,10 @@ std::vector<std::int64_t> steps_per_sample(const TimestepOptions& options,
 
 /// Appends the reference and every step's columns.
 void append_comparison(const StudyConfig& config, const run::CaseSpec& point, double limit,
-                       const run::Heartbeat& heartbeat, std::vector<double>& values) {
+                       const run::Heartbeat& heartbeat, run::Simulator& simulator,
+                       std::vector<double>& values) {
     const run::CaseSpec spec = recorded(config.timestep, point);
-    const StepFit reference = fit_of(spec, run::simulate(spec, heartbeat), config.reduce);
+    const StepFit reference = fit_of(spec, simulator.simulate(spec, heartbeat), config.reduce);
     values.insert(values.end(), {reference.decay_per_cycle, reference.frequency});
 
     const std::vector<std::int64_t> counts = steps_per_sample(config.timestep, spec, limit);
@@ -210,7 +230,8 @@ std::vector<archive::Column> timestep_columns(const TimestepOptions& options) {
 }
 
 archive::PointRecord compute_timestep_point(const StudyConfig& config, const run::CaseSpec& spec,
-                                            const run::Heartbeat& heartbeat) {
+                                            const run::Heartbeat& heartbeat,
+                                            run::Simulator& simulator) {
     archive::PointRecord record;
     record.point = spec.point;
     try {
@@ -223,7 +244,8 @@ archive::PointRecord compute_timestep_point(const StudyConfig& config, const run
             limits.transverse,        limits.axial,     limits.published_rule,
             run::bond_time(spec.stem)};
         if (!config.timestep.fractions.empty())
-            append_comparison(config, spec, limits.linearised(), heartbeat, record.values);
+            append_comparison(config, spec, limits.linearised(), heartbeat, simulator,
+                              record.values);
         record.completed = true;
     } catch (const core::NumericalError& error) {
         record.values.clear();

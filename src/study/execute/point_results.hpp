@@ -44,7 +44,8 @@ enum class StepOutcome { Fitted = 0, Unstable = 1, NoFit = 2 };
 /// Throws run::Abandoned.
 [[nodiscard]] archive::PointRecord compute_timestep_point(const StudyConfig& config,
                                                           const run::CaseSpec& spec,
-                                                          const run::Heartbeat& heartbeat);
+                                                          const run::Heartbeat& heartbeat,
+                                                          run::Simulator& simulator);
 
 /// Explicit steps that such a point will take, all lanes side by side counting as one; about.
 [[nodiscard]] double explicit_steps_of_point(const StudyConfig& config, const run::CaseSpec& spec);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every effect of the library: both integrators, lanes and derivatives tell the same.
+// Every effect of the library: all integrators, lanes and derivatives agree.
 #include "free_vibration.hpp"
 #include "physics/effects/selection.hpp"
 #include "physics/effects/stem_scales.hpp"
@@ -67,6 +67,19 @@ TEST_P(EveryEffect, IsTheSameExplicitlyAndImplicitly) {
     EXPECT_GT(largest_difference(completed(implicit).height_deflection,
                                  completed(bare).height_deflection),
               20.0 * difference);
+}
+
+TEST_P(EveryEffect, IsTheSameWithSundials) {
+    const CaseSpec spec = with_effect();
+    const auto own = completed(simulate(spec)).height_deflection;
+    CaseSpec other = spec;
+    other.integrator.method = IntegrationMethod::Sundials;
+    EXPECT_LT(largest_difference(own, completed(simulate(other)).height_deflection),
+              2e-6 * spec.tip_deflection);
+    other.integrator.solver = integrate::SundialsSolver::Cvode;
+    other.integrator.relative_tolerance = 1e-7;
+    EXPECT_LT(largest_difference(own, completed(simulate(other)).height_deflection),
+              5e-5 * spec.tip_deflection);
 }
 
 TEST_P(EveryEffect, IsTheSameInLanes) {

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How an implicit integrator weighs the errors of a step, and the longest step that it may take.
+#pragma once
+
+#include "core/lanes.hpp"
+#include "integrate/error_scales.hpp"
+#include "physics/chain.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace culm::integrate {
+
+/// Place of the clamped sphere's spin in the plane of bending.
+template <int Dim>
+[[nodiscard]] std::size_t base_spin_place(const physics::ChainLayout<Dim>& layout) {
+    return layout.sphere_offset(0) + 2 * Dim + physics::bending_axis<Dim>;
+}
+
+/// How much the errors of other states count beside those of the positions, each relative to its
+/// scale.
+struct ErrorShares {
+    double rates = 0.0;     ///< velocities and spins
+    double histories = 0.0; ///< shear forces and moments of the bonds, moments of their branches
+    double geometry = 0.0;  ///< lengths and directions of the bonds
+};
+
+/// Weights w in the state's layout: a step with errors e is accepted if Σ (w e)² ≤ 1. Positions
+/// may err by `tolerance` × displacement scale (root mean square over the chain).
+///
+/// A clamp that turns is judged by its rotation, as large as the stem's, and by its spin: dry
+/// friction switches within a small part of the spin's scale, and where it goes wrong the positions
+/// react too late.
+template <int Dim, class T>
+[[nodiscard]] std::vector<T> error_weights(const physics::ChainLayout<Dim>& layout,
+                                           const ErrorScalesOf<T>& scales, double tolerance,
+                                           const ErrorShares& shares) {
+    const T share = T(1.0 / (tolerance * std::sqrt(double(Dim * layout.sphere_count()))));
+    const T rate_share = T(shares.rates) * share;
+    physics::SphereState<Dim, T> sphere;
+    sphere.position.component.fill(share / scales.displacement);
+    sphere.velocity.component.fill(rate_share / scales.velocity);
+    sphere.spin.component.fill(rate_share / scales.spin);
+    physics::BondState<Dim, T> bond;
+    const T history_share = T(shares.histories) * share;
+    bond.shear_force.component.fill(history_share / scales.shear_force);
+    bond.moment.component.fill(history_share / scales.moment);
+    const T geometry_share = T(shares.geometry) * share / scales.displacement;
+    physics::BondGeometry<Dim, T> geometry;
+    geometry.length = geometry_share;
+    // The slope of the released stem is spin over velocity times deflection.
+    geometry.direction.component.fill(geometry_share * scales.velocity / scales.spin);
+    std::vector<T> weights(layout.size(), T(0.0));
+    for (int i = 0; i < layout.sphere_count(); ++i)
+        layout.set_sphere(weights.data(), i, sphere);
+    for (int j = 0; j < layout.bond_count(); ++j) {
+        layout.set_bond(weights.data(), j, bond);
+        layout.set_geometry(weights.data(), j, geometry);
+        for (int branch = 0; branch < layout.branch_count(); ++branch)
+            layout.set_branch_moment(weights.data(), j, branch, bond.moment);
+    }
+    if (layout.base_turns()) {
+        constexpr double spin_weight = 0.1;
+        const T allowed_rotation =
+            T(tolerance) * scales.spin * scales.displacement / scales.velocity;
+        weights[layout.base_rotation_offset()] = T(1.0) / allowed_rotation;
+        weights[base_spin_place(layout)] = T(spin_weight / tolerance) / scales.spin;
+    }
+    return weights;
+}
+
+/// The first step to try, s: a thousandth of the period that the scales belong to.
+template <class T>
+[[nodiscard]] double first_step(const ErrorScalesOf<T>& scales, std::size_t lane = 0) {
+    const double period = 6.283185307179586 * core::lane(scales.displacement, lane) /
+                          core::lane(scales.velocity, lane);
+    return 1e-3 * period;
+}
+
+/// A fraction of the support's period, s, or infinity. The error estimate does not see a support
+/// whose stem has come to rest, or whose amplitude is so small that it only serves for a
+/// derivative.
+template <class T>
+[[nodiscard]] double longest_step(const physics::ChainModel<T>& model, std::size_t lane = 0) {
+    constexpr double steps_per_period = 16.0;
+    if (!model.base_motion)
+        return std::numeric_limits<double>::infinity();
+    return 6.283185307179586 /
+           (steps_per_period * core::lane(model.base_motion->angular_frequency, lane));
+}
+
+} // namespace culm::integrate

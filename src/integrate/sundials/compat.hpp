@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The differences between SUNDIALS 6.4 (Debian 12) and 7.x (Debian 13), in one place.
+#pragma once
+
+#include <arkode/arkode.h>
+#include <arkode/arkode_arkstep.h>
+#include <cvode/cvode.h>
+#include <sundials/sundials_config.h>
+#include <sundials/sundials_context.h>
+#include <sundials/sundials_types.h>
+#if SUNDIALS_VERSION_MAJOR >= 7
+#include <sunadaptcontroller/sunadaptcontroller_soderlind.h>
+#endif
+
+/// ARKODE's functions have one name for all of its steppers from 7.1 on.
+#if SUNDIALS_VERSION_MAJOR > 7 || (SUNDIALS_VERSION_MAJOR == 7 && SUNDIALS_VERSION_MINOR >= 1)
+#define CULM_ARKODE(function) ARKode##function
+#else
+#define CULM_ARKODE(function) ARKStep##function
+#endif
+
+namespace culm::integrate::sundials {
+
+using Real = sunrealtype;
+using Boolean = sunbooleantype;
+
+/// Creates a context of this process alone; null if SUNDIALS gives none.
+[[nodiscard]] inline SUNContext create_context() {
+    SUNContext context = nullptr;
+#if SUNDIALS_VERSION_MAJOR >= 7
+    const bool is_created = SUNContext_Create(SUN_COMM_NULL, &context) == SUN_SUCCESS;
+    // culm reports failures as exceptions; SUNDIALS' own text on stderr could come from any rank.
+    if (is_created)
+        SUNContext_ClearErrHandlers(context);
+#else
+    const bool is_created = SUNContext_Create(nullptr, &context) == 0;
+#endif
+    return is_created ? context : nullptr;
+}
+
+/// Keeps ARKODE from writing to stderr; 7.x does that in create_context().
+inline int silence_arkode([[maybe_unused]] void* arkode) {
+#if SUNDIALS_VERSION_MAJOR >= 7
+    return 0;
+#else
+    return ARKStepSetErrHandlerFn(
+        arkode, [](int, const char*, const char*, char*, void*) {}, nullptr);
+#endif
+}
+
+/// The same for CVODE.
+inline int silence_cvode([[maybe_unused]] void* cvode) {
+#if SUNDIALS_VERSION_MAJOR >= 7
+    return 0;
+#else
+    return CVodeSetErrHandlerFn(
+        cvode, [](int, const char*, const char*, char*, void*) {}, nullptr);
+#endif
+}
+
+/// The step control that ARKODE has by default up to 7.2, stated so that every version takes the
+/// same steps: Söderlind's PID controller, a safety factor, and a bias of the estimated error.
+class StepControl {
+  public:
+    explicit StepControl([[maybe_unused]] SUNContext context) {
+#if SUNDIALS_VERSION_MAJOR >= 7
+        controller_ = SUNAdaptController_PID(context);
+        SUNAdaptController_SetParams_PID(controller_, parameters[0], parameters[1], parameters[2]);
+        SUNAdaptController_SetErrorBias(controller_, error_bias);
+#endif
+    }
+    ~StepControl() {
+#if SUNDIALS_VERSION_MAJOR >= 7
+        SUNAdaptController_Destroy(controller_);
+#endif
+    }
+    StepControl(const StepControl&) = delete;
+    StepControl& operator=(const StepControl&) = delete;
+
+    /// Returns SUNDIALS' flag.
+    [[nodiscard]] int attach_to(void* arkode) {
+        if (const int flag = CULM_ARKODE(SetSafetyFactor)(arkode, safety_factor); flag < 0)
+            return flag;
+#if SUNDIALS_VERSION_MAJOR >= 7
+        return CULM_ARKODE(SetAdaptController)(arkode, controller_);
+#else
+        constexpr int with_parameters = 0;
+        constexpr int order_of_embedding = 0;
+        Real values[] = {parameters[0], parameters[1], parameters[2]};
+        const int flag = ARKStepSetAdaptivityMethod(arkode, ARK_ADAPT_PID, with_parameters,
+                                                    order_of_embedding, values);
+        return flag < 0 ? flag : ARKStepSetErrorBias(arkode, error_bias);
+#endif
+    }
+
+  private:
+    static constexpr Real parameters[] = {0.58, 0.21, 0.1};
+    static constexpr Real safety_factor = 0.96;
+    static constexpr Real error_bias = 1.5;
+#if SUNDIALS_VERSION_MAJOR >= 7
+    SUNAdaptController controller_ = nullptr;
+#endif
+};
+
+} // namespace culm::integrate::sundials

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "integrate/sundials/integrator.hpp"
+
+#include "core/error.hpp"
+#include "integrate/condensed_newton.hpp"
+#include "integrate/error_weights.hpp"
+#include "integrate/sundials/newton_solver.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include <cvode/cvode.h>
+#include <fmt/core.h>
+#include <sundials/sundials_version.h>
+
+namespace culm::integrate {
+namespace {
+
+using namespace sundials;
+
+/// Share of ImplicitOptions::relative_tolerance that a step may err by. The errors of CVODE's many
+/// short steps of order 2 add up to more than those of RODAS5 and ARKODE with the same tolerance;
+/// with a hundredth b1 and b2 are as accurate (docs/performance.md).
+double error_share(SundialsSolver solver) {
+    return solver == SundialsSolver::Arkode ? 1.0 : 0.01;
+}
+
+/// The error of a method in the bonds' histories and geometry shows in the positions too, that of
+/// an unfinished Newton iteration does not, and it stays: it is a wrong shape at rest, or a bond
+/// that no longer ends at its spheres. These states must therefore count.
+ErrorShares counted_errors(double rate_weight) {
+    return {.rates = rate_weight, .histories = std::max(rate_weight, 0.01), .geometry = 1.0};
+}
+
+/// One chain's equations with the condensed Newton system of culm's own integrator.
+template <int Dim>
+class ChainEquations final : public Equations {
+  public:
+    ChainEquations(const physics::Chain<Dim, double>& chain, const ErrorScales& scales,
+                   double tolerance, double rate_weight)
+        : chain_(chain), newton_(chain),
+          weights_(error_weights(chain.layout(), scales, tolerance, counted_errors(rate_weight))) {
+        // SUNDIALS takes the mean of the squares where error_weights() means their sum.
+        const double root = std::sqrt(static_cast<double>(weights_.size()));
+        for (double& weight : weights_)
+            weight *= root;
+    }
+
+    void evaluate_rate(double time, const double* state, double* rate) override {
+        chain_.evaluate_rate(state, rate, time);
+    }
+    void evaluate_jacobian(double time, const double* state) override {
+        newton_.set_state(state, time);
+    }
+    bool factorise(double gamma) override { return newton_.factorise(gamma); }
+    void solve(const double* b, double* x) override { newton_.solve(b, x); }
+    [[nodiscard]] std::span<const double> weights() const override { return weights_; }
+
+  private:
+    const physics::Chain<Dim, double>& chain_;
+    CondensedNewton<Dim> newton_;
+    std::vector<double> weights_;
+};
+
+/// The meaning of the flags that ARKODE and CVODE share.
+std::string_view meaning_of(int flag) {
+    switch (flag) {
+    case CV_TOO_MUCH_ACC:
+        return "the tolerance is too tight for double precision";
+    case CV_ERR_FAILURE:
+        return "the error test failed again and again, or the step became too short";
+    case CV_CONV_FAILURE:
+        return "Newton's iteration did not converge, however short the step";
+    case CV_LSETUP_FAIL:
+        return "the Newton matrix could not be set up";
+    case CV_LSOLVE_FAIL:
+        return "the Newton system could not be solved";
+    case CV_RHSFUNC_FAIL:
+    case CV_FIRST_RHSFUNC_ERR:
+    case CV_REPTD_RHSFUNC_ERR:
+    case CV_UNREC_RHSFUNC_ERR:
+        return "the right-hand side is not a number";
+    default:
+        return "see the manual of SUNDIALS";
+    }
+}
+
+std::unique_ptr<Stepper> make_stepper(SundialsSolver solver, const StepperParts& parts,
+                                      const std::string& arkode_table) {
+    return solver == SundialsSolver::Arkode ? make_arkode(parts, arkode_table) : make_cvode(parts);
+}
+
+} // namespace
+
+std::string_view to_string(SundialsSolver solver) {
+    return solver == SundialsSolver::Arkode ? "arkode" : "cvode";
+}
+
+std::string sundials_version() {
+    std::array<char, 64> text{};
+    SUNDIALSGetVersion(text.data(), static_cast<int>(text.size()));
+    return text.data();
+}
+
+/// Members in the order in which they depend on one another.
+template <int Dim>
+class SundialsIntegrator<Dim>::Memory {
+  public:
+    Memory(const physics::ChainLayout<Dim>& layout, SundialsSolver solver,
+           const std::string& arkode_table)
+        : solver_(solver), state_(make_vector(layout.size(), context_.get())),
+          matrix_(newton_matrix(context_)), linear_solver_(newton_solver(data_, context_)),
+          stepper_(make_stepper(
+              solver, {context_.get(), state_.get(), matrix_.get(), linear_solver_.get(), data_},
+              arkode_table)) {}
+
+    LaneOutcome integrate(Equations& equations, const StepBounds& bounds, double duration,
+                          const StepObserver& observe, const ImplicitOptions& options) {
+        data_ = {&equations, {}, nullptr};
+        stepper_->restart(state_.get(), bounds);
+        observe(0.0, values(state_.get()));
+        LaneOutcome outcome;
+        double time = 0.0;
+        for (std::int64_t step = 0; time < duration && !outcome.failure; ++step) {
+            if (step == options.step_limit) {
+                outcome.failure = core::NumericalError(
+                    core::FailureKind::StepLimit,
+                    fmt::format("SUNDIALS' {} used up its {} steps at t = {:.6g} s",
+                                to_string(solver_), step, time));
+                break;
+            }
+            const StepEnd end = stepper_->step(duration, state_.get());
+            if (data_.exception)
+                std::rethrow_exception(data_.exception);
+            if (end.flag < 0)
+                outcome.failure = failure(end.flag, time);
+            else
+                observe(time = end.time, values(state_.get()));
+            if (options.heartbeat && !options.heartbeat())
+                throw Interrupted{};
+        }
+        outcome.work = data_.work;
+        stepper_->add_counts(outcome.work);
+        return outcome;
+    }
+
+    [[nodiscard]] double error_share() const { return integrate::error_share(solver_); }
+    [[nodiscard]] std::span<double> state() { return values(state_.get()); }
+
+  private:
+    [[nodiscard]] core::NumericalError failure(int flag, double time) const {
+        return {core::FailureKind::SolverFailed,
+                fmt::format("SUNDIALS' {} failed at t = {:.6g} s: {} ({})", to_string(solver_),
+                            time, meaning_of(flag), stepper_->flag_name(flag))};
+    }
+
+    SundialsSolver solver_;
+    Context context_;
+    CallbackData data_;
+    Vector state_;
+    Matrix matrix_;
+    LinearSolver linear_solver_;
+    std::unique_ptr<Stepper> stepper_;
+};
+
+template <int Dim>
+SundialsIntegrator<Dim>::SundialsIntegrator(const physics::ChainLayout<Dim>& layout,
+                                            SundialsSolver solver, const std::string& arkode_table)
+    : memory_(std::make_unique<Memory>(layout, solver, arkode_table)) {}
+
+template <int Dim>
+SundialsIntegrator<Dim>::~SundialsIntegrator() = default;
+template <int Dim>
+SundialsIntegrator<Dim>::SundialsIntegrator(SundialsIntegrator&&) noexcept = default;
+template <int Dim>
+SundialsIntegrator<Dim>&
+SundialsIntegrator<Dim>::operator=(SundialsIntegrator&&) noexcept = default;
+
+template <int Dim>
+LaneOutcome SundialsIntegrator<Dim>::integrate(const physics::Chain<Dim, double>& chain,
+                                               const std::vector<double>& released,
+                                               const ErrorScales& scales, double duration,
+                                               const StepObserver& observe,
+                                               const ImplicitOptions& options) {
+    ChainEquations<Dim> equations(chain, scales,
+                                  memory_->error_share() * options.relative_tolerance,
+                                  options.rate_error_weight);
+    const std::span<double> state = memory_->state();
+    std::ranges::copy(released, state.begin());
+    chain.layout().set_geometry(state.data());
+    return memory_->integrate(equations, {first_step(scales), longest_step(chain.model())},
+                              duration, observe, options);
+}
+
+template class SundialsIntegrator<2>;
+template class SundialsIntegrator<3>;
+
+} // namespace culm::integrate
