@@ -70,11 +70,9 @@ class CheckedFile:
         self.path = path
         self._whole: set[str] = set()
         try:
-            self.file = h5py.File(path, "r")
+            self.file = h5py.File(path, "r", locking="best-effort")
         except OSError as error:
-            hint = " (see HDF5_USE_FILE_LOCKING in docs/archive-format.md)"
-            hint = hint if "lock" in str(error) else ""
-            text = f"{path} is not a readable HDF5 file{hint}: {sentence(error)}"
+            text = f"{path} is not a readable HDF5 file: {sentence(error)}"
             raise StudyError(text) from error
         try:
             self._check_format()

@@ -21,7 +21,12 @@ from timestep_results import is_timestep_study
 
 # Result columns that say what a point cost, the same whichever machine computed it.
 COST_COLUMNS = (("rhs_evaluations", "evaluations of the right-hand side"),
-                ("steps", "steps of the integrator"))
+                ("steps", "steps of the integrator"),
+                ("jacobian_evaluations", "evaluations of the Jacobian"),
+                ("factorisations", "factorisations of the Newton matrix"),
+                ("newton_iterations", "iterations of Newton's method"),
+                ("error_test_failures", "steps rejected by the error test"),
+                ("convergence_failures", "steps given up by Newton's method"))
 FEWEST_LEVELS = 15  # of a factor that was drawn, not chosen
 ANSWERS = {"frequency": "b2", "decay_per_cycle": "b1 per cycle"}
 

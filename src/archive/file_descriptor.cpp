@@ -3,10 +3,12 @@
 
 #include "core/error.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -115,20 +117,25 @@ void FileDescriptor::sync_data() {
         throw_storage_error("synchronise", path_, errno);
 }
 
-void FileDescriptor::lock_exclusively() {
-    // A reader that asks is_locked() holds the file for some microseconds.
-    constexpr int attempts = 5;
-    for (int attempt = 1; attempt <= attempts; ++attempt) {
-        // Any other error means that the file system knows no locks (ENOLCK, EOPNOTSUPP): the study
-        // runs without this protection rather than not at all.
-        if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK)
-            return;
-        if (attempt < attempts)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+void FileDescriptor::lock_exclusively(const LockWait& wait) {
+    using std::chrono::steady_clock;
+    constexpr auto unnoticed = std::chrono::milliseconds(200);
+    const auto start = steady_clock::now();
+    auto pause = std::chrono::milliseconds(1);
+    // Any other error means that the file system knows no locks (ENOLCK, EOPNOTSUPP): the study
+    // runs without this protection rather than not at all.
+    for (bool announced = false;
+         ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;) {
+        const auto waited = steady_clock::now() - start;
+        if (waited >= wait.patience || (wait.give_up && wait.give_up()))
+            throw core::StorageError(fmt::format(
+                "cannot write {}: another process has it open; is the study running already?",
+                path_.string()));
+        if (waited >= unnoticed && !std::exchange(announced, true) && wait.announce)
+            wait.announce();
+        std::this_thread::sleep_for(pause);
+        pause = std::min(2 * pause, unnoticed);
     }
-    throw core::StorageError(
-        fmt::format("cannot write {}: another process has it open; is the study running already?",
-                    path_.string()));
 }
 
 bool FileDescriptor::is_locked() const {

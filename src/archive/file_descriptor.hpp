@@ -2,9 +2,11 @@
 // An open POSIX file: unbuffered writes at a place, and errors that name file and cause.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -12,6 +14,15 @@
 #include <sys/types.h>
 
 namespace culm::archive {
+
+/// How long to wait for a lock that another process holds.
+struct LockWait {
+    std::chrono::milliseconds patience{5}; ///< one who asks is_locked() holds it for microseconds
+    /// Called once when the wait begins to be long; may be empty.
+    std::function<void()> announce;
+    /// Called again and again; true ends the wait. May be empty.
+    std::function<bool()> give_up;
+};
 
 /// Owns a file descriptor. Every failure is a StorageError with path and the system's text for
 /// errno ("No space left on device").
@@ -40,8 +51,9 @@ class FileDescriptor {
     void truncate(std::uint64_t size);
     /// fdatasync: content (and the size needed to find it) is on the disk when this returns.
     void sync_data();
-    /// StorageError if another process holds the file. File systems that know no locks pass.
-    void lock_exclusively();
+    /// StorageError if another process still holds the file when `wait` is over. File systems that
+    /// know no locks pass.
+    void lock_exclusively(const LockWait& wait = {});
     /// Whether another process holds the file; false where that is unknown.
     [[nodiscard]] bool is_locked() const;
     /// Whether this is the file with that device and inode number.

@@ -61,7 +61,8 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
     if (options.with_check) {
         try {
             result.check =
-                check_calibration(result.fit, measurement, check_options(measurement, options));
+                check_calibration(result.fit, measurement, check_options(measurement, options),
+                                  options.check_integrator);
         } catch (const core::NumericalError& error) {
             result.check_failure = error.what();
         }

@@ -35,11 +35,13 @@ struct CalibrationCheck {
     double frequency_resolution = 0.0;
 };
 
-/// Simulates the calibrated stem over the whole record and fits Eq. 1 at every height to both, in
-/// the same way. Throws core::NumericalError if Eq. 1 cannot be fitted to one of them.
+/// Simulates the calibrated stem over the whole record with `integrator` (its method and solver;
+/// the tolerance is the fit's) and fits Eq. 1 at every height to both, in the same way. Throws
+/// core::NumericalError if Eq. 1 cannot be fitted to one of them.
 [[nodiscard]] CalibrationCheck check_calibration(const fit::RecordingFit& fit,
                                                  const measure::Measurement& measurement,
-                                                 const reduce::RingDownAnalysisOptions& options);
+                                                 const reduce::RingDownAnalysisOptions& options,
+                                                 const run::Integrator& integrator = {});
 
 struct CalibrationOptions {
     fit::ChainOptions chain;
@@ -48,6 +50,7 @@ struct CalibrationOptions {
     std::vector<physics::SelectedEffect> effects;
     bool with_profiles = false;
     bool with_check = false;
+    run::Integrator check_integrator; ///< method and solver of the check's simulation
 };
 
 struct Calibration {

@@ -11,10 +11,16 @@ namespace culm::calibrate {
 namespace {
 
 /// Readings of the model wherever and whenever something was measured.
-reduce::StemHistories simulated_histories(const fit::RecordingFit& fit,
-                                          const measure::Measurement& measurement) {
+reduce::StemHistories simulated_histories(fit::StemModel model,
+                                          const measure::Measurement& measurement,
+                                          const run::Integrator& integrator) {
+    // Nothing is fitted any more: without derivatives any integrator will do.
+    model.parameters.clear();
+    model.release_time_bound = 0.0;
+    model.spec.integrator.method = integrator.method;
+    model.spec.integrator.solver = integrator.solver;
     reduce::StemHistories stem = residuals::histories_of(measurement);
-    const fit::ChainPrediction prediction = predict_readings(fit.model, measurement.times);
+    const fit::ChainPrediction prediction = predict_readings(model, measurement.times);
     for (std::size_t j = 0; j < stem.heights.size(); ++j)
         for (std::size_t i = 0; i < stem.times.size(); ++i)
             if (!std::isnan(stem.histories[j][i]))
@@ -51,10 +57,12 @@ class PairedMean {
 
 CalibrationCheck check_calibration(const fit::RecordingFit& fit,
                                    const measure::Measurement& measurement,
-                                   const reduce::RingDownAnalysisOptions& options) {
+                                   const reduce::RingDownAnalysisOptions& options,
+                                   const run::Integrator& integrator) {
     CalibrationCheck check;
     check.measured = reduce::fit_stem(residuals::histories_of(measurement), options);
-    check.simulated = reduce::fit_stem(simulated_histories(fit, measurement), options);
+    check.simulated =
+        reduce::fit_stem(simulated_histories(fit.model, measurement, integrator), options);
     PairedMean decay;
     PairedMean frequency;
     for (std::size_t j = 0; j < check.measured.heights.size(); ++j) {

@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/lanes.hpp"
 #include "core/utc_time.hpp"
+#include "integrate/sundials/integrator.hpp"
 #include "physics/effects/selection.hpp"
 #include "study/config/study_effects.hpp"
 
@@ -71,9 +72,10 @@ std::vector<std::pair<std::string, std::string>> build_provenance() {
             {"compiler", fmt::format("g++ {}", __VERSION__)},
             {"build", fmt::format("{}, -march={}, {} SIMD lanes", build_type, architecture,
                                   core::lane_count)},
-            {"libraries", fmt::format("Eigen {}.{}.{}, Ceres {}, HDF5 {}, {}", EIGEN_WORLD_VERSION,
-                                      EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION,
-                                      CERES_VERSION_STRING, hdf5_version, mpi_version)}};
+            {"libraries",
+             fmt::format("Eigen {}.{}.{}, Ceres {}, SUNDIALS {}, HDF5 {}, {}", EIGEN_WORLD_VERSION,
+                         EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION, CERES_VERSION_STRING,
+                         integrate::sundials_version(), hdf5_version, mpi_version)}};
 }
 
 fs::path own_program() {

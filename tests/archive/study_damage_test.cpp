@@ -202,7 +202,7 @@ TEST(ForeignStudy, OfAnotherFormatOrVersionIsRefused) {
                 testing::HasSubstr("has format version 2.0; this culm reads version 1.x"));
 }
 
-TEST(LockedStudy, SaysHowToDoWithoutLocks) {
+TEST(LockedStudy, SaysThatAnotherProcessMayHaveIt) {
     const example::TemporaryFolder folder;
     const std::filesystem::path path = folder / "study.h5";
     write_bytes(path, "");
@@ -212,7 +212,7 @@ TEST(LockedStudy, SaysHowToDoWithoutLocks) {
         const StudyFile study(path);
         FAIL() << "a locked file was opened";
     } catch (const core::StorageError& error) {
-        EXPECT_THAT(error.what(), testing::HasSubstr("HDF5_USE_FILE_LOCKING=FALSE"));
+        EXPECT_THAT(error.what(), testing::HasSubstr("another process may have the file open"));
     }
 }
 

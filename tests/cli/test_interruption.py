@@ -60,15 +60,13 @@ class Interruption(CulmTest):
                 "only what is missing, or choose another folder with -o\n")
             (self.folder / "out").rename(self.folder / f"out-{number}")
 
-    def test_second_run_in_the_same_folder_is_refused_while_the_first_goes_on(self):
+    def test_second_run_in_the_same_folder_waits_for_the_first(self):
         process = self.start(PROGRAM, "run", "s.toml", "-o", "out", "-q")
         self.wait_for_points("out", 1)
-        second = self.culm("run", "s.toml", "-o", "out", "--resume")
-        self.assertEqual(
-            second.stderr.splitlines()[0],
-            "culm: cannot write out/study.lock: another process has it open; is the "
-            "study running already?")
-        self.assert_exit(second, STOPPED_EARLY)
+        second = self.culm("run", "s.toml", "-o", "out", "--resume", "-q")
+        self.assertIn("culm: another process still works in out; waiting for it, 30 s at most\n",
+                      second.stderr)
+        self.assert_exit(second, DONE)
         process.communicate()
         self.assertEqual(process.returncode, DONE)
 

@@ -296,6 +296,8 @@ class Jobs(FaultTest):
         self.assertEqual(first.wait(timeout=PATIENCE), DONE)
         self.assertRegex(status.stdout, r"state +running\n")
         self.assertEqual(second.returncode, STOPPED_EARLY)
+        self.assertIn("culm: another process still works in shared; waiting for it, 30 s at most",
+                      second.stderr)
         self.assertIn("cannot write shared/study.lock: another process has it open; is the study "
                       "running already?", second.stderr)
         self.assertEqual((self.folder / "shared" / "fits.csv").read_bytes(),

@@ -36,8 +36,7 @@ std::string hdf5_reason() {
     if (reason.innermost.empty())
         reason.innermost = "HDF5 gives no reason";
     if (reason.is_lock)
-        reason.innermost += " (another process may have the file open; on a file system without "
-                            "locks set the environment variable HDF5_USE_FILE_LOCKING=FALSE)";
+        reason.innermost += " (another process may have the file open)";
     return reason.innermost;
 }
 

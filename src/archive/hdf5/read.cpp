@@ -28,7 +28,10 @@ void strip_padding(std::string& text) {
 FileHandle open_without_external_links(const std::filesystem::path& path) {
     if (H5Lis_registered(H5L_TYPE_EXTERNAL) > 0)
         checked(H5Lunregister(H5L_TYPE_EXTERNAL), "switch off external links", path);
-    return FileHandle(checked(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT),
+    // Where the file system knows no locks, the file is read without one.
+    const PropertyListHandle access(checked(H5Pcreate(H5P_FILE_ACCESS), "set up access", path));
+    checked(H5Pset_file_locking(access.get(), true, true), "set file locking", path);
+    return FileHandle(checked(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()),
                               "open it as an HDF5 file", path));
 }
 

@@ -27,7 +27,7 @@ JournalWriter::JournalWriter(const std::filesystem::path& path, std::string_view
                              const JournalOptions& options)
     : file_(open_for_append(path)), options_(options) {
     // The lock comes before the scan, or another writer could append between scan and truncation.
-    file_.lock_exclusively();
+    file_.lock_exclusively(options.lock_wait);
     const JournalScan found = scan_journal(file_, identity);
     discarded_bytes_ = found.torn_tail_bytes;
     end_ = found.valid_end;

@@ -21,6 +21,7 @@ struct JournalOptions {
     /// whole node, costs milliseconds, and is therefore not done for every point. 0: after every
     /// append.
     std::chrono::milliseconds sync_interval{10'000};
+    LockWait lock_wait;
 };
 
 /// One rank's journal. Nothing is buffered in user space. One writer per file: the file is locked.

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -232,12 +233,16 @@ void write_h5md(const Hdf5Output& output, const StudyDescription& description) {
     output.write_attribute(creator.get(), "version", description.version);
 }
 
-void write_provenance(const Hdf5Output& output, const StudyDescription& description) {
+void write_provenance(const Hdf5Output& output, const StudyDescription& description,
+                      const ClosingEntries& closing_entries) {
     // An attribute in an object header must stay below 64 KiB; long texts also deserve a checksum.
     constexpr std::size_t longest_attribute = 8192;
     const GroupHandle group = output.create_group(output.root(), "provenance");
     std::vector<std::string> names;
-    for (const auto& [name, text] : description.provenance) {
+    auto entries = description.provenance;
+    if (closing_entries)
+        std::ranges::move(closing_entries(), std::back_inserter(entries));
+    for (const auto& [name, text] : entries) {
         names.push_back(name);
         if (name == "config" || text.size() > longest_attribute)
             output.write_text(group.get(), name, text);
@@ -307,7 +312,8 @@ void write_points(const Hdf5Output& output, const StudyDescription& description,
 } // namespace
 
 void write_study_file(const std::filesystem::path& path, const StudyDescription& description,
-                      std::span<const double> design, const RecordSource& record_of_point) {
+                      std::span<const double> design, const RecordSource& record_of_point,
+                      const ClosingEntries& closing_entries) {
     validate(description);
     if (design.size() != static_cast<std::size_t>(description.points) * description.factors.size())
         throw core::InputError(
@@ -319,9 +325,9 @@ void write_study_file(const std::filesystem::path& path, const StudyDescription&
     TemporaryFile temporary(path); // after the output has the file: never another process's one
     write_root(output, description);
     write_h5md(output, description);
-    write_provenance(output, description);
     write_design(output, description, design);
     write_points(output, description, record_of_point);
+    write_provenance(output, description, closing_entries);
     // The content is on the disk before the file gets its name. Otherwise a power cut could leave a
     // name that leads to an empty file, in place of the archive that stood there.
     output.close();

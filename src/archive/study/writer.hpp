@@ -10,11 +10,16 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace culm::archive {
 
 /// Gives the record of a point, or nothing if it was not computed.
 using RecordSource = std::function<std::optional<PointRecord>(std::int64_t point)>;
+/// Entries that the provenance gets after the last point, for example sums over all records.
+using ClosingEntries = std::function<std::vector<std::pair<std::string, std::string>>()>;
 
 /// Writes the study file (docs/archive-format.md, version 1.0). `design` has the shape
 /// (points, factors), row-major, in the units of the factor columns. Records are asked for once, in
@@ -25,6 +30,7 @@ using RecordSource = std::function<std::optional<PointRecord>(std::int64_t point
 /// InputError: the description cannot be stored. StorageError: disk full, I/O error, or a record
 /// whose arrays do not fit the description.
 void write_study_file(const std::filesystem::path& path, const StudyDescription& description,
-                      std::span<const double> design, const RecordSource& record_of_point);
+                      std::span<const double> design, const RecordSource& record_of_point,
+                      const ClosingEntries& closing_entries = {});
 
 } // namespace culm::archive

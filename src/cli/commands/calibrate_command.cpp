@@ -38,6 +38,7 @@ struct CalibrateArguments : RecordingArguments {
     bool is_robust = false;
     bool with_profiles = false;
     bool with_check = false;
+    std::string check_integrator = "implicit";
 };
 
 /// Everything that is read and checked before the first fit; the same on every rank.
@@ -82,6 +83,10 @@ CalibrationPlan plan_of(const CalibrateArguments& arguments) {
         plan.options.effects = study::effects_from(arguments.effects);
     plan.options.with_profiles = arguments.with_profiles;
     plan.options.with_check = arguments.with_check;
+    if (arguments.check_integrator != "implicit")
+        plan.options.check_integrator.method = run::IntegrationMethod::Sundials;
+    if (arguments.check_integrator == "cvode")
+        plan.options.check_integrator.solver = integrate::SundialsSolver::Cvode;
     if (!arguments.via.empty())
         plan.study = study_for_calibration(arguments.via);
     for (const measure::Measurement& measurement : plan.read.measurements)
@@ -298,8 +303,15 @@ void add_calibration_options(CLI::App& command, CalibrateArguments& arguments) {
         .add_option("--via", arguments.via,
                     "Also calibrate by this study's regressions (Eqs. 12-13 and F-test terms)")
         ->type_name("STUDY_DIR");
-    command.add_flag("--check", arguments.with_check,
-                     "Simulate the calibrated stem and compare its b1 and b2 with the measured");
+    CLI::Option* check = command.add_flag(
+        "--check", arguments.with_check,
+        "Simulate the calibrated stem and compare its b1 and b2 with the measured");
+    command
+        .add_option("--check-integrator", arguments.check_integrator,
+                    "Integrator of --check: implicit (the fit's own), or arkode or cvode of "
+                    "SUNDIALS")
+        ->check(CLI::IsMember({"implicit", "arkode", "cvode"}))
+        ->needs(check);
     command.add_flag("--profile", arguments.with_profiles,
                      "Also intervals by profile likelihood (some 30 more runs)");
     command

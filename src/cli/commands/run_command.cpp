@@ -100,38 +100,24 @@ struct RunArguments {
     bool quiet = false;
 };
 
-std::string integrator_text(const study::StudyConfig& config) {
-    const run::CaseSpec& base = config.base;
-    if (config.kind == study::StudyKind::Timestep)
-        return fmt::format("explicit, the limit bisected to {:.3g}, b1 and b2 at {} steps below it",
-                           config.timestep.limit_tolerance, config.timestep.fractions.size());
-    if (base.integrator.method == run::IntegrationMethod::Explicit)
-        return fmt::format("explicit, time step {:.4g} s, {:.4g} steps a point",
-                           base.integrator.timestep, base.duration / base.integrator.timestep);
-    const std::string method = base.integrator.method == run::IntegrationMethod::Implicit
-                                   ? "implicit"
-                                   : fmt::format("SUNDIALS {}", to_string(base.integrator.solver));
-    return fmt::format("{}, relative tolerance {:.3g}", method, base.integrator.relative_tolerance);
-}
-
 std::string plan_text(const study::Study& study, const std::vector<std::int64_t>& points,
                       int ranks) {
     const auto batches = study::make_batches(study, points);
     const study::Estimate plan = study::estimate(study, batches);
     const std::size_t lanes = run::lanes_per_batch(study.config.base.integrator.method);
     const bool fills_lanes = study.config.kind == study::StudyKind::Vibration && lanes > 1;
-    std::string text =
-        fmt::format("study          {}\n"
-                    "points         {} in {} batch{}{}\n"
-                    "integrator     {}\n"
-                    "estimated cost {:.3g} core seconds, {:.3g} s on {} rank{}\n"
-                    "memory         {} per rank\n"
-                    "archive        {} before compression\n",
-                    study.config.name, plan.points, plan.batches, plan.batches == 1 ? "" : "es",
-                    fills_lanes ? fmt::format(", up to {} SIMD lanes each", lanes) : "",
-                    integrator_text(study.config), plan.core_seconds, plan.core_seconds / ranks,
-                    ranks, ranks == 1 ? "" : "s", present::bytes_text(plan.memory_bytes_per_rank),
-                    present::bytes_text(plan.archive_bytes));
+    std::string text = fmt::format(
+        "study          {}\n"
+        "points         {} in {} batch{}{}\n"
+        "integrator     {}\n"
+        "estimated cost {:.3g} core seconds, {:.3g} s on {} rank{}\n"
+        "memory         {} per rank\n"
+        "archive        {} before compression\n",
+        study.config.name, plan.points, plan.batches, plan.batches == 1 ? "" : "es",
+        fills_lanes ? fmt::format(", up to {} SIMD lanes each", lanes) : "",
+        study::integrator_text(study.config), plan.core_seconds, plan.core_seconds / ranks, ranks,
+        ranks == 1 ? "" : "s", present::bytes_text(plan.memory_bytes_per_rank),
+        present::bytes_text(plan.archive_bytes));
     if (const std::int64_t tests = study.design.tests; tests > 1)
         text += fmt::format("stems          {}, {} tests of each\n",
                             study.design.point_count() / tests, tests);
@@ -279,6 +265,14 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
     study::ExecuteOptions options;
     options.folder = arguments.folder;
     options.provenance = build_provenance();
+    options.lock_wait = {std::chrono::seconds(30),
+                         [&output] {
+                             fmt::print(stderr,
+                                        "culm: another process still works in {}; waiting for it, "
+                                        "30 s at most\n",
+                                        output);
+                         },
+                         [] { return stop_signal != 0; }};
     if (!arguments.quiet)
         options.announce = [ranks](const study::Estimate& plan, const farm::Pace& pace) {
             if (plan.points > 0)

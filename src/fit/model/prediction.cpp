@@ -125,9 +125,10 @@ run::CaseSpec case_until(const StemModel& model, double last_time) {
     const double needed =
         std::max(last_time + 0.5 * model.exposure - earliest, 4.0 * spec.sample_interval);
     spec.duration = std::ceil(needed / spec.sample_interval) * spec.sample_interval;
-    spec.integrator.step_limit = static_cast<std::int64_t>(
-        most_steps_per_period * (1.0 + spec.duration * physics::first_frequency(spec.stem)) +
-        most_steps_per_sample * static_cast<double>(spec.sample_count()));
+    if (spec.integrator.method == run::IntegrationMethod::Implicit)
+        spec.integrator.step_limit = static_cast<std::int64_t>(
+            most_steps_per_period * (1.0 + spec.duration * physics::first_frequency(spec.stem)) +
+            most_steps_per_sample * static_cast<double>(spec.sample_count()));
     if (run::dimensions_of(spec) > 2)
         spec.integrator.relative_tolerance =
             std::min(spec.integrator.relative_tolerance, spatial_tolerance);

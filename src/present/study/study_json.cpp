@@ -263,12 +263,16 @@ nlohmann::json to_json(const StudySummary& summary) {
     json failed = json::array();
     for (const FailedPoint& point : summary.failed)
         failed.push_back({{"point", point.point}, {"kind", point.kind}, {"reason", point.reason}});
+    json work = json::object();
+    for (const auto& [name, sum] : summary.work)
+        work[name] = std::llround(sum);
     json out{
         {"points", summary.points},
         {"completed", summary.completed},
         {"failed", failed},
         {"ranks", summary.ranks},
         {"wall_s", summary.wall_s},
+        {"integrator", {{"method", summary.integrator}, {"work", work}}},
         {"fit",
          {{"window_s", summary.reduce.window ? json(*summary.reduce.window) : json(nullptr)},
           {"amplitude", summary.reduce.is_amplitude_free ? "free" : "fixed"},

@@ -300,4 +300,18 @@ StudyFiles files_from_text(const std::string& text) {
     return files;
 }
 
+std::string integrator_text(const StudyConfig& config) {
+    const run::CaseSpec& base = config.base;
+    if (config.kind == StudyKind::Timestep)
+        return fmt::format("explicit, the limit bisected to {:.3g}, b1 and b2 at {} steps below it",
+                           config.timestep.limit_tolerance, config.timestep.fractions.size());
+    if (base.integrator.method == run::IntegrationMethod::Explicit)
+        return fmt::format("explicit, time step {:.4g} s, {:.4g} steps a point",
+                           base.integrator.timestep, base.duration / base.integrator.timestep);
+    const std::string method = base.integrator.method == run::IntegrationMethod::Implicit
+                                   ? "implicit"
+                                   : fmt::format("SUNDIALS {}", to_string(base.integrator.solver));
+    return fmt::format("{}, relative tolerance {:.3g}", method, base.integrator.relative_tolerance);
+}
+
 } // namespace culm::study

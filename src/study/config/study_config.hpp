@@ -108,4 +108,7 @@ struct StudyConfig {
 [[nodiscard]] std::string to_text(const StudyFiles& files);
 [[nodiscard]] StudyFiles files_from_text(const std::string& text);
 
+/// How the study integrates in time, for people.
+[[nodiscard]] std::string integrator_text(const StudyConfig& config);
+
 } // namespace culm::study

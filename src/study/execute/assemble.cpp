@@ -57,6 +57,34 @@ std::vector<double> design_in_config_units(const Design& design) {
     return values;
 }
 
+namespace {
+
+/// An integrator's work on all completed points, for the provenance.
+class WorkSum {
+  public:
+    explicit WorkSum(const StudyConfig& config)
+        : names_(work_columns(config)), sums_(names_.size(), 0.0) {}
+
+    std::optional<archive::PointRecord> added(std::optional<archive::PointRecord> record) {
+        if (record && record->completed)
+            for (std::size_t k = 0; k < sums_.size(); ++k)
+                sums_[k] += record->values[record->values.size() - sums_.size() + k];
+        return record;
+    }
+    [[nodiscard]] std::vector<std::pair<std::string, std::string>> entries() const {
+        std::vector<std::pair<std::string, std::string>> entries;
+        for (std::size_t k = 0; k < sums_.size(); ++k)
+            entries.emplace_back("total_" + names_[k], fmt::format("{:.0f}", sums_[k]));
+        return entries;
+    }
+
+  private:
+    std::vector<std::string> names_;
+    std::vector<double> sums_;
+};
+
+} // namespace
+
 bool assemble_archive(const Study& study, const StudyFolder& folder,
                       const std::vector<std::pair<std::string, std::string>>& provenance) {
     const std::string identity = study.config.identity();
@@ -71,16 +99,16 @@ bool assemble_archive(const Study& study, const StudyFolder& folder,
     for (std::int64_t point = 0; point < study.design.point_count(); ++point)
         if (!is_known(point))
             return false;
-    archive::write_study_file(folder.archive(), description_of(study, provenance),
-                              design_in_config_units(study.design),
-                              [&](std::int64_t point) -> std::optional<archive::PointRecord> {
-                                  // The journal goes first: it holds what was computed since the
-                                  // archive was written, for example a failed point that was tried
-                                  // again.
-                                  if (index.contains(point))
-                                      return index.find_record(point);
-                                  return older->record(point);
-                              });
+    WorkSum work(study.config);
+    archive::write_study_file(
+        folder.archive(), description_of(study, provenance), design_in_config_units(study.design),
+        [&](std::int64_t point) {
+            // The journal goes first: it holds what was computed since the archive was written,
+            // for example a failed point that was tried again.
+            return work.added(index.contains(point) ? index.find_record(point)
+                                                    : older->record(point));
+        },
+        [&work] { return work.entries(); });
     std::error_code error;
     // Only now, when the archive is on the disk under its name.
     std::filesystem::remove_all(folder.journals(), error);
@@ -262,9 +290,12 @@ MergeOutcome merge_folders(const std::vector<StudyFolder>& sources, const StudyF
     if (error)
         throw core::StorageError(fmt::format("cannot create the folder {}: {}",
                                              target.path().string(), error.message()));
-    archive::write_study_file(target.archive(), description_of(origin.study, texts),
-                              design_in_config_units(origin.study.design),
-                              [&merger](std::int64_t point) { return merger.take(point); });
+    WorkSum work(origin.study.config);
+    archive::write_study_file(
+        target.archive(), description_of(origin.study, texts),
+        design_in_config_units(origin.study.design),
+        [&](std::int64_t point) { return work.added(merger.take(point)); },
+        [&work] { return work.entries(); });
     return merger.outcome();
 }
 

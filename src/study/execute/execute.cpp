@@ -129,7 +129,8 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
     std::optional<archive::JournalWriter> journal;
     std::string complaint;
     try {
-        journal.emplace(folder.journal_of_rank(rank_of(communicator)), study.config.identity());
+        journal.emplace(folder.journal_of_rank(rank_of(communicator)), study.config.identity(),
+                        archive::JournalOptions{.lock_wait = options.lock_wait});
         if (rank_of(communicator) == 0)
             for (const std::int64_t point : content.given_up_points)
                 journal->append(given_up_record(point, options.folder.crash_limit));
@@ -210,7 +211,7 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
     std::optional<FolderLock> lock; // on rank 0, until the archive is written
     const FolderContent content = farm::on_root(communicator, [&] {
         make_writable(folder);
-        lock.emplace(folder);
+        lock.emplace(folder, options.lock_wait);
         return prepare_folder(folder, study.config.identity(), study.design.point_count(),
                               options.folder);
     });

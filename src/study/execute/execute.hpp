@@ -20,6 +20,9 @@ using ComputePoint = std::function<archive::PointRecord(const run::CaseSpec& spe
 struct ExecuteOptions {
     ResumeOptions folder; ///< what to do if the folder holds the study already
     farm::FarmOptions farm;
+    /// For the lock of the folder and those of the journals: a killed job's processes may outlive
+    /// it by seconds.
+    archive::LockWait lock_wait;
     /// Facts about this program for the archive's provenance: name and text.
     std::vector<std::pair<std::string, std::string>> provenance;
     /// Called on rank 0 before the first point is started, with what is to be computed and what

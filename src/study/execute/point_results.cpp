@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <limits>
+#include <ranges>
 
 #include <fmt/core.h>
 
@@ -76,6 +77,14 @@ std::vector<archive::Column> result_columns(const StudyConfig& config) {
                         {"error_test_failures", "1", "steps that the error test rejected"},
                         {"convergence_failures", "1", "steps that Newton's method gave up"}});
     return columns;
+}
+
+std::vector<std::string> work_columns(const StudyConfig& config) {
+    std::vector<std::string> names;
+    if (config.kind == StudyKind::Vibration)
+        for (const archive::Column& column : result_columns(config) | std::views::drop(fit_columns))
+            names.push_back(column.name);
+    return names;
 }
 
 reduce::RingDownFitOptions fit_options(const ReduceOptions& options) {

@@ -30,6 +30,9 @@ namespace culm::study {
 [[nodiscard]] archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome outcome,
                                                const ReduceOptions& options);
 
+/// Names of the result columns that count an integrator's work, first of all "steps".
+[[nodiscard]] std::vector<std::string> work_columns(const StudyConfig& config);
+
 /// What became of the run at one step; the number in the archive.
 enum class StepOutcome { Fitted = 0, Unstable = 1, NoFit = 2 };
 

@@ -192,9 +192,9 @@ FolderContent prepare_folder(const StudyFolder& folder, const std::string& ident
 
 namespace {
 
-archive::FileDescriptor locked(const std::filesystem::path& path) {
+archive::FileDescriptor locked(const std::filesystem::path& path, const archive::LockWait& wait) {
     archive::FileDescriptor file(path, archive::FileDescriptor::Access::ReadWriteCreate);
-    file.lock_exclusively();
+    file.lock_exclusively(wait);
     return file;
 }
 
@@ -204,18 +204,19 @@ bool is_at(const std::filesystem::path& path, const archive::FileDescriptor& fil
     return ::stat(path.c_str(), &named) == 0 && file.is_same_file(named.st_dev, named.st_ino);
 }
 
-archive::FileDescriptor hold(const std::filesystem::path& path) {
-    archive::FileDescriptor file = locked(path);
+archive::FileDescriptor hold(const std::filesystem::path& path, const archive::LockWait& wait) {
+    archive::FileDescriptor file = locked(path, wait);
     // Between opening and locking, the job before may have removed the file: the lock would then
     // guard a name that nobody else can find.
     while (!is_at(path, file))
-        file = locked(path);
+        file = locked(path, wait);
     return file;
 }
 
 } // namespace
 
-FolderLock::FolderLock(const StudyFolder& folder) : file_(hold(folder.lock())) {}
+FolderLock::FolderLock(const StudyFolder& folder, const archive::LockWait& wait)
+    : file_(hold(folder.lock(), wait)) {}
 
 FolderLock::~FolderLock() {
     std::error_code ignored; // a lock file that stays behind locks nothing

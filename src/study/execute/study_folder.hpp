@@ -77,8 +77,9 @@ void fields(Wire& wire, FolderContent& content) {
 /// (flock), so it ends with the process however that ends; the file is removed in order.
 class FolderLock {
   public:
-    /// The folder must exist. StorageError if another process holds it, or the disk is full.
-    explicit FolderLock(const StudyFolder& folder);
+    /// The folder must exist. StorageError if another process holds it until the wait is over, or
+    /// the disk is full.
+    explicit FolderLock(const StudyFolder& folder, const archive::LockWait& wait = {});
     ~FolderLock();
     FolderLock(const FolderLock&) = delete;
     FolderLock& operator=(const FolderLock&) = delete;

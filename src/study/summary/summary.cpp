@@ -32,6 +32,14 @@ std::vector<FittedPoint> archived_fits(const archive::StudyFile& file) {
     return fits;
 }
 
+/// Failed and missing points have no number.
+double sum_of_numbers(const std::vector<double>& values) {
+    double sum = 0.0;
+    for (const double value : values)
+        sum += std::isnan(value) ? 0.0 : value;
+    return sum;
+}
+
 /// Fits a stored history again; `reason` is set when there is no fit.
 FittedPoint fit_again(const archive::StudyFile& file, std::int64_t point,
                       const ReduceOptions& options, std::string& reason) {
@@ -87,6 +95,9 @@ StudySummary reduce_study(const ArchivedStudy& archived, const std::optional<Red
     summary.points = file.point_count();
     summary.ranks = std::atoi(provenance_text(file, "ranks").c_str());
     summary.wall_s = std::atof(provenance_text(file, "wall_s").c_str());
+    summary.integrator = integrator_text(archived.study.config);
+    for (const std::string& name : work_columns(archived.study.config))
+        summary.work.emplace_back(name, sum_of_numbers(file.result(name)));
     summary.reduce = refit.value_or(archived.study.config.reduce);
     summary.reduce.significance = significance.value_or(summary.reduce.significance);
     const std::vector<FittedPoint> stored = archived_fits(file);

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace culm::study {
@@ -28,11 +29,13 @@ struct StudySummary {
     std::vector<FailedPoint> failed;
     int ranks = 1;
     double wall_s = 0.0;
-    ReduceOptions reduce;                ///< as used
-    std::vector<double> youngs_modulus;  ///< (points), Pa
-    std::vector<double> bond_damping;    ///< (points)
-    std::vector<double> decay_per_cycle; ///< (points), NaN where there is no fit
-    std::vector<double> frequency;       ///< (points), Hz
+    std::string integrator;                           ///< method and tolerance or step
+    std::vector<std::pair<std::string, double>> work; ///< of the integrator on all points
+    ReduceOptions reduce;                             ///< as used
+    std::vector<double> youngs_modulus;               ///< (points), Pa
+    std::vector<double> bond_damping;                 ///< (points)
+    std::vector<double> decay_per_cycle;              ///< (points), NaN where there is no fit
+    std::vector<double> frequency;                    ///< (points), Hz
     reduce::StudyRegression regression;
     std::optional<ReplicateSummary> replicates; ///< of a study with factors
 };
