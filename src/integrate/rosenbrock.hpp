@@ -164,7 +164,8 @@ class Rosenbrock {
                const ErrorScalesOf<T>& scales, double tolerance, double rate_error_weight)
         : chain_(chain), newton_(chain), state_(std::move(state)), argument_(state_.size()),
           rate_(state_.size()), time_derivative_(state_.size()),
-          weights_(error_weights(chain.layout(), scales, tolerance, {.rates = rate_error_weight, .histories = rate_error_weight})),
+          weights_(error_weights(chain.layout(), scales, tolerance,
+                                 {.rates = rate_error_weight, .histories = rate_error_weight})),
           only_positions_(rate_error_weight == 0.0),
           depends_on_time_(chain.model().depends_on_time()) {
         chain.layout().set_geometry(state_.data());

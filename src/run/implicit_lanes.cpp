@@ -51,7 +51,7 @@ class ImplicitBatch {
   public:
     /// Cases of RODAS5, or one of SUNDIALS, whose integrators are then needed.
     explicit ImplicitBatch(std::span<const CaseSpec> specs,
-                           SundialsIntegrators* integrators = nullptr)
+                           integrate::SundialsIntegrators* integrators = nullptr)
         : specs_(specs), integrators_(integrators) {
         recorders_.reserve(specs.size());
         samplers_.reserve(specs.size());
@@ -139,7 +139,7 @@ class ImplicitBatch {
     }
 
     std::span<const CaseSpec> specs_;
-    SundialsIntegrators* integrators_;
+    integrate::SundialsIntegrators* integrators_;
     std::vector<Recorder> recorders_;
     std::vector<integrate::HistorySampler<Dim>> samplers_;
 };
@@ -147,7 +147,7 @@ class ImplicitBatch {
 template <class T>
 std::vector<CaseOutcome> run_batch(std::span<const CaseSpec> specs, const Heartbeat& heartbeat,
                                    bool on_common_steps,
-                                   SundialsIntegrators* integrators = nullptr) {
+                                   integrate::SundialsIntegrators* integrators = nullptr) {
     try {
         return dimensions_of(specs.front()) == 2
                    ? ImplicitBatch<2, T>(specs, integrators).run(heartbeat, on_common_steps)
@@ -171,7 +171,7 @@ template std::vector<CaseOutcome> simulate_implicit_lanes<core::Lanes>(std::span
                                                                        const Heartbeat&);
 
 CaseOutcome simulate_with_sundials(const CaseSpec& spec, const Heartbeat& heartbeat,
-                                   SundialsIntegrators& integrators) {
+                                   integrate::SundialsIntegrators& integrators) {
     return std::move(run_batch<double>({&spec, 1}, heartbeat, false, &integrators).front());
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "run/simulate.hpp"
-#include "run/sundials_integrators.hpp"
 
 #include <span>
 #include <vector>
@@ -18,7 +17,7 @@ template <class T>
 
 /// One case by SUNDIALS.
 [[nodiscard]] CaseOutcome simulate_with_sundials(const CaseSpec& spec, const Heartbeat& heartbeat,
-                                                 SundialsIntegrators& integrators);
+                                                 integrate::SundialsIntegrators& integrators);
 
 /// As many implicit cases as there are lanes, or fewer, of equal duration: all take the steps of
 /// the first one, so that their differences are smooth in what distinguishes them.

@@ -4,7 +4,6 @@
 
 #include "run/case_result.hpp"
 #include "run/case_spec.hpp"
-#include "run/sundials_integrators.hpp"
 
 #include <functional>
 #include <span>
@@ -36,7 +35,7 @@ class Simulator {
     [[nodiscard]] std::vector<CaseOutcome> simulate_lanes(std::span<const CaseSpec> batch,
                                                           const Heartbeat& heartbeat);
 
-    SundialsIntegrators integrators_;
+    integrate::SundialsIntegrators integrators_;
 };
 
 /// By a Simulator of its own.

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -233,16 +232,12 @@ void write_h5md(const Hdf5Output& output, const StudyDescription& description) {
     output.write_attribute(creator.get(), "version", description.version);
 }
 
-void write_provenance(const Hdf5Output& output, const StudyDescription& description,
-                      const ClosingEntries& closing_entries) {
+GroupHandle write_provenance(const Hdf5Output& output, const StudyDescription& description) {
     // An attribute in an object header must stay below 64 KiB; long texts also deserve a checksum.
     constexpr std::size_t longest_attribute = 8192;
-    const GroupHandle group = output.create_group(output.root(), "provenance");
+    GroupHandle group = output.create_group(output.root(), "provenance");
     std::vector<std::string> names;
-    auto entries = description.provenance;
-    if (closing_entries)
-        std::ranges::move(closing_entries(), std::back_inserter(entries));
-    for (const auto& [name, text] : entries) {
+    for (const auto& [name, text] : description.provenance) {
         names.push_back(name);
         if (name == "config" || text.size() > longest_attribute)
             output.write_text(group.get(), name, text);
@@ -252,6 +247,7 @@ void write_provenance(const Hdf5Output& output, const StudyDescription& descript
     if (!names.empty())
         output.write_attribute(group.get(), "entries", names);
     output.write_text(group.get(), "identity", description.identity);
+    return group;
 }
 
 void write_design(const Hdf5Output& output, const StudyDescription& description,
@@ -325,9 +321,12 @@ void write_study_file(const std::filesystem::path& path, const StudyDescription&
     TemporaryFile temporary(path); // after the output has the file: never another process's one
     write_root(output, description);
     write_h5md(output, description);
+    const GroupHandle provenance = write_provenance(output, description);
     write_design(output, description, design);
     write_points(output, description, record_of_point);
-    write_provenance(output, description, closing_entries);
+    if (closing_entries)
+        for (const auto& [name, number] : closing_entries())
+            output.write_attribute(provenance.get(), name, number);
     // The content is on the disk before the file gets its name. Otherwise a power cut could leave a
     // name that leads to an empty file, in place of the archive that stood there.
     output.close();

@@ -18,8 +18,8 @@ namespace culm::archive {
 
 /// Gives the record of a point, or nothing if it was not computed.
 using RecordSource = std::function<std::optional<PointRecord>(std::int64_t point)>;
-/// Entries that the provenance gets after the last point, for example sums over all records.
-using ClosingEntries = std::function<std::vector<std::pair<std::string, std::string>>()>;
+/// Numbers that the provenance gets after the last point, for example sums over all records.
+using ClosingEntries = std::function<std::vector<std::pair<std::string, std::int64_t>>()>;
 
 /// Writes the study file (docs/archive-format.md, version 1.0). `design` has the shape
 /// (points, factors), row-major, in the units of the factor columns. Records are asked for once, in

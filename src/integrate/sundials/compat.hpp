@@ -2,6 +2,8 @@
 // The differences between SUNDIALS 6.4 (Debian 12) and 7.x (Debian 13), in one place.
 #pragma once
 
+#include "core/error.hpp"
+
 #include <arkode/arkode.h>
 #include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
@@ -24,21 +26,35 @@ namespace culm::integrate::sundials {
 using Real = sunrealtype;
 using Boolean = sunbooleantype;
 
-/// Creates a context of this process alone; null if SUNDIALS gives none.
-[[nodiscard]] inline SUNContext create_context() {
-    SUNContext context = nullptr;
+/// A context of this process alone, freed after everything that was made in it.
+class Context {
+  public:
+    Context() {
 #if SUNDIALS_VERSION_MAJOR >= 7
-    const bool is_created = SUNContext_Create(SUN_COMM_NULL, &context) == SUN_SUCCESS;
-    // culm reports failures as exceptions; SUNDIALS' own text on stderr could come from any rank.
-    if (is_created)
-        SUNContext_ClearErrHandlers(context);
+        const int flag = SUNContext_Create(SUN_COMM_NULL, &context_);
+        // culm reports failures as exceptions; SUNDIALS' text on stderr could come from any rank.
+        if (flag == 0)
+            SUNContext_ClearErrHandlers(context_);
 #else
-    const bool is_created = SUNContext_Create(nullptr, &context) == 0;
+        const int flag = SUNContext_Create(nullptr, &context_);
 #endif
-    return is_created ? context : nullptr;
-}
+        if (flag != 0)
+            throw core::NumericalError(core::FailureKind::SolverFailed, "SUNDIALS gave no context");
+    }
+    ~Context() {
+        SUNContext_Free(&context_);
+    }
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+    [[nodiscard]] SUNContext get() const {
+        return context_;
+    }
 
-/// Keeps ARKODE from writing to stderr; 7.x does that in create_context().
+  private:
+    SUNContext context_ = nullptr;
+};
+
+/// Keeps ARKODE from writing to stderr; 7.x has that from its context.
 inline int silence_arkode([[maybe_unused]] void* arkode) {
 #if SUNDIALS_VERSION_MAJOR >= 7
     return 0;

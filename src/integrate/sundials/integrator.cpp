@@ -4,7 +4,7 @@
 #include "core/error.hpp"
 #include "integrate/condensed_newton.hpp"
 #include "integrate/error_weights.hpp"
-#include "integrate/sundials/newton_solver.hpp"
+#include "integrate/sundials/stepper.hpp"
 
 #include <algorithm>
 #include <array>
@@ -88,9 +88,10 @@ std::string_view meaning_of(int flag) {
     }
 }
 
-std::unique_ptr<Stepper> make_stepper(SundialsSolver solver, const StepperParts& parts,
-                                      const std::string& arkode_table) {
-    return solver == SundialsSolver::Arkode ? make_arkode(parts, arkode_table) : make_cvode(parts);
+Stepper make_stepper(SundialsSolver solver, const StepperParts& parts,
+                     const std::string& arkode_table) {
+    return solver == SundialsSolver::Arkode ? Stepper::arkode(parts, arkode_table)
+                                            : Stepper::cvode(parts);
 }
 
 } // namespace
@@ -112,7 +113,8 @@ class SundialsIntegrator<Dim>::Memory {
     Memory(const physics::ChainLayout<Dim>& layout, SundialsSolver solver,
            const std::string& arkode_table)
         : solver_(solver), state_(make_vector(layout.size(), context_.get())),
-          matrix_(newton_matrix(context_)), linear_solver_(newton_solver(data_, context_)),
+          matrix_(newton_matrix(context_.get())),
+          linear_solver_(newton_solver(data_, context_.get())),
           stepper_(make_stepper(
               solver, {context_.get(), state_.get(), matrix_.get(), linear_solver_.get(), data_},
               arkode_table)) {}
@@ -120,7 +122,7 @@ class SundialsIntegrator<Dim>::Memory {
     LaneOutcome integrate(Equations& equations, const StepBounds& bounds, double duration,
                           const StepObserver& observe, const ImplicitOptions& options) {
         data_ = {&equations, {}, nullptr};
-        stepper_->restart(state_.get(), bounds);
+        stepper_.restart(state_.get(), bounds);
         observe(0.0, values(state_.get()));
         LaneOutcome outcome;
         double time = 0.0;
@@ -132,7 +134,7 @@ class SundialsIntegrator<Dim>::Memory {
                                 to_string(solver_), step, time));
                 break;
             }
-            const StepEnd end = stepper_->step(duration, state_.get());
+            const StepEnd end = stepper_.step(duration, state_.get());
             if (data_.exception)
                 std::rethrow_exception(data_.exception);
             if (end.flag < 0)
@@ -143,7 +145,7 @@ class SundialsIntegrator<Dim>::Memory {
                 throw Interrupted{};
         }
         outcome.work = data_.work;
-        stepper_->add_counts(outcome.work);
+        stepper_.add_counts(outcome.work);
         return outcome;
     }
 
@@ -154,7 +156,7 @@ class SundialsIntegrator<Dim>::Memory {
     [[nodiscard]] core::NumericalError failure(int flag, double time) const {
         return {core::FailureKind::SolverFailed,
                 fmt::format("SUNDIALS' {} failed at t = {:.6g} s: {} ({})", to_string(solver_),
-                            time, meaning_of(flag), stepper_->flag_name(flag))};
+                            time, meaning_of(flag), stepper_.flag_name(flag))};
     }
 
     SundialsSolver solver_;
@@ -163,7 +165,7 @@ class SundialsIntegrator<Dim>::Memory {
     Vector state_;
     Matrix matrix_;
     LinearSolver linear_solver_;
-    std::unique_ptr<Stepper> stepper_;
+    Stepper stepper_;
 };
 
 template <int Dim>

@@ -4,9 +4,12 @@
 
 #include "integrate/implicit.hpp"
 
+#include <cstddef>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace culm::integrate {
@@ -51,6 +54,37 @@ class SundialsIntegrator {
   private:
     class Memory;
     std::unique_ptr<Memory> memory_;
+};
+
+/// One integrator for each solver and layout of a chain, made when it is first asked for.
+class SundialsIntegrators {
+  public:
+    /// Throws core::NumericalError(SolverFailed).
+    template <int Dim>
+    [[nodiscard]] SundialsIntegrator<Dim>& integrator_for(const physics::ChainLayout<Dim>& layout,
+                                                          SundialsSolver solver) {
+        auto& kept = integrators<Dim>();
+        const auto key = std::pair(solver, layout.size());
+        const auto found = kept.find(key);
+        return found != kept.end()
+                   ? found->second
+                   : kept.emplace(key, SundialsIntegrator<Dim>(layout, solver)).first->second;
+    }
+
+  private:
+    template <int Dim>
+    using Kept = std::map<std::pair<SundialsSolver, std::size_t>, SundialsIntegrator<Dim>>;
+
+    template <int Dim>
+    [[nodiscard]] Kept<Dim>& integrators() {
+        if constexpr (Dim == 2)
+            return planar_;
+        else
+            return spatial_;
+    }
+
+    Kept<2> planar_;
+    Kept<3> spatial_;
 };
 
 } // namespace culm::integrate

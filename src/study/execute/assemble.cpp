@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <system_error>
@@ -71,10 +72,10 @@ class WorkSum {
                 sums_[k] += record->values[record->values.size() - sums_.size() + k];
         return record;
     }
-    [[nodiscard]] std::vector<std::pair<std::string, std::string>> entries() const {
-        std::vector<std::pair<std::string, std::string>> entries;
+    [[nodiscard]] std::vector<std::pair<std::string, std::int64_t>> entries() const {
+        std::vector<std::pair<std::string, std::int64_t>> entries;
         for (std::size_t k = 0; k < sums_.size(); ++k)
-            entries.emplace_back("total_" + names_[k], fmt::format("{:.0f}", sums_[k]));
+            entries.emplace_back("total_" + names_[k], std::llround(sums_[k]));
         return entries;
     }
 

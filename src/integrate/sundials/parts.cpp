@@ -1,15 +1,37 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "integrate/sundials/vector.hpp"
+#include "integrate/sundials/parts.hpp"
 
 #include "integrate/sundials/compat.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <functional>
 #include <vector>
 
 namespace culm::integrate::sundials {
 namespace {
+
+constexpr int shorter_step = 1; ///< SUNDIALS' code of a failure that a shorter step may mend
+constexpr int give_up = -1;
+
+bool all_finite(std::span<const double> numbers) {
+    double sum = 0.0; // x − x is 0 for every number and NaN for what is none
+    for (const double number : numbers)
+        sum += number - number;
+    return sum == 0.0;
+}
+
+/// Runs one callback; its exception waits until SUNDIALS has returned.
+template <class F>
+int guarded(void* callback_data, F&& callback) {
+    auto& data = *static_cast<CallbackData*>(callback_data);
+    try {
+        return callback(data);
+    } catch (...) {
+        data.exception = std::current_exception();
+        return give_up;
+    }
+}
 
 static_assert(std::is_same_v<Real, double>, "culm needs SUNDIALS with double precision");
 
@@ -113,43 +135,11 @@ int linear_combination(int count, Real* c, N_Vector* vectors, N_Vector z) {
     return 0;
 }
 
-/// Z_i = a_i x + Y_i.
-int scale_add_multi(int count, Real* a, N_Vector x, N_Vector* y, N_Vector* z) {
-    for (int i = 0; i < count; ++i)
-        linear_sum(a[i], x, 1.0, y[i], z[i]);
-    return 0;
-}
-
-int linear_sum_array(int count, Real a, N_Vector* x, Real b, N_Vector* y, N_Vector* z) {
-    for (int i = 0; i < count; ++i)
-        linear_sum(a, x[i], b, y[i], z[i]);
-    return 0;
-}
-
-int scale_array(int count, Real* c, N_Vector* x, N_Vector* z) {
-    for (int i = 0; i < count; ++i)
-        map(x[i], z[i], [factor = c[i]](double p) { return factor * p; });
-    return 0;
-}
-
-double smallest(N_Vector x) {
-    const std::vector<double>& values = storage(x);
-    return values.empty() ? std::numeric_limits<double>::infinity()
-                          : *std::ranges::min_element(values);
-}
-
 double largest_magnitude(N_Vector x) {
     double largest = 0.0;
     for (const double value : storage(x))
         largest = std::max(largest, std::abs(value));
     return largest;
-}
-
-double dot(N_Vector x, N_Vector y) {
-    double sum = 0.0;
-    for (std::size_t k = 0; k < size_of(x); ++k)
-        sum += data(x)[k] * data(y)[k];
-    return sum;
 }
 
 void set_operations(N_Vector_Ops ops) {
@@ -170,20 +160,40 @@ void set_operations(N_Vector_Ops ops) {
     ops->nvaddconst = [](N_Vector x, Real b, N_Vector z) {
         map(x, z, [b](double p) { return p + b; });
     };
-    ops->nvdotprod = dot;
     ops->nvmaxnorm = largest_magnitude;
     ops->nvwrmsnorm = [](N_Vector x, N_Vector w) {
         return std::sqrt(sum_of_squares(x, w) / static_cast<double>(size_of(x)));
     };
-    ops->nvwl2norm = [](N_Vector x, N_Vector w) { return std::sqrt(sum_of_squares(x, w)); };
-    ops->nvmin = smallest;
     ops->nvlinearcombination = linear_combination;
-    ops->nvscaleaddmulti = scale_add_multi;
-    ops->nvlinearsumvectorarray = linear_sum_array;
-    ops->nvscalevectorarray = scale_array;
 }
 
 } // namespace
+
+int evaluate_rate(double time, N_Vector state, N_Vector rate, void* callback_data) {
+    return guarded(callback_data, [&](CallbackData& data) {
+        ++data.work.rhs_evaluations;
+        data.equations->evaluate_rate(time, values(state).data(), values(rate).data());
+        return all_finite(values(rate)) ? 0 : shorter_step;
+    });
+}
+
+int set_up_newton(double time, N_Vector state, bool jacobian_is_usable, double gamma,
+                  void* callback_data) {
+    return guarded(callback_data, [&](CallbackData& data) {
+        if (!jacobian_is_usable) {
+            data.equations->evaluate_jacobian(time, values(state).data());
+            ++data.work.jacobian_evaluations;
+        }
+        ++data.work.factorisations;
+        return data.equations->factorise(gamma) ? 0 : shorter_step;
+    });
+}
+
+int set_weights(N_Vector, N_Vector weights, void* callback_data) {
+    const auto& data = *static_cast<const CallbackData*>(callback_data);
+    std::ranges::copy(data.equations->weights(), values(weights).begin());
+    return 0;
+}
 
 Vector make_vector(std::size_t size, SUNContext context) {
     Vector vector(N_VNewEmpty(context));
@@ -196,6 +206,38 @@ Vector make_vector(std::size_t size, SUNContext context) {
 
 std::span<double> values(N_Vector vector) {
     return storage(vector);
+}
+
+Matrix newton_matrix(SUNContext context) {
+    SUNMatrix matrix = SUNMatNewEmpty(context);
+    matrix->ops->getid = [](SUNMatrix) { return SUNMATRIX_CUSTOM; };
+    matrix->ops->destroy = [](SUNMatrix m) { SUNMatFreeEmpty(m); };
+    // SUNDIALS 6 and 7 differ in the type of this function's result.
+    matrix->ops->zero = [](SUNMatrix) -> decltype(matrix->ops->zero(nullptr)) { return 0; };
+    return Matrix(matrix);
+}
+
+LinearSolver newton_solver(CallbackData& data, SUNContext context) {
+    SUNLinearSolver solver = SUNLinSolNewEmpty(context);
+    solver->content = &data;
+    solver->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; };
+    solver->ops->getid = [](SUNLinearSolver) { return SUNLINEARSOLVER_CUSTOM; };
+    solver->ops->initialize = [](SUNLinearSolver) -> decltype(SUNLinSolInitialize(nullptr)) {
+        return 0;
+    };
+    solver->ops->setup = [](SUNLinearSolver, SUNMatrix) { return 0; };
+    solver->ops->solve = [](SUNLinearSolver s, SUNMatrix, N_Vector x, N_Vector b, Real) {
+        auto& called = *static_cast<CallbackData*>(s->content);
+        ++called.work.linear_solves;
+        called.equations->solve(values(b).data(), values(x).data());
+        return 0;
+    };
+    solver->ops->free = [](SUNLinearSolver s) -> decltype(SUNLinSolFree(nullptr)) {
+        s->content = nullptr;
+        SUNLinSolFreeEmpty(s);
+        return 0;
+    };
+    return LinearSolver(solver);
 }
 
 } // namespace culm::integrate::sundials
