@@ -53,6 +53,7 @@ table implicit_methods "$build/bench/bench_implicit_methods"
 table implicit_phases "$build/bench/bench_implicit_phases"
 table implicit_batches "$build/bench/bench_implicit_batches"
 table cost_estimates "$build/bench/bench_cost_estimates"
+table study_methods "$root/bench/study_methods.sh" "$build"
 table study_overhead "$root/bench/study_overhead.sh" "$build"
 table memory memory
 table farm "$root/bench/farm.sh" "$build"

@@ -4,7 +4,6 @@
 
 #include "core/item_map.hpp"
 #include "diagnose/adequacy.hpp"
-#include "diagnose/correlated_estimate.hpp"
 #include "diagnose/experiment/next_experiment.hpp"
 #include "diagnose/missing_force/missing_force.hpp"
 #include "diagnose/policy.hpp"
@@ -89,8 +88,6 @@ struct Diagnosis {
     std::optional<MissingForce> missing_force;
     fit::Fit baseline;
     fit::Fit final_fit; ///< of the best model that was reached, named or not
-    /// Numbers of the final fit, where effects are named although it leaves structure.
-    std::optional<CorrelatedEstimate> correlated;
     int runs = 0; ///< of the chain with all its derivatives, for the fits of models
 };
 
@@ -119,8 +116,7 @@ struct DiagnosisOptions {
 /// 5. Two effects each of which alone explains nearly all of the misfit are a tie of one law. A tie
 ///    within a family is no tie: the answer is the family. So it is if two laws of its material
 ///    damping or its air act together: a law between them is missing.
-/// 6. If structure is left, effects are named only if they explain nearly all of a glaring misfit;
-///    their numbers are then those of correlated_estimate().
+/// 6. If structure is left, effects are named only if they explain nearly all of a glaring misfit.
 /// 7. If the noise in motion is another about a model with effects, all of this once more beside
 /// it.
 ///

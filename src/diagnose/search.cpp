@@ -92,10 +92,6 @@ class Search {
         complete({recordings_, options_, field_.candidates(), state.model, state.ladder.front().fit,
                   state.first, state.rivals, state.refused, state.is_one_law},
                  result);
-        if (!result.effects.empty() && state.finding() == Finding::Inadequate) {
-            report("estimating the numbers beside correlated residuals");
-            result.correlated = correlated_estimate(*state.fit, recordings_, options_.candidate);
-        }
         return result;
     }
 

@@ -24,9 +24,8 @@ struct DiagnosisReport {
     [[nodiscard]] const fit::Fit& best_fit() const {
         return found.final_fit.failed() ? found.baseline : found.final_fit;
     }
-    /// Its numbers; of a model that leaves structure, those that count it as correlated noise.
     [[nodiscard]] const std::vector<fit::FittedParameter>& parameters() const {
-        return found.correlated ? found.correlated->parameters : best_fit().parameters;
+        return best_fit().parameters;
     }
     /// Root mean square over the recordings, m.
     [[nodiscard]] double noise() const;

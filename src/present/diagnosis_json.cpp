@@ -240,18 +240,6 @@ void add_recordings(const DiagnosisReport& report, json& document) {
     }
 }
 
-/// What the parameters would be if every miss counted as independent; null where it does.
-json correlated_misses_json(const DiagnosisReport& report) {
-    if (!report.found.correlated)
-        return nullptr;
-    json correlation = json::array();
-    for (std::size_t m = 0; m < report.recordings.size(); ++m)
-        correlation.push_back({{"recording", report.recordings[m].stem.id},
-                               {"rows", report.found.correlated->correlation[m]}});
-    return {{"least_squares", parameters_with_units(report.best_fit().parameters)},
-            {"correlation", std::move(correlation)}};
-}
-
 } // namespace
 
 json diagnosis_json(const DiagnosisReport& report) {
@@ -268,7 +256,6 @@ json diagnosis_json(const DiagnosisReport& report) {
         {"explained", number(found.explained)},
         {"baseline", baseline_json(found)},
         {"parameters", parameters_with_units(report.parameters())},
-        {"correlated_misses", correlated_misses_json(report)},
         {"ranking", ranking_json(report)},
         {"failed", failed_json(found.ranking)},
         {"ladder", models_json(found.ladder)},

@@ -58,19 +58,6 @@ std::string strength_lines(const DiagnosisReport& report, const std::string& eff
     return text;
 }
 
-/// Of numbers that count the residuals as correlated: what they would be without that.
-std::string correlation_sentence(const DiagnosisReport& report) {
-    std::string text = "The residuals are correlated from frame to frame, and the numbers above "
-                       "account for that.";
-    std::vector<std::string> counted;
-    for (const auto& [key, parameter] : by_key(report.best_fit().parameters))
-        if (parameter->id.is_of_effect())
-            counted.push_back(fmt::format("{} = {}", key, number_cell(parameter->value, 4)));
-    if (!counted.empty())
-        text += fmt::format(" If all readings were independent: {}.", fmt::join(counted, ", "));
-    return text;
-}
-
 /// Relative error of a number of the baseline's chain with the inputs as stated; NaN if nothing of
 /// the final fit is known but its numbers.
 double bias_of(const DiagnosisReport& report, double physics::StemParameters<double>::*member) {
@@ -102,8 +89,6 @@ std::string consequence_sentence(const DiagnosisReport& report) {
 
 std::vector<std::string> sentences_on_named(const DiagnosisReport& report) {
     std::vector<std::string> sentences;
-    if (report.found.correlated)
-        sentences.push_back(correlation_sentence(report));
     for (const diagnose::TieGroup& tie : report.found.ties) {
         sentences.push_back(fmt::format(
             "This recording cannot distinguish between {}{}.", fmt::join(tie.names, " and "),

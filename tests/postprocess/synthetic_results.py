@@ -182,7 +182,6 @@ def diagnosis(name="T2", verdict="effect"):
             "bias": {"bond_youngs_modulus": -0.015, "bond_damping": None}}
     return {
         "format": "culm-diagnosis", "version": 1, "measurement": name, "noise_mm": NOISE_MM,
-        "correlated_misses": None,
         "recordings": [{"id": name, "folder": f"data/{name}", "frames": TIME.size,
                         "heights": len(HEIGHTS_MM), "noise_mm": NOISE_MM,
                         "noise_source": "stated", "noise_known": True}],

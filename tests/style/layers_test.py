@@ -65,6 +65,8 @@ class LayerCheck(unittest.TestCase):
         self.assertEqual(self.faults_of("archive/a.cpp", "#include <hdf5.h>\n"), [])
 
     def test_a_library_may_belong_to_a_part_of_a_layer(self):
+        text = "#include <cvode/cvode.h>\n"
+        self.assertEqual(self.faults_of("integrate/sundials/a.cpp", text), [])
         text = "#include <opencv2/core.hpp>\n"
         self.assertEqual(self.faults_of("measure/track/a.cpp", text), [])
         self.assertEqual(self.faults_of("measure/folder/a.cpp", text),
@@ -81,7 +83,7 @@ class LayerCheck(unittest.TestCase):
         text = "culm_add_layer(run LINKS culm::core SUNDIALS::arkode_shared) # not MPI::MPI_C\n"
         self.assertEqual(
             self.faults_of("run/CMakeLists.txt", text),
-            ["src/run/CMakeLists.txt: SUNDIALS belongs to the tests"],
+            ["src/run/CMakeLists.txt: SUNDIALS belongs to integrate/sundials"],
         )
 
     def test_an_unknown_layer_is_found(self):

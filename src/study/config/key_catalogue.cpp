@@ -5,6 +5,8 @@
 #include "study/config/parameters.hpp"
 
 #include <limits>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace culm::study {
@@ -14,280 +16,130 @@ namespace {
 constexpr Interval any_number{-std::numeric_limits<double>::max(),
                               std::numeric_limits<double>::max()};
 
+using Keys = std::vector<ConfigKey>;
+using Words = std::vector<std::string>;
+
+/// Adds the keys of one section.
+class Section {
+  public:
+    Section(Keys& keys, std::string name) : keys_(keys), name_(std::move(name)) {}
+
+    void add(ValueKind kind, const char* key, const std::string& unit, const char* default_text,
+             const Interval& range, const Words& words, const char* meaning) {
+        keys_.push_back({name_, key, kind, unit, default_text, range, words, meaning});
+    }
+    void text(const char* key, const char* default_text, const char* meaning) {
+        add(ValueKind::Text, key, "", default_text, {}, {}, meaning);
+    }
+    void word(const char* key, const char* default_text, const Words& words, const char* meaning) {
+        add(ValueKind::Word, key, "", default_text, {}, words, meaning);
+    }
+    void number(const char* key, const std::string& unit, const char* default_text,
+                const Interval& range, const char* meaning) {
+        add(ValueKind::Number, key, unit, default_text, range, {}, meaning);
+    }
+    void whole(const char* key, const char* default_text, const Interval& range,
+               const char* meaning) {
+        add(ValueKind::WholeNumber, key, "", default_text, range, {}, meaning);
+    }
+
+  private:
+    Keys& keys_;
+    std::string name_;
+};
+
 /// Of one factor's table.
-std::vector<ConfigKey> factor_keys() {
-    const std::string section = "factors.<parameter>";
+Keys factor_keys() {
+
     const std::string unit = "as the parameter";
-    return {
-        {section, "from", ValueKind::Number, unit, "", any_number, {}, "first value of a range"},
-        {section, "to", ValueKind::Number, unit, "", any_number, {}, "last value of a range"},
-        {section,
-         "step",
-         ValueKind::Number,
-         unit,
-         "",
-         {0.0, any_number.high, true, false},
-         {},
-         "distance of the levels of a range; must divide to − from"},
-        {section,
-         "count",
-         ValueKind::WholeNumber,
-         "",
-         "",
-         {2.0, 1e6},
-         {},
-         "number of levels of a range, both ends included; instead of step"},
-        {section,
-         "spacing",
-         ValueKind::Word,
-         "",
-         "\"linear\"",
-         {},
-         {"linear", "log"},
-         "are the levels equidistant, or their logarithms?"},
-        {section,
-         "distribution",
-         ValueKind::Word,
-         "",
-         "",
-         {},
-         {"normal", "lognormal", "uniform", "empirical"},
-         "the factor is drawn from a distribution; `empirical`: from measured values"},
-        {section,
-         "mean",
-         ValueKind::Number,
-         unit,
-         "",
-         any_number,
-         {},
-         "of the normal, or of the lognormal quantity itself, before truncation"},
-        {section,
-         "sd",
-         ValueKind::Number,
-         unit,
-         "",
-         {0.0, any_number.high, true, false},
-         {},
-         "standard deviation of the same"},
-        {section,
-         "min",
-         ValueKind::Number,
-         unit,
-         "the parameter's range",
-         any_number,
-         {},
-         "lower truncation; needed by `uniform`"},
-        {section,
-         "max",
-         ValueKind::Number,
-         unit,
-         "the parameter's range",
-         any_number,
-         {},
-         "upper truncation; needed by `uniform`"},
-        {section,
-         "file",
-         ValueKind::Text,
-         "",
-         "",
-         {},
-         {},
-         "table (CSV with a header) of measured stems, in the study's folder or below it; needed "
-         "by "
-         "`empirical`"},
-        {section,
-         "column",
-         ValueKind::Text,
-         "",
-         "",
-         {},
-         {},
-         "header of the column; needed by `empirical`"},
-        {section,
-         "unit",
-         ValueKind::Text,
-         "",
-         "that of the column's name, else of the parameter",
-         {},
-         {},
-         "of the column, for example \"cm\""},
-        {section,
-         "rows",
-         ValueKind::Word,
-         "",
-         "\"independent\"",
-         {},
-         {"independent", "together"},
-         "`together`: columns of the same file are taken from the same row, so that a stem's "
-         "values "
-         "stay together"},
-        {section,
-         "level",
-         ValueKind::Word,
-         "",
-         "\"stem\"",
-         {},
-         {"stem", "test"},
-         "is a distribution drawn once for each stem, or for each test of a stem?"},
-        {section,
-         "within_sd",
-         ValueKind::Number,
-         unit,
-         "none",
-         {0.0, any_number.high, true, false},
-         {},
-         "standard deviation of the tests of a stem about the stem's own value (normal, confined "
-         "to "
-         "the parameter's range)"},
-    };
+    Keys keys;
+    Section factor(keys, "factors.<parameter>");
+    factor.number("from", unit, "", any_number, "first value of a range");
+    factor.number("to", unit, "", any_number, "last value of a range");
+    factor.number("step", unit, "", {0.0, any_number.high, true, false},
+                  "distance of the levels of a range; must divide to − from");
+    factor.whole("count", "", {2.0, 1e6},
+                 "number of levels of a range, both ends included; instead of step");
+    factor.word("spacing", "\"linear\"", {"linear", "log"},
+                "are the levels equidistant, or their logarithms?");
+    factor.word("distribution", "", {"normal", "lognormal", "uniform", "empirical"},
+                "the factor is drawn from a distribution; `empirical`: from measured values");
+    factor.number("mean", unit, "", any_number,
+                  "of the normal, or of the lognormal quantity itself, before truncation");
+    factor.number("sd", unit, "", {0.0, any_number.high, true, false},
+                  "standard deviation of the same");
+    factor.number("min", unit, "the parameter's range", any_number,
+                  "lower truncation; needed by `uniform`");
+    factor.number("max", unit, "the parameter's range", any_number,
+                  "upper truncation; needed by `uniform`");
+    factor.text("file", "",
+                "table (CSV with a header) of measured stems, in the study's folder or below it; "
+                "needed by `empirical`");
+    factor.text("column", "", "header of the column; needed by `empirical`");
+    factor.text("unit", "that of the column's name, else of the parameter",
+                "of the column, for example \"cm\"");
+    factor.word("rows", "\"independent\"", {"independent", "together"},
+                "`together`: columns of the same file are taken from the same row, so that a "
+                "stem's values stay together");
+    factor.word("level", "\"stem\"", {"stem", "test"},
+                "is a distribution drawn once for each stem, or for each test of a stem?");
+    factor.number("within_sd", unit, "none", {0.0, any_number.high, true, false},
+                  "standard deviation of the tests of a stem about the stem's own value (normal, "
+                  "confined to the parameter's range)");
+    return keys;
 }
 
 /// Of [design], [replicates] and [correlation].
-std::vector<ConfigKey> design_keys() {
-    return {
-        {"design",
-         "type",
-         ValueKind::Word,
-         "",
-         "\"factorial\"",
-         {},
-         {"factorial", "latin_hypercube", "sobol", "list"},
-         "how factors are combined to points"},
-        {"design",
-         "points",
-         ValueKind::WholeNumber,
-         "",
-         "",
-         {1.0, 1e8},
-         {},
-         "number of design points; for `latin_hypercube` and `sobol`, which need it"},
-        {"design",
-         "replicates",
-         ValueKind::WholeNumber,
-         "",
-         "1",
-         {1.0, 1e8},
-         {},
-         "repetitions of every design point with new draws of the distributions; "
-         "`replicates.stems` is the same"},
-        {"design",
-         "criterion",
-         ValueKind::Word,
-         "",
-         "\"none\"",
-         {},
-         {"none", "maximin", "centred_discrepancy"},
-         "by what a Latin hypercube of at most 10000 points is made more even"},
-        {"design",
-         "scrambling",
-         ValueKind::Word,
-         "",
-         "\"none\"",
-         {},
-         {"none", "owen", "digital_shift"},
-         "how a Sobol sequence is made random"},
-        {"design",
-         "point",
-         ValueKind::Tables,
-         "",
-         "",
-         {},
-         {},
-         "the points of a `list`, which needs them: every table gives one point's values"},
-        {"replicates",
-         "stems",
-         ValueKind::WholeNumber,
-         "",
-         "1",
-         {1.0, 1e8},
-         {},
-         "stems for every design point, each with new draws of the distributions"},
-        {"replicates",
-         "within",
-         ValueKind::WholeNumber,
-         "",
-         "1",
-         {1.0, 1e8},
-         {},
-         "tests of every stem, with new draws of what has level = \"test\" or within_sd"},
-        {"correlation",
-         "factors",
-         ValueKind::WordList,
-         "",
-         "",
-         {},
-         {},
-         "factors that are correlated with each other; needs `rank`"},
-        {"correlation",
-         "rank",
-         ValueKind::Matrix,
-         "",
-         "",
-         {-1.0, 1.0},
-         {},
-         "their rank correlations (Spearman), in the order of `factors`"},
-    };
+Keys design_keys() {
+    Keys keys;
+    Section design(keys, "design");
+    design.word("type", "\"factorial\"", {"factorial", "latin_hypercube", "sobol", "list"},
+                "how factors are combined to points");
+    design.whole("points", "", {1.0, 1e8},
+                 "number of design points; for `latin_hypercube` and `sobol`, which need it");
+    design.whole("replicates", "1", {1.0, 1e8},
+                 "repetitions of every design point with new draws of the distributions; "
+                 "`replicates.stems` is the same");
+    design.word("criterion", "\"none\"", {"none", "maximin", "centred_discrepancy"},
+                "by what a Latin hypercube of at most 10000 points is made more even");
+    design.word("scrambling", "\"none\"", {"none", "owen", "digital_shift"},
+                "how a Sobol sequence is made random");
+    design.add(ValueKind::Tables, "point", "", "", {}, {},
+               "the points of a `list`, which needs them: every table gives one point's values");
+    Section replicates(keys, "replicates");
+    replicates.whole("stems", "1", {1.0, 1e8},
+                     "stems for every design point, each with new draws of the distributions");
+    replicates.whole(
+        "within", "1", {1.0, 1e8},
+        "tests of every stem, with new draws of what has level = \"test\" or within_sd");
+    Section correlation(keys, "correlation");
+    correlation.add(ValueKind::WordList, "factors", "", "", {}, {},
+                    "factors that are correlated with each other; needs `rank`");
+    correlation.add(ValueKind::Matrix, "rank", "", "", {-1.0, 1.0}, {},
+                    "their rank correlations (Spearman), in the order of `factors`");
+    return keys;
 }
 
 constexpr double largest_whole = 9007199254740992.0; // 2⁵³: whole numbers up to it are exact
 
-using Keys = std::vector<ConfigKey>;
-
 Keys study_keys() {
-    return {
-        {"study",
-         "name",
-         ValueKind::Text,
-         "",
-         "the file's name",
-         {},
-         {},
-         "how the study is called in reports"},
-        {"study",
-         "kind",
-         ValueKind::Word,
-         "",
-         "\"vibration\"",
-         {},
-         {"vibration", "timestep"},
-         "what is computed at each point: the free vibration, or how large explicit steps may be "
-         "(docs/timestep.md)"},
-        {"study",
-         "store",
-         ValueKind::Word,
-         "",
-         "\"tip\"",
-         {},
-         {"fit", "tip", "heights", "full"},
-         "what of every trajectory is kept; each word includes the ones before it"},
-        {"study",
-         "heights_mm",
-         ValueKind::NumberList,
-         "mm",
-         "",
-         {0.0, 100000.0},
-         {},
-         "heights above the clamp at which the deflection is stored; needed by `heights`, "
-         "possible with `full`"},
-        {"study",
-         "effects",
-         ValueKind::WordList,
-         "",
-         "[]",
-         {},
-         {},
-         "what is added to the published chain, as on the command line: names, with values in "
-         "parentheses if they are not the defaults, or files (docs/effects.md); "
-         "`\"effect.parameter\"` may be a factor"},
-        {"study",
-         "seed",
-         ValueKind::WholeNumber,
-         "",
-         "1",
-         {0.0, largest_whole},
-         {},
-         "selects the random numbers of the study"},
-    };
+    Keys keys;
+    Section study(keys, "study");
+    study.text("name", "the file's name", "how the study is called in reports");
+    study.word("kind", "\"vibration\"", {"vibration", "timestep"},
+               "what is computed at each point: the free vibration, or how large explicit steps "
+               "may be (docs/timestep.md)");
+    study.word("store", "\"tip\"", {"fit", "tip", "heights", "full"},
+               "what of every trajectory is kept; each word includes the ones before it");
+    study.add(ValueKind::NumberList, "heights_mm", "mm", "", {0.0, 100000.0}, {},
+              "heights above the clamp at which the deflection is stored; needed by `heights`, "
+              "possible with `full`");
+    study.add(ValueKind::WordList, "effects", "", "[]", {}, {},
+              "what is added to the published chain, as on the command line: names, with values in "
+              "parentheses if they are not the defaults, or files (docs/effects.md); "
+              "`\"effect.parameter\"` may be a factor");
+    study.whole("seed", "1", {0.0, largest_whole}, "selects the random numbers of the study");
+    return keys;
 }
 
 /// Parameters have a table of their own (parameters.cpp) because factors use them too; the
@@ -308,181 +160,69 @@ Keys parameter_keys(std::string_view section) {
 }
 
 Keys model_keys() {
-    return {
-        {"law",
-         "name",
-         ValueKind::Word,
-         "",
-         "\"schramm2019\"",
-         {},
-         physics::law_names(),
-         "bond law: as in the authors' code, or conserving angular momentum"},
-        {"law",
-         "damping_factor",
-         ValueKind::NumberOrWord,
-         "",
-         "2",
-         {0.0, 10.0, true, false},
-         {"sqrt2"},
-         "factor before β: 2 in the paper, √2 in Guo et al. (2013)"},
-        {"law",
-         "damping_inertia",
-         ValueKind::Word,
-         "",
-         "\"reduced\"",
-         {},
-         {"reduced", "individual"},
-         "inertia under the roots of the damping coefficients"},
-        {"integrator",
-         "method",
-         ValueKind::Word,
-         "",
-         "\"implicit\"",
-         {},
-         {"implicit", "sundials", "explicit"},
-         "time integration: culm's own implicit method on SIMD lanes, an implicit method of "
-         "SUNDIALS, or velocity Verlet; of a time-step study, that of the reference run"},
-        {"integrator",
-         "solver",
-         ValueKind::Word,
-         "",
-         "\"arkode\"",
-         {},
-         {"arkode", "cvode"},
-         "of SUNDIALS: diagonally implicit Runge-Kutta of order 4, or BDF of order 2"},
-        {"integrator",
-         "timestep_s",
-         ValueKind::Number,
-         "s",
-         "",
-         {0.0, 1.0, true, false},
-         {},
-         "step of the explicit method, which needs it; must divide sample_interval_s"},
-        {"integrator",
-         "relative_tolerance",
-         ValueKind::Number,
-         "",
-         "2e-06",
-         {1e-12, 1e-2},
-         {},
-         "of the implicit methods: error of the positions allowed per step, as a share of the "
-         "released deflection (with cvode a hundredth of it, for the same accuracy of b1 and b2)"},
-        {"integrator",
-         "dimensions",
-         ValueKind::WholeNumber,
-         "",
-         "2",
-         {2.0, 3.0},
-         {},
-         "2: motion in the plane of the pull; 3: in space"},
-        {"vibration",
-         "duration_s",
-         ValueKind::Number,
-         "s",
-         "0.1",
-         {0.0, 10000.0, true, false},
-         {},
-         "of the free vibration; a multiple of sample_interval_s"},
-        {"vibration",
-         "sample_interval_s",
-         ValueKind::Number,
-         "s",
-         "5e-05",
-         {0.0, 10000.0, true, false},
-         {},
-         "time between stored samples"},
-    };
+    Keys keys;
+    Section law(keys, "law");
+    law.word("name", "\"schramm2019\"", physics::law_names(),
+             "bond law: as in the authors' code, or conserving angular momentum");
+    law.add(ValueKind::NumberOrWord, "damping_factor", "", "2", {0.0, 10.0, true, false}, {"sqrt2"},
+            "factor before β: 2 in the paper, √2 in Guo et al. (2013)");
+    law.word("damping_inertia", "\"reduced\"", {"reduced", "individual"},
+             "inertia under the roots of the damping coefficients");
+    Section integrator(keys, "integrator");
+    integrator.word(
+        "method", "\"implicit\"", {"implicit", "sundials", "explicit"},
+        "time integration: culm's own implicit method on SIMD lanes, an implicit method of "
+        "SUNDIALS, or velocity Verlet; of a time-step study, that of the reference run");
+    integrator.word("solver", "\"arkode\"", {"arkode", "cvode"},
+                    "of SUNDIALS: diagonally implicit Runge-Kutta of order 4, or BDF of order 2");
+    integrator.number("timestep_s", "s", "", {0.0, 1.0, true, false},
+                      "step of the explicit method, which needs it; must divide sample_interval_s");
+    integrator.number(
+        "relative_tolerance", "", "2e-06", {1e-12, 1e-2},
+        "of the implicit methods: error of the positions allowed per step, as a share of the "
+        "released deflection (with cvode a hundredth of it, for the same accuracy of b1 and b2)");
+    integrator.whole("dimensions", "2", {2.0, 3.0},
+                     "2: motion in the plane of the pull; 3: in space");
+    Section vibration(keys, "vibration");
+    vibration.number("duration_s", "s", "0.1", {0.0, 10000.0, true, false},
+                     "of the free vibration; a multiple of sample_interval_s");
+    vibration.number("sample_interval_s", "s", "5e-05", {0.0, 10000.0, true, false},
+                     "time between stored samples");
+    return keys;
 }
 
 Keys output_keys() {
-    return {
-        {"reduce",
-         "window_s",
-         ValueKind::Number,
-         "s",
-         "the whole record",
-         {0.0, 10000.0, true, false},
-         {},
-         "time from the release to which Eq. 1 is fitted"},
-        {"reduce",
-         "amplitude",
-         ValueKind::Word,
-         "",
-         "\"free\"",
-         {},
-         {"free", "fixed"},
-         "is b0 fitted, or fixed at the deflection of the release?"},
-        {"reduce",
-         "significance",
-         ValueKind::Number,
-         "",
-         "0.05",
-         {0.0, 1.0, true, true},
-         {},
-         "a term of the regressions stays if its F-test has p below this"},
-        {"archive",
-         "trajectory_compression",
-         ValueKind::WholeNumber,
-         "",
-         "0",
-         {0.0, 9.0},
-         {},
-         "deflate level of the stored positions; 0: none"},
-    };
+    Keys keys;
+    Section reduce(keys, "reduce");
+    reduce.number("window_s", "s", "the whole record", {0.0, 10000.0, true, false},
+                  "time from the release to which Eq. 1 is fitted");
+    reduce.word("amplitude", "\"free\"", {"free", "fixed"},
+                "is b0 fitted, or fixed at the deflection of the release?");
+    reduce.number("significance", "", "0.05", {0.0, 1.0, true, true},
+                  "a term of the regressions stays if its F-test has p below this");
+    Section archive(keys, "archive");
+    archive.whole("trajectory_compression", "0", {0.0, 9.0},
+                  "deflate level of the stored positions; 0: none");
+    return keys;
 }
 
 Keys timestep_keys() {
-    return {
-        {"timestep",
-         "limit_tolerance",
-         ValueKind::Number,
-         "",
-         "0.01",
-         {1e-5, 0.5},
-         {},
-         "the largest stable step is bisected until it is known this closely"},
-        {"timestep",
-         "trial_steps",
-         ValueKind::WholeNumber,
-         "",
-         "20000, or 20/limit_tolerance if that is more",
-         {100.0, 1e9},
-         {},
-         "steps of every run of the bisection; at least 20/limit_tolerance, or a weak instability "
-         "would not show"},
-        {"timestep",
-         "fractions",
-         ValueKind::NumberList,
-         "",
-         "none: the limits alone",
-         {0.0, 1.0, true, true},
-         {},
-         "steps whose b1 and b2 are compared, as shares of the linearised chain's limit"},
-        {"timestep",
-         "record_cycles",
-         ValueKind::Number,
-         "",
-         "2",
-         {1.0, 1000.0},
-         {},
-         "length of the compared histories, in periods of the undamped stem"},
-        {"timestep",
-         "samples_per_cycle",
-         ValueKind::WholeNumber,
-         "",
-         "40",
-         {8.0, 1000.0},
-         {},
-         "of the compared histories"},
-        {"timestep",
-         "reference_tolerance",
-         ValueKind::Number,
-         "",
-         "1e-09",
-         {1e-12, 1e-2},
-         {},
-         "of the implicit run whose b1 and b2 are put beside the explicit ones"},
-    };
+    Keys keys;
+    Section timestep(keys, "timestep");
+    timestep.number("limit_tolerance", "", "0.01", {1e-5, 0.5},
+                    "the largest stable step is bisected until it is known this closely");
+    timestep.whole("trial_steps", "20000, or 20/limit_tolerance if that is more", {100.0, 1e9},
+                   "steps of every run of the bisection; at least 20/limit_tolerance, or a weak "
+                   "instability would not show");
+    timestep.add(ValueKind::NumberList, "fractions", "", "none: the limits alone",
+                 {0.0, 1.0, true, true}, {},
+                 "steps whose b1 and b2 are compared, as shares of the linearised chain's limit");
+    timestep.number("record_cycles", "", "2", {1.0, 1000.0},
+                    "length of the compared histories, in periods of the undamped stem");
+    timestep.whole("samples_per_cycle", "40", {8.0, 1000.0}, "of the compared histories");
+    timestep.number("reference_tolerance", "", "1e-09", {1e-12, 1e-2},
+                    "of the implicit run whose b1 and b2 are put beside the explicit ones");
+    return keys;
 }
 
 } // namespace
