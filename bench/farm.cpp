@@ -4,8 +4,8 @@
 #include "bench/cpu_time.hpp"
 #include "bench/farm_synthetic.hpp"
 #include "bench/run_program.hpp"
+#include "farm/batch.hpp"
 #include "farm/environment.hpp"
-#include "farm/farm_error.hpp"
 #include "study/execute/execute.hpp"
 #include "study/execute/point_results.hpp"
 

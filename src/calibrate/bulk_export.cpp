@@ -5,6 +5,7 @@
 #include "core/nearest_name.hpp"
 #include "physics/bond_coefficients.hpp"
 #include "run/case_model.hpp"
+#include "run/simulate.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -75,13 +76,12 @@ std::vector<double> sphere_masses(const BulkStem& bulk) {
 
 /// Diameter and density of the spheres, and the densities of those that carry another mass: the
 /// tip, which stands for half a bond length of stem, and whatever a mass is fixed to.
-std::string sphere_lines(const BulkStem& bulk) {
+std::string sphere_lines(const BulkStem& bulk, const std::vector<double>& masses, int type) {
     const physics::StemParameters<double>& stem = bulk.stem;
-    std::string text = fmt::format("set type 1 diameter {:.9g} density {:.9g}\n",
+    std::string text = fmt::format("set type {} diameter {:.9g} density {:.9g}\n", type,
                                    stem.sphere_diameter, stem.density);
     const double plain = stem.sphere_mass();
     std::string own;
-    const std::vector<double> masses = sphere_masses(bulk);
     for (std::size_t i = 0; i < masses.size(); ++i)
         if (std::abs(masses[i] / plain - 1.0) > 1e-9) // less than the digits that are written
             own += fmt::format("set atom {} density {:.9g}\n", i + 1,
@@ -103,7 +103,8 @@ std::string gravity_line(const BulkStem& bulk) {
         const double transverse = effect.values.at("transverse_m_s2");
         const double magnitude = std::hypot(axial, transverse);
         if (magnitude > 0.0)
-            return fmt::format("# x points from the clamp to the tip, y to the side of the pull\n"
+            return fmt::format("# x points from the clamp to the tip, y to the side of the pull; "
+                               "in an input before what holds the clamp\n"
                                "fix gravity all gravity {:.9g} vector {:.9g} {:.9g} 0\n",
                                magnitude, axial / magnitude, transverse / magnitude);
     }
@@ -142,7 +143,40 @@ void leave_out(std::span<BulkStem> stems, std::span<const std::string> names) {
     }
 }
 
-std::string liggghts_lines(const BulkStem& bulk) {
+namespace {
+
+std::string liggghts_bond(const physics::StemParameters<double>& stem, int type, double damping) {
+    return fmt::format("bond_coeff {} {:.9g} {:.9g} {:.9g} {:.9g} 1 {:.9g} 1 1.0e32 1.0e32\n", type,
+                       stem.bond_outer_diameter / stem.sphere_diameter,
+                       stem.bond_inner_diameter / stem.sphere_diameter, stem.bond_youngs_modulus,
+                       stem.shear_modulus(), damping);
+}
+
+/// Bonds whose two spheres have another reduced mass than two whole ones.
+std::string bonds_of_other_masses(const BulkStem& bulk, const std::vector<double>& masses,
+                                  int& next_type) {
+    constexpr double negligible = 1e-3; // of β
+    const double plain = bulk.stem.sphere_mass();
+    std::string text;
+    for (std::size_t i = 0; i + 1 < masses.size(); ++i) {
+        const double factor =
+            std::sqrt(plain * (masses[i] + masses[i + 1]) / (2.0 * masses[i] * masses[i + 1]));
+        if (std::abs(factor - 1.0) < negligible)
+            continue;
+        text += liggghts_bond(bulk.stem, next_type, factor * bulk.stem.bond_damping);
+        text += fmt::format("group bond{0} id {0} {1}\nset group bond{0} bond {2}\n", i + 1, i + 2,
+                            next_type++);
+    }
+    return text.empty() ? text
+                        : "# beta of bonds next to another mass, as calibrated; `set group … bond` "
+                          "acts on bonds that exist: include these\n# lines again after the run "
+                          "that creates the bonds\n" +
+                              text;
+}
+
+} // namespace
+
+std::string liggghts_lines(const BulkStem& bulk, TypeNumbers& next) {
     require_law(bulk, "schramm2019", "the authors' code");
     require_lines_for_all_effects(bulk, "the authors' code");
     const physics::StemParameters<double>& stem = bulk.stem;
@@ -151,43 +185,59 @@ std::string liggghts_lines(const BulkStem& bulk) {
                              (4.0 * stem.bond_length);
     const double step =
         0.95 / ((1.1 + 2.9 * stem.bond_damping) * std::sqrt(stiffness / stem.sphere_mass()));
+    const std::vector<double> masses = sphere_masses(bulk);
     std::string text = heading(bulk, "LIGGGHTS with flexible fibres");
-    text += sphere_lines(bulk);
+    text += "# after create_atoms; needs bond_style gran and n_bondtypes of at least the largest "
+            "bond type\n";
+    text += sphere_lines(bulk, masses, next.atom++);
     text += "# bond type, outer and inner diameter over the sphere's, Y, G, damping type, beta, "
             "breakage type, critical normal and shear stress\n";
-    text += fmt::format("bond_coeff 1 {:.9g} {:.9g} {:.9g} {:.9g} 1 {:.9g} 1 1.0e32 1.0e32\n",
-                        stem.bond_outer_diameter / stem.sphere_diameter,
-                        stem.bond_inner_diameter / stem.sphere_diameter, stem.bond_youngs_modulus,
-                        stem.shear_modulus(), stem.bond_damping);
+    text += liggghts_bond(stem, next.bond++, stem.bond_damping);
+    text += bonds_of_other_masses(bulk, masses, next.bond);
     text += gravity_line(bulk);
     text += fmt::format("# largest step by that code's own rule: {:.4g} s\n", step);
     return text;
 }
 
-std::string lammps_lines(const BulkStem& bulk) {
+std::string lammps_lines(const BulkStem& bulk, LammpsVersion version, TypeNumbers& next) {
     require_law(bulk, "consistent", "LAMMPS's bpm/rotational");
     require_lines_for_all_effects(bulk, "LAMMPS's bpm/rotational");
+    const bool is_new = version == LammpsVersion::From4July2026;
     const physics::StemParameters<double>& stem = bulk.stem;
     const auto bond = physics::make_bond_coefficients(stem, physics::consistent_law());
+    run::CaseSpec spec;
+    spec.stem = stem;
+    spec.law = physics::consistent_law();
     std::string text = heading(bulk, "LAMMPS, package BPM");
-    text += "# not carried over: bonds follow the spheres' orientations instead of rates (the same "
-            "for small relative rotations of\n# neighbours); contacts and breakage are yours to "
-            "set. Damping is that of two whole spheres in every bond.\n";
-    text += "units si\natom_style bpm/sphere\nnewton on off\ncomm_modify vel yes\n"
-            "special_bonds lj 0 1 1 coul 1 1 1\n"
-            "bond_style bpm/rotational break no smooth no\n";
-    text += sphere_lines(bulk);
-    text += "# bond type, K_r N/m, K_s N/m, K_t N m, K_b N m, four critical loads that are never "
-            "reached (the first also sets how far\n# bonds may stretch: by their length), gamma_n "
-            "N s/m, gamma_s N s/m, gamma_r N s, gamma_t N m s\n";
     text += fmt::format(
-        "bond_coeff 1 {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} 1.0e32 1.0e32 1.0e32 {:.9g} {:.9g} "
+        "# for LAMMPS {}\n"
+        "# not carried over: bonds follow the spheres' orientations instead of rates (the same for "
+        "small relative rotations of\n# neighbours); contacts and breakage are yours to set. "
+        "Damping is that of two whole spheres in every bond.\n"
+        "units si\natom_style bpm/sphere\nnewton on off\ncomm_modify vel yes\n"
+        "special_bonds lj 0 1 1 coul 1 1 1\n"
+        "# here: read_data or create_box and create_atoms, pair_style with its cutoff, bonds\n"
+        "bond_style bpm/rotational break no smooth no{}\n",
+        is_new ? "4 July 2026 and later" : "30 March 2026 and earlier",
+        is_new ? " frame particle damping dem" : "");
+    text += sphere_lines(bulk, sphere_masses(bulk), next.atom++);
+    const double rolling = 2.0 * bond.bending_damping / bond.length;
+    const double twisting = 2.0 * bond.torsion_damping;
+    text += fmt::format(
+        "# bond type, K_r N/m, K_s N/m, K_t N m, K_b N m, four critical loads that are never "
+        "reached, gamma_r N s/m,\n# gamma_s N s/m, {}\n"
+        "bond_coeff {} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} 1.0e32 1.0e32 1.0e32 {:.9g} {:.9g} "
         "{:.9g} {:.9g}\n",
-        bond.normal_stiffness, bond.shear_stiffness, bond.torsion_stiffness, bond.bending_stiffness,
-        bond.normal_stiffness * bond.length, bond.normal_damping, bond.shear_damping,
-        2.0 * bond.bending_damping / bond.length, 2.0 * bond.torsion_damping);
+        is_new ? "gamma_t (twist) N m s, gamma_b (roll) N s" : "gamma_roll N s, gamma_twist N m s",
+        next.bond++, bond.normal_stiffness, bond.shear_stiffness, bond.torsion_stiffness,
+        bond.bending_stiffness, bond.normal_stiffness * bond.length, bond.normal_damping,
+        bond.shear_damping, is_new ? twisting : rolling, is_new ? rolling : twisting);
     text += gravity_line(bulk);
-    text += "fix motion all nve/bpm/sphere\n";
+    text += fmt::format("# the clamped sphere neither moves nor turns: it is not integrated\n"
+                        "group clamp id 1\ngroup moving subtract all clamp\n"
+                        "fix motion moving nve/bpm/sphere\n"
+                        "# largest stable step of the linearised chain: {:.4g} s\n",
+                        run::largest_stable_timestep(spec));
     return text;
 }
 

@@ -39,17 +39,32 @@ void leave_out(std::span<BulkStem> stems, std::span<const std::string> names);
 // effect tip_mass is such a mass, and gravity is a fix. Any other effect has no line in these codes
 // and is refused (core::InputError).
 
+/// Of LAMMPS: how it reads bond_style bpm/rotational.
+enum class LammpsVersion { UpTo30March2026, From4July2026 };
+
+/// Numbers of the next types of atoms and bonds in an input that several stems share.
+struct TypeNumbers {
+    int atom = 1;
+    int bond = 1;
+};
+
 /// Lines for LIGGGHTS with the authors' flexible fibres (SI units): `bond_coeff N` with outer and
 /// inner diameter as fractions of the particle's, Y, G, damping type 1, β, breakage type 1 and two
 /// limits that are never reached. That code is law "schramm2019"; a β of another law would damp
-/// 2.27 times too much there, so it is refused (core::InputError).
-[[nodiscard]] std::string liggghts_lines(const BulkStem& stem);
+/// 2.27 times too much there, so it is refused (core::InputError). It takes the reduced mass of a
+/// bond's own two spheres, the calibrated chain that of two whole ones: bonds next to another mass
+/// have types of their own with β √(m (m_i + m_j)/(2 m_i m_j)).
+[[nodiscard]] std::string liggghts_lines(const BulkStem& stem, TypeNumbers& next);
 
 /// Lines for LAMMPS with bond style bpm/rotational of its package BPM (units si). Its bond
 /// conserves angular momentum, so it is law "consistent"; another is refused (core::InputError).
 /// Stiffnesses k_n, k_t, k_tor, k_b are its K_r, K_s, K_t, K_b. Its damping acts on velocities with
 /// γ_n = c_n, γ_s = c_t; on the rolling velocity ½γ_r l (ω1 − ω2), so γ_r = 2 c_b/l; on the twist
 /// ½γ_t, so γ_t = 2 c_tor; c the coefficients 2β√(inertia × stiffness).
-[[nodiscard]] std::string lammps_lines(const BulkStem& stem);
+///
+/// From version 4 July 2026 on, the style has another damping by default, and its damping factors
+/// three and four have changed places: the lines name the former damping, which is the chain's.
+[[nodiscard]] std::string lammps_lines(const BulkStem& stem, LammpsVersion version,
+                                       TypeNumbers& next);
 
 } // namespace culm::calibrate

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "farm/batch.hpp"
 
-#include "farm/farm_error.hpp"
-
 #include <algorithm>
 #include <bit>
 #include <cmath>

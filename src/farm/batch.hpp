@@ -11,10 +11,18 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace culm::farm {
+
+/// An MPI call failed, a message could not be understood, or a precondition of the farm is
+/// violated.
+class FarmError : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
 
 /// Monotonic clock of the whole layer.
 using Clock = std::chrono::steady_clock;

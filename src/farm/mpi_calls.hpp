@@ -3,7 +3,7 @@
 // layer only.
 #pragma once
 
-#include "farm/farm_error.hpp"
+#include "farm/batch.hpp"
 
 #include <array>
 #include <cstddef>

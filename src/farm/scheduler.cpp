@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "farm/scheduler.hpp"
 
-#include "farm/farm_error.hpp"
+#include "farm/batch.hpp"
 
 #include <algorithm>
 

@@ -174,10 +174,6 @@ class CondensedNewton {
             effects_.set_state(chain_, state, time);
     }
 
-    [[nodiscard]] const std::vector<BondJacobian<Dim, T>>& bond_jacobians() const {
-        return jacobians_;
-    }
-
     /// Condenses and factorises I − γJ with the Jacobians at hand; false if that is singular.
     [[nodiscard]] bool factorise(const T& gamma);
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "run/explicit_lanes.hpp"
-
 #include "core/lanes.hpp"
 #include "integrate/velocity_verlet.hpp"
 #include "physics/energy.hpp"
+#include "run/case_lanes.hpp"
 #include "run/case_model.hpp"
 #include "run/lane_packing.hpp"
 #include "run/recorder.hpp"

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "run/implicit_lanes.hpp"
-
 #include "integrate/history_sampler.hpp"
 #include "integrate/implicit.hpp"
+#include "run/case_lanes.hpp"
 #include "run/case_model.hpp"
 #include "run/lane_packing.hpp"
 #include "run/recorder.hpp"

@@ -2,7 +2,7 @@
 #include "run/sensitivities.hpp"
 
 #include "core/lanes.hpp"
-#include "run/implicit_lanes.hpp"
+#include "run/case_lanes.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,9 +4,8 @@
 #include "core/error.hpp"
 #include "core/lanes.hpp"
 #include "integrate/modes.hpp"
+#include "run/case_lanes.hpp"
 #include "run/case_model.hpp"
-#include "run/explicit_lanes.hpp"
-#include "run/implicit_lanes.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/stability_search.hpp"
 
-#include "run/explicit_lanes.hpp"
+#include "run/case_lanes.hpp"
 #include "run/step_lanes.hpp"
 
 #include <algorithm>

@@ -160,32 +160,6 @@ TEST(ReadingErrors, OfTheRowsOfAPictureAreNoMissingPhysics) {
     EXPECT_EQ(finding(with.fit, with.recordings), Finding::Adequate);
 }
 
-// An uneven ground beside two rows, a tenth of a millimetre from spot to spot: all rows together
-// have heavy tails, and outliers that are drawn in leave the errors of place too small.
-TEST(ReadingErrors, OfTheGroundOfTwoRowsAreNoMissingPhysics) {
-    measure::Measurement measurement = recorded(plain_spec(0.01e-3));
-    measurement.uncertainties.row = 0.03e-3;
-    constexpr double spot = 0.1e-3;
-    const std::size_t rows = measurement.heights.size();
-    for (const std::size_t row : {2U, 4U}) {
-        std::mt19937 dice(row);
-        std::normal_distribution<double> normal(0.0, 0.03e-3);
-        std::vector<double> ground(1000);
-        for (double& each : ground)
-            each = normal(dice);
-        for (std::size_t at = row; at < measurement.deflections.size(); at += rows) {
-            const double place = measurement.deflections[at] / spot + 500.0;
-            const auto before = static_cast<std::size_t>(place);
-            measurement.deflections[at] +=
-                std::lerp(ground[before], ground[before + 1], place - std::floor(place));
-        }
-    }
-    const fit::BaselineFit baseline = fit::fit_baseline({&measurement, 1});
-    EXPECT_EQ(finding(baseline.fit, baseline.recordings), Finding::Adequate);
-    EXPECT_EQ(baseline.fit.parts.front().noise_source.find("outliers"), std::string::npos)
-        << baseline.fit.parts.front().noise_source;
-}
-
 // A place that was read has the noise in it. As a polynomial of the reading, the noise of the rows
 // that hardly swing explained itself, by two standard uncertainties in every video.
 TEST(ReadingErrors, OfARowAreNotItsNoise) {
@@ -247,7 +221,8 @@ TEST(ReadingErrors, OfCalipersAreNoMissingPhysics) {
     two.push_back(recorded(spec));
     two.back().stem.added_masses = {{spec.stem.length, mass, {}}};
     for (measure::Measurement& each : two) {
-        each.specimen = each.rig = "A";
+        each.specimen.assign(1, 'A');
+        each.rig = each.specimen;
         std::get<measure::CircularSection>(each.stem.section).diameter *= 1.02;
     }
     const fit::BaselineFit baseline = fit::fit_baseline(two);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The plan's order and the fingerprint of a list of batches.
 #include "farm/batch.hpp"
-#include "farm/farm_error.hpp"
 
 #include <cmath>
 #include <limits>

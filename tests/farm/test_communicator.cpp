@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Collective helpers give every rank what they promise, for any root and any length.
+#include "farm/batch.hpp"
 #include "farm/communicator.hpp"
 #include "farm/environment.hpp"
-#include "farm/farm_error.hpp"
 
 #include <gtest/gtest.h>
 

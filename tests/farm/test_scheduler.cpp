@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The scheduling decisions alone, driven without MPI.
-#include "farm/farm_error.hpp"
+#include "farm/batch.hpp"
 #include "farm/scheduler.hpp"
 
 #include <algorithm>

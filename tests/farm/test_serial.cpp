@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The farm of one rank works in a program that never initialises MPI.
 #include "core/error.hpp"
+#include "farm/batch.hpp"
 #include "farm/farm.hpp"
-#include "farm/farm_error.hpp"
 
 #include <limits>
 #include <stdexcept>

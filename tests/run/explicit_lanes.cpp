@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "run/explicit_lanes.hpp"
+#include "run/case_lanes.hpp"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Implicit cases in SIMD lanes: each as if it were alone.
-#include "run/implicit_lanes.hpp"
+#include "run/case_lanes.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -27,6 +27,7 @@ struct BulkExportArguments {
     std::string stem;
     std::string output;
     std::vector<std::string> without;
+    std::string lammps_version = "4Jul2026";
 };
 
 /// A stem as docs/calibration-format.md describes it.
@@ -101,10 +102,14 @@ void export_lines(const BulkExportArguments& arguments) {
         bulk_stems(text, arguments.calibration, arguments.stem);
     calibrate::leave_out(stems, arguments.without);
     std::string lines;
+    calibrate::TypeNumbers next;
+    const auto version = arguments.lammps_version == "4Jul2026"
+                             ? calibrate::LammpsVersion::From4July2026
+                             : calibrate::LammpsVersion::UpTo30March2026;
     for (const calibrate::BulkStem& stem : stems)
         lines += (lines.empty() ? "" : "\n") + (arguments.code == "liggghts"
-                                                    ? calibrate::liggghts_lines(stem)
-                                                    : calibrate::lammps_lines(stem));
+                                                    ? calibrate::liggghts_lines(stem, next)
+                                                    : calibrate::lammps_lines(stem, version, next));
     if (arguments.output.empty())
         fmt::print("{}", lines);
     else
@@ -136,6 +141,12 @@ void add_export_command(CLI::App& app) {
                      "known masses. Without it an effect that CODE cannot express is refused")
         ->delimiter(',')
         ->type_name("EFFECT,...");
+    command
+        ->add_option("--lammps-version", arguments->lammps_version,
+                     "4Jul2026 for that and later versions of LAMMPS (default), 30Mar2026 for "
+                     "earlier ones: bond_style bpm/rotational changed in between")
+        ->type_name("VERSION")
+        ->check(CLI::IsMember({"4Jul2026", "30Mar2026"}));
     command->add_option("-o,--output", arguments->output, "File to write (default: the screen)")
         ->type_name("FILE");
     command->callback([arguments] { export_lines(*arguments); });

@@ -2,13 +2,11 @@
 #include "fit/model/reading_noise.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
 #include <boost/math/distributions/normal.hpp>
@@ -109,230 +107,6 @@ Tails tails_of(const std::vector<double>& values, double half_step) {
         best.slope = sum / count;
     }
     return best;
-}
-
-namespace {
-
-std::vector<double> seen_of(const Eigen::MatrixXd& values) {
-    std::vector<double> seen;
-    for (const double value : values.reshaped())
-        if (!std::isnan(value))
-            seen.push_back(value);
-    return seen;
-}
-
-/// Σ ab over what was seen of both and over its number.
-double mean_product(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
-    const Eigen::ArrayXd products = a * b;
-    const auto is_seen = !products.isNaN();
-    return is_seen.select(products, 0.0).sum() /
-           std::max(1.0, static_cast<double>(is_seen.count()));
-}
-
-} // namespace
-
-Tails tails_of(const Eigen::MatrixXd& values, double half_step) {
-    constexpr double clip = 2.5; // scales: an outlier tells nothing of correlation
-    Tails tails = tails_of(seen_of(values), half_step);
-    const Eigen::Index frames = values.rows();
-    if (!tails.is_heavy || frames < 2)
-        return tails;
-    const double most = clip * tails.scale;
-    const Eigen::ArrayXXd clipped =
-        values.array().unaryExpr([most](double value) { return std::clamp(value, -most, most); });
-    double before = 0.0; // products with the reading before
-    double squares = 0.0;
-    double together = 0.0; // squared correlations of the rows
-    for (Eigen::Index j = 0; j < values.cols(); ++j) {
-        const double own = mean_product(clipped.col(j), clipped.col(j));
-        before += mean_product(clipped.col(j).head(frames - 1), clipped.col(j).tail(frames - 1));
-        squares += own;
-        for (Eigen::Index k = 0; k < values.cols(); ++k)
-            together += std::pow(mean_product(clipped.col(j), clipped.col(k)), 2) /
-                        (own * mean_product(clipped.col(k), clipped.col(k)));
-    }
-    const double carry = before / squares;
-    const double chance = 3.0 / std::sqrt(static_cast<double>(values.size()));
-    if (std::abs(carry) > chance) {
-        const Tails fresh = tails_of(
-            seen_of(values.bottomRows(frames - 1) - carry * values.topRows(frames - 1)), half_step);
-        tails.is_heavy = fresh.is_heavy;
-        tails.gain = std::min(tails.gain, fresh.gain);
-    }
-    const double independent = static_cast<double>(values.cols()) / together; // share of the rows
-    tails.is_heavy =
-        tails.is_heavy && boost::math::gamma_q(0.5, independent * tails.gain) < significance;
-    return tails;
-}
-
-std::vector<PlaceStep> place_steps(const measure::NoiseModel::OfPlace& of_place,
-                                   const std::vector<double>& relative, std::size_t rows,
-                                   const std::vector<bool>& is_seen) {
-    std::vector<PlaceStep> steps;
-    std::vector<std::size_t> order;
-    for (std::size_t j = 0; j < rows; ++j) {
-        order.clear();
-        for (std::size_t at = j; at < is_seen.size(); at += rows)
-            if (is_seen[at])
-                order.push_back(at);
-        std::ranges::stable_sort(order, {}, [&](std::size_t at) { return of_place.places[at]; });
-        const double of_row = of_place.variances[j];
-        double variance = of_row;
-        for (std::size_t k = 0; k < order.size(); ++k) {
-            double carry = 0.0;
-            if (k > 0)
-                carry = std::exp(-(of_place.places[order[k]] - of_place.places[order[k - 1]]) /
-                                 of_place.length);
-            variance = of_row + carry * carry * (variance - of_row);
-            const double own = relative.empty() ? 1.0 : relative[order[k]];
-            const double of_new = variance + own * own;
-            steps.push_back({order[k], carry, variance / of_new, 1.0 / std::sqrt(of_new)});
-            variance *= 1.0 - steps.back().gain;
-        }
-    }
-    return steps;
-}
-
-void make_white(const std::vector<PlaceStep>& steps, std::span<double> values) {
-    double state = 0.0;
-    for (const PlaceStep& step : steps) {
-        state *= step.carry;
-        const double fresh = values[step.at] - state;
-        state += step.gain * fresh;
-        values[step.at] = fresh * step.inverse_deviation;
-    }
-}
-
-namespace {
-
-/// Of the log-likelihood of readings at the variance of what is new that is best: sums over their
-/// steps, by row.
-struct PlaceLikelihood {
-    double squares = 0.0;
-    double logarithms = 0.0;
-};
-
-std::vector<PlaceLikelihood> likelihood_by_row(const std::vector<double>& values,
-                                               const std::vector<PlaceStep>& steps,
-                                               std::size_t rows) {
-    std::vector<double> white = values;
-    make_white(steps, white);
-    std::vector<PlaceLikelihood> sums(rows);
-    for (const PlaceStep& step : steps) {
-        PlaceLikelihood& sum = sums[step.at % rows];
-        sum.squares += white[step.at] * white[step.at];
-        sum.logarithms += std::log(step.inverse_deviation);
-    }
-    return sums;
-}
-
-double log_likelihood(const std::vector<PlaceLikelihood>& rows, double count) {
-    PlaceLikelihood sum;
-    for (const PlaceLikelihood& row : rows) {
-        sum.squares += row.squares;
-        sum.logarithms += row.logarithms;
-    }
-    return sum.logarithms - 0.5 * count * std::log(sum.squares / count);
-}
-
-constexpr std::array place_variances{0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0};
-
-using OfRows = std::vector<PlaceLikelihood>;
-
-/// Which of place_variances each row has, and the log-likelihood.
-struct PlaceVariances {
-    std::vector<std::size_t> of_rows;
-    double log_likelihood;
-};
-
-/// A row has a variance of its own where all rows alike would show so much in one of them in one
-/// recording of a thousand: the ground stays hidden beside those that move least. `table`:
-/// (place_variances, rows).
-PlaceVariances variances_of_rows(const std::vector<OfRows>& table, std::size_t of_all,
-                                 double count) {
-    constexpr int passes = 2; // rows know of each other by the size of the noise only
-    OfRows chosen = table[of_all];
-    const std::size_t rows = chosen.size();
-    PlaceVariances found{std::vector<std::size_t>(rows, of_all), log_likelihood(chosen, count)};
-    const double least_gain = -std::log(significance / static_cast<double>(rows));
-    for (int pass = 0; pass < passes; ++pass)
-        for (std::size_t j = 0; j < rows; ++j) {
-            chosen[j] = table[of_all][j];
-            const double alike = log_likelihood(chosen, count);
-            found.of_rows[j] = of_all;
-            found.log_likelihood = alike;
-            for (std::size_t v = 0; v < table.size(); ++v) {
-                chosen[j] = table[v][j];
-                const double own = log_likelihood(chosen, count);
-                if (own > alike + least_gain && own > found.log_likelihood) {
-                    found.of_rows[j] = v;
-                    found.log_likelihood = own;
-                }
-            }
-            chosen[j] = table[found.of_rows[j]][j];
-        }
-    return found;
-}
-
-} // namespace
-
-measure::NoiseModel::OfPlace of_place(const std::vector<double>& values, std::vector<double> places,
-                                      const std::vector<double>& relative, std::size_t rows,
-                                      const std::vector<bool>& is_seen, double most) {
-    measure::NoiseModel::OfPlace trial{std::move(places), {}, 0.0};
-    double swing = 0.0;
-    double count = 0.0;
-    for (std::size_t at = 0; at < is_seen.size(); ++at)
-        if (is_seen[at]) {
-            swing = std::max(swing, std::abs(trial.places[at]));
-            ++count;
-        }
-    const auto table_of = [&](double length) {
-        std::vector<OfRows> table;
-        trial.length = length;
-        for (const double variance : place_variances) {
-            trial.variances.assign(rows, std::min(variance, most));
-            table.push_back(
-                likelihood_by_row(values, place_steps(trial, relative, rows, is_seen), rows));
-        }
-        return table;
-    };
-    PlaceVariances alike{{}, -std::numeric_limits<double>::infinity()};
-    PlaceVariances own = alike; // of single rows, the others none
-    double none = 0.0;
-    std::vector<OfRows> best_table;
-    std::array<double, 2> best_lengths{};
-    // From a fraction of a pixel to a tenth of the swing.
-    for (const double length : {0.001, 0.003, 0.01, 0.03, 0.1}) {
-        const std::vector<OfRows> table = table_of(length * swing);
-        none = log_likelihood(table.front(), count);
-        for (std::size_t v = 0; v < table.size(); ++v)
-            if (const double each = log_likelihood(table[v], count); each > alike.log_likelihood) {
-                alike = {std::vector<std::size_t>(rows, v), each};
-                best_table = table;
-                best_lengths[0] = length * swing;
-            }
-        if (PlaceVariances each = variances_of_rows(table, 0, count);
-            each.log_likelihood > own.log_likelihood) {
-            own = std::move(each);
-            best_lengths[1] = length * swing;
-        }
-    }
-    PlaceVariances found = own;
-    double length = best_lengths[1];
-    // Two numbers more: χ² of two degrees of freedom has the tail e^(−x/2).
-    if (std::exp(none - alike.log_likelihood) < significance)
-        if (PlaceVariances all = variances_of_rows(best_table, alike.of_rows.front(), count);
-            all.log_likelihood > own.log_likelihood) {
-            found = std::move(all);
-            length = best_lengths[0];
-        }
-    if (found.log_likelihood == none)
-        return {};
-    trial.length = length;
-    for (std::size_t j = 0; j < rows; ++j)
-        trial.variances[j] = std::min(place_variances[found.of_rows[j]], most);
-    return trial;
 }
 
 Eigen::ArrayXd spectrum_of(const measure::NoiseModel::Series& series,
@@ -443,13 +217,6 @@ std::string in_words(const measure::NoiseModel& model, const Tails& tails, doubl
     }
     noise *= 1e3 * std::sqrt(variance);
     std::string text = fmt::format("{:.4g} mm in motion ({})", noise, source);
-    const std::vector<double>& of_place = model.of_place.variances;
-    if (!of_place.empty())
-        text +=
-            fmt::format(", errors of place of {:.2g} mm over {:.2g} mm",
-                        noise * std::sqrt(std::accumulate(of_place.begin(), of_place.end(), 0.0) /
-                                          static_cast<double>(of_place.size())),
-                        1e3 * model.of_place.length);
     if (step > 0.0)
         text += fmt::format(", rounded to {:.3g} mm", 1e3 * step);
     if (tails.is_heavy)

@@ -176,8 +176,6 @@ Whitening::Whitening(std::shared_ptr<const measure::NoiseModel> model, std::size
             is_complete = is_complete && is_seen[i * rows + j];
         is_complete_.push_back(is_complete);
     }
-    if (!model_->of_place.variances.empty())
-        place_steps_ = place_steps(model_->of_place, model_->relative, rows, is_seen);
     steps_.resize(is_seen.size());
     for (std::size_t s = 0; s < rows; ++s)
         add_series(s, is_seen);
@@ -212,8 +210,7 @@ void Whitening::apply(std::span<double> values) const {
             values[at] = 0.0;
     if (!model_)
         return;
-    make_white(place_steps_, values);
-    const bool is_relative = place_steps_.empty() && !model_->relative.empty();
+    const bool is_relative = !model_->relative.empty();
     for (std::size_t at = 0; at < values.size() && is_relative; ++at)
         if (is_seen_[at])
             values[at] /= model_->relative[at];

@@ -37,31 +37,6 @@ struct ReadingNoise {
 /// Of which all readings are multiples, beside a common offset, m; 0: they are not.
 [[nodiscard]] double rounding_step(const measure::Measurement& measurement);
 
-/// One step of a Kalman filter along the places of a row's readings.
-struct PlaceStep {
-    std::size_t at = 0;             ///< of the reading
-    double carry = 0.0;             ///< of the state since the place before; 0: a new row
-    double gain = 0.0;              ///< of the state by what is new in the reading
-    double inverse_deviation = 0.0; ///< of what is new
-};
-/// Of the readings that were seen, `is_seen`: (frames, rows), in the units of their rows' noise.
-[[nodiscard]] std::vector<PlaceStep> place_steps(const measure::NoiseModel::OfPlace& of_place,
-                                                 const std::vector<double>& relative,
-                                                 std::size_t rows,
-                                                 const std::vector<bool>& is_seen);
-/// Makes white in place, (frames, rows).
-void make_white(const std::vector<PlaceStep>& steps, std::span<double> values);
-
-/// The errors of place that explain readings over the noise of their rows, (frames, rows), best;
-/// without variances unless they are significant, at one in a thousand; a row has
-/// a variance of its own only if that is significant too. `places`, `relative`: as
-/// measure::NoiseModel's. `most`: their largest variance, that was stated.
-[[nodiscard]] measure::NoiseModel::OfPlace of_place(const std::vector<double>& values,
-                                                    std::vector<double> places,
-                                                    const std::vector<double>& relative,
-                                                    std::size_t rows,
-                                                    const std::vector<bool>& is_seen, double most);
-
 /// Makes white what a noise model says hangs together. In a frame in which not every row was seen a
 /// rotated model says nothing: such readings count by themselves.
 class Whitening {
@@ -94,7 +69,6 @@ class Whitening {
     std::vector<bool> is_seen_;
     std::vector<bool> is_complete_; ///< (frames)
     std::vector<Step> steps_;       ///< (frames, series)
-    std::vector<PlaceStep> place_steps_;
 };
 
 /// Student's t of noise over its scale.
@@ -115,11 +89,6 @@ struct Tails {
 /// rounded, over the noise. Most of a stem near rest then reads alike and some a step more, which
 /// is no tail: what counts is the probability of the interval.
 [[nodiscard]] Tails tails_of(const std::vector<double>& values, double half_step);
-/// Of (frames, rows), NaN: not seen. Readings that hang together are few, and a few large ones
-/// among them are no tail: tails count that are heavy too in what is new in each reading beside the
-/// one before it, of as many rows as are independent.
-[[nodiscard]] Tails tails_of(const Eigen::MatrixXd& values, double half_step);
-
 /// Over √n at the bins, (bins, rows), as they would be without lines that leave the share `left` of
 /// white noise's power, (all bins). `rest`: (n frames, rows).
 [[nodiscard]] Eigen::MatrixXcd fourier_coefficients(const Eigen::MatrixXd& rest,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/solve/information.hpp"
+#include "fit/solve/layout.hpp"
 #include "fit/solve/residual_statistics.hpp"
 
 #include <algorithm>
@@ -12,9 +12,6 @@
 #include <fmt/core.h>
 
 namespace culm::fit {
-
-void add_statistics(std::span<const measure::Measurement> measurements, const JointLayout& layout,
-                    const std::vector<bool>& is_held, Fit& fit);
 
 namespace {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which free parameters of several models are one number.
+// Which free parameters of several models are one number, and what readings determine of them.
 #pragma once
 
 #include "fit/model/stem_model.hpp"
@@ -9,6 +9,8 @@
 #include <functional>
 #include <span>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace culm::fit {
 
@@ -46,5 +48,19 @@ struct JointLayout {
 /// suit all of them. Throws core::NumericalError (FitFailed) if nothing suits all of them.
 [[nodiscard]] std::vector<StemModel> reconciled(std::vector<StemModel> models,
                                                 const JointLayout& layout);
+
+/// Eigenvectors of an information matrix Jᵀ W J, (parameters, parameters), whose parameters are
+/// scaled alike: by the root of the diagonal, or by 1 where the readings tell nothing of one.
+struct InformationDirections {
+    Eigen::VectorXd scale;       ///< (parameters)
+    Eigen::VectorXd information; ///< (directions), rising
+    Eigen::MatrixXd directions;  ///< (parameters, directions), scaled and orthonormal
+
+    /// Not smaller, against the largest, than derivatives of runs can tell.
+    [[nodiscard]] bool is_known(Eigen::Index direction) const;
+};
+
+/// `matrix` is symmetric and has at least one row.
+[[nodiscard]] InformationDirections information_directions(const Eigen::MatrixXd& matrix);
 
 } // namespace culm::fit

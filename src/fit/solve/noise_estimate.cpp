@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/solve/reading_errors.hpp"
 #include "fit/solve/residual_statistics.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
 #include <memory>
-#include <numeric>
+#include <numbers>
+#include <span>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <boost/math/special_functions/gamma.hpp>
 #include <fmt/core.h>
+#include <unsupported/Eigen/FFT>
 
 namespace culm::fit {
 namespace {
@@ -26,9 +29,123 @@ constexpr double least_left = 0.5;
 /// recording of a thousand.
 constexpr double level = 1e-3;
 
-constexpr double clearly_larger = 1.5; ///< of a mean square in a part of the record
-constexpr double clearly_more = 3.0;   ///< of outliers in a part of the record
-constexpr double far_off = 4.0;        ///< of an outlier, scales
+constexpr double far_off = 4.0; ///< of an outlier, scales
+
+/// A frequency at which the motion, or what a model lacks of it, may have power.
+struct Line {
+    double frequency = 0.0;  ///< Hz
+    double decay_rate = 0.0; ///< 1/s, positive
+    int degree = 0;          ///< of the polynomial in time on top of the decay
+};
+
+/// Modes, harmonics of the first and what drifts; those that matter most first.
+std::vector<Line> lines_of(const RecordingFit& fit, double half_rate) {
+    std::vector<Line> lines;
+    const auto modes = run::chain_modes(case_beside_errors(fit.model), 3);
+    if (modes.empty())
+        return lines;
+    const double first = modes.front().frequency;
+    const double decay = std::max(-modes.front().decay_rate, 0.0);
+    lines.push_back({first, decay, 6});
+    lines.push_back({0.0, 0.0, 4});
+    // A material whose loss is not the chain's lets a higher mode decay at any rate between these.
+    for (std::size_t k = 1; k < modes.size(); ++k) {
+        const double own = std::max(-modes[k].decay_rate, decay);
+        for (const double rate : {decay, std::sqrt(decay * own), own})
+            lines.push_back({modes[k].frequency, rate, 1});
+    }
+    for (const double harmonic : {3.0, 2.0, 5.0, 4.0})
+        lines.push_back({harmonic * first, decay, 3});
+    std::erase_if(lines, [&](const Line& line) { return line.frequency >= half_rate; });
+    return lines;
+}
+
+void add_columns(const Line& line, std::span<const double> times,
+                 std::vector<Eigen::VectorXd>& columns) {
+    const double duration = times.back() - times.front();
+    const auto frames = static_cast<Eigen::Index>(times.size());
+    for (int power = 0; power <= line.degree; ++power) {
+        Eigen::VectorXd cosine(frames);
+        Eigen::VectorXd sine(frames);
+        for (Eigen::Index i = 0; i < frames; ++i) {
+            const double time = times[static_cast<std::size_t>(i)] - times.front();
+            const double place = 2.0 * time / duration - 1.0;
+            // Chebyshev's polynomials: powers would hardly be independent.
+            const double size = std::exp(-line.decay_rate * time) *
+                                std::cos(power * std::acos(std::clamp(place, -1.0, 1.0)));
+            const double phase = 2.0 * std::numbers::pi * line.frequency * time;
+            cosine(i) = size * std::cos(phase);
+            sine(i) = size * std::sin(phase);
+        }
+        columns.push_back(cosine);
+        if (line.frequency > 0.0)
+            columns.push_back(sine);
+    }
+}
+
+/// Residuals over the noise without what lies at the modes, the harmonics of the first and what
+/// drifts: the most flexible fit, whose rest is noise whatever the model lacks.
+class FlexibleRest {
+  public:
+    /// From frame `first` on.
+    FlexibleRest(const RecordingFit& fit, std::size_t first);
+
+    /// What of a series lies at the lines.
+    [[nodiscard]] Eigen::VectorXd smooth(const Eigen::VectorXd& values) const {
+        return basis_ * (basis_.transpose() * values);
+    }
+
+    /// Share of the frames that the lines leave free.
+    [[nodiscard]] double free_share() const {
+        return 1.0 - static_cast<double>(basis_.cols()) / static_cast<double>(basis_.rows());
+    }
+
+    /// (frames) share of white noise's power that is left there.
+    [[nodiscard]] Eigen::VectorXd free_of_frames() const {
+        return (1.0 - basis_.rowwise().squaredNorm().array()).matrix();
+    }
+
+    /// (Fourier frequencies from 0 to half the rate) share of white noise's power that is left
+    /// there.
+    [[nodiscard]] Eigen::ArrayXd left_of_noise() const;
+
+  private:
+    Eigen::MatrixXd basis_; ///< (frames, columns), orthonormal
+};
+
+FlexibleRest::FlexibleRest(const RecordingFit& fit, std::size_t first) {
+    const auto frames = static_cast<Eigen::Index>(fit.times.size() - first);
+    const double duration = fit.times.back() - fit.times[first];
+    const double rate = static_cast<double>(frames - 1) / duration;
+    std::vector<Eigen::VectorXd> columns;
+    for (const Line& line : lines_of(fit, 0.5 * rate)) {
+        // A quarter of the frames at most: what is left has to tell the noise.
+        const auto more = static_cast<std::size_t>(2 * (line.degree + 1));
+        if (columns.size() + more > static_cast<std::size_t>(frames) / 4)
+            break;
+        add_columns(line, std::span(fit.times).subspan(first), columns);
+    }
+    Eigen::MatrixXd basis(frames, static_cast<Eigen::Index>(columns.size()));
+    for (std::size_t k = 0; k < columns.size(); ++k)
+        basis.col(static_cast<Eigen::Index>(k)) = columns[k].normalized();
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(basis);
+    solver.setThreshold(1e-6);
+    basis_ = solver.householderQ() * Eigen::MatrixXd::Identity(frames, solver.rank());
+}
+
+Eigen::ArrayXd FlexibleRest::left_of_noise() const {
+    Eigen::FFT<double> transform;
+    Eigen::ArrayXd left = Eigen::ArrayXd::Ones(basis_.rows() / 2 + 1);
+    for (Eigen::Index c = 0; c < basis_.cols(); ++c) {
+        const std::vector<double> values(basis_.col(c).begin(), basis_.col(c).end());
+        std::vector<std::complex<double>> found;
+        transform.fwd(found, values);
+        for (Eigen::Index k = 0; k < left.size(); ++k)
+            left(k) -=
+                std::norm(found[static_cast<std::size_t>(k)]) / static_cast<double>(basis_.rows());
+    }
+    return left;
+}
 
 class NoiseEstimate {
   public:
@@ -42,7 +159,7 @@ class NoiseEstimate {
         first_ = static_cast<std::size_t>(released - fit_.times.begin());
         if (fit_.times.size() - first_ < fewest_frames)
             return false;
-        const FlexibleRest flexible(fit_, first_, true);
+        const FlexibleRest flexible(fit_, first_);
         take_residuals(flexible);
         left_ = flexible.left_of_noise();
         for (Eigen::Index k = 1; k < left_.size() - 1; ++k)
@@ -50,20 +167,9 @@ class NoiseEstimate {
                 bins_.push_back(k);
         if (bins_.size() < fewest_bins)
             return false;
-        const FlexibleRest modes(fit_, first_, false);
-        const bool may_err_by_place = measurement_.uncertainties.row.value_or(0.0) > 0.0;
-        if (may_err_by_place)
-            estimate_errors_of_place(modes);
-        if (of_place_.variances.empty() || has_heavy_rest()) {
-            of_place_ = {};
-            settle(flexible, {});
-            left_ = flexible.left_of_noise();
-            draw_in_outliers(flexible);
-            if (may_err_by_place)
-                estimate_errors_of_place(modes);
-        }
+        draw_in_outliers(flexible);
         estimate_correlation();
-        write(of_place_.variances.empty() ? flexible : modes);
+        write();
         return true;
     }
 
@@ -74,61 +180,6 @@ class NoiseEstimate {
     [[nodiscard]] std::size_t place(Eigen::Index frame, Eigen::Index row) const {
         return (first_ + static_cast<std::size_t>(frame)) * fit_.prediction.rows +
                static_cast<std::size_t>(row);
-    }
-
-    /// Is it noise? Made white it is no larger in one part of the record than in the others, and
-    /// outliers come anywhere. What comes in a part, soon after the release say, is what the model
-    /// lacks and no line covers: the estimate is then of something else.
-    [[nodiscard]] bool is_even(const FlexibleRest& flexible) const {
-        constexpr std::size_t parts = 16;
-        const auto frames = static_cast<std::size_t>(rest_.rows());
-        const auto rows = static_cast<std::size_t>(rest_.cols());
-        std::vector<double> values;
-        std::vector<bool> is_seen_at;
-        std::array<double, parts> outliers{};
-        std::array<double, parts> degrees{};
-        const Eigen::VectorXd free = flexible.free_of_frames();
-        for (std::size_t i = 0; i < frames; ++i) {
-            bool has_outlier = false;
-            for (std::size_t j = 0; j < rows; ++j) {
-                const auto frame = static_cast<Eigen::Index>(i);
-                const auto row = static_cast<Eigen::Index>(j);
-                values.push_back(rest_(frame, row) / std::sqrt(power_(row)));
-                is_seen_at.push_back(is_seen(frame, row));
-                if (!is_seen_at.back())
-                    continue;
-                has_outlier = has_outlier || std::abs(values_(frame, row) - smooth_(frame, row)) >
-                                                 far_off * tails_.scale;
-            }
-            // Once, however many rows have one: they may err together.
-            outliers[i * parts / frames] += has_outlier ? 1.0 : 0.0;
-        }
-        Whitening(std::make_shared<const measure::NoiseModel>(model_), rows, is_seen_at)
-            .apply(values);
-        // Where the lines take most of a reading, little of its noise is left to judge, and what is
-        // left of an outlier is drawn in by another factor than the mean slope of the score.
-        std::array<double, parts> sums{};
-        for (std::size_t at = 0; at < values.size(); ++at) {
-            const auto left = free(static_cast<Eigen::Index>(at / rows));
-            if (!is_seen_at[at] || left < least_left)
-                continue;
-            sums[at / rows * parts / frames] += values[at] * values[at];
-            degrees[at / rows * parts / frames] += left;
-        }
-        const double all = std::accumulate(sums.begin(), sums.end(), 0.0) /
-                           std::accumulate(degrees.begin(), degrees.end(), 0.0);
-        const double mean = std::accumulate(outliers.begin(), outliers.end(), 0.0) / parts;
-        for (std::size_t k = 0; k < parts; ++k) {
-            const bool is_larger =
-                degrees[k] > 0.0 && sums[k] > clearly_larger * degrees[k] * all &&
-                boost::math::gamma_q(0.5 * degrees[k], 0.5 * sums[k] / all) < level / parts;
-            // P(N ≥ n) of Poisson's law is that of a gamma variable below its mean.
-            const bool is_crowded = tails_.is_heavy && outliers[k] > clearly_more * mean &&
-                                    boost::math::gamma_p(outliers[k], mean) < level / parts;
-            if (is_larger || is_crowded)
-                return false;
-        }
-        return true;
     }
 
     /// Residuals over the noise, and what lies at the lines of each row.
@@ -171,44 +222,12 @@ class NoiseEstimate {
     }
 
     [[nodiscard]] Tails tails_now(double free_share) const {
-        Eigen::MatrixXd errors = (values_ - smooth_) / std::sqrt(free_share);
-        for (Eigen::Index j = 0; j < errors.cols(); ++j)
-            for (Eigen::Index i = 0; i < errors.rows(); ++i)
-                if (!is_seen(i, j))
-                    errors(i, j) = std::numeric_limits<double>::quiet_NaN();
+        std::vector<double> errors;
+        for (Eigen::Index j = 0; j < values_.cols(); ++j)
+            for (Eigen::Index i = 0; i < values_.rows(); ++i)
+                if (is_seen(i, j))
+                    errors.push_back((values_(i, j) - smooth_(i, j)) / std::sqrt(free_share));
         return tails_of(errors, 0.5 * step_ / typical_noise(fit_) / std::sqrt(free_share));
-    }
-
-    /// Are there outliers beside the errors of place? These are large in a few rows and in a few
-    /// places, and would pass for them.
-    [[nodiscard]] bool has_heavy_rest() const {
-        Eigen::MatrixXd errors = rest_;
-        for (Eigen::Index j = 0; j < errors.cols(); ++j)
-            for (Eigen::Index i = 0; i < errors.rows(); ++i)
-                if (!is_seen(i, j))
-                    errors(i, j) = std::numeric_limits<double>::quiet_NaN();
-        make_rows_alike(errors);
-        return tails_of(errors, 0.5 * step_ / typical_noise(fit_)).is_heavy;
-    }
-
-    /// Each row over its median size, times that of all: rows of different noise are together no
-    /// noise with heavy tails.
-    static void make_rows_alike(Eigen::MatrixXd& errors) {
-        const auto median_size = [](const auto& of) {
-            std::vector<double> sizes;
-            for (const double error : of)
-                if (!std::isnan(error))
-                    sizes.push_back(std::abs(error));
-            if (sizes.empty())
-                return 0.0;
-            const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-            std::ranges::nth_element(sizes, middle);
-            return *middle;
-        };
-        const double of_all = median_size(errors.reshaped());
-        for (Eigen::Index j = 0; j < errors.cols(); ++j)
-            if (const double own = median_size(errors.col(j)); own > 0.0)
-                errors.col(j) *= of_all / own;
     }
 
     void draw_in_outliers(const FlexibleRest& flexible) {
@@ -242,40 +261,6 @@ class NoiseEstimate {
             }
     }
 
-    void write_drawn_in() {
-        for (Eigen::Index j = 0; j < rest_.cols(); ++j)
-            for (Eigen::Index i = 0; i < rest_.rows(); ++i)
-                if (is_seen(i, j)) {
-                    const std::size_t at = place(i, j);
-                    measurement_.deflections[at] +=
-                        (smooth_(i, j) + rest_(i, j)) * noise_[at] - fit_.residuals[at];
-                }
-        for (std::size_t j = 0; j < fit_.noise.size(); ++j)
-            draw_in_held(j);
-    }
-
-    /// While the stem is held a row stays where it is: at its median, or where its neighbours are.
-    void draw_in_held(std::size_t row) {
-        constexpr std::size_t fewest = 5; // of which two outliers leave the median
-        std::vector<double> residuals;
-        for (std::size_t i = 0; i < first_; ++i)
-            if (const double residual = fit_.residuals[i * fit_.noise.size() + row];
-                !std::isnan(residual))
-                residuals.push_back(residual);
-        if (residuals.empty())
-            return;
-        const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-        std::ranges::nth_element(residuals, middle);
-        for (std::size_t i = 0; i < first_; ++i) {
-            const std::size_t at = i * fit_.noise.size() + row;
-            const double about =
-                residuals.size() < fewest ? of_neighbours(at) : *middle / noise_[at];
-            const double error = fit_.residuals[at] / noise_[at] - about;
-            if (!std::isnan(error))
-                measurement_.deflections[at] += (tails_.scored(error) - error) * noise_[at];
-        }
-    }
-
     /// The median residual of a reading and the rows next to it, five in all, over the noise.
     /// Outliers are those of one row, what a model lacks is that of many.
     [[nodiscard]] double of_neighbours(std::size_t at) const {
@@ -293,37 +278,14 @@ class NoiseEstimate {
         return near.size() > 2 ? *middle : fit_.residuals[at] / noise_[at];
     }
 
-    /// Of a tracker: what light, ground and the grid of pixels move a row's readings by, and the
-    /// rest without. What follows from the place repeats itself in every cycle, at the harmonics of
-    /// the first mode, and drifts while the swing dies down: they stay.
-    void estimate_errors_of_place(const FlexibleRest& modes) {
-        const std::vector<double> relative = relative_noise(measurement_, fit_.noise);
-        const auto rows = static_cast<std::size_t>(rest_.cols());
-        const Eigen::MatrixXd drawn_in = smooth_ + rest_;
-        std::vector<double> values(fit_.residuals.size(), 0.0);
-        std::vector<bool> is_seen_at(fit_.residuals.size(), false);
-        for (Eigen::Index j = 0; j < rest_.cols(); ++j) {
-            const Eigen::VectorXd rest = drawn_in.col(j) - modes.smooth(drawn_in.col(j));
-            for (Eigen::Index i = 0; i < rest_.rows(); ++i) {
-                const std::size_t at = place(i, j);
-                is_seen_at[at] = is_seen(i, j);
-                values[at] = rest(i) * (relative.empty() ? 1.0 : relative[at]);
-            }
-        }
-        // As predicted: noise is no place, though near rest every reading would follow from itself.
-        std::vector<double> places = measurement_.deflections;
-        for (std::size_t at = 0; at < fit_.prediction.readings.size(); ++at)
-            if (!std::isnan(fit_.prediction.readings[at]))
-                places[at] = fit_.prediction.readings[at];
-        of_place_ = of_place(values, std::move(places), relative, rows, is_seen_at,
-                             std::pow(*measurement_.uncertainties.row / typical_noise(fit_), 2));
-        if (of_place_.variances.empty())
-            return;
-        make_white(place_steps(of_place_, relative, rows, is_seen_at), values);
+    void write_drawn_in() {
         for (Eigen::Index j = 0; j < rest_.cols(); ++j)
             for (Eigen::Index i = 0; i < rest_.rows(); ++i)
-                rest_(i, j) = is_seen(i, j) ? values[place(i, j)] : 0.0;
-        left_ = modes.left_of_noise();
+                if (is_seen(i, j)) {
+                    const std::size_t at = place(i, j);
+                    measurement_.deflections[at] +=
+                        (smooth_(i, j) + rest_(i, j)) * noise_[at] - fit_.residuals[at];
+                }
     }
 
     void estimate_correlation() {
@@ -397,18 +359,17 @@ class NoiseEstimate {
         // What is stated for every reading is computed, not seen: it may be too large as well.
         const bool is_smaller =
             !measurement_.reading_uncertainties.empty() && boost::math::gamma_p(half, sum) < level;
-        return !tails_.is_heavy && !is_correlated_ && !is_smaller && of_place_.variances.empty() &&
+        return !tails_.is_heavy && !is_correlated_ && !is_smaller &&
                !(boost::math::gamma_q(half, sum) < level);
     }
 
-    void write(const FlexibleRest& flexible) {
+    void write() {
         const double degrees =
             2.0 * static_cast<double>(rest_.cols()) * static_cast<double>(bins_.size());
-        if (is_as_stated(degrees) || !is_even(flexible))
+        if (is_as_stated(degrees))
             return;
         if (tails_.is_heavy)
             write_drawn_in();
-        model_.of_place = of_place_;
         measurement_.noise_source =
             in_words(model_, tails_, typical_noise(fit_) * std::sqrt(power_.mean()),
                      step_ > typical_noise(fit_) ? step_ : 0.0, fit_.noise_source);
@@ -433,7 +394,6 @@ class NoiseEstimate {
     Eigen::ArrayXd left_;    ///< FlexibleRest::left_of_noise
     std::vector<Eigen::Index> bins_;
     Tails tails_;
-    measure::NoiseModel::OfPlace of_place_;
     measure::NoiseModel model_;
     Eigen::ArrayXd power_; ///< (rows), over the noise's, where no line is
     bool is_correlated_ = false;
@@ -448,7 +408,7 @@ measure::Measurement with_noise_in_motion(const RecordingFit& fit,
     const double stated = is_estimated ? 0.0 : out.noise_correlation.value_or(0.0);
     if (out.noise_model || (out.reading_uncertainties.empty() && stated == 0.0))
         return out;
-    measure::NoiseModel model{{}, {}, 0.0, relative_noise(out, fit.noise), {}};
+    measure::NoiseModel model{{}, {}, 0.0, relative_noise(out, fit.noise)};
     model.series.resize(out.heights.size());
     if (stated > 0.0)
         std::ranges::fill(model.series, measure::NoiseModel::Series{1.0, 1.0, stated});

@@ -78,36 +78,6 @@ struct SpatialPattern {
 /// distribution (Chiani 2014), good to 1e-3. Needs two rows or more.
 [[nodiscard]] SpatialPattern spatial_pattern(const Eigen::MatrixXd& whitened);
 
-/// Residuals over the noise without what lies at the modes, the harmonics of the first and what
-/// drifts: the most flexible fit, whose rest is noise whatever the model lacks.
-class FlexibleRest {
-  public:
-    /// From frame `first` on. Without harmonics what they and a drift would take is left in.
-    FlexibleRest(const RecordingFit& fit, std::size_t first, bool has_harmonics);
-
-    /// What of a series lies at the lines.
-    [[nodiscard]] Eigen::VectorXd smooth(const Eigen::VectorXd& values) const {
-        return basis_ * (basis_.transpose() * values);
-    }
-
-    /// Share of the frames that the lines leave free.
-    [[nodiscard]] double free_share() const {
-        return 1.0 - static_cast<double>(basis_.cols()) / static_cast<double>(basis_.rows());
-    }
-
-    /// (frames) share of white noise's power that is left there.
-    [[nodiscard]] Eigen::VectorXd free_of_frames() const {
-        return (1.0 - basis_.rowwise().squaredNorm().array()).matrix();
-    }
-
-    /// (Fourier frequencies from 0 to half the rate) share of white noise's power that is left
-    /// there.
-    [[nodiscard]] Eigen::ArrayXd left_of_noise() const;
-
-  private:
-    Eigen::MatrixXd basis_; ///< (frames, columns), orthonormal
-};
-
 /// P(χ² ≥ value) for any positive number of degrees of freedom.
 [[nodiscard]] double chi_squared_tail(double value, double degrees_of_freedom);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/solve/solution.hpp"
 
-#include "fit/solve/information.hpp"
+#include "fit/solve/layout.hpp"
 #include "fit/solve/residuals.hpp"
 #include "fit/solve/valley_steps.hpp"
 

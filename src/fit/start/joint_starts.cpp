@@ -21,18 +21,6 @@
 
 namespace culm::fit {
 
-/// Of chain_modes, Hz; NaN if the chain does not vibrate.
-[[nodiscard]] double first_frequency(const run::CaseSpec& spec);
-
-/// Y (Pa) at which the case's first mode has this frequency (Hz).
-[[nodiscard]] double matching_modulus(run::CaseSpec spec, double frequency);
-
-/// Sets `size` in `spec` to where `excess` vanishes, sought from where its effect is absent in
-/// steps that double, both ways within its bounds; where it vanishes nowhere, to where it is
-/// smallest.
-void match(const FreeParameter& size, run::CaseSpec& spec,
-           const std::function<double(const run::CaseSpec&)>& excess);
-
 namespace {
 
 constexpr int modulus_passes = 3;         // f² is nearly a straight line in Y
@@ -116,8 +104,7 @@ class ModulusSearch {
     Trial best_;
 };
 
-} // namespace
-
+/// Of chain_modes, Hz; NaN if the chain does not vibrate.
 double first_frequency(const run::CaseSpec& spec) {
     try {
         const auto modes = run::chain_modes(spec, 1);
@@ -129,8 +116,8 @@ double first_frequency(const run::CaseSpec& spec) {
     return std::numeric_limits<double>::quiet_NaN();
 }
 
-// f² = Y a + b with b from effects that do not scale with Y (gravity, a clamp): a fixed-point
-// iteration on the ratio of squares converges by the factor b/f² a pass.
+/// Y (Pa) at which the case's first mode has this frequency (Hz). f² = Y a + b with b from effects
+/// that do not scale with Y (gravity, a clamp): the ratio of squares converges by b/f² a pass.
 double matching_modulus(run::CaseSpec spec, double frequency) {
     for (int pass = 0; pass < modulus_passes; ++pass) {
         const double own = first_frequency(spec);
@@ -141,13 +128,14 @@ double matching_modulus(run::CaseSpec spec, double frequency) {
     return spec.stem.bond_youngs_modulus;
 }
 
+/// Sets `size` in `spec` to where `excess` vanishes, sought from where its effect is absent in
+/// steps that double, both ways within its bounds; where it vanishes nowhere, to where it is
+/// smallest.
 void match(const FreeParameter& size, run::CaseSpec& spec,
            const std::function<double(const run::CaseSpec&)>& excess) {
     const double value = ModulusSearch(size, spec, excess).run();
     size.access.set(spec, value);
 }
-
-namespace {
 
 /// Phases that differ by less at the end of the record are no different start.
 constexpr double same_phase = 0.1; // cycles

@@ -176,12 +176,6 @@ SundialsIntegrator<Dim>::SundialsIntegrator(const physics::ChainLayout<Dim>& lay
 template <int Dim>
 SundialsIntegrator<Dim>::~SundialsIntegrator() = default;
 template <int Dim>
-SundialsIntegrator<Dim>::SundialsIntegrator(SundialsIntegrator&&) noexcept = default;
-template <int Dim>
-SundialsIntegrator<Dim>&
-SundialsIntegrator<Dim>::operator=(SundialsIntegrator&&) noexcept = default;
-
-template <int Dim>
 LaneOutcome SundialsIntegrator<Dim>::integrate(const physics::Chain<Dim, double>& chain,
                                                const std::vector<double>& released,
                                                const ErrorScales& scales, double duration,

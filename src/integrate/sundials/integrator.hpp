@@ -37,8 +37,6 @@ class SundialsIntegrator {
     SundialsIntegrator(const physics::ChainLayout<Dim>& layout, SundialsSolver solver,
                        const std::string& arkode_table = {});
     ~SundialsIntegrator();
-    SundialsIntegrator(SundialsIntegrator&&) noexcept;
-    SundialsIntegrator& operator=(SundialsIntegrator&&) noexcept;
     SundialsIntegrator(const SundialsIntegrator&) = delete;
     SundialsIntegrator& operator=(const SundialsIntegrator&) = delete;
 
@@ -65,10 +63,7 @@ class SundialsIntegrators {
                                                           SundialsSolver solver) {
         auto& kept = integrators<Dim>();
         const auto key = std::pair(solver, layout.size());
-        const auto found = kept.find(key);
-        return found != kept.end()
-                   ? found->second
-                   : kept.emplace(key, SundialsIntegrator<Dim>(layout, solver)).first->second;
+        return kept.try_emplace(key, layout, solver).first->second;
     }
 
   private:

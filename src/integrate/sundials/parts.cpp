@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "integrate/sundials/parts.hpp"
-
-#include "integrate/sundials/compat.hpp"
+#include "integrate/sundials/stepper.hpp"
 
 #include <algorithm>
 #include <cmath>

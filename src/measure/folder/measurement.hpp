@@ -114,15 +114,6 @@ struct NoiseModel {
     double degrees_of_freedom = 0.0; ///< behind the noise's size; 0: it counts as exact
     /// Standard deviation of each reading over its row's noise, (times, rows); empty: 1.
     std::vector<double> relative;
-    /// What a tracker errs by follows from where in the picture the stem is, for each row by
-    /// itself: an Ornstein-Uhlenbeck process along the row.
-    struct OfPlace {
-        std::vector<double> places; ///< (times, rows), m
-        /// (rows) over that of the row's noise and of the series; empty: there are none.
-        std::vector<double> variances;
-        double length = 0.0; ///< over which it is alike, m
-    };
-    OfPlace of_place;
 };
 
 /// What the readings may be off by beside their noise, as far as a model of the stem tells it

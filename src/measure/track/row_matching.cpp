@@ -2,6 +2,7 @@
 // Where the stem lies in a row: by its brightness across, as the frames show it in which it hardly
 // moves, smeared as far as it moves while the shutter is open.
 #include "measure/track/matched_row.hpp"
+#include "measure/track/order_statistics.hpp"
 #include "measure/track/track.hpp"
 
 #include <algorithm>
@@ -150,9 +151,7 @@ class RowMatcher {
                     lamps.push_back(rows.row(static_cast<int>(u))[c] / ground);
         if (lamps.size() < fewest)
             return 1.0F;
-        const auto middle = lamps.begin() + std::ptrdiff_t(lamps.size() / 2);
-        std::ranges::nth_element(lamps, middle);
-        return *middle;
+        return median(std::move(lamps));
     }
     [[nodiscard]] PixelRow pixels(const BandImage& rows, std::size_t u) const {
         const std::vector<std::uint8_t>& clutter = track_.survey.trace.clutter;

@@ -70,6 +70,40 @@ struct EffectParameter {
     double (*start_from_beat)(const ObservedBeat& beat) = nullptr;
 };
 
+/// The numbers of a parameter that is a size and nothing else.
+struct ParameterSize {
+    double default_value;
+    double lower;
+    double upper;
+    double scale;
+};
+[[nodiscard]] inline EffectParameter
+size_parameter(const char* name, const char* unit, const char* meaning, const ParameterSize& size) {
+    return {name, unit, meaning, size.default_value, size.lower, size.upper, size.scale};
+}
+
+/// The same of a place, an angle or a time scale, with the values from which a fit starts.
+[[nodiscard]] inline EffectParameter
+place_parameter(const char* name, const char* unit, const char* meaning, const ParameterSize& size,
+                std::vector<double> (*start_values)(const StartScales&),
+                FittedAs fitted_as = FittedAs::Itself) {
+    EffectParameter parameter = size_parameter(name, unit, meaning, size);
+    parameter.fitted_as = fitted_as;
+    parameter.is_place = true;
+    parameter.start_values = start_values;
+    return parameter;
+}
+
+/// For how long the stem was held before the release; known from the measurement.
+[[nodiscard]] inline EffectParameter hold_time_parameter() {
+    EffectParameter parameter =
+        size_parameter("hold_time_s", "s", "t_h: for how long the stem was held before the release",
+                       {.default_value = 10.0, .lower = 0.0, .upper = 1e7, .scale = 10.0});
+    parameter.calibrated = false;
+    parameter.stated_by = StatedBy::HoldTime;
+    return parameter;
+}
+
 /// What an effect is a property of: what has the same owner has the same values.
 enum class BelongsTo {
     Stem,      ///< and so to all its recordings

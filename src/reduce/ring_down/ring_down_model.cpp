@@ -8,6 +8,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
+#include <ceres/tiny_solver.h>
 
 namespace culm::reduce {
 
@@ -145,109 +146,63 @@ double relative_size(const Eigen::Vector3d& step, const RingDownParameters& at) 
                      std::abs(step[2] / at.frequency)});
 }
 
-/// Levenberg-Marquardt's trust region, in the form of Ceres Solver (Levenberg 1944, Marquardt 1963;
-/// the radius follows Nielsen 1999, "Damping parameter in Marquardt's method").
-class TrustRegion {
+/// Residuals of Eq. 1 by b0 and, per period of the start, b1 and b2: all three are of order one.
+class ScaledResiduals {
   public:
-    [[nodiscard]] double damping(double diagonal) const {
-        return std::clamp(diagonal, 1e-6, 1e32) / radius_;
+    using Scalar = double;
+    static constexpr int NUM_RESIDUALS = Eigen::Dynamic;
+    static constexpr int NUM_PARAMETERS = 3;
+
+    ScaledResiduals(const RingDownSamples& samples, double rate, bool amplitude_is_free)
+        : model_(samples), rate_(rate), amplitude_is_free_(amplitude_is_free) {}
+
+    [[nodiscard]] RingDownParameters parameters(const double* x) const {
+        return {x[0], x[1] * rate_, x[2] * rate_};
     }
-    void widen(double quality) {
-        radius_ =
-            std::min(1e16, radius_ / std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * quality - 1.0, 3)));
-        shrink_factor_ = 2.0;
+    [[nodiscard]] int NumResiduals() const {
+        return static_cast<int>(model_.basis().times().size());
     }
-    void shrink() {
-        radius_ /= shrink_factor_;
-        shrink_factor_ *= 2.0;
+    /// As ceres::TinySolver asks; a fixed amplitude has no derivative.
+    bool operator()(const double* x, double* residuals, double* jacobian) const {
+        const RingDownParameters at = parameters(x);
+        model_.evaluate_residuals(at);
+        Eigen::Map<Eigen::ArrayXd>(residuals, NumResiduals()) = model_.residuals();
+        if (jacobian != nullptr) {
+            model_.evaluate_jacobian(at);
+            Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 3>>(jacobian, NumResiduals(), 3) =
+                model_.jacobian() *
+                Eigen::Vector3d(amplitude_is_free_ ? 1.0 : 0.0, rate_, rate_).asDiagonal();
+        }
+        return true;
     }
-    [[nodiscard]] bool has_collapsed() const { return radius_ < 1e-32; }
 
   private:
-    double radius_ = 1e4;
-    double shrink_factor_ = 2.0;
+    mutable RingDownLinearisation model_;
+    double rate_;
+    bool amplitude_is_free_;
 };
-
-/// b0 and, per period of the start, b1 and b2: all three are of order one.
-struct ScaledProblem {
-    double rate; ///< 1/period
-
-    [[nodiscard]] RingDownParameters parameters(const Eigen::Vector3d& x) const {
-        return {x[0], x[1] * rate, x[2] * rate};
-    }
-    [[nodiscard]] Eigen::Vector3d scale() const { return {1.0, rate, rate}; }
-};
-
-/// Normal equations at one place, in the scaled parameters.
-struct NormalEquations {
-    Eigen::Matrix3d matrix;
-    Eigen::Vector3d gradient;
-};
-
-NormalEquations normal_equations(const RingDownLinearisation& model, const Eigen::Vector3d& scale,
-                                 bool amplitude_is_free) {
-    NormalEquations equations;
-    equations.matrix = scale.asDiagonal() * model.gram_matrix() * scale.asDiagonal();
-    equations.gradient =
-        scale.cwiseProduct(model.jacobian().transpose() * model.residuals().matrix());
-    if (!amplitude_is_free)
-        fix_amplitude(equations.gradient, equations.matrix);
-    return equations;
-}
 
 } // namespace
 
 std::optional<RefinedRingDown> refine_ring_down(const RingDownSamples& samples,
                                                 const RingDownParameters& start,
                                                 bool amplitude_is_free) {
-    constexpr int most_iterations = 200;
-    constexpr double sufficient_quality = 1e-3;
+    const ScaledResiduals residuals(samples, start.frequency, amplitude_is_free);
+    ceres::TinySolver<ScaledResiduals> solver;
+    solver.options.max_num_iterations = 200;
     // Rounding level; polish_ring_down does the last digits.
-    constexpr double smallest_decrease = 1e-14;
-    constexpr double smallest_step = 1e-12;
-    const ScaledProblem problem{start.frequency};
+    solver.options.gradient_tolerance = solver.options.function_tolerance = 1e-14;
+    solver.options.parameter_tolerance = 1e-12;
+    solver.options.cost_threshold = 0.0;
     Eigen::Vector3d x(start.amplitude, start.decay_rate / start.frequency, 1.0);
-    RingDownLinearisation model(samples);
-    model.evaluate_residuals(problem.parameters(x));
-    double cost = 0.5 * model.residuals().square().sum();
-    if (!std::isfinite(cost))
+    solver.Solve(residuals, &x);
+    if (!std::isfinite(solver.summary.final_cost))
         return std::nullopt;
-    model.evaluate_jacobian(problem.parameters(x));
-    NormalEquations here = normal_equations(model, problem.scale(), amplitude_is_free);
-    TrustRegion region;
-    int iterations = 0;
-    while (iterations < most_iterations && !region.has_collapsed()) {
-        ++iterations;
-        Eigen::Matrix3d damped = here.matrix;
-        for (Eigen::Index k = 0; k < 3; ++k)
-            damped(k, k) += region.damping(here.matrix(k, k));
-        const Eigen::Vector3d step = -damped.llt().solve(here.gradient);
-        const double expected =
-            -step.dot(here.gradient + 0.5 * (here.matrix * step)); // decrease of the linear model
-        if (step.norm() <= smallest_step * (x.norm() + smallest_step))
-            break;
-        model.evaluate_residuals(problem.parameters(x + step));
-        const double decrease = cost - 0.5 * model.residuals().square().sum();
-        if (!(expected > 0.0 && decrease > sufficient_quality * expected)) {
-            if (std::abs(decrease) <= smallest_decrease * cost)
-                break;
-            region.shrink();
-            continue;
-        }
-        x += step;
-        const bool is_converged = decrease <= smallest_decrease * cost;
-        cost -= decrease;
-        if (is_converged)
-            break;
-        region.widen(decrease / expected);
-        model.evaluate_jacobian(problem.parameters(x));
-        here = normal_equations(model, problem.scale(), amplitude_is_free);
-    }
     RefinedRingDown refined;
-    refined.parameters = problem.parameters(x);
+    refined.parameters = residuals.parameters(x.data());
     refined.parameters.frequency = std::abs(refined.parameters.frequency);
-    refined.residual_sum_of_squares = 2.0 * cost;
-    refined.iterations = iterations;
+    refined.residual_sum_of_squares = 2.0 * solver.summary.final_cost;
+    refined.iterations = solver.summary.iterations;
     return refined;
 }
 

@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "measure/track/frames/frame_from_opencv.hpp"
 #include "measure/track/frames/parallel_frames.hpp"
+#include "measure/track/order_statistics.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -185,9 +186,7 @@ class VideoFile final : public FrameSource {
             steps.push_back(stamps[i] - stamps[i - 1]);
         if (steps.size() < 4)
             return;
-        std::vector<double> sorted = steps;
-        std::ranges::nth_element(sorted, sorted.begin() + std::ptrdiff_t(sorted.size() / 2));
-        const double usual = sorted[sorted.size() / 2];
+        const double usual = median(steps);
         if (!(usual > 0.0))
             return;
         int shift = 0;

@@ -32,38 +32,25 @@ EffectPointer base_motion() {
          .energy =
              "puts in or takes out -d²x_b/dt² Σ m v per second, with the speeds v relative to the "
              "support; on average it feeds the stem as much as its damping takes. Not conservative",
-         .parameters = {{.name = "amplitude_m",
-                         .unit = "m",
-                         .meaning = "a: amplitude of the support",
-                         .default_value = 1e-4,
-                         .lower = 0.0,
-                         .upper = 0.1,
-                         .scale = 1e-4},
-                        {.name = "frequency_hz",
-                         .unit = "Hz",
-                         .meaning = "f: frequency of the support",
-                         .default_value = 50.0,
-                         .lower = 0.01,
-                         .upper = 1e5,
-                         .scale = 10.0,
-                         .fitted_as = FittedAs::Logarithm,
-                         .is_place = true,
-                         .start_values = [](const StartScales& of) { return of.residual_peaks(); }},
-                        {.name = "phase_rad",
-                         .unit = "rad",
-                         .meaning = "φ: phase at the release",
-                         .default_value = 0.0,
-                         .lower = -2.0 * std::numbers::pi,
-                         .upper = 2.0 * std::numbers::pi,
-                         .scale = 1.0,
-                         .is_place = true,
-                         .start_values =
-                             [](const StartScales& /*of*/) {
-                                 // From one of three starts the phase is at most a sixth of a turn
-                                 // away.
-                                 return std::vector{0.0, 2.0 * std::numbers::pi / 3.0,
-                                                    -2.0 * std::numbers::pi / 3.0};
-                             }}},
+         .parameters = {size_parameter(
+                            "amplitude_m", "m", "a: amplitude of the support",
+                            {.default_value = 1e-4, .lower = 0.0, .upper = 0.1, .scale = 1e-4}),
+                        place_parameter(
+                            "frequency_hz", "Hz", "f: frequency of the support",
+                            {.default_value = 50.0, .lower = 0.01, .upper = 1e5, .scale = 10.0},
+                            [](const StartScales& of) { return of.residual_peaks(); },
+                            FittedAs::Logarithm),
+                        place_parameter("phase_rad", "rad", "φ: phase at the release",
+                                        {.default_value = 0.0,
+                                         .lower = -2.0 * std::numbers::pi,
+                                         .upper = 2.0 * std::numbers::pi,
+                                         .scale = 1.0},
+                                        [](const StartScales& /*of*/) {
+                                            // From one of three starts the phase is at most a sixth
+                                            // of a turn away.
+                                            return std::vector{0.0, 2.0 * std::numbers::pi / 3.0,
+                                                               -2.0 * std::numbers::pi / 3.0};
+                                        })},
          .belongs_to = BelongsTo::Recording},
         apply);
 }

@@ -41,13 +41,9 @@ EffectPointer bending_nonlinearity() {
          .remedy = "record a static curve of force against deflection, or release from several "
                    "amplitudes; check the camera's lens, which can feign it",
          .energy = "stores E I (½ κ² + ¼ γ κ⁴) per length. Conservative, as long as 1 + 3 γ κ² > 0",
-         .parameters = {{.name = "gamma_m2",
-                         .unit = "m²",
-                         .meaning = "γ: negative where the stem softens",
-                         .default_value = -0.01,
-                         .lower = -10.0,
-                         .upper = 10.0,
-                         .scale = 0.01}}},
+         .parameters = {size_parameter(
+             "gamma_m2", "m²", "γ: negative where the stem softens",
+             {.default_value = -0.01, .lower = -10.0, .upper = 10.0, .scale = 0.01})}},
         apply, suit);
 }
 

@@ -27,13 +27,9 @@ EffectPointer camera_tilt() {
              "film a grid or two scale bars, one at the clamp and one at the tip, and set the "
              "camera upright",
          .energy = "none: the camera does not touch the stem",
-         .parameters = {{.name = "scale_change",
-                         .unit = "",
-                         .meaning = "e: share by which the tip's row is read too large",
-                         .default_value = 0.02,
-                         .lower = -0.5,
-                         .upper = 0.5,
-                         .scale = 0.01}},
+         .parameters = {size_parameter(
+             "scale_change", "", "e: share by which the tip's row is read too large",
+             {.default_value = 0.02, .lower = -0.5, .upper = 0.5, .scale = 0.01})},
          .belongs_to = BelongsTo::Rig},
         apply);
 }

@@ -52,15 +52,10 @@ EffectPointer clamp_friction() {
              "it best. The spring of clamp_compliance is part of it",
          .energy = "stores ½ k θ² and takes out M_f ω tanh(ω/ω_r) per second: 4 M_f θ in a cycle "
                    "of amplitude θ, whatever its frequency. Gives nothing back",
-         .parameters = {{.name = "moment_nm",
-                         .unit = "N m",
-                         .meaning = "M_f: friction moment of the turning clamp",
-                         .default_value = 1e-4,
-                         .lower = 0.0,
-                         .upper = 1e3,
-                         .scale = 1e-4},
-                        spring(),
-                        clamp_friction_rate()},
+         .parameters = {size_parameter(
+                            "moment_nm", "N m", "M_f: friction moment of the turning clamp",
+                            {.default_value = 1e-4, .lower = 0.0, .upper = 1e3, .scale = 1e-4}),
+                        spring(), clamp_friction_rate()},
          .excludes = {"clamp_compliance"},
          .belongs_to = BelongsTo::Rig},
         apply, suit);

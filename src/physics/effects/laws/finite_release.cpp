@@ -39,13 +39,9 @@ EffectPointer finite_release() {
          .energy =
              "the finger still does work while it lets go: F (1 - 3u² + 2u³) times the tip's "
              "speed, which takes energy out, for the tip moves against its force. After T: none",
-         .parameters = {{.name = "duration_s",
-                         .unit = "s",
-                         .meaning = "T: from the first to the last of the finger's force",
-                         .default_value = 2e-3,
-                         .lower = 1e-6,
-                         .upper = 10.0,
-                         .scale = 1e-3}},
+         .parameters = {size_parameter(
+             "duration_s", "s", "T: from the first to the last of the finger's force",
+             {.default_value = 2e-3, .lower = 1e-6, .upper = 10.0, .scale = 1e-3})},
          .belongs_to = BelongsTo::Recording,
          .is_of_the_release = true},
         apply, suit);

@@ -109,13 +109,9 @@ EffectPointer hysteretic_damping() {
          .energy =
              "each branch k stores q²/(2 g_k E I) per length and takes out q²/(g_k E I τ_k) per "
              "second; together π η E I κ² per length in a cycle of amplitude κ. Gives nothing back",
-         .parameters = {{.name = "loss_factor",
-                         .unit = "",
-                         .meaning = "η: twice the damping ratio",
-                         .default_value = 0.02,
-                         .lower = 0.0,
-                         .upper = 0.5,
-                         .scale = 0.01}}},
+         .parameters = {size_parameter(
+             "loss_factor", "", "η: twice the damping ratio",
+             {.default_value = 0.02, .lower = 0.0, .upper = 0.5, .scale = 0.01})}},
         apply);
 }
 

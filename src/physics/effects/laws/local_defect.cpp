@@ -65,18 +65,12 @@ EffectPointer local_defect() {
          .energy = "no loss of its own: the segment stores ½ f E I κ². Conservative; the damping "
                    "of its bonds falls with their stiffness",
          .parameters =
-             {{.name = "position_m",
-               .unit = "m",
-               .meaning = "s0: middle of the segment, from the clamp along the stem",
-               .default_value = 0.05,
-               .lower = 0.0,
-               .upper = 10.0,
-               .scale = 0.02,
-               .is_place = true,
-               .start_values =
-                   [](const StartScales& of) {
-                       return std::vector{0.1 * of.length, 0.35 * of.length, 0.65 * of.length};
-                   }},
+             {place_parameter(
+                  "position_m", "m", "s0: middle of the segment, from the clamp along the stem",
+                  {.default_value = 0.05, .lower = 0.0, .upper = 10.0, .scale = 0.02},
+                  [](const StartScales& of) {
+                      return std::vector{0.1 * of.length, 0.35 * of.length, 0.65 * of.length};
+                  }),
               {.name = "stiffness_factor",
                .unit = "",
                .meaning = "f: stiffness of the segment over that of the stem",

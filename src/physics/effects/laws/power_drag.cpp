@@ -54,27 +54,16 @@ EffectPointer power_drag() {
                    "stem's speed, not p",
          .energy = "takes out ½ ρ C d v_r³ (|v|/v_r)^(p + 1) per length and second. Gives nothing "
                    "back",
-         .parameters = {{.name = "drag_coefficient",
-                         .unit = "",
-                         .meaning = "C: coefficient of the quadratic drag with the same force at "
-                                    "1 m/s",
-                         .default_value = 1.2,
-                         .lower = 0.0,
-                         .upper = 100.0,
-                         .scale = 1.0},
-                        {.name = "exponent",
-                         .unit = "",
-                         .meaning = "p: 1 at low Reynolds numbers, 2 where the flow separates at "
-                                    "an edge",
-                         .default_value = 1.5,
-                         .lower = 1.0,
-                         .upper = 2.0,
-                         .scale = 0.5,
-                         .is_place = true,
-                         .start_values =
-                             [](const StartScales& /*of*/) {
-                                 return std::vector{1.2, 1.8};
-                             }}},
+         .parameters =
+             {size_parameter("drag_coefficient", "",
+                             "C: coefficient of the quadratic drag with the same force at 1 m/s",
+                             {.default_value = 1.2, .lower = 0.0, .upper = 100.0, .scale = 1.0}),
+              place_parameter("exponent", "",
+                              "p: 1 at low Reynolds numbers, 2 where the flow separates at an edge",
+                              {.default_value = 1.5, .lower = 1.0, .upper = 2.0, .scale = 0.5},
+                              [](const StartScales& /*of*/) {
+                                  return std::vector{1.2, 1.8};
+                              })},
          .belongs_to = BelongsTo::Rig,
          .revealed_by = {{"release in a vacuum", {0.0, 1.0}}},
          .is_default_candidate = false},

@@ -41,15 +41,11 @@ EffectPointer quadratic_drag() {
          .remedy = "release from amplitudes 10:1 apart, in vacuum, or with a paper fin at the tip; "
                    "take the drag out of β before it goes into a bulk simulation",
          .energy = "takes out ½ ρ C_d d |v|³ per length and second. Gives nothing back",
-         .parameters = {{.name = "drag_coefficient",
-                         .unit = "",
-                         .meaning =
-                             "C_d: about 1.2 for a smooth cylinder in steady flow, more in a "
-                             "swing of few diameters",
-                         .default_value = 1.2,
-                         .lower = 0.0,
-                         .upper = 100.0,
-                         .scale = 1.0}},
+         .parameters = {size_parameter(
+             "drag_coefficient", "",
+             "C_d: about 1.2 for a smooth cylinder in steady flow, more in a swing of few "
+             "diameters",
+             {.default_value = 1.2, .lower = 0.0, .upper = 100.0, .scale = 1.0})},
          .belongs_to = BelongsTo::Rig,
          .revealed_by = {{"release in a vacuum", {0.0}}}},
         apply);

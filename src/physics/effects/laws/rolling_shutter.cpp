@@ -24,14 +24,11 @@ EffectPointer rolling_shutter() {
                       "through the record; a phase that changes along the stem",
          .remedy = "use a global shutter, or turn the camera so that its rows run along the stem",
          .energy = "none: the camera does not touch the stem",
-         .parameters = {{.name = "readout_s",
-                         .unit = "s",
-                         .meaning = "T: from the row at the clamp to the row at the tip's height, "
-                                    "beside what row_time_us states; negative if read downward",
-                         .default_value = 1e-4,
-                         .lower = -0.1,
-                         .upper = 0.1,
-                         .scale = 1e-4}},
+         .parameters = {size_parameter(
+             "readout_s", "s",
+             "T: from the row at the clamp to the row at the tip's height, beside what row_time_us "
+             "states; negative if read downward",
+             {.default_value = 1e-4, .lower = -0.1, .upper = 0.1, .scale = 1e-4})},
          .belongs_to = BelongsTo::Rig},
         apply);
 }

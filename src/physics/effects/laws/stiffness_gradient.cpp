@@ -32,14 +32,10 @@ EffectPointer stiffness_gradient() {
                    "(camera_tilt)",
          .energy = "no loss of its own: it changes what a given bend stores, ½ Y(s) I κ². "
                    "Conservative; the damping of each bond grows with its stiffness, β stays",
-         .parameters = {{.name = "relative_change",
-                         .unit = "",
-                         .meaning = "r: modulus at the tip less that at the clamp, over that at "
-                                    "mid-length",
-                         .default_value = -0.2,
-                         .lower = -1.9,
-                         .upper = 1.9,
-                         .scale = 0.1}},
+         .parameters = {size_parameter(
+             "relative_change", "",
+             "r: modulus at the tip less that at the clamp, over that at mid-length",
+             {.default_value = -0.2, .lower = -1.9, .upper = 1.9, .scale = 0.1})},
          .spans_the_stem = true},
         apply);
 }

@@ -41,14 +41,10 @@ EffectPointer taper() {
                    "turned end for end",
          .energy = "no loss of its own: it changes what a given bend stores, ½ E I(s) κ², and what "
                    "a given motion holds, ½ m'(s) v². Conservative",
-         .parameters = {{.name = "relative_change",
-                         .unit = "",
-                         .meaning = "r: diameter at the tip less that at the clamp, over that at "
-                                    "mid-length",
-                         .default_value = -0.1,
-                         .lower = -1.0,
-                         .upper = 1.0,
-                         .scale = 0.1}},
+         .parameters = {size_parameter(
+             "relative_change", "",
+             "r: diameter at the tip less that at the clamp, over that at mid-length",
+             {.default_value = -0.1, .lower = -1.0, .upper = 1.0, .scale = 0.1})},
          .spans_the_stem = true},
         apply);
 }

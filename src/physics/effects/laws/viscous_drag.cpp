@@ -48,13 +48,9 @@ EffectPointer viscous_drag() {
          .remedy = "repeat in vacuum, or with at least three frequencies (mass at the tip, shorter "
                    "length)",
          .energy = "takes out c v² per length and second. Gives nothing back",
-         .parameters = {{.name = "coefficient_n_s_m2",
-                         .unit = "N s/m²",
-                         .meaning = "c: force per length over speed",
-                         .default_value = 1e-3,
-                         .lower = 0.0,
-                         .upper = 1e3,
-                         .scale = 1e-3}},
+         .parameters = {size_parameter(
+             "coefficient_n_s_m2", "N s/m²", "c: force per length over speed",
+             {.default_value = 1e-3, .lower = 0.0, .upper = 1e3, .scale = 1e-3})},
          .belongs_to = BelongsTo::Rig,
          .revealed_by = {{"release in a vacuum", {0.0}}}},
         apply, suit);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Explicit cases side by side in SIMD lanes, one stem per lane.
+// Cases side by side in SIMD lanes, one stem per lane; and one case by SUNDIALS.
 #pragma once
 
 #include "run/simulate.hpp"
@@ -8,6 +8,21 @@
 #include <vector>
 
 namespace culm::run {
+
+/// As many cases as T has lanes, or fewer (see can_share_lanes); T is double or core::Lanes.
+/// Every lane's result is bit for bit what it is beside any other neighbours.
+template <class T>
+[[nodiscard]] std::vector<CaseOutcome> simulate_implicit_lanes(std::span<const CaseSpec> specs,
+                                                               const Heartbeat& heartbeat);
+
+/// One case by SUNDIALS.
+[[nodiscard]] CaseOutcome simulate_with_sundials(const CaseSpec& spec, const Heartbeat& heartbeat,
+                                                 integrate::SundialsIntegrators& integrators);
+
+/// As many implicit cases as there are lanes, or fewer, of equal duration: all take the steps of
+/// the first one, so that their differences are smooth in what distinguishes them.
+[[nodiscard]] std::vector<CaseOutcome> simulate_on_common_steps(std::span<const CaseSpec> specs,
+                                                                const Heartbeat& heartbeat);
 
 /// Steps between two looks at the heartbeat: about a millisecond for 56 spheres.
 inline constexpr std::int64_t steps_per_beat = 1000;
