@@ -88,7 +88,7 @@ struct Diagnosis {
     std::optional<MissingForce> missing_force;
     fit::Fit baseline;
     fit::Fit final_fit; ///< of the best model that was reached, named or not
-    int runs = 0; ///< of the chain with all its derivatives, for the fits of models
+    int runs = 0;       ///< of the chain with all its derivatives, for the fits of models
 };
 
 struct DiagnosisOptions {

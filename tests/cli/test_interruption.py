@@ -38,6 +38,15 @@ class Interruption(CulmTest):
         self.assertLessEqual(computed, POINTS - 2)
         self.assertGreater(computed, 0)
 
+    def test_resumed_study_by_sundials_equals_an_undisturbed_one(self):
+        for solver in ("arkode", "cvode"):
+            with self.subTest(solver):
+                self.write("s.toml", SLOW + "[integrator]\nmethod = \"sundials\"\n"
+                                            f"solver = \"{solver}\"\n")
+                self.assertEqual(self.interrupt(signal.SIGKILL)[0], -signal.SIGKILL)
+                self.assertGreater(self.resume(), 0)
+                (self.folder / "out").rename(self.folder / f"out-{solver}")
+
     def test_stop_signals_end_the_run_in_order(self):
         code, errors = self.interrupt(signal.SIGTERM)
         self.assertEqual(code, STOPPED_EARLY)

@@ -156,8 +156,18 @@ TEST(ConfigErrors, IntegratorOptionsBelongToTheirMethod) {
     EXPECT_EQ(refusal("[integrator]\nmethod = \"explicit\"\n"),
               "s.toml:1: integrator.timestep_s is missing: method = \"explicit\" needs it");
     EXPECT_EQ(refusal("[integrator]\ntimestep_s = 1e-10\n"),
-              "s.toml:2: integrator.timestep_s = 1e-10: only with method = \"explicit\"; the "
-              "implicit method chooses its steps by relative_tolerance");
+              "s.toml:2: integrator.timestep_s = 1e-10: only with method = \"explicit\"; "
+              "implicit methods choose their steps by relative_tolerance");
+    EXPECT_EQ(refusal("[integrator]\nsolver = \"cvode\"\n"),
+              "s.toml:2: integrator.solver = \"cvode\": only with method = \"sundials\"");
+    EXPECT_EQ(refusal("[integrator]\nmethod = \"sundials\"\nsolver = \"arcode\"\n"),
+              "s.toml:3: integrator.solver = \"arcode\": must be \"arkode\" or \"cvode\" (did you "
+              "mean \"arkode\"?)");
+    EXPECT_EQ(refusal("[study]\nkind = \"timestep\"\n[integrator]\nmethod = \"explicit\"\n"
+                      "timestep_s = 1e-9\n"),
+              "s.toml:4: integrator.method = \"explicit\": of a time-step study it is that of the "
+              "reference run: \"implicit\" or \"sundials\"\n"
+              "s.toml:5: integrator.timestep_s = 1e-09: only with study.kind = \"vibration\"");
     EXPECT_EQ(refusal("[integrator]\ndimensions = 4\n"),
               "s.toml:2: integrator.dimensions = 4: must be a whole number in [2, 3]");
 }
