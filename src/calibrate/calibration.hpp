@@ -2,21 +2,37 @@
 // One measured stem calibrated: the fitted chain, what it lacks, and the tests asked for.
 #pragma once
 
-#include "calibrate/profile_likelihood.hpp"
 #include "calibrate/study_calibration.hpp"
 #include "diagnose/adequacy.hpp"
 #include "fit/solve/fit.hpp"
 #include "fit/solve/uncertainty_budget.hpp"
 #include "integrate/modes.hpp"
 #include "physics/effects/selection.hpp"
+#include "reduce/population_statistics.hpp"
 #include "reduce/ring_down/stem_ring_downs.hpp"
 #include "run/modes.hpp"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace culm::calibrate {
+
+struct ProfileInterval {
+    std::string name;
+    double lower = 0.0; ///< NaN if the profile does not rise enough within the allowed range
+    double upper = 0.0;
+    int runs = 0;
+};
+
+/// 95 % intervals of every fitted parameter: where χ² with the parameter held and all others
+/// refitted exceeds the smallest one by 3.84, times the reduced χ² where that is above 1. Each end
+/// is found to 2 % of the distance by secants on the signed root of the excess, which is a straight
+/// line for a linear model. Of a robust fit the profile is that of the plain sum of squares.
+[[nodiscard]] std::vector<ProfileInterval>
+profile_intervals(const fit::RecordingFit& fit, const measure::Measurement& measurement,
+                  const fit::SolveOptions& options = {});
 
 /// The paper's closing test: Eq. 1 fitted to the calibrated stem and to the measured one.
 struct CalibrationCheck {
@@ -73,5 +89,19 @@ struct Calibration {
 /// The model that calibrate_stem fits.
 [[nodiscard]] fit::StemModel model_with_effects(const measure::Measurement& measurement,
                                                 const CalibrationOptions& options);
+
+/// "90 % of the stems lie in lower … upper", with what 95 % of resampled populations give for
+/// either end.
+struct CentralRange {
+    reduce::SampleSummary sample;
+    reduce::Bounds range;          ///< the 5 % and 95 % quantiles
+    reduce::Bounds lower_interval; ///< of the lower end, 95 %
+    reduce::Bounds upper_interval;
+};
+
+/// Quantiles with percentile bootstrap intervals (Efron 1979): `resamples` populations of the same
+/// size drawn with replacement by a generator of fixed seed, so that the answer is always the same.
+/// The ends of few stems are little more than the extreme ones, and the intervals say so.
+[[nodiscard]] CentralRange central_range(std::span<const double> values, int resamples = 4000);
 
 } // namespace culm::calibrate

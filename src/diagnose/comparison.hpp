@@ -9,7 +9,7 @@
 #include "reduce/ring_down/stem_ring_downs.hpp"
 #include "residuals/mode_shapes.hpp"
 #include "residuals/residual_structure.hpp"
-#include "residuals/swing_windows.hpp"
+#include "residuals/swing.hpp"
 
 #include <string>
 #include <vector>

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "calibrate/calibration.hpp"
-#include "calibrate/population.hpp"
 #include "present/text_style.hpp"
 
 #include <cstddef>

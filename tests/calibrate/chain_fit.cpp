@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibrate/profile_likelihood.hpp"
+#include "calibrate/calibration.hpp"
 #include "calibrate/simulated_measurement.hpp"
 #include "core/error.hpp"
 #include "fit/solve/fit.hpp"

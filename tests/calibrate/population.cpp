@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibrate/population.hpp"
+#include "calibrate/calibration.hpp"
 
 #include <cmath>
 #include <random>

@@ -4,7 +4,7 @@
 
 #include "reduce/ring_down/ring_down_fit.hpp"
 #include "run/modes.hpp"
-#include "run/timestep_theory.hpp"
+#include "run/stability_search.hpp"
 
 #include <cmath>
 #include <limits>

@@ -4,11 +4,13 @@
 #include "run/modes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -29,7 +31,9 @@ constexpr double least_left = 0.5;
 /// recording of a thousand.
 constexpr double level = 1e-3;
 
-constexpr double far_off = 4.0; ///< of an outlier, scales
+constexpr double clearly_larger = 1.5; ///< of a mean square in a part of the record
+constexpr double clearly_more = 3.0;   ///< of outliers in a part of the record
+constexpr double far_off = 4.0;        ///< of an outlier, scales
 
 /// A frequency at which the motion, or what a model lacks of it, may have power.
 struct Line {
@@ -169,7 +173,7 @@ class NoiseEstimate {
             return false;
         draw_in_outliers(flexible);
         estimate_correlation();
-        write();
+        write(flexible);
         return true;
     }
 
@@ -180,6 +184,61 @@ class NoiseEstimate {
     [[nodiscard]] std::size_t place(Eigen::Index frame, Eigen::Index row) const {
         return (first_ + static_cast<std::size_t>(frame)) * fit_.prediction.rows +
                static_cast<std::size_t>(row);
+    }
+
+    /// Is it noise? Made white it is no larger in one part of the record than in the others, and
+    /// outliers come anywhere. What comes in a part, soon after the release say, is what the model
+    /// lacks and no line covers: the estimate is then of something else.
+    [[nodiscard]] bool is_even(const FlexibleRest& flexible) const {
+        constexpr std::size_t parts = 16;
+        const auto frames = static_cast<std::size_t>(rest_.rows());
+        const auto rows = static_cast<std::size_t>(rest_.cols());
+        std::vector<double> values;
+        std::vector<bool> is_seen_at;
+        std::array<double, parts> outliers{};
+        std::array<double, parts> degrees{};
+        const Eigen::VectorXd free = flexible.free_of_frames();
+        for (std::size_t i = 0; i < frames; ++i) {
+            bool has_outlier = false;
+            for (std::size_t j = 0; j < rows; ++j) {
+                const auto frame = static_cast<Eigen::Index>(i);
+                const auto row = static_cast<Eigen::Index>(j);
+                values.push_back(rest_(frame, row) / std::sqrt(power_(row)));
+                is_seen_at.push_back(is_seen(frame, row));
+                if (!is_seen_at.back())
+                    continue;
+                has_outlier = has_outlier || std::abs(values_(frame, row) - smooth_(frame, row)) >
+                                                 far_off * tails_.scale;
+            }
+            // Once, however many rows have one: they may err together.
+            outliers[i * parts / frames] += has_outlier ? 1.0 : 0.0;
+        }
+        Whitening(std::make_shared<const measure::NoiseModel>(model_), rows, is_seen_at)
+            .apply(values);
+        // Where the lines take most of a reading, little of its noise is left to judge, and what is
+        // left of an outlier is drawn in by another factor than the mean slope of the score.
+        std::array<double, parts> sums{};
+        for (std::size_t at = 0; at < values.size(); ++at) {
+            const auto left = free(static_cast<Eigen::Index>(at / rows));
+            if (!is_seen_at[at] || left < least_left)
+                continue;
+            sums[at / rows * parts / frames] += values[at] * values[at];
+            degrees[at / rows * parts / frames] += left;
+        }
+        const double all = std::accumulate(sums.begin(), sums.end(), 0.0) /
+                           std::accumulate(degrees.begin(), degrees.end(), 0.0);
+        const double mean = std::accumulate(outliers.begin(), outliers.end(), 0.0) / parts;
+        for (std::size_t k = 0; k < parts; ++k) {
+            const bool is_larger =
+                degrees[k] > 0.0 && sums[k] > clearly_larger * degrees[k] * all &&
+                boost::math::gamma_q(0.5 * degrees[k], 0.5 * sums[k] / all) < level / parts;
+            // P(N ≥ n) of Poisson's law is that of a gamma variable below its mean.
+            const bool is_crowded = tails_.is_heavy && outliers[k] > clearly_more * mean &&
+                                    boost::math::gamma_p(outliers[k], mean) < level / parts;
+            if (is_larger || is_crowded)
+                return false;
+        }
+        return true;
     }
 
     /// Residuals over the noise, and what lies at the lines of each row.
@@ -286,6 +345,30 @@ class NoiseEstimate {
                     measurement_.deflections[at] +=
                         (smooth_(i, j) + rest_(i, j)) * noise_[at] - fit_.residuals[at];
                 }
+        for (std::size_t j = 0; j < fit_.noise.size(); ++j)
+            draw_in_held(j);
+    }
+
+    /// While the stem is held a row stays where it is: at its median, or where its neighbours are.
+    void draw_in_held(std::size_t row) {
+        constexpr std::size_t fewest = 5; // of which two outliers leave the median
+        std::vector<double> residuals;
+        for (std::size_t i = 0; i < first_; ++i)
+            if (const double residual = fit_.residuals[i * fit_.noise.size() + row];
+                !std::isnan(residual))
+                residuals.push_back(residual);
+        if (residuals.empty())
+            return;
+        const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+        std::ranges::nth_element(residuals, middle);
+        for (std::size_t i = 0; i < first_; ++i) {
+            const std::size_t at = i * fit_.noise.size() + row;
+            const double about =
+                residuals.size() < fewest ? of_neighbours(at) : *middle / noise_[at];
+            const double error = fit_.residuals[at] / noise_[at] - about;
+            if (!std::isnan(error))
+                measurement_.deflections[at] += (tails_.scored(error) - error) * noise_[at];
+        }
     }
 
     void estimate_correlation() {
@@ -363,10 +446,10 @@ class NoiseEstimate {
                !(boost::math::gamma_q(half, sum) < level);
     }
 
-    void write() {
+    void write(const FlexibleRest& flexible) {
         const double degrees =
             2.0 * static_cast<double>(rest_.cols()) * static_cast<double>(bins_.size());
-        if (is_as_stated(degrees))
+        if (is_as_stated(degrees) || !is_even(flexible))
             return;
         if (tails_.is_heavy)
             write_drawn_in();

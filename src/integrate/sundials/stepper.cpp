@@ -3,8 +3,11 @@
 
 #include "core/error.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
+#include <vector>
 
 #include <fmt/core.h>
 
@@ -165,6 +168,237 @@ void Stepper::add_counts(SolveSummary& work) const {
 std::string Stepper::flag_name(int flag) const {
     const std::unique_ptr<char, sundials::Deleter<std::free>> name(functions_->flag_name(flag));
     return name.get();
+}
+
+namespace {
+
+constexpr int shorter_step = 1; ///< SUNDIALS' code of a failure that a shorter step may mend
+constexpr int give_up = -1;
+
+bool all_finite(std::span<const double> numbers) {
+    double sum = 0.0; // x − x is 0 for every number and NaN for what is none
+    for (const double number : numbers)
+        sum += number - number;
+    return sum == 0.0;
+}
+
+/// Runs one callback; its exception waits until SUNDIALS has returned.
+template <class F>
+int guarded(void* callback_data, F&& callback) {
+    auto& data = *static_cast<CallbackData*>(callback_data);
+    try {
+        return callback(data);
+    } catch (...) {
+        data.exception = std::current_exception();
+        return give_up;
+    }
+}
+
+static_assert(std::is_same_v<Real, double>, "culm needs SUNDIALS with double precision");
+
+std::vector<double>& storage(N_Vector vector) {
+    return *static_cast<std::vector<double>*>(vector->content);
+}
+
+std::size_t size_of(N_Vector vector) {
+    return storage(vector).size();
+}
+
+double* data(N_Vector vector) {
+    return storage(vector).data();
+}
+
+N_Vector clone(N_Vector like) {
+    N_Vector vector = N_VNewEmpty(like->sunctx);
+    if (vector == nullptr)
+        return nullptr;
+    N_VCopyOps(like, vector);
+    vector->content = new std::vector<double>(size_of(like), 0.0);
+    return vector;
+}
+
+void destroy(N_Vector vector) {
+    if (vector == nullptr)
+        return;
+    delete static_cast<std::vector<double>*>(vector->content);
+    vector->content = nullptr;
+    N_VFreeEmpty(vector);
+}
+
+/// z_k = f(x_k); z may be x.
+template <class F>
+void map(N_Vector x, N_Vector z, F&& f) {
+    const double* const from = data(x);
+    double* const to = data(z);
+    const std::size_t size = size_of(z);
+    for (std::size_t k = 0; k < size; ++k)
+        to[k] = f(from[k]);
+}
+
+/// z_k = f(x_k, y_k); z may be x or y.
+template <class F>
+void map(N_Vector x, N_Vector y, N_Vector z, F&& f) {
+    const double* const from = data(x);
+    const double* const other = data(y);
+    double* const to = data(z);
+    const std::size_t size = size_of(z);
+#pragma GCC ivdep // every number depends on those at its own place only
+    for (std::size_t k = 0; k < size; ++k)
+        to[k] = f(from[k], other[k]);
+}
+
+/// Σ (x_k w_k)² in four partial sums, because the order of one sum would forbid SIMD.
+double sum_of_squares(N_Vector x, N_Vector w) {
+    constexpr std::size_t parts = 8;
+    const double* const values = data(x);
+    const double* const weights = data(w);
+    const std::size_t size = size_of(x);
+    double partial[parts] = {};
+    std::size_t k = 0;
+    for (; k + parts <= size; k += parts)
+        for (std::size_t p = 0; p < parts; ++p) {
+            const double product = values[k + p] * weights[k + p];
+            partial[p] += product * product;
+        }
+    double sum = 0.0;
+    for (; k < size; ++k)
+        sum += values[k] * weights[k] * values[k] * weights[k];
+    for (const double part : partial)
+        sum += part;
+    return sum;
+}
+
+void linear_sum(Real a, N_Vector x, Real b, N_Vector y, N_Vector z) {
+    map(x, y, z, [a, b](double p, double q) { return a * p + b * q; });
+}
+
+/// z = Σ c_i X_i; X_0 may be z. In one pass, as reading the vectors is what takes the time.
+int linear_combination(int count, Real* c, N_Vector* vectors, N_Vector z) {
+    if (count == 1) {
+        map(vectors[0], z, [factor = c[0]](double p) { return factor * p; });
+        return 0;
+    }
+    linear_sum(c[0], vectors[0], c[1], vectors[1], z);
+    int i = 2;
+    for (; i + 1 < count; i += 2) {
+        const double* const first = data(vectors[i]);
+        const double* const second = data(vectors[i + 1]);
+        double* const to = data(z);
+        const std::size_t size = size_of(z);
+        const double a = c[i];
+        const double b = c[i + 1];
+#pragma GCC ivdep
+        for (std::size_t k = 0; k < size; ++k)
+            to[k] += a * first[k] + b * second[k];
+    }
+    if (i < count)
+        linear_sum(1.0, z, c[i], vectors[i], z);
+    return 0;
+}
+
+double largest_magnitude(N_Vector x) {
+    double largest = 0.0;
+    for (const double value : storage(x))
+        largest = std::max(largest, std::abs(value));
+    return largest;
+}
+
+void set_operations(N_Vector_Ops ops) {
+    ops->nvgetvectorid = [](N_Vector) { return SUNDIALS_NVEC_CUSTOM; };
+    ops->nvclone = clone;
+    ops->nvdestroy = destroy;
+    ops->nvgetarraypointer = [](N_Vector x) { return data(x); };
+    ops->nvgetlength = [](N_Vector x) { return static_cast<sunindextype>(size_of(x)); };
+    ops->nvlinearsum = linear_sum;
+    ops->nvconst = [](Real c, N_Vector z) { std::ranges::fill(storage(z), c); };
+    ops->nvprod = [](N_Vector x, N_Vector y, N_Vector z) { map(x, y, z, std::multiplies<>()); };
+    ops->nvdiv = [](N_Vector x, N_Vector y, N_Vector z) { map(x, y, z, std::divides<>()); };
+    ops->nvscale = [](Real c, N_Vector x, N_Vector z) {
+        map(x, z, [c](double p) { return c * p; });
+    };
+    ops->nvabs = [](N_Vector x, N_Vector z) { map(x, z, [](double p) { return std::abs(p); }); };
+    ops->nvinv = [](N_Vector x, N_Vector z) { map(x, z, [](double p) { return 1.0 / p; }); };
+    ops->nvaddconst = [](N_Vector x, Real b, N_Vector z) {
+        map(x, z, [b](double p) { return p + b; });
+    };
+    ops->nvmaxnorm = largest_magnitude;
+    ops->nvwrmsnorm = [](N_Vector x, N_Vector w) {
+        return std::sqrt(sum_of_squares(x, w) / static_cast<double>(size_of(x)));
+    };
+    ops->nvlinearcombination = linear_combination;
+}
+
+} // namespace
+
+int evaluate_rate(double time, N_Vector state, N_Vector rate, void* callback_data) {
+    return guarded(callback_data, [&](CallbackData& data) {
+        ++data.work.rhs_evaluations;
+        data.equations->evaluate_rate(time, values(state).data(), values(rate).data());
+        return all_finite(values(rate)) ? 0 : shorter_step;
+    });
+}
+
+int set_up_newton(double time, N_Vector state, bool jacobian_is_usable, double gamma,
+                  void* callback_data) {
+    return guarded(callback_data, [&](CallbackData& data) {
+        if (!jacobian_is_usable) {
+            data.equations->evaluate_jacobian(time, values(state).data());
+            ++data.work.jacobian_evaluations;
+        }
+        ++data.work.factorisations;
+        return data.equations->factorise(gamma) ? 0 : shorter_step;
+    });
+}
+
+int set_weights(N_Vector, N_Vector weights, void* callback_data) {
+    const auto& data = *static_cast<const CallbackData*>(callback_data);
+    std::ranges::copy(data.equations->weights(), values(weights).begin());
+    return 0;
+}
+
+Vector make_vector(std::size_t size, SUNContext context) {
+    Vector vector(N_VNewEmpty(context));
+    if (!vector)
+        return vector;
+    vector->content = new std::vector<double>(size, 0.0);
+    set_operations(vector->ops);
+    return vector;
+}
+
+std::span<double> values(N_Vector vector) {
+    return storage(vector);
+}
+
+Matrix newton_matrix(SUNContext context) {
+    SUNMatrix matrix = SUNMatNewEmpty(context);
+    matrix->ops->getid = [](SUNMatrix) { return SUNMATRIX_CUSTOM; };
+    matrix->ops->destroy = [](SUNMatrix m) { SUNMatFreeEmpty(m); };
+    // SUNDIALS 6 and 7 differ in the type of this function's result.
+    matrix->ops->zero = [](SUNMatrix) -> decltype(matrix->ops->zero(nullptr)) { return 0; };
+    return Matrix(matrix);
+}
+
+LinearSolver newton_solver(CallbackData& data, SUNContext context) {
+    SUNLinearSolver solver = SUNLinSolNewEmpty(context);
+    solver->content = &data;
+    solver->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; };
+    solver->ops->getid = [](SUNLinearSolver) { return SUNLINEARSOLVER_CUSTOM; };
+    solver->ops->initialize = [](SUNLinearSolver) -> decltype(SUNLinSolInitialize(nullptr)) {
+        return 0;
+    };
+    solver->ops->setup = [](SUNLinearSolver, SUNMatrix) { return 0; };
+    solver->ops->solve = [](SUNLinearSolver s, SUNMatrix, N_Vector x, N_Vector b, Real) {
+        auto& called = *static_cast<CallbackData*>(s->content);
+        ++called.work.linear_solves;
+        called.equations->solve(values(b).data(), values(x).data());
+        return 0;
+    };
+    solver->ops->free = [](SUNLinearSolver s) -> decltype(SUNLinSolFree(nullptr)) {
+        s->content = nullptr;
+        SUNLinSolFreeEmpty(s);
+        return 0;
+    };
+    return LinearSolver(solver);
 }
 
 } // namespace culm::integrate::sundials

@@ -4,7 +4,7 @@
 #include "core/error.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "run/simulate.hpp"
-#include "run/timestep_theory.hpp"
+#include "run/stability_search.hpp"
 #include "study/config/case_constraints.hpp"
 #include "study/execute/point_results.hpp"
 

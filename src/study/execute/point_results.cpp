@@ -6,7 +6,6 @@
 #include "run/modes.hpp"
 #include "run/stability_search.hpp"
 #include "run/step_comparison.hpp"
-#include "run/timestep_theory.hpp"
 
 #include <cmath>
 #include <limits>
