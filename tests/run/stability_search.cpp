@@ -2,7 +2,6 @@
 // The bisected limit of the step: against the linearised chain, the authors' rule, and similarity.
 #include "run/stability_search.hpp"
 
-
 #include <cmath>
 #include <numbers>
 
