@@ -152,26 +152,27 @@ std::string liggghts_bond(const physics::StemParameters<double>& stem, int type,
                        stem.shear_modulus(), damping);
 }
 
-/// Bonds whose two spheres have another reduced mass than two whole ones.
+/// Bonds whose two spheres have another reduced mass than two whole ones. `set` needs the
+/// coefficients of all types.
 std::string bonds_of_other_masses(const BulkStem& bulk, const std::vector<double>& masses,
                                   int& next_type) {
     constexpr double negligible = 1e-3; // of β
     const double plain = bulk.stem.sphere_mass();
-    std::string text;
+    std::string coefficients;
+    std::string types;
     for (std::size_t i = 0; i + 1 < masses.size(); ++i) {
         const double factor =
             std::sqrt(plain * (masses[i] + masses[i + 1]) / (2.0 * masses[i] * masses[i + 1]));
         if (std::abs(factor - 1.0) < negligible)
             continue;
-        text += liggghts_bond(bulk.stem, next_type, factor * bulk.stem.bond_damping);
-        text += fmt::format("group bond{0} id {0} {1}\nset group bond{0} bond {2}\n", i + 1, i + 2,
-                            next_type++);
+        coefficients += liggghts_bond(bulk.stem, next_type, factor * bulk.stem.bond_damping);
+        types += fmt::format("group bond{0} id {0} {1}\nset group bond{0} bond {2}\n", i + 1, i + 2,
+                             next_type++);
     }
-    return text.empty() ? text
-                        : "# beta of bonds next to another mass, as calibrated; `set group … bond` "
-                          "acts on bonds that exist: include these\n# lines again after the run "
-                          "that creates the bonds\n" +
-                              text;
+    if (!types.empty())
+        coefficients += "# these act on bonds that exist: include them after the run that creates "
+                        "the bonds\n";
+    return coefficients + types;
 }
 
 } // namespace
