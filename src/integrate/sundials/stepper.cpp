@@ -108,8 +108,7 @@ Stepper Stepper::arkode(const StepperParts& parts, const std::string& table) {
     const auto linear_system = [](Real time, N_Vector state, N_Vector, SUNMatrix, SUNMatrix,
                                   Boolean is_usable, Boolean* is_new, Real gamma, void* data,
                                   N_Vector, N_Vector, N_Vector) {
-        *is_new = is_usable ? SUNFALSE : SUNTRUE;
-        return set_up_newton(time, state, is_usable != SUNFALSE, gamma, data);
+        return set_up_newton(time, state, is_usable, is_new, gamma, data);
     };
     check(CULM_ARKODE(SetLinSysFn)(ark, linear_system), "SetLinSysFn");
     const std::string& name = table.empty() ? arkode_table : table;
@@ -132,8 +131,7 @@ Stepper Stepper::cvode(const StepperParts& parts) {
     const auto linear_system = [](Real time, N_Vector state, N_Vector, SUNMatrix, Boolean is_usable,
                                   Boolean* is_new, Real gamma, void* data, N_Vector, N_Vector,
                                   N_Vector) {
-        *is_new = is_usable ? SUNFALSE : SUNTRUE;
-        return set_up_newton(time, state, is_usable != SUNFALSE, gamma, data);
+        return set_up_newton(time, state, is_usable, is_new, gamma, data);
     };
     check(CVodeSetLinSysFn(memory, linear_system), "SetLinSysFn");
     check(CVodeSetMaxOrd(memory, largest_bdf_order), "SetMaxOrd");
@@ -225,16 +223,6 @@ void destroy(N_Vector vector) {
     N_VFreeEmpty(vector);
 }
 
-/// z_k = f(x_k); z may be x.
-template <class F>
-void map(N_Vector x, N_Vector z, F&& f) {
-    const double* const from = data(x);
-    double* const to = data(z);
-    const std::size_t size = size_of(z);
-    for (std::size_t k = 0; k < size; ++k)
-        to[k] = f(from[k]);
-}
-
 /// z_k = f(x_k, y_k); z may be x or y.
 template <class F>
 void map(N_Vector x, N_Vector y, N_Vector z, F&& f) {
@@ -247,7 +235,13 @@ void map(N_Vector x, N_Vector y, N_Vector z, F&& f) {
         to[k] = f(from[k], other[k]);
 }
 
-/// Σ (x_k w_k)² in four partial sums, because the order of one sum would forbid SIMD.
+/// z_k = f(x_k); z may be x.
+template <class F>
+void map(N_Vector x, N_Vector z, F&& f) {
+    map(x, x, z, [&f](double p, double) { return f(p); });
+}
+
+/// Σ (x_k w_k)² in eight partial sums, because the order of one sum would forbid SIMD.
 double sum_of_squares(N_Vector x, N_Vector w) {
     constexpr std::size_t parts = 8;
     const double* const values = data(x);
@@ -338,8 +332,9 @@ int evaluate_rate(double time, N_Vector state, N_Vector rate, void* callback_dat
     });
 }
 
-int set_up_newton(double time, N_Vector state, bool jacobian_is_usable, double gamma,
-                  void* callback_data) {
+int set_up_newton(double time, N_Vector state, Boolean jacobian_is_usable, Boolean* jacobian_is_new,
+                  double gamma, void* callback_data) {
+    *jacobian_is_new = jacobian_is_usable ? SUNFALSE : SUNTRUE;
     return guarded(callback_data, [&](CallbackData& data) {
         if (!jacobian_is_usable) {
             data.equations->evaluate_jacobian(time, values(state).data());

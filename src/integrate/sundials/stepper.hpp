@@ -49,9 +49,9 @@ struct CallbackData {
 
 /// Callback: the rate of `state`. Positive: try a shorter step; negative: give up.
 int evaluate_rate(double time, N_Vector state, N_Vector rate, void* callback_data);
-/// Callback: I − γJ, with the Jacobian at hand if that is usable.
-int set_up_newton(double time, N_Vector state, bool jacobian_is_usable, double gamma,
-                  void* callback_data);
+/// Callback: I − γJ, with the Jacobian at hand if that is usable, else with a new one.
+int set_up_newton(double time, N_Vector state, Boolean jacobian_is_usable, Boolean* jacobian_is_new,
+                  double gamma, void* callback_data);
 /// Callback: the weights of the errors.
 int set_weights(N_Vector state, N_Vector weights, void* callback_data);
 

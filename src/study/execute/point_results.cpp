@@ -9,7 +9,7 @@
 
 #include <cmath>
 #include <limits>
-#include <ranges>
+#include <span>
 
 #include <fmt/core.h>
 
@@ -28,16 +28,27 @@ void append_fit(const reduce::RingDownFit& fit, std::vector<double>& values) {
                    fit.r_squared});
 }
 
-void append_work(run::IntegrationMethod method, const integrate::SolveSummary& work,
-                 std::vector<double>& values) {
-    std::vector<std::int64_t> counts{work.steps, work.rhs_evaluations};
-    // Of culm's own methods the other counts follow from these.
-    if (method == run::IntegrationMethod::Sundials)
-        counts.insert(counts.end(),
-                      {work.jacobian_evaluations, work.factorisations, work.linear_solves,
-                       work.rejected_steps, work.convergence_failures});
-    for (const std::int64_t count : counts)
-        values.push_back(static_cast<double>(count));
+/// A result column that tells the integrator's work.
+struct WorkColumn {
+    const char* name;
+    const char* description;
+    std::int64_t integrate::SolveSummary::*count;
+};
+
+/// Of culm's own methods the counts after the first two follow from these.
+std::span<const WorkColumn> work_of(run::IntegrationMethod method) {
+    using Work = integrate::SolveSummary;
+    static constexpr WorkColumn columns[] = {
+        {"steps", "steps of the integrator", &Work::steps},
+        {"rhs_evaluations", "evaluations of the right-hand side", &Work::rhs_evaluations},
+        {"jacobian_evaluations", "evaluations of the Jacobian", &Work::jacobian_evaluations},
+        {"factorisations", "factorisations of the Newton matrix", &Work::factorisations},
+        {"newton_iterations", "iterations of Newton's method", &Work::linear_solves},
+        {"error_test_failures", "steps that the error test rejected", &Work::rejected_steps},
+        {"convergence_failures", "steps that Newton's method gave up", &Work::convergence_failures},
+    };
+    return method == run::IntegrationMethod::Sundials ? std::span(columns)
+                                                      : std::span(columns).first(2);
 }
 
 archive::PointRecord failed_record(std::int64_t point, core::FailureKind kind,
@@ -65,24 +76,17 @@ std::vector<archive::Column> result_columns(const StudyConfig& config) {
         {"decay_per_cycle_standard_error", "1", "standard error of b1/b2"},
         {"rms_residual", "1", "root mean square residual of Eq. 1 over the largest deflection"},
         {"r_squared", "1", "share of the history's variance that Eq. 1 explains"},
-        {"steps", "1", "steps of the integrator"},
-        {"rhs_evaluations", "1", "evaluations of the right-hand side"},
     };
-    if (config.base.integrator.method == run::IntegrationMethod::Sundials)
-        columns.insert(columns.end(),
-                       {{"jacobian_evaluations", "1", "evaluations of the Jacobian"},
-                        {"factorisations", "1", "factorisations of the Newton matrix"},
-                        {"newton_iterations", "1", "iterations of Newton's method"},
-                        {"error_test_failures", "1", "steps that the error test rejected"},
-                        {"convergence_failures", "1", "steps that Newton's method gave up"}});
+    for (const WorkColumn& work : work_of(config.base.integrator.method))
+        columns.push_back({work.name, "1", work.description});
     return columns;
 }
 
 std::vector<std::string> work_columns(const StudyConfig& config) {
     std::vector<std::string> names;
     if (config.kind == StudyKind::Vibration)
-        for (const archive::Column& column : result_columns(config) | std::views::drop(fit_columns))
-            names.push_back(column.name);
+        for (const WorkColumn& work : work_of(config.base.integrator.method))
+            names.emplace_back(work.name);
     return names;
 }
 
@@ -120,7 +124,8 @@ archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome out
             return failed_record(spec.point, error.kind(), error.what());
         record.values.assign(fit_columns, std::numeric_limits<double>::quiet_NaN());
     }
-    append_work(spec.integrator.method, result.work, record.values);
+    for (const WorkColumn& work : work_of(spec.integrator.method))
+        record.values.push_back(static_cast<double>(result.work.*work.count));
     if (spec.store >= run::StoreLevel::Tip)
         record.tip_deflection = std::move(result.tip_deflection);
     if (spec.store >= run::StoreLevel::Heights)
@@ -143,8 +148,7 @@ StepFit fit_of(const run::CaseSpec& spec, const run::CaseOutcome& outcome,
                const ReduceOptions& options) {
     const auto* result = std::get_if<run::CaseResult>(&outcome);
     if (result == nullptr)
-        return {StepOutcome::Unstable, std::numeric_limits<double>::quiet_NaN(),
-                std::numeric_limits<double>::quiet_NaN()};
+        return {.outcome = StepOutcome::Unstable};
     try {
         const auto fit =
             reduce::fit_ring_down(sample_times(spec), result->tip_deflection, fit_options(options));
