@@ -4,6 +4,9 @@
 
 #include "core/error.hpp"
 
+#include <memory>
+#include <type_traits>
+
 #include <arkode/arkode.h>
 #include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
@@ -25,6 +28,14 @@ namespace culm::integrate::sundials {
 
 using Real = sunrealtype;
 using Boolean = sunbooleantype;
+
+template <auto Free>
+struct Deleter {
+    template <class T>
+    void operator()(T* object) const {
+        Free(object);
+    }
+};
 
 /// A context of this process alone, freed after everything that was made in it.
 class Context {
@@ -78,27 +89,22 @@ inline int silence_cvode([[maybe_unused]] void* cvode) {
 /// same steps: Söderlind's PID controller, a safety factor, and a bias of the estimated error.
 class StepControl {
   public:
+    StepControl() = default;
     explicit StepControl([[maybe_unused]] SUNContext context) {
 #if SUNDIALS_VERSION_MAJOR >= 7
-        controller_ = SUNAdaptController_PID(context);
-        SUNAdaptController_SetParams_PID(controller_, parameters[0], parameters[1], parameters[2]);
-        SUNAdaptController_SetErrorBias(controller_, error_bias);
+        controller_.reset(SUNAdaptController_PID(context));
+        SUNAdaptController_SetParams_PID(controller_.get(), parameters[0], parameters[1],
+                                         parameters[2]);
+        SUNAdaptController_SetErrorBias(controller_.get(), error_bias);
 #endif
     }
-    ~StepControl() {
-#if SUNDIALS_VERSION_MAJOR >= 7
-        SUNAdaptController_Destroy(controller_);
-#endif
-    }
-    StepControl(const StepControl&) = delete;
-    StepControl& operator=(const StepControl&) = delete;
 
     /// Returns SUNDIALS' flag.
     [[nodiscard]] int attach_to(void* arkode) {
         if (const int flag = CULM_ARKODE(SetSafetyFactor)(arkode, safety_factor); flag < 0)
             return flag;
 #if SUNDIALS_VERSION_MAJOR >= 7
-        return CULM_ARKODE(SetAdaptController)(arkode, controller_);
+        return CULM_ARKODE(SetAdaptController)(arkode, controller_.get());
 #else
         constexpr int with_parameters = 0;
         constexpr int order_of_embedding = 0;
@@ -114,7 +120,8 @@ class StepControl {
     static constexpr Real safety_factor = 0.96;
     static constexpr Real error_bias = 1.5;
 #if SUNDIALS_VERSION_MAJOR >= 7
-    SUNAdaptController controller_ = nullptr;
+    std::unique_ptr<std::remove_pointer_t<SUNAdaptController>, Deleter<SUNAdaptController_Destroy>>
+        controller_;
 #endif
 };
 

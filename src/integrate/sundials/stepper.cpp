@@ -118,8 +118,8 @@ Stepper Stepper::arkode(const StepperParts& parts, const std::string& table) {
     // A stage's rate taken from the right-hand side carries the Newton iteration's error times the
     // stiffness (1e9 1/s); deduced from the stage's own equation it does not.
     check(CULM_ARKODE(SetDeduceImplicitRhs)(ark, SUNTRUE), "SetDeduceImplicitRhs");
-    stepper.control_ = std::make_unique<StepControl>(parts.context);
-    check(stepper.control_->attach_to(ark), "SetAdaptController");
+    stepper.control_ = StepControl(parts.context);
+    check(stepper.control_.attach_to(ark), "SetAdaptController");
     return stepper;
 }
 

@@ -11,7 +11,6 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <type_traits>
 
 #include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_matrix.h>
@@ -55,13 +54,6 @@ int set_up_newton(double time, N_Vector state, Boolean jacobian_is_usable, Boole
 /// Callback: the weights of the errors.
 int set_weights(N_Vector state, N_Vector weights, void* callback_data);
 
-template <auto Free>
-struct Deleter {
-    template <class T>
-    void operator()(T* object) const {
-        Free(object);
-    }
-};
 using Vector = std::unique_ptr<std::remove_pointer_t<N_Vector>, Deleter<N_VDestroy>>;
 using Matrix = std::unique_ptr<std::remove_pointer_t<SUNMatrix>, Deleter<SUNMatDestroy>>;
 using LinearSolver =
@@ -133,7 +125,7 @@ class Stepper {
     Stepper(void* memory, const SteppingFunctions& functions);
     void set_up(const StepperParts& parts);
 
-    std::unique_ptr<StepControl> control_; ///< of ARKODE; outlives the memory that refers to it
+    StepControl control_; ///< of ARKODE; outlives the memory that refers to it
     std::unique_ptr<void, Deleter> memory_;
     const SteppingFunctions* functions_;
 };
