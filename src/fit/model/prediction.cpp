@@ -156,16 +156,16 @@ class ExposedFrame {
   public:
     ExposedFrame(std::span<const double> sample_times, double time, double exposure) {
         if (exposure <= 0.0) {
-            stencils_.push_back({measure::time_stencil(sample_times, time), 1.0});
+            stencils_.emplace_back(measure::time_stencil(sample_times, time), 1.0);
             return;
         }
         using Rule = boost::math::quadrature::gauss<double, 4>; // its points x and −x, in [−1, 1]
         for (std::size_t k = 0; k < Rule::abscissa().size(); ++k)
             for (const double side : {-0.5, 0.5})
-                stencils_.push_back(
-                    {measure::time_stencil(sample_times,
-                                           time + side * Rule::abscissa()[k] * exposure),
-                     0.5 * Rule::weights()[k]});
+                stencils_.emplace_back(
+                    measure::time_stencil(sample_times,
+                                          time + side * Rule::abscissa()[k] * exposure),
+                    0.5 * Rule::weights()[k]);
     }
     template <class Table>
     [[nodiscard]] double value(const Table& table, std::size_t rows, std::size_t row) const {

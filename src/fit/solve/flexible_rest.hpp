@@ -81,7 +81,7 @@ class FlexibleRest {
         std::vector<Eigen::VectorXd> columns;
         for (const Line& line : lines_of(fit, 0.5 * rate)) {
             // A quarter of the frames at most: what is left has to tell the noise.
-            const auto more = static_cast<std::size_t>(2 * (line.degree + 1));
+            const auto more = 2 * (static_cast<std::size_t>(line.degree) + 1);
             if (columns.size() + more > static_cast<std::size_t>(frames) / 4)
                 break;
             add_columns(line, std::span(fit.times).subspan(first), columns);
