@@ -2,7 +2,7 @@
 #include "calibrate/calibration.hpp"
 
 #include "core/error.hpp"
-#include "fit/model/stem_model.hpp"
+#include "fit/solve/reading_errors.hpp"
 #include "reduce/distributions.hpp"
 #include "run/modes.hpp"
 
@@ -39,31 +39,61 @@ reduce::RingDownAnalysisOptions check_options(const measure::Measurement& measur
 
 } // namespace
 
-fit::StemModel model_with_effects(const measure::Measurement& measurement,
-                                  const CalibrationOptions& options) {
+namespace {
+
+/// The last model of fit_nested(), and the recording that it was fitted to.
+struct FittedStem {
+    fit::ModelFit model;
+    measure::Measurement recording; ///< with inputs as stated
+};
+
+FittedStem fitted(const measure::Measurement& measurement, const CalibrationOptions& options) {
     refuse_motionless(measurement, options.effects);
-    fit::StemModel model = baseline_model(measurement, options.chain);
-    for (const physics::SelectedEffect& effect : options.effects)
-        model = with_effect(std::move(model), effect, measurement);
-    return model;
+    std::vector<fit::SelectedEffects> sets;
+    if (!options.effects.empty()) {
+        sets.push_back(options.effects);
+        static_cast<void>(fit::candidate_model(
+            fit::baseline_model(measurement, options.fit.chain), sets.front(), measurement));
+    }
+    fit::NestedFits fits = fit::fit_nested({&measurement, 1}, sets, options.fit);
+    fit::ModelFit& model = fits.models.back();
+    // A number at its bound is no calibration; one that the error terms push there may be.
+    const std::string& reason =
+        model.stated.reason.empty() && model.judged.failed() ? model.judged.reason
+                                                              : model.stated.reason;
+    if (!reason.empty())
+        throw core::NumericalError(core::FailureKind::FitFailed,
+                                   fmt::format("{}: {}", measurement.stem.id, reason));
+    return {std::move(model), fit::with_inputs_as_stated(fits.recordings).front()};
 }
+
+fit::SolveOptions solve_options(const fit::FitOptions& options) {
+    fit::SolveOptions solve;
+    solve.window = options.window;
+    solve.is_robust = options.is_robust;
+    solve.heartbeat = options.heartbeat;
+    return solve;
+}
+
+} // namespace
 
 Calibration calibrate_stem(const measure::Measurement& measurement,
                            const CalibrationOptions& options) {
     Calibration result;
     result.id = measurement.stem.id;
-    result.fit = fit::fit_chain_beside_errors(model_with_effects(measurement, options), measurement,
-                                              options.fit);
-    if (!result.fit.reason.empty())
-        throw core::NumericalError(core::FailureKind::FitFailed,
-                                   fmt::format("{}: {}", result.id, result.fit.reason));
-    result.budget = fit::uncertainty_budget(result.fit, measurement);
+    FittedStem stem = fitted(measurement, options);
+    result.fit = std::move(stem.model.stated.parts.front());
+    result.judged = std::move(stem.model.judged.parts.front());
+    result.budget = fit::uncertainty_budget(result.fit, result.judged, measurement);
     const run::CaseSpec chain = fit::case_beside_errors(result.fit.model);
     result.mode = run::first_mode(chain);
     result.damping_time = fit::damping_time(chain);
-    result.verdict = diagnose::verdict_on(result.fit, residuals::swing_of(result.fit, measurement));
+    result.verdict =
+        diagnose::verdict_on(result.judged, residuals::swing_of(result.judged, measurement));
     if (options.with_profiles)
-        result.profiles = profile_intervals(result.fit, measurement, options.fit);
+        result.profiles = profile_intervals(
+            result.fit, stem.recording, result.judged.reduced_chi_squared,
+            solve_options(options.fit));
     if (options.with_check) {
         try {
             result.check =
@@ -128,15 +158,33 @@ fit::StemModel with_value(fit::StemModel model, std::size_t parameter, double va
 class Profile {
   public:
     Profile(const fit::RecordingFit& fit, const measure::Measurement& measurement,
-            const fit::SolveOptions& options)
+            double misfit, const fit::SolveOptions& options)
         : fit_(fit), measurement_(measurement), options_(options),
-          unit_(std::sqrt(std::max(1.0, fit.reduced_chi_squared))) {}
+          unit_(std::sqrt(std::max(1.0, misfit))) {}
 
-    /// The end of the interval on one side (±1) of the fitted value.
+    /// The end of the interval on one side (±1) of the fitted value, with what the inputs add.
+    double end_with_inputs(std::size_t parameter, double side) {
+        const double value = fit_.parameters[parameter].value;
+        return value + side * std::hypot(end(parameter, side) - value,
+                                         reduce::normal_quantile_95 * of_inputs(parameter));
+    }
+
+    [[nodiscard]] int runs() const { return runs_; }
+
+  private:
+    /// Standard uncertainties that the readings and the inputs contribute.
+    [[nodiscard]] double of_inputs(std::size_t parameter) const {
+        return fit_.input_changes.row(static_cast<Eigen::Index>(parameter)).norm();
+    }
+    [[nodiscard]] double of_readings(std::size_t parameter) const {
+        const double all = fit_.parameters[parameter].standard_error;
+        return std::sqrt(std::max(0.0, all * all - std::pow(of_inputs(parameter), 2)));
+    }
+
     double end(std::size_t parameter, double side) {
         const fit::FittedParameter& fitted = fit_.parameters[parameter];
         const double limit = side > 0.0 ? fitted.upper : fitted.lower;
-        double distance = reduce::normal_quantile_95 * fitted.standard_error;
+        double distance = reduce::normal_quantile_95 * of_readings(parameter);
         if (!(distance > 0.0) || !std::isfinite(distance))
             return std::numeric_limits<double>::quiet_NaN();
         double known_distance = 0.0;
@@ -161,9 +209,6 @@ class Profile {
         return std::numeric_limits<double>::quiet_NaN();
     }
 
-    [[nodiscard]] int runs() const { return runs_; }
-
-  private:
     /// √(excess of χ²) in the units of the fit.
     double root_at(std::size_t parameter, double value) {
         std::vector<bool> is_held(fit_.parameters.size(), false);
@@ -190,15 +235,15 @@ class Profile {
 
 std::vector<ProfileInterval> profile_intervals(const fit::RecordingFit& fit,
                                                const measure::Measurement& measurement,
-                                               const fit::SolveOptions& options) {
+                                               double misfit, const fit::SolveOptions& options) {
     // Huber's loss is no likelihood: its excess has no known distribution.
     fit::SolveOptions plain = options;
     plain.is_robust = false;
     std::vector<ProfileInterval> intervals;
     for (std::size_t k = 0; k < fit.model.first_error(); ++k) {
-        Profile profile(fit, measurement, plain);
-        const double lower = profile.end(k, -1.0);
-        const double upper = profile.end(k, 1.0);
+        Profile profile(fit, measurement, misfit, plain);
+        const double lower = profile.end_with_inputs(k, -1.0);
+        const double upper = profile.end_with_inputs(k, 1.0);
         intervals.push_back({to_string(fit.parameters[k].id), lower, upper, profile.runs()});
     }
     return intervals;

@@ -4,7 +4,7 @@
 
 #include "calibrate/study_calibration.hpp"
 #include "diagnose/adequacy.hpp"
-#include "fit/solve/fit.hpp"
+#include "fit/fit_model.hpp"
 #include "fit/solve/uncertainty_budget.hpp"
 #include "integrate/modes.hpp"
 #include "physics/effects/selection.hpp"
@@ -26,13 +26,14 @@ struct ProfileInterval {
     int runs = 0;
 };
 
-/// 95 % intervals of every fitted parameter: where χ² with the parameter held and all others
-/// refitted exceeds the smallest one by 3.84, times the reduced χ² where that is above 1. Each end
-/// is found to 2 % of the distance by secants on the signed root of the excess, which is a straight
-/// line for a linear model. Of a robust fit the profile is that of the plain sum of squares.
+/// 95 % intervals of every parameter of a fit with every input as stated: where χ² with the
+/// parameter held and all others refitted exceeds the smallest one by 3.84 `misfit`, and what the
+/// error terms contribute in quadrature. Each end is found to 2 % of the distance by secants on the
+/// signed root of the excess, which is a straight line for a linear model. Of a robust fit the
+/// profile is that of the plain sum of squares.
 [[nodiscard]] std::vector<ProfileInterval>
 profile_intervals(const fit::RecordingFit& fit, const measure::Measurement& measurement,
-                  const fit::SolveOptions& options = {});
+                  double misfit, const fit::SolveOptions& options = {});
 
 /// The paper's closing test: Eq. 1 fitted to the calibrated stem and to the measured one.
 struct CalibrationCheck {
@@ -60,8 +61,7 @@ struct CalibrationCheck {
                                                  const run::Integrator& integrator = {});
 
 struct CalibrationOptions {
-    fit::ChainOptions chain;
-    fit::SolveOptions fit;
+    fit::FitOptions fit;
     /// Known physics beside the baseline; parameters that are not fixed are fitted too.
     std::vector<physics::SelectedEffect> effects;
     bool with_profiles = false;
@@ -71,7 +71,8 @@ struct CalibrationOptions {
 
 struct Calibration {
     std::string id;
-    fit::RecordingFit fit;
+    fit::RecordingFit fit;    ///< with every input as stated
+    fit::RecordingFit judged; ///< with the error terms of the readings
     fit::UncertaintyBudget budget; ///< of the fit's parameters, in their order
     integrate::VibrationMode mode;
     double damping_time = 0.0; ///< τ of M = E I (κ + τ κ̇), s
@@ -81,14 +82,11 @@ struct Calibration {
     std::string check_failure; ///< why there is no check though one was asked for
 };
 
-/// Throws core::InputError if the measurement cannot be such a model, core::NumericalError if the
-/// fit cannot start, does not converge or ends at a bound: such values are no calibration.
+/// The last model of fit_nested(), as `culm compare --with` fits it. Throws core::InputError if the
+/// measurement cannot be such a model, core::NumericalError if the fit fails or ends at a bound:
+/// such values are no calibration.
 [[nodiscard]] Calibration calibrate_stem(const measure::Measurement& measurement,
                                          const CalibrationOptions& options = {});
-
-/// The model that calibrate_stem fits.
-[[nodiscard]] fit::StemModel model_with_effects(const measure::Measurement& measurement,
-                                                const CalibrationOptions& options);
 
 /// "90 % of the stems lie in lower … upper", with what 95 % of resampled populations give for
 /// either end.

@@ -156,9 +156,11 @@ void write_results(const RecordingArguments& arguments,
 std::string cost_of_calibration(const std::vector<measure::Measurement>& recordings,
                                 const calibrate::CalibrationOptions& options, int ranks) {
     std::optional<Span> seconds{Span{}};
-    const fit::FitOptions chain{options.chain, options.fit.window, {}};
-    for (const measure::Measurement& recording : recordings)
-        add(seconds, runs_of_first_fit, run_seconds(recording, options.effects, chain));
+    for (const measure::Measurement& recording : recordings) {
+        add(seconds, runs_of_first_fit, run_seconds(recording, {}, options.fit));
+        if (!options.effects.empty())
+            add(seconds, runs_of_effect_fit, run_seconds(recording, options.effects, options.fit));
+    }
     return present::counted(recordings.size(), "recording") + ", one fit of the chain to each" +
            time_text(seconds, ranks);
 }

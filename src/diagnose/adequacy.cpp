@@ -10,7 +10,8 @@
 #include <limits>
 #include <utility>
 
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace culm::diagnose {
 namespace {
@@ -46,15 +47,15 @@ void adjust(Verdict& verdict, const Policy& policy) {
     for (const residuals::LackOfFitTest& test : verdict.tests)
         p_values.push_back(test.p_value);
     const std::vector<double> adjusted = reduce::holm_adjusted(p_values);
-    verdict.finding = Finding::Adequate;
     for (std::size_t k = 0; k < adjusted.size(); ++k) {
         verdict.tests[k].adjusted_p_value = adjusted[k];
         verdict.p_value = std::min(verdict.p_value, adjusted[k]);
         if (adjusted[k] >= policy.lack_of_fit_level)
             continue;
-        verdict.finding = Finding::Inadequate;
-        verdict.reason += (verdict.reason.empty() ? "" : ", ") + verdict.tests[k].name;
+        verdict.failed_tests.push_back(verdict.tests[k].name);
     }
+    verdict.finding = verdict.failed_tests.empty() ? Finding::Adequate : Finding::Inadequate;
+    verdict.reason = fmt::format("{}", fmt::join(verdict.failed_tests, ", "));
 }
 
 } // namespace
@@ -78,6 +79,7 @@ Verdict verdict_on(const fit::RecordingFit& fit, const residuals::Swing& swing,
     verdict.tests = std::move(lack.tests);
     verdict.rmse = fit.rmse;
     verdict.noise = typical_noise(fit);
+    verdict.over_noise = over_noise(fit);
     verdict.is_noise_known = fit.is_noise_known;
     verdict.reduced_chi_squared = fit.reduced_chi_squared;
     verdict.effective_degrees_of_freedom = lack.effective_degrees_of_freedom;

@@ -12,13 +12,18 @@ constexpr std::size_t parts = 3;
 
 } // namespace
 
-Comparison compare(const fit::Fit& candidate, const measure::Measurement& measurement) {
-    const fit::RecordingFit& fit = candidate.parts.front();
+Comparison compare(const fit::Fit& stated, const fit::Fit& judged,
+                   const measure::Measurement& measurement, const Policy& policy) {
+    const fit::RecordingFit& fit = stated.parts.front();
+    const fit::RecordingFit& tested = judged.parts.front();
     Comparison result;
-    result.moves = candidate.moves();
+    result.moves = stated.moves();
     result.id = measurement.stem.id;
     result.swing = residuals::swing_of(fit, measurement);
-    result.verdict = verdict_on(fit, result.swing);
+    result.verdict = verdict_on(tested, residuals::swing_of(tested, measurement), policy);
+    result.verdict.rmse = fit.rmse;
+    result.verdict.noise = typical_noise(fit);
+    result.verdict.over_noise = over_noise(fit);
     result.by_height = residuals_by_height(fit);
     result.by_time = residuals_by_time(fit, parts);
     result.spectrum = residual_spectrum(fit);

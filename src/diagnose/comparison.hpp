@@ -19,7 +19,7 @@ namespace culm::diagnose {
 struct Comparison {
     std::string id;    ///< of the measurement
     bool moves = true; ///< false: nothing in the model moves the stem
-    Verdict verdict;
+    Verdict verdict; ///< of the judged fit; its rmse, noise and over_noise are those of the stated
     std::vector<fit::ResidualGroup> by_height;
     std::vector<fit::ResidualGroup> by_time;      ///< thirds
     std::vector<fit::ResidualGroup> by_amplitude; ///< thirds, the largest first; empty if unknown
@@ -32,8 +32,10 @@ struct Comparison {
     reduce::StemRingDowns modelled_ring_downs; ///< of the model at the same times and heights
 };
 
-/// `candidate` is a fit to this one measurement, with its readings.
-[[nodiscard]] Comparison compare(const fit::Fit& candidate,
-                                 const measure::Measurement& measurement);
+/// Fits of one model to this one measurement: the residuals are those of `stated`, with every input
+/// as stated; `judged` has the error terms of the readings, and is tested for lack of fit.
+[[nodiscard]] Comparison compare(const fit::Fit& stated, const fit::Fit& judged,
+                                 const measure::Measurement& measurement,
+                                 const Policy& policy = {});
 
 } // namespace culm::diagnose

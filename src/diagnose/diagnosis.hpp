@@ -43,7 +43,8 @@ struct RankedEffect {
 
 /// A model on the way to the answer.
 struct SearchedModel {
-    fit::Fit fit;
+    fit::Fit fit;    ///< with the error terms of the readings: it is tested and compared
+    fit::Fit stated; ///< with every input as stated: its numbers and residuals are shown
     Finding finding = Finding::Undecided;
     double p_value = 1.0;         ///< smallest adjusted one of the tests for lack of fit
     std::string tests;            ///< which of them object
@@ -86,8 +87,10 @@ struct Diagnosis {
     FalseNaming false_naming;
     std::vector<Experiment> next_experiments; ///< the most telling first
     std::optional<MissingForce> missing_force;
-    fit::Fit baseline;
-    fit::Fit final_fit; ///< of the best model that was reached, named or not
+    fit::Fit baseline; ///< with the error terms, as SearchedModel::fit
+    fit::Fit final_fit; ///< likewise of the best model that was reached, named or not
+    fit::Fit stated_baseline; ///< as SearchedModel::stated
+    Policy policy;            ///< by which the answer was found
     int runs = 0;       ///< of the chain with all its derivatives, for the fits of models
 };
 

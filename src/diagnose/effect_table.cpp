@@ -2,23 +2,24 @@
 #include "diagnose/effect_table.hpp"
 
 #include "core/error.hpp"
+#include "fit/solve/reading_errors.hpp"
 
 #include <cmath>
 
 namespace culm::diagnose {
 namespace {
 
-EffectCell cell_of(const fit::Fit& candidate) {
+EffectCell cell_of(const fit::ModelFit& model) {
     EffectCell cell;
-    cell.runs = candidate.runs;
-    if (candidate.failed()) {
-        cell.failure = candidate.reason;
+    cell.runs = model.judged.runs;
+    if (model.judged.failed()) {
+        cell.failure = model.judged.reason;
         return cell;
     }
-    const fit::RecordingFit& fit = candidate.parts.front();
+    const fit::RecordingFit& fit = model.stated.parts.front();
     cell.rmse = fit.rmse;
-    cell.over_noise = std::sqrt(fit.chi_squared / static_cast<double>(fit.readings));
-    cell.reduced_chi_squared = fit.reduced_chi_squared;
+    cell.over_noise = fit::over_noise(fit);
+    cell.reduced_chi_squared = model.judged.reduced_chi_squared;
     for (const fit::FittedParameter& parameter : fit.parameters) {
         if (!parameter.id.is_of_effect())
             continue;
@@ -42,10 +43,13 @@ EffectCell EffectTable::cell(std::size_t measurement, const fit::SelectedEffects
             baseline =
                 baselines_.emplace(measurement, fit::fit_baseline({&measured, 1}, options)).first;
         if (effects.empty())
-            return cell_of(baseline->second.fit);
+            return cell_of({baseline->second.stated, baseline->second.fit});
         (void)fit::candidate_model(fit::baseline_model(measured, options.chain), effects, measured);
-        return cell_of(fit::fit_with_parts(effects, baseline->second.fit,
-                                           baseline->second.recordings, options));
+        const std::vector<measure::Measurement> exact =
+            fit::with_inputs_as_stated(baseline->second.recordings);
+        return cell_of(fit::judged_model(
+            fit::fit_with_parts(effects, baseline->second.stated, exact, options),
+            baseline->second.recordings, options));
     } catch (const core::InputError& error) {
         failed.applies = false;
         failed.failure = error.what();

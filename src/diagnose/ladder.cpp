@@ -3,6 +3,7 @@
 
 #include "diagnose/adequacy.hpp"
 #include "diagnose/judge.hpp"
+#include "fit/solve/reading_errors.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -19,12 +20,10 @@ std::vector<std::string> difference(const std::vector<std::string>& larger,
     return added;
 }
 
-/// Of the chain with the inputs as stated: an inadequate model pulls these far from where they were
-/// measured, and Y after them.
-double relative_change(const fit::RecordingFit& now, const fit::RecordingFit& before,
+double relative_change(const fit::Fit& now, const fit::Fit& before,
                        double physics::StemParameters<double>::*member) {
-    return fit::case_beside_errors(now.model).stem.*member /
-               fit::case_beside_errors(before.model).stem.*member -
+    return now.parts.front().model.spec.stem.*member /
+               before.parts.front().model.spec.stem.*member -
            1.0;
 }
 
@@ -36,12 +35,13 @@ std::vector<fit::Fit> numbers_of(const Ladder& ladder) {
     return numbers;
 }
 
-/// The model with the smallest residual, which is closest to the noise.
+/// The model whose residual is closest to the noise.
 const fit::Fit* best_fit(const Ladder& ladder) {
     const fit::Fit* best = nullptr;
     for (const LadderModel& model : ladder.models)
-        if (!model.fit.failed() && (best == nullptr || model.fit.rmse < best->rmse))
-            best = &model.fit;
+        if (!model.fit.failed() &&
+            (best == nullptr || model.stated.weighted_rms < best->weighted_rms))
+            best = &model.stated;
     return best;
 }
 
@@ -78,12 +78,10 @@ void judge_model(Ladder& ladder, std::size_t k, std::size_t accepted, std::size_
         return;
     model.delta_bic = -judgement.gain;
     if (before.fit.moves()) {
-        const fit::RecordingFit& fit = model.fit.parts.front();
-        const fit::RecordingFit& smaller = before.fit.parts.front();
-        model.modulus_change =
-            relative_change(fit, smaller, &physics::StemParameters<double>::bond_youngs_modulus);
-        model.damping_change =
-            relative_change(fit, smaller, &physics::StemParameters<double>::bond_damping);
+        model.modulus_change = relative_change(
+            model.stated, before.stated, &physics::StemParameters<double>::bond_youngs_modulus);
+        model.damping_change = relative_change(model.stated, before.stated,
+                                               &physics::StemParameters<double>::bond_damping);
     }
 }
 
@@ -105,19 +103,6 @@ void judge_models(Ladder& ladder, std::size_t tried, const Policy& policy) {
     }
 }
 
-bool contains(const std::vector<std::string>& larger, const std::vector<std::string>& smaller) {
-    return difference(smaller, larger).empty();
-}
-
-/// The largest fitted model within `names`; the baseline if there is none.
-const fit::Fit& model_within(const std::vector<std::string>& names, const Ladder& ladder) {
-    const fit::Fit* within = &ladder.models.front().fit;
-    for (const LadderModel& model : ladder.models)
-        if (!model.fit.failed() && contains(names, model.fit.names))
-            within = &model.fit;
-    return *within;
-}
-
 /// Throws what a model that cannot be throws, before any chain is run.
 void refuse_impossible(const std::vector<fit::SelectedEffects>& effect_sets,
                        const measure::Measurement& measurement, const fit::FitOptions& options) {
@@ -128,53 +113,32 @@ void refuse_impossible(const std::vector<fit::SelectedEffects>& effect_sets,
 
 } // namespace
 
-namespace {
-
-/// The baseline and each set of effects, fitted from the largest model within it.
-Ladder fitted(fit::Fit baseline, std::span<const measure::Measurement> alone,
-              const std::vector<fit::SelectedEffects>& effect_sets,
-              const fit::FitOptions& options) {
-    Ladder ladder;
-    ladder.models.emplace_back().fit = std::move(baseline);
-    for (const fit::SelectedEffects& effects : effect_sets) {
-        LadderModel model;
-        model.fit = fit::fit_with_parts(effects, model_within(fit::model_names(effects), ladder),
-                                        alone, options);
-        ladder.models.push_back(std::move(model));
-    }
-    return ladder;
-}
-
-} // namespace
-
 Ladder climb(const measure::Measurement& measurement,
              const std::vector<fit::SelectedEffects>& effect_sets, const fit::FitOptions& options,
              const Policy& policy) {
     refuse_without_motion(measurement, options.window, policy);
     refuse_impossible(effect_sets, measurement, options);
-    fit::BaselineFit baseline = fit::fit_baseline({&measurement, 1}, options);
-    Ladder ladder = fitted(baseline.fit, baseline.recordings, effect_sets, options);
-    // As diagnose() does: what the chain lacks may have passed for noise.
-    if (const fit::Fit* best = best_fit(ladder); best != nullptr && best->names.size() > 1)
-        if (auto again =
-                fit::baseline_beside_noise_of(*best, baseline, {&measurement, 1}, options)) {
-            baseline = std::move(*again);
-            ladder = fitted(baseline.fit, baseline.recordings, effect_sets, options);
-        }
-    const std::span<const measure::Measurement> alone(baseline.recordings);
+    fit::NestedFits fits = fit::fit_nested({&measurement, 1}, effect_sets, options);
+    Ladder ladder;
+    for (fit::ModelFit& model : fits.models) {
+        LadderModel& added = ladder.models.emplace_back();
+        added.stated = std::move(model.stated);
+        added.fit = std::move(model.judged);
+    }
+    const std::vector<measure::Measurement> exact = fit::with_inputs_as_stated(fits.recordings);
     if (!ladder.models.front().fit.failed())
-        ladder.left_out_row = row_to_leave_out(ladder.models.front().fit.parts.front());
+        ladder.left_out_row = row_to_leave_out(ladder.models.front().stated.parts.front());
     const HoldOut hold_out = what_to_hold_out(ladder, policy);
     for (LadderModel& model : ladder.models) {
         ladder.comparison.emplace_back();
         if (model.fit.failed())
             continue;
-        model.held_out = predict_held_out(model.fit, hold_out, alone.front(), options);
+        model.held_out = predict_held_out(model.stated, hold_out, exact.front(), options);
         ladder.comparison.back() = ladder.comparisons.size();
-        ladder.comparisons.push_back(compare(model.fit, measurement));
+        ladder.comparisons.push_back(compare(model.stated, model.fit, measurement, policy));
     }
     // By as many candidates as diagnose() has: a model is not accepted here and refused there.
-    judge_models(ladder, fit::candidate_effects(alone).size(), policy);
+    judge_models(ladder, fit::candidate_effects({&measurement, 1}).size(), policy);
     return ladder;
 }
 

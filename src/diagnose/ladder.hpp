@@ -15,7 +15,8 @@ namespace culm::diagnose {
 /// accepted; the baseline counts as one. A refused model is not compared with: a useless effect
 /// below would otherwise take part of the next one's gain, or lend it some.
 struct LadderModel {
-    fit::Fit fit;
+    fit::Fit stated; ///< with every input as stated: its numbers and residuals are shown
+    fit::Fit fit;    ///< with the error terms of the readings: it is tested and compared
     std::size_t compared_with = 0;  ///< place of that model on the ladder
     std::vector<std::string> added; ///< effects that it does not have
     std::optional<HeldOut> held_out;

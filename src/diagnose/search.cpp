@@ -60,7 +60,8 @@ class Search {
   public:
     Search(const fit::BaselineFit& baseline, const DiagnosisOptions& options)
         : recordings_(baseline.recordings), options_(options), policy_(options.policy),
-          field_(baseline.recordings, options), baseline_(baseline.fit) {}
+          field_(baseline.recordings, options), baseline_(baseline.fit),
+          stated_baseline_(baseline.stated) {}
 
     [[nodiscard]] int runs() const { return field_.runs(); }
 
@@ -85,11 +86,16 @@ class Search {
             state.first.scores = state.scores;
         Diagnosis result;
         result.baseline = baseline_;
-        result.ladder = state.ladder;
+        result.stated_baseline = stated_baseline_;
+        result.policy = policy_;
+        result.ladder = std::move(state.ladder);
+        for (SearchedModel& model : result.ladder)
+            model.stated =
+                fit::as_stated(model.fit, stated_baseline_, recordings_, options_.candidate);
         result.runs = field_.runs();
         result.final_fit = *state.fit;
         result.blind_spots = state.scores;
-        complete({recordings_, options_, field_.candidates(), state.model, state.ladder.front().fit,
+        complete({recordings_, options_, field_.candidates(), state.model, result.ladder.front().fit,
                   state.first, state.rivals, state.refused, state.is_one_law},
                  result);
         return result;
@@ -413,6 +419,7 @@ class Search {
     const Policy& policy_;
     CandidateField field_;
     const fit::Fit& baseline_;
+    const fit::Fit& stated_baseline_;
 };
 
 } // namespace

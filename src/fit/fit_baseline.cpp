@@ -1,77 +1,174 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/fit_model.hpp"
+#include "fit/fit_numbers.hpp"
 #include "fit/solve/reading_errors.hpp"
 
+#include <algorithm>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include <fmt/core.h>
 
 namespace culm::fit {
-
 namespace {
 
-/// The chain beside the errors that `known` has, from the fits without them.
-BaselineFit fit_beside(std::vector<measure::Measurement> known, std::vector<RecordingFit> alone,
-                       const FitOptions& options) {
-    const Fit none; // the chain itself has no smaller model
+/// A model fitted to `recordings`, with the error terms that these have, from its fits to each of
+/// them with other terms or none.
+Fit fit_again(const SelectedEffects& effects, std::span<const RecordingFit> from,
+              std::span<const measure::Measurement> recordings, const FitOptions& options) {
+    const Fit none; // the plans start from `from`
     Fit fit;
     int runs = 0;
-    std::vector<RecordingFit> beside = alone;
-    for (std::size_t m = 0; m < known.size(); ++m) {
-        fit = FitPlan({}, none, {&known[m], 1}, options).fit_beside_errors(alone[m], options);
+    std::vector<RecordingFit> own(from.begin(), from.end());
+    for (std::size_t m = 0; m < recordings.size(); ++m) {
+        fit = FitPlan(effects, none, recordings.subspan(m, 1), options)
+                  .fit_beside_errors(from[m], options);
         runs += fit.runs;
         if (fit.failed()) {
-            fit.reason = fmt::format("{} beside the errors of its readings: {}", known[m].stem.id,
-                                     fit.reason);
+            fit.reason = fmt::format("{} with the errors of its readings: {}",
+                                     recordings[m].stem.id, fit.reason);
             break;
         }
-        beside[m] = fit.parts.front();
+        own[m] = fit.parts.front();
     }
-    if (known.size() > 1 && !fit.failed())
-        fit = FitPlan({}, none, known, options).fit_from_alone(beside, options);
-    fit.names = model_names({});
-    fit.runs += runs;
-    return {std::move(known), std::move(fit), std::move(alone)};
+    if (recordings.size() > 1 && !fit.failed()) {
+        fit = FitPlan(effects, none, recordings, options).fit_from_alone(own, options);
+        fit.runs += runs;
+    }
+    fit.effects = effects;
+    fit.names = model_names(in_library_order(effects));
+    return fit;
 }
 
-/// A fit to a recording as it was measured, whatever was made of its noise since.
-RecordingFit as_measured(RecordingFit fit, const measure::Measurement& measured,
-                         const measure::Measurement& fitted) {
-    ReadingNoise noise = reading_noise(measured);
-    if (!noise.by_row.empty()) {
+/// The chain with the noise and the errors that `known` has, from the fits without them. `exact` is
+/// the fit of all without either.
+BaselineFit fit_chain_to(std::vector<measure::Measurement> known, std::vector<RecordingFit> alone,
+                         std::optional<Fit> exact, const FitOptions& options) {
+    BaselineFit out{std::move(known), {}, {}, std::move(alone)};
+    const std::vector<measure::Measurement> stated = with_inputs_as_stated(out.recordings);
+    const bool is_exact = exact && !stated.front().errors && !stated.front().noise_model;
+    out.stated =
+        is_exact ? *std::move(exact) : fit_again({}, out.alone, stated, options);
+    // Terms are linear about a recording's own fit: where recordings disagree, a joint one may be
+    // cycles away from each of them.
+    const bool is_one = stated.size() == 1 && !out.stated.failed();
+    if (is_one && !is_exact)
+        out.recordings =
+            with_reading_errors(out.recordings, out.stated.parts, options.heartbeat);
+    out.fit = fit_again({}, is_one ? out.stated.parts : out.alone, out.recordings, options);
+    out.fit.runs += out.stated.runs;
+    if (!out.stated.failed() && !out.fit.failed())
+        add_input_uncertainty(out.recordings, out.fit.reduced_chi_squared, out.stated);
+    return out;
+}
+
+/// A fit to a recording with the noise that was stated or measured at rest.
+RecordingFit with_noise_as_measured(RecordingFit fit, const measure::Measurement& measured) {
+    if (ReadingNoise noise = reading_noise(measured); !noise.by_row.empty()) {
         fit.noise = std::move(noise.by_row);
         fit.noise_source = std::move(noise.source);
     }
-    for (std::size_t at = 0; at < fit.residuals.size(); ++at)
-        fit.residuals[at] += measured.deflections[at] - fitted.deflections[at];
     return fit;
+}
+
+/// `stated` with the noise that the recordings have now.
+Fit with_noise_of(std::span<const measure::Measurement> recordings, const Fit& stated,
+                  const FitOptions& options) {
+    return stated.failed() || !stated.moves()
+               ? stated
+               : fit_again(stated.effects, stated.parts, recordings, options);
+}
+
+bool contains_all(const SelectedEffects& larger, const SelectedEffects& smaller) {
+    return std::ranges::all_of(smaller,
+                               [&](const auto& each) { return contains(larger, each); });
+}
+
+/// The largest fitted model within `effects`; the chain itself if there is none.
+const Fit& model_within(const SelectedEffects& effects, const std::vector<Fit>& models) {
+    const Fit* within = &models.front();
+    for (const Fit& model : models)
+        if (!model.failed() && contains_all(effects, model.effects))
+            within = &model;
+    return *within;
+}
+
+/// The last model that could be fitted and moves; null if there is none.
+const Fit* last_moving(const std::vector<Fit>& models) {
+    const auto last = std::find_if(models.rbegin(), models.rend(), [](const Fit& model) {
+        return !model.failed() && model.moves();
+    });
+    return last == models.rend() ? nullptr : &*last;
 }
 
 } // namespace
 
-// Terms are linear about a recording's own fit: where recordings disagree, a joint one may be
-// cycles away from each of them.
+ModelFit judged_model(Fit stated, std::span<const measure::Measurement> recordings,
+                      const FitOptions& options) {
+    if (stated.failed() || !stated.moves())
+        return {stated, stated};
+    const std::vector<measure::Measurement> known =
+        with_reading_errors(recordings, stated.parts, options.heartbeat);
+    ModelFit out{std::move(stated), {}};
+    out.judged = fit_again(out.stated.effects, out.stated.parts, known, options);
+    out.judged.runs += out.stated.runs;
+    out.judged.starts = out.stated.starts;
+    if (!out.judged.failed())
+        add_input_uncertainty(known, out.judged.reduced_chi_squared, out.stated);
+    return out;
+}
+
+Fit as_stated(const Fit& judged, const Fit& smaller,
+              std::span<const measure::Measurement> recordings, const FitOptions& options) {
+    if (judged.failed() || !judged.moves())
+        return judged;
+    if (judged.effects.empty())
+        return smaller;
+    const std::vector<measure::Measurement> exact = with_inputs_as_stated(recordings);
+    StartModels start = models_of(judged, recordings, options);
+    for (std::size_t m = 0; m < start.size(); ++m) {
+        const run::CaseSpec computed = case_beside_errors(start[m]);
+        start[m] = beside_errors(std::move(start[m]), exact[m]);
+        const run::CaseSpec unchanged = case_beside_errors(start[m]);
+        for (const auto member : {&physics::StemParameters<double>::bond_youngs_modulus,
+                                  &physics::StemParameters<double>::bond_damping})
+            if (unchanged.stem.*member > 0.0)
+                start[m].spec.stem.*member *= computed.stem.*member / unchanged.stem.*member;
+    }
+    Fit stated = refined(start, judged.effects, smaller, exact, options);
+    if (stated.failed())
+        stated = fit_with_parts(judged.effects, smaller, exact, options);
+    if (!stated.failed())
+        add_input_uncertainty(with_reading_errors(recordings, stated.parts, options.heartbeat),
+                              judged.reduced_chi_squared, stated);
+    return stated;
+}
+
 BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
                          const FitOptions& options) {
-    BaselineFit out{{recordings.begin(), recordings.end()}, {}};
+    BaselineFit out{{recordings.begin(), recordings.end()}, {}, {}};
     std::vector<RecordingFit> alone;
+    std::optional<Fit> exact;
     int runs = 0;
     for (const measure::Measurement& recording : recordings) {
         Fit own = fit_model({}, {}, {&recording, 1}, options);
         runs += own.runs;
         if (own.failed() || !own.moves()) {
-            out.fit =
+            out.stated =
                 recordings.size() > 1 ? fit_model({}, {}, recordings, options) : std::move(own);
+            out.fit = out.stated;
             return out;
         }
-        alone.push_back(std::move(own.parts.front()));
+        alone.push_back(own.parts.front());
+        if (recordings.size() == 1)
+            exact = std::move(own);
     }
     std::vector<measure::Measurement> known =
         with_reading_errors(recordings, alone, options.heartbeat);
-    out = fit_beside(std::move(known), std::move(alone), options);
-    out.fit.runs += runs;
+    out = fit_chain_to(std::move(known), std::move(alone), std::move(exact), options);
+    out.fit.runs += exact ? 0 : runs;
     return out;
 }
 
@@ -84,15 +181,43 @@ baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
     std::vector<measure::Measurement> known = baseline.recordings;
     bool is_other = false;
     for (std::size_t m = 0; m < known.size(); ++m) {
-        known[m] = with_noise_in_motion(as_measured(larger.parts[m], recordings[m], known[m]),
+        known[m] = with_noise_in_motion(with_noise_as_measured(larger.parts[m], recordings[m]),
                                         recordings[m]);
         known[m].errors = baseline.recordings[m].errors;
-        // That says its size, tails and correlation.
-        is_other = is_other || known[m].noise_source != baseline.recordings[m].noise_source;
+        is_other = is_other || !has_same_noise(known[m], baseline.recordings[m]);
     }
     if (!is_other)
         return std::nullopt;
-    return fit_beside(std::move(known), baseline.alone, options);
+    return fit_chain_to(std::move(known), baseline.alone, std::nullopt, options);
+}
+
+NestedFits fit_nested(std::span<const measure::Measurement> recordings,
+                      const std::vector<SelectedEffects>& effect_sets, const FitOptions& options) {
+    BaselineFit baseline = fit_baseline(recordings, options);
+    std::vector<measure::Measurement> exact = with_inputs_as_stated(baseline.recordings);
+    std::vector<Fit> stated{baseline.stated};
+    for (const SelectedEffects& effects : effect_sets)
+        stated.push_back(fit_with_parts(effects, model_within(effects, stated), exact, options));
+    // What the chain lacks may have passed for noise; a chain that nothing moves shows none.
+    const Fit* const last = last_moving(stated);
+    std::optional<BaselineFit> again;
+    if (last != nullptr && baseline.alone.empty()) {
+        again = baseline;
+        again->recordings = with_reading_errors(recordings, last->parts, options.heartbeat);
+    } else if (last != nullptr && !last->effects.empty()) {
+        again = baseline_beside_noise_of(*last, baseline, recordings, options);
+    }
+    if (again && !again->fit.failed()) {
+        baseline = *std::move(again);
+        exact = with_inputs_as_stated(baseline.recordings);
+        for (std::size_t k = 1; k < stated.size(); ++k)
+            stated[k] = with_noise_of(exact, stated[k], options);
+    }
+    NestedFits out{std::move(baseline.recordings),
+                   {{std::move(baseline.stated), std::move(baseline.fit)}}};
+    for (std::size_t k = 1; k < stated.size(); ++k)
+        out.models.push_back(judged_model(std::move(stated[k]), out.recordings, options));
+    return out;
 }
 
 Fit fit_model(const SelectedEffects& effects, const Fit& smaller,

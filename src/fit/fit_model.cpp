@@ -183,6 +183,7 @@ JointOptions BestFit::joint_options(bool is_first_guess) const {
     JointOptions joint;
     joint.chain.window = options_.window;
     joint.chain.is_first_guess = is_first_guess;
+    joint.chain.is_robust = options_.is_robust;
     joint.chain.wanted_chi_squared = options_.wanted_chi_squared;
     joint.chain.heartbeat = options_.heartbeat;
     joint.belongs_to_recording = belongs_to_recording;
@@ -428,8 +429,10 @@ Fit FitPlan::fit_from_own(const FitOptions& options) const {
 Fit FitPlan::fit_beside_errors(const RecordingFit& alone, const FitOptions& options) const {
     const StemModel start = beside_errors(alone.model, recordings_.front());
     BestFit best(recordings_, options, {alone.noise});
-    best.try_start({start}, false,
-                   {prediction_beside_errors(start, alone.times, alone.prediction)});
+    std::optional<ChainPrediction> at_start;
+    if (!alone.model.errors)
+        at_start = prediction_beside_errors(start, alone.times, alone.prediction);
+    best.try_start({start}, false, {std::move(at_start)});
     return result_of(best);
 }
 

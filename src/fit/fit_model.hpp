@@ -40,25 +40,57 @@ inline constexpr double allowed_excess = 1.001;
                             std::span<const measure::Measurement> recordings,
                             const FitOptions& options = {});
 
-/// The published chain fitted beside the errors of the readings, and the recordings that hold them:
-/// every other model is fitted to these.
+/// A model fitted twice: with every input as stated, and together with the error terms of the
+/// readings.
+struct ModelFit {
+    /// What is printed and drawn. Its intervals include the uncertainty of the inputs.
+    Fit stated;
+    /// What is tested and compared: χ² and the pulls of the error terms.
+    Fit judged;
+};
+
+/// Of `stated`, a fit to with_inputs_as_stated(): linearises the error terms about it, fits the
+/// model together with them, and adds their contribution to the intervals of `stated`.
+[[nodiscard]] ModelFit judged_model(Fit stated, std::span<const measure::Measurement> recordings,
+                                    const FitOptions& options = {});
+
+/// `judged`, a fit with the error terms of `recordings`, fitted again with every input as stated;
+/// intervals as judged_model()'s. `smaller` is the published chain, as stated.
+[[nodiscard]] Fit as_stated(const Fit& judged, const Fit& smaller,
+                            std::span<const measure::Measurement> recordings,
+                            const FitOptions& options = {});
+
+/// The published chain, and the recordings with their noise in motion and their error terms: every
+/// other model is fitted to these.
 struct BaselineFit {
     std::vector<measure::Measurement> recordings;
-    Fit fit;
+    Fit fit;    ///< ModelFit::judged
+    Fit stated; ///< ModelFit::stated
     std::vector<RecordingFit> alone{}; ///< (recordings) without errors; empty: nothing moves
 };
-/// with_reading_errors() about each recording's own fit of the chain, and the fit of all from
+/// with_reading_errors() about each recording's own fit of the chain, and the fits of all from
 /// there. Where nothing moves in the chain the recordings have no errors. As fit_model().
 [[nodiscard]] BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
                                        const FitOptions& options = {});
 
-/// The baseline of `recordings` beside the noise in motion that `larger` leaves, a model that
-/// explains more than the chain: what the chain lacks may have passed for noise. None if the
-/// readings are, about either, as noisy as was stated.
+/// The baseline of `recordings` with the noise in motion that `larger` leaves, a model that
+/// explains more than the chain: what the chain lacks may have passed for noise. None if the noise
+/// is the same about either.
 [[nodiscard]] std::optional<BaselineFit>
 baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
                          std::span<const measure::Measurement> recordings,
                          const FitOptions& options = {});
+
+/// The models of `effect_sets`, each of which contains the one before it, by fit_with_parts() with
+/// every input as stated and then by judged_model(). The published chain is the first. If the noise
+/// in motion is another about the last model, all are fitted with that noise.
+struct NestedFits {
+    std::vector<measure::Measurement> recordings; ///< BaselineFit::recordings
+    std::vector<ModelFit> models;
+};
+[[nodiscard]] NestedFits fit_nested(std::span<const measure::Measurement> recordings,
+                                    const std::vector<SelectedEffects>& effect_sets,
+                                    const FitOptions& options = {});
 
 /// fit_model() for a model that may add several effects at once: it cannot fit worse than a part of
 /// it, a model with one of these effects less. Where the fit fails, or one of the effects stands at

@@ -32,11 +32,6 @@ std::string plus_minus(const Uncertain& estimate, double scale, int decimals) {
     return present::plus_minus(estimate.value, estimate.standard_error, scale, decimals);
 }
 
-/// The calibrated numbers, without the terms of the reading errors.
-std::span<const fit::FittedParameter> calibrated(const calibrate::Calibration& calibration) {
-    return std::span(calibration.fit.parameters).first(calibration.budget.combined.size());
-}
-
 /// With everything in the uncertainty budget.
 Uncertain parameter_of(const calibrate::Calibration& calibration, const physics::ParameterId& id) {
     const fit::FittedParameter& parameter = *calibration.fit.find(id);
@@ -65,7 +60,7 @@ json bounds_json(double lower, double upper) {
 /// linear in the parameter.
 json stem_parameters_json(const calibrate::Calibration& calibration) {
     json out = json::object();
-    for (std::size_t k = 0; k < calibrated(calibration).size(); ++k) {
+    for (std::size_t k = 0; k < calibration.fit.parameters.size(); ++k) {
         const fit::FittedParameter& parameter = calibration.fit.parameters[k];
         json& entry = out[parameter_key(parameter)];
         entry = estimate_json(parameter.value, calibration.budget.combined[k]);
@@ -121,15 +116,6 @@ json chain_json(const fit::RecordingFit& fit, const std::string& law) {
             {"effects", effects}};
 }
 
-/// After Holm's adjustment, at the level at which the verdict was reached.
-std::vector<std::string> failed_tests(const diagnose::Verdict& verdict) {
-    std::vector<std::string> names;
-    for (const residuals::LackOfFitTest& test : verdict.tests)
-        if (test.adjusted_p_value < diagnose::Policy{}.lack_of_fit_level)
-            names.push_back(test.name);
-    return names;
-}
-
 std::string adequacy_text(const diagnose::Verdict& verdict) {
     switch (verdict.finding) {
     case diagnose::Finding::Adequate:
@@ -155,13 +141,15 @@ json fit_quality_json(const calibrate::Calibration& calibration) {
     return {{"rmse_mm", 1e3 * fit.rmse},
             {"noise_mm", 1e3 * fit::typical_noise(fit)},
             {"noise_source", fit.noise_source},
-            {"reduced_chi2", number(fit.reduced_chi_squared)},
+            {"rmse_over_noise", number(calibration.verdict.over_noise)},
+            {"reduced_chi2", number(calibration.judged.reduced_chi_squared)},
+            {"contradicted_inputs", contradictions_json(calibration.judged.parameters)},
             {"degrees_of_freedom", fit.degrees_of_freedom},
             {"readings", fit.readings},
             {"runs", fit.runs},
             {"adequate", calibration.verdict.finding == diagnose::Finding::Adequate},
             {"reason", calibration.verdict.reason},
-            {"failed_tests", failed_tests(calibration.verdict)},
+            {"failed_tests", calibration.verdict.failed_tests},
             {"tests", tests_json(calibration.verdict.tests)}};
 }
 
@@ -295,7 +283,7 @@ json calibration_json(const calibrate::Calibration& calibration, const std::stri
     json out{{"measurement", calibration.id},
              {"sentence", calibration_sentence(calibration)},
              {"parameters", stem_parameters_json(calibration)},
-             {"uncertainty_budget", budget_json(calibration.budget, calibrated(calibration))},
+             {"uncertainty_budget", budget_json(calibration.budget, calibration.fit.parameters)},
              {"correlation", correlation_json(calibration.fit)},
              {"mode", mode_json(calibration)},
              {"fit", fit_quality_json(calibration)},
@@ -318,14 +306,15 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
                        plus_minus(decay_of(calibration), 1.0, 5),
                        calibration.mode.damping_ratio()) +
            fmt::format(
-               "  residual {:.4f} mm rms; noise {:.4f} mm ({}); reduced chi2 {:.4f}\n  {}\n",
-               1e3 * fit.rmse, 1e3 * fit::typical_noise(fit), fit.noise_source,
-               fit.reduced_chi_squared,
+               "  residual {:.4f} mm rms, {:.2f} times the noise of {:.4f} mm ({})\n"
+               "  reduced chi2 {:.3f} with the inputs free within their uncertainties\n  {}\n",
+               1e3 * fit.rmse, fit::over_noise(fit), 1e3 * fit::typical_noise(fit),
+               fit.noise_source, calibration.judged.reduced_chi_squared,
                calibration.verdict.finding == diagnose::Finding::Adequate
                    ? style.good(adequacy_text(calibration.verdict))
                    : style.warning(adequacy_text(calibration.verdict))) +
            check_lines(calibration) +
-           budget_text(calibration.budget, calibrated(calibration), style);
+           budget_text(calibration.budget, calibration.fit.parameters, style);
 }
 
 std::string calibration_table_head(bool is_checked) {
@@ -348,7 +337,7 @@ std::string calibration_table_line(const calibrate::Calibration& calibration, bo
                        plus_minus(parameter_of(calibration, physics::bond_damping), 1.0, 2),
                        plus_minus(decay_of(calibration), 1.0, 4),
                        plus_minus(frequency_of(calibration), 1.0, 3),
-                       calibration.fit.reduced_chi_squared, check,
+                       calibration.judged.reduced_chi_squared, check,
                        calibration.verdict.finding == diagnose::Finding::Adequate
                            ? std::string("-")
                            : style.warning(calibration.verdict.reason));

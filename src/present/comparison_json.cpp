@@ -172,11 +172,13 @@ json verdict_json(const diagnose::Verdict& verdict) {
 }
 
 /// What only a model that could be fitted has.
-json compared_fit_json(const fit::RecordingFit& fit, const diagnose::Comparison& comparison) {
+json compared_fit_json(const fit::RecordingFit& fit, const fit::Fit& judged,
+                       const diagnose::Comparison& comparison) {
     return {
         {"rmse_mm", number(1e3 * fit.rmse)},
-        {"rmse_over_noise", number(fit.rmse / comparison.verdict.noise)},
-        {"reduced_chi2", number(fit.reduced_chi_squared)},
+        {"rmse_over_noise", number(comparison.verdict.over_noise)},
+        {"reduced_chi2", number(judged.reduced_chi_squared)},
+        {"contradicted_inputs", contradictions_json(judged.parameters)},
         {"degrees_of_freedom", fit.degrees_of_freedom},
         {"effective_degrees_of_freedom", number(comparison.verdict.effective_degrees_of_freedom)},
         {"parameters", parameters_json(fit.parameters)},
@@ -204,7 +206,8 @@ json ladder_model_json(const diagnose::Ladder& ladder, std::size_t k,
         return out;
     }
     out.update(
-        compared_fit_json(model.fit.parts.front(), ladder.comparisons[*ladder.comparison[k]]));
+        compared_fit_json(model.stated.parts.front(), model.fit,
+                          ladder.comparisons[*ladder.comparison[k]]));
     out["moves"] = model.fit.moves();
     out["bic"] = number(model.bic);
     if (k > 0) {

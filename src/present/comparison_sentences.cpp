@@ -23,6 +23,7 @@ using residuals::SwingWindow;
 constexpr double largest_relative_error = 0.25; ///< of a decay that is quoted
 constexpr double fastest_decay = 2.0;           ///< per cycle; what falls faster is no swing
 constexpr double standard_errors = 3.0;         ///< of a difference that is mentioned
+constexpr double explained_by_noise = 1.1;      ///< residual over noise
 constexpr double smallest_swing = 3.0;          ///< amplitude over noise; below, it has died
 
 std::string p_in_words(double p_value) {
@@ -34,7 +35,7 @@ std::string whether_it_fits(const diagnose::Verdict& verdict) {
         !verdict.is_noise_known
             ? fmt::format("residual {:.4f} mm (rms); the noise is not stated", 1e3 * verdict.rmse)
             : fmt::format("residual {:.4f} mm (rms), noise {:.4f} mm, ratio {:.2f}",
-                          1e3 * verdict.rmse, 1e3 * verdict.noise, verdict.rmse / verdict.noise);
+                          1e3 * verdict.rmse, 1e3 * verdict.noise, verdict.over_noise);
     switch (verdict.finding) {
     case Finding::Adequate:
         return fmt::format("The model is adequate: {} ({}).", sizes, p_in_words(verdict.p_value));
@@ -60,7 +61,7 @@ std::string where_it_fails(const Comparison& comparison) {
         text += fmt::format(" at h = {:.4g} mm ({:.1f} times the noise; the mean over the heights "
                             "is {:.1f}) and",
                             1e3 * height->lower, height->over_noise,
-                            std::sqrt(comparison.verdict.reduced_chi_squared));
+                            comparison.verdict.over_noise);
     text += fmt::format(" in the {} third of the time ({:.1f} times the noise", names[third],
                         time->over_noise);
     for (std::size_t k = 0; k < comparison.by_time.size(); ++k)
@@ -224,7 +225,10 @@ std::vector<std::string> comparison_sentences(const Comparison& comparison) {
         return sentences;
     }
     if (comparison.verdict.finding == Finding::Adequate) {
-        sentences.emplace_back("The residuals are noise at every height, time and frequency.");
+        sentences.emplace_back(
+            comparison.verdict.over_noise > explained_by_noise
+                ? "The uncertainty of the stated inputs explains what exceeds the noise."
+                : "The residuals are noise at every height, time and frequency.");
         return sentences;
     }
     if (comparison.verdict.finding == Finding::Undecided)

@@ -52,11 +52,10 @@ std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size
     if (model.fit.failed())
         return fmt::format("{:<{}} {}: {}\n", name, width, style.failure("failed"),
                            model.fit.reason);
-    const fit::RecordingFit& part = model.fit.parts.front();
     const diagnose::Verdict& verdict = comparison_of(ladder, k).verdict;
-    return fmt::format("{:<{}} {:>9} {:>7} {:>9} {:>10} {:>10} {:>10}  {}\n", name, width,
-                       number_cell(1e3 * part.rmse, 4), number_cell(part.rmse / verdict.noise, 2),
-                       number_cell(part.reduced_chi_squared, 3), number_cell(model.bic, 0),
+    return fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>10} {:>10} {:>10}  {}\n", name, width,
+                       number_cell(1e3 * verdict.rmse, 4), number_cell(verdict.over_noise, 2),
+                       number_cell(verdict.reduced_chi_squared, 3), number_cell(model.bic, 0),
                        held_out_cell(model.held_out->last_third),
                        held_out_cell(model.held_out->one_height),
                        finding_text(verdict.finding, style));
@@ -67,11 +66,12 @@ std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style)
     for (const diagnose::LadderModel& model : ladder.models)
         width = std::max(width, model_name(model.fit.names).size());
     std::string text =
-        fmt::format("{:<{}} {:>9} {:>7} {:>9} {:>10} {:>10} {:>10}  {}\n", "model", width, "rms mm",
-                    "/noise", "red. chi2", "BIC", "last third", "one height", "verdict");
+        fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>10} {:>10} {:>10}  {}\n", "model", width, "rms mm",
+                    "/noise", "red. chi2*", "BIC*", "last third", "one height", "verdict*");
     for (std::size_t k = 0; k < ladder.models.size(); ++k)
         text += ladder_line(ladder, k, width, style);
-    return text + '\n';
+    return text + "* with the inputs free within their uncertainties; all else with every input as "
+                  "stated\n\n";
 }
 
 /// Nothing of a model in which nothing moves: its parameters are where they started.
@@ -153,15 +153,16 @@ std::string comparison_text(const diagnose::Ladder& ladder, const measure::Measu
             text += "baseline (± is half of the 95 % interval):\n";
         else
             text += fmt::format("{}\n", fmt::join(step_sentences(ladder, k), "\n    "));
-        text += model_parameters(ladder.models[k].fit);
+        text += model_parameters(ladder.models[k].stated);
+        if (const std::string said = contradiction_sentence(ladder.models[k].fit.parameters);
+            !said.empty())
+            text += fmt::format("    {}\n", said);
     }
     if (const diagnose::LadderModel* last = last_fitted(ladder)) {
         text += fmt::format("\n{}:\n", model_name(last->fit.names));
         const auto place = static_cast<std::size_t>(last - ladder.models.data());
         for (const std::string& sentence : comparison_sentences(comparison_of(ladder, place)))
             text += fmt::format("  {}\n", sentence);
-        if (const std::string said = contradiction_sentence(last->fit.parameters); !said.empty())
-            text += fmt::format("  {}\n", said);
     }
     return text;
 }

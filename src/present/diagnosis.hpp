@@ -20,9 +20,11 @@ struct DiagnosisReport {
     std::span<const measure::Measurement> recordings;
     const fit::SelectedEffects& candidates; ///< those that were tried
 
-    /// Of the model whose residuals are nearest to noise.
+    /// Of the model whose residuals are nearest to noise, with every input as stated; with the error
+    /// terms of the readings if that fit failed.
     [[nodiscard]] const fit::Fit& best_fit() const {
-        return found.final_fit.failed() ? found.baseline : found.final_fit;
+        const fit::Fit& stated = found.ladder.back().stated;
+        return stated.failed() ? found.final_fit : stated;
     }
     [[nodiscard]] const std::vector<fit::FittedParameter>& parameters() const {
         return best_fit().parameters;

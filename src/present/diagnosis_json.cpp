@@ -45,9 +45,9 @@ json recordings_json(const fit::Fit& fit, std::span<const measure::Measurement> 
 }
 
 json baseline_json(const diagnose::Diagnosis& diagnosis) {
-    const fit::Fit& fit = diagnosis.baseline;
+    const fit::Fit& fit = diagnosis.stated_baseline;
     return {{"rmse_mm", number(1e3 * fit.rmse)},
-            {"reduced_chi2", number(fit.reduced_chi_squared)},
+            {"reduced_chi2", number(diagnosis.baseline.reduced_chi_squared)},
             {"adequate", !diagnosis.ladder.empty() &&
                              diagnosis.ladder.front().finding == diagnose::Finding::Adequate},
             {"parameters", parameters_with_units(fit.parameters)}};
@@ -91,13 +91,14 @@ json models_json(const std::vector<diagnose::SearchedModel>& ladder) {
     json out = json::array();
     for (const diagnose::SearchedModel& model : ladder) {
         json entry{{"model", model.fit.names},
-                   {"rmse_mm", number(1e3 * model.fit.rmse)},
+                   {"rmse_mm", number(1e3 * model.stated.rmse)},
                    {"reduced_chi2", number(model.fit.reduced_chi_squared)},
+                   {"contradicted_inputs", contradictions_json(model.fit.parameters)},
                    {"finding", diagnose::to_string(model.finding)},
                    {"finding_text", finding_text(model.finding)},
                    {"p_value", number(model.p_value)},
                    {"tests", model.tests},
-                   {"parameters", parameters_with_units(model.fit.parameters)}};
+                   {"parameters", parameters_with_units(model.stated.parameters)}};
         if (!out.empty()) {
             entry["delta_bic"] = number(model.delta_bic);
             const bool is_computed = model.held_out > 0.0;
@@ -180,13 +181,16 @@ json missing_force_json(const diagnose::MissingForce& force) {
 }
 
 /// The residuals of one recording of a joint fit, as `culm compare` reports them.
-json where_of(const fit::Fit& fit, std::size_t part, const measure::Measurement& recording) {
-    fit::Fit candidate;
-    candidate.names = fit.names;
-    candidate.status = fit.status;
-    candidate.parts = {fit.parts[part]};
-    const diagnose::Comparison comparison = diagnose::compare(candidate, recording);
-    json where = where_json(comparison, fit.parts[part]);
+json where_of(const DiagnosisReport& report, std::size_t part) {
+    const auto one = [part](fit::Fit fit) {
+        fit.parts = {fit.parts[part]};
+        return fit;
+    };
+    const measure::Measurement& recording = report.recordings[part];
+    const fit::Fit stated = one(report.best_fit());
+    const diagnose::Comparison comparison =
+        diagnose::compare(stated, one(report.found.final_fit), recording, report.found.policy);
+    json where = where_json(comparison, stated.parts.front());
     where["frequency_vs_amplitude"] =
         against_amplitude_json(comparison.windows, &residuals::WindowFit::frequency);
     where["decay_vs_amplitude"] =
@@ -227,7 +231,7 @@ void add_recordings(const DiagnosisReport& report, json& document) {
         ids.push_back(recording.stem.id);
         for (const std::string& remark : recording.remarks)
             remarks.push_back(remark);
-        wheres.push_back(where_of(report.best_fit(), k, recording));
+        wheres.push_back(where_of(report, k));
     }
     document["measurement"] = fmt::format("{}", fmt::join(ids, "+"));
     document["recordings"] = recordings_json(report.best_fit(), report.recordings);
@@ -250,7 +254,7 @@ json diagnosis_json(const DiagnosisReport& report) {
         {"verdict", diagnose::to_string(found.conclusion)},
         {"reason", found.reason},
         {"sentences", diagnosis_sentences(report)},
-        {"policy", {{"naming_gain", diagnose::Policy{}.naming_gain}}},
+        {"policy", {{"naming_gain", found.policy.naming_gain}}},
         {"effects", found.effects},
         {"families", families_json(found.families)},
         {"explained", number(found.explained)},

@@ -58,21 +58,20 @@ std::string strength_lines(const DiagnosisReport& report, const std::string& eff
     return text;
 }
 
-/// Relative error of a number of the baseline's chain with the inputs as stated; NaN if nothing of
-/// the final fit is known but its numbers.
+/// Relative error of a number of the baseline; NaN if one of the fits is missing.
 double bias_of(const DiagnosisReport& report, double physics::StemParameters<double>::*member) {
-    if (report.found.baseline.parts.empty() || report.found.final_fit.parts.empty())
+    if (report.found.stated_baseline.parts.empty() || report.best_fit().parts.empty())
         return std::numeric_limits<double>::quiet_NaN();
     const auto value = [member](const fit::Fit& fit) {
-        return fit::case_beside_errors(fit.parts.front().model).stem.*member;
+        return fit.parts.front().model.spec.stem.*member;
     };
-    return value(report.found.baseline) / value(report.found.final_fit) - 1.0;
+    return value(report.found.stated_baseline) / value(report.best_fit()) - 1.0;
 }
 
 /// What the missing effects did to the calibration, and what they explain.
 std::string consequence_sentence(const DiagnosisReport& report) {
-    const fit::Fit& first = report.found.ladder.front().fit;
-    const fit::Fit& last = report.found.ladder.back().fit;
+    const fit::Fit& first = report.found.ladder.front().stated;
+    const fit::Fit& last = report.best_fit();
     std::string text =
         fmt::format("The residual falls from {} mm (rms) to {} mm; the noise is {} mm.",
                     number_cell(1e3 * first.rmse, 4), number_cell(1e3 * last.rmse, 4),
@@ -119,7 +118,7 @@ std::string adequate_sentence(const DiagnosisReport& report) {
     return fmt::format(
         "The residual is {} mm (rms), the noise {} mm. {} of {} other effects would "
         "be detected from the sizes below on.",
-        number_cell(1e3 * found.ladder.front().fit.rmse, 4), number_cell(1e3 * report.noise(), 4),
+        number_cell(1e3 * found.ladder.front().stated.rmse, 4), number_cell(1e3 * report.noise(), 4),
         std::ranges::count_if(found.blind_spots, is_detectable), found.blind_spots.size());
 }
 
@@ -175,7 +174,7 @@ std::vector<std::string> explanations(const DiagnosisReport& report) {
     }
     if (!report.found.reason.empty())
         sentences.push_back(fmt::format("Why: {}.", report.found.reason));
-    if (std::string said = contradiction_sentence(report.best_fit().parameters); !said.empty())
+    if (std::string said = contradiction_sentence(report.found.final_fit.parameters); !said.empty())
         sentences.push_back(std::move(said));
     return sentences;
 }
@@ -206,27 +205,41 @@ std::string change_cell(double delta_bic) {
     return std::isfinite(delta_bic) ? fmt::format("{:+.0f}", delta_bic) : std::string();
 }
 
+/// Root mean square of residual over noise in all recordings.
+double over_noise(const fit::Fit& fit) {
+    double sum = 0.0;
+    double readings = 0.0;
+    for (const fit::RecordingFit& part : fit.parts) {
+        sum += std::pow(fit::over_noise(part), 2) * static_cast<double>(part.readings);
+        readings += static_cast<double>(part.readings);
+    }
+    return std::sqrt(sum / readings);
+}
+
 std::string model_lines(const std::vector<diagnose::SearchedModel>& ladder,
                         const TextStyle& style) {
     std::size_t width = 17;
     for (const diagnose::SearchedModel& model : ladder)
         width = std::max(width, model_name(model.fit.names).size());
-    std::string text = fmt::format("{:<{}} {:>9} {:>10} {:>10} {:>11}  {}\n", "residual by model",
-                                   width, "rms mm", "red. chi2", "BIC", "held out", "");
+    std::string text =
+        fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>10} {:>13}  {}\n", "residual by model", width,
+                    "rms mm", "/noise", "red. chi2*", "BIC*", "held out*", "verdict*");
     for (const diagnose::SearchedModel& model : ladder) {
         const bool is_first = &model == &ladder.front();
         const bool has_held_out =
             !is_first && model.held_out > 0.0 && std::isfinite(model.held_out);
         text += fmt::format(
-            "{:<{}} {:>9} {:>10} {:>10} {:>11}  {}\n", model_name(model.fit.names), width,
-            number_cell(1e3 * model.fit.rmse, 4), number_cell(model.fit.reduced_chi_squared, 3),
+            "{:<{}} {:>9} {:>7} {:>10} {:>10} {:>13}  {}\n", model_name(model.fit.names), width,
+            number_cell(1e3 * model.stated.rmse, 4), number_cell(over_noise(model.stated), 2),
+            number_cell(model.fit.reduced_chi_squared, 3),
             is_first ? std::string() : change_cell(model.delta_bic),
             has_held_out ? fmt::format("{} > {}", number_cell(model.held_out_before, 2),
                                        number_cell(model.held_out, 2))
                          : std::string(),
             finding_text(model.finding, style));
     }
-    return text + '\n';
+    return text + "* with the inputs free within their uncertainties; all else with every input as "
+                  "stated\n\n";
 }
 
 std::string remark_of(const diagnose::RankedEffect& ranked) {
@@ -238,16 +251,15 @@ std::string remark_of(const diagnose::RankedEffect& ranked) {
 }
 
 std::string candidate_line(const diagnose::RankedEffect& ranked) {
-    return fmt::format(
-        "{:<24} {:>9} {:>10} {:>9}  {}\n", ranked.effect,
-        fmt::format("{}{}", ranked.is_refitted ? "" : "~", number_cell(1e3 * ranked.rmse, 4)),
-        change_cell(ranked.delta_bic), probability(ranked.p_value), remark_of(ranked));
+    return fmt::format("{:<24} {:>10} {:>9}  {}\n", ranked.effect,
+                       (ranked.is_refitted ? "" : "~") + change_cell(ranked.delta_bic),
+                       probability(ranked.p_value), remark_of(ranked));
 }
 
 /// The best candidates; all of them are in the JSON.
 std::string candidate_lines(const std::vector<diagnose::RankedEffect>& ranking) {
     std::string text =
-        fmt::format("{:<24} {:>9} {:>10} {:>9}\n", "candidates, best first", "rms mm", "BIC", "p");
+        fmt::format("{:<24} {:>10} {:>9}\n", "candidates, best first", "BIC*", "p*");
     std::size_t fitted = 0;
     std::string failed;
     for (const diagnose::RankedEffect& ranked : ranking) {

@@ -82,21 +82,35 @@ std::string value_text(const fit::FittedParameter& parameter) {
     return text + (parameter.is_at_bound ? "  (at its bound)" : "");
 }
 
+namespace {
+
+bool is_contradicted(const fit::FittedParameter& parameter) {
+    return parameter.is_error && std::abs(parameter.value) > fit::contradiction;
+}
+
+} // namespace
+
 std::string model_name(const std::vector<std::string>& names) {
     return fmt::format("{}", fmt::join(names, " + "));
 }
 
 std::string contradiction_sentence(std::span<const fit::FittedParameter> parameters) {
-    std::string said;
+    std::vector<std::string> pulls;
     for (const fit::FittedParameter& parameter : parameters)
-        if (parameter.is_error && std::abs(parameter.value) > fit::contradiction)
-            said += fmt::format("{}{} by {:+.1f}", said.empty() ? "" : ", ",
-                                to_string(parameter.id), parameter.value);
-    return said.empty() ? said
-                        : fmt::format("The readings contradict what was stated, by standard "
-                                      "uncertainties: {}. Either it is wrong, or the model lacks "
-                                      "an effect.",
-                                      said);
+        if (is_contradicted(parameter))
+            pulls.push_back(fmt::format("{} {:+.1f}", to_string(parameter.id), parameter.value));
+    return pulls.empty() ? std::string()
+                         : fmt::format("Contradicted inputs, in standard uncertainties: {}. Either "
+                                       "they are wrong, or the model lacks an effect.",
+                                       fmt::join(pulls, ", "));
+}
+
+json contradictions_json(std::span<const fit::FittedParameter> parameters) {
+    json out = json::array();
+    for (const fit::FittedParameter& parameter : parameters)
+        if (is_contradicted(parameter))
+            out.push_back({{"name", to_string(parameter.id)}, {"pull", number(parameter.value)}});
+    return out;
 }
 
 std::string_view finding_text(diagnose::Finding finding) {

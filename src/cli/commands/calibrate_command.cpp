@@ -76,7 +76,7 @@ calibrate::StudyForCalibration study_for_calibration(const std::string& folder) 
 CalibrationPlan plan_of(const CalibrateArguments& arguments) {
     CalibrationPlan plan;
     plan.read = measure::read_measurements(arguments.paths);
-    plan.options.chain = chain_options(arguments);
+    plan.options.fit.chain = chain_options(arguments);
     plan.options.fit.window = arguments.window_s;
     plan.options.fit.is_robust = arguments.is_robust;
     if (!arguments.effects.empty())
@@ -90,7 +90,7 @@ CalibrationPlan plan_of(const CalibrateArguments& arguments) {
     if (!arguments.via.empty())
         plan.study = study_for_calibration(arguments.via);
     for (const measure::Measurement& measurement : plan.read.measurements)
-        static_cast<void>(fit::chain_of(measurement, plan.options.chain));
+        static_cast<void>(fit::chain_of(measurement, plan.options.fit.chain));
     return plan;
 }
 

@@ -209,8 +209,7 @@ Fit fit_jointly(std::span<const StemModel> models,
     std::vector<std::vector<double>> weights;
     std::vector<double> last_times;
     for (std::size_t m = 0; m < measurements.size(); ++m) {
-        for (std::vector<double>& rows = weights.emplace_back(noises[m].by_row); double& row : rows)
-            row *= std::sqrt(options.misfit);
+        weights.push_back(noises[m].by_row);
         last_times.push_back(
             std::min(options.chain.window.value_or(std::numeric_limits<double>::infinity()),
                      measurements[m].times.back()));

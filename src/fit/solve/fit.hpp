@@ -56,6 +56,9 @@ struct RecordingFit {
     std::vector<FittedParameter> parameters; ///< as StemModel::free_ids
     Eigen::MatrixXd covariance;              ///< (parameters, parameters)
     Eigen::MatrixXd correlation;
+    /// (parameters, error terms): change of a parameter by one standard uncertainty of a term, of a
+    /// fit with every input as stated (add_input_uncertainty()); empty: not computed.
+    Eigen::MatrixXd input_changes;
 
     std::vector<double> times;     ///< (frames) used, s
     ChainPrediction prediction;    ///< readings and Jacobian at the solution
@@ -81,8 +84,8 @@ struct RecordingFit {
 };
 
 /// Least squares by Levenberg and Marquardt's method with bounds (Ceres) and the sensitivities of
-/// run::simulate_with_sensitivities. Terms of the recording's reading errors are fitted too, each
-/// with one more residual, its own value. The covariance is (JᵀWJ/s + C)⁻¹ with the reduced χ² s
+/// run::simulate_with_sensitivities. Terms of the model's reading errors are fitted too, each with
+/// one more residual, its own value. The covariance is (JᵀWJ/s + C)⁻¹ with the reduced χ² s
 /// where that is above 1, because what a model lacks makes its parameters less sure, and the
 /// information C of these constraints. A fit that ends at a bound or does
 /// not converge comes back with its reason; one that cannot even start throws
@@ -108,9 +111,6 @@ struct JointOptions {
     /// (recordings)(rows), m: by what the residuals of recordings of unknown noise are weighted
     /// until they tell it; empty: all alike.
     std::vector<std::vector<double>> weights;
-    /// Variance of a reading beside the constraints of the error terms, over that of its noise:
-    /// above 1 where a model is known to miss more than the noise.
-    double misfit = 1.0;
     /// (recordings) what the models predict with their values, from which the solution starts;
     /// empty where it is not known, and it has to run.
     std::vector<std::optional<ChainPrediction>> at_start{};
@@ -191,10 +191,18 @@ struct FitOptions {
     std::optional<double> window; ///< only frames up to here, s after the release; empty: all
     run::Heartbeat heartbeat;
     std::optional<double> wanted_chi_squared = std::nullopt; ///< as SolveOptions'
+    bool is_robust = false;                                  ///< likewise
 };
 
 /// `options` with this heartbeat; with its own if this one is empty.
 [[nodiscard]] FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat);
+
+/// Adds what the error terms of `recordings` contribute to the covariance of a fit without terms:
+/// K (s N + U Uᵀ) Kᵀ with K = (Jᵀ N⁻¹ J)⁻¹ Jᵀ N⁻¹, the noise N, a column of U for each term, and
+/// the factor `misfit` (s, at least 1) of what the model misses (JCGM 100, 5.1.2). Standard errors
+/// follow.
+void add_input_uncertainty(std::span<const measure::Measurement> recordings, double misfit,
+                           Fit& fit);
 
 /// Has the parameter a value for each recording: tip deflection, release time, and those of effects
 /// that belong to a recording?

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <span>
+#include <string>
 #include <utility>
 
 #include <Eigen/Core>
@@ -44,9 +46,15 @@ Eigen::MatrixXd information(const RecordingFit& fit) {
     return jacobian.transpose() * jacobian;
 }
 
-/// Inverse of a symmetric matrix that may not have one: directions without information get an
-/// infinite variance wherever they take part.
-Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& matrix) {
+/// Inverse of a symmetric matrix that may not have one.
+struct InverseInformation {
+    Eigen::MatrixXd inverse; ///< without the directions that have no information
+    /// A parameter that takes part in such a direction by more than a thousandth of its length: its
+    /// variance has no bound.
+    std::vector<bool> is_unknown;
+};
+
+InverseInformation inverse_information(const Eigen::MatrixXd& matrix) {
     const InformationDirections told = information_directions(matrix);
     const Eigen::Index count = matrix.rows();
     Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(count, count);
@@ -58,14 +66,21 @@ Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& matrix) {
         else
             unknown += direction.cwiseAbs2();
     }
-    inverse =
-        told.scale.cwiseInverse().asDiagonal() * inverse * told.scale.cwiseInverse().asDiagonal();
-    // A parameter that takes part in an unknown direction by more than a thousandth of its length
-    // is unknown itself: its variance has no bound.
-    for (Eigen::Index k = 0; k < count; ++k)
-        if (unknown(k) > 1e-6)
-            inverse(k, k) = std::numeric_limits<double>::infinity();
-    return inverse;
+    InverseInformation out{told.scale.cwiseInverse().asDiagonal() * inverse *
+                               told.scale.cwiseInverse().asDiagonal(),
+                           {}};
+    for (const double share : unknown)
+        out.is_unknown.push_back(share > 1e-6);
+    return out;
+}
+
+/// With an infinite variance where it has no bound.
+Eigen::MatrixXd covariance_of(const InverseInformation& information) {
+    Eigen::MatrixXd covariance = information.inverse;
+    for (std::size_t k = 0; k < information.is_unknown.size(); ++k)
+        if (const auto at = static_cast<Eigen::Index>(k); information.is_unknown[k])
+            covariance(at, at) = std::numeric_limits<double>::infinity();
+    return covariance;
 }
 
 bool is_error(const JointLayout& layout, const Fit& fit, std::size_t joint) {
@@ -107,7 +122,7 @@ void add_covariance(const JointLayout& layout, const std::vector<bool>& is_held,
     for (Eigen::Index k = 0; k < count; ++k)
         if (is_error(layout, fit, static_cast<std::size_t>(k)))
             all(k, k) += 1.0;
-    fit.covariance(free, free) = inverse_information(all(free, free));
+    fit.covariance(free, free) = covariance_of(inverse_information(all(free, free)));
 }
 
 /// What of the joint covariance concerns one part, by the part's own values.
@@ -142,6 +157,13 @@ bool is_near(const FreeParameter& parameter, double value, double bound) {
     return std::abs(value - bound) < nearness * (parameter.upper - parameter.lower);
 }
 
+void add_standard_errors(RecordingFit& part) {
+    for (std::size_t k = 0; k < part.parameters.size(); ++k) {
+        const auto place = static_cast<Eigen::Index>(k);
+        part.parameters[k].standard_error = std::sqrt(part.covariance(place, place));
+    }
+}
+
 void add_parameters(RecordingFit& fit) {
     for (const FreeParameter& parameter : fit.model.parameters) {
         const double value = parameter.access.get(fit.model.spec);
@@ -167,10 +189,7 @@ void add_parameters(RecordingFit& fit) {
         error.upper = std::numeric_limits<double>::infinity();
         error.is_error = true;
     }
-    for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
-        const auto place = static_cast<Eigen::Index>(k);
-        fit.parameters[k].standard_error = std::sqrt(fit.covariance(place, place));
-    }
+    add_standard_errors(fit);
 }
 
 void say_bounds(const std::vector<FittedParameter>& parameters, const std::vector<bool>& is_held,
@@ -267,6 +286,87 @@ void add_statistics(std::span<const measure::Measurement> measurements, const Jo
         fit.parameters.back().id = layout.ids[k];
     }
     say_bounds(fit.parameters, is_held, fit.reason);
+}
+
+namespace {
+
+/// What one standard uncertainty of a term does to the readings of a part, over the noise and made
+/// white, (frames · rows).
+Eigen::VectorXd column_of(const measure::ReadingErrors::Term& term, const RecordingFit& part,
+                          const Eigen::MatrixXd& jacobian) {
+    std::vector<double> values(part.residuals.size(), 0.0);
+    if (!term.readings.empty())
+        for (std::size_t at = 0; at < values.size(); ++at)
+            values[at] = term.readings[at] / part.noise[at % part.prediction.rows];
+    whitening_of(part).apply(values);
+    Eigen::VectorXd column =
+        Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+    for (std::size_t p = 0; p < part.model.parameters.size(); ++p) {
+        const physics::ParameterId& id = part.model.parameters[p].access.id;
+        const double logarithm = id == physics::bond_youngs_modulus ? term.log_modulus
+                                 : id == physics::bond_damping      ? term.log_damping
+                                                                    : 0.0;
+        if (logarithm != 0.0)
+            column += logarithm * part.model.value(p) * jacobian.col(static_cast<Eigen::Index>(p));
+    }
+    return column;
+}
+
+/// Jᵀ N⁻¹ U: for each term, by its name, its part in the gradient by the joint parameters.
+std::map<std::string, Eigen::VectorXd>
+gradients_of_terms(std::span<const measure::Measurement> recordings, const JointLayout& layout,
+                   const Fit& fit) {
+    const Eigen::VectorXd none =
+        Eigen::VectorXd::Zero(static_cast<Eigen::Index>(layout.ids.size()));
+    std::map<std::string, Eigen::VectorXd> gradients;
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        if (!recordings[m].errors)
+            continue;
+        const Eigen::MatrixXd jacobian = whitened_jacobian(fit.parts[m]);
+        for (const measure::ReadingErrors::Term& term : recordings[m].errors->terms) {
+            const Eigen::VectorXd own =
+                jacobian.transpose() * column_of(term, fit.parts[m], jacobian);
+            Eigen::VectorXd& sum = gradients.try_emplace(term.name, none).first->second;
+            for (std::size_t k = 0; k < layout.shares[m].size(); ++k)
+                sum(static_cast<Eigen::Index>(layout.shares[m][k].place)) +=
+                    layout.shares[m][k].factor * own(static_cast<Eigen::Index>(k));
+        }
+    }
+    return gradients;
+}
+
+} // namespace
+
+void add_input_uncertainty(std::span<const measure::Measurement> recordings, double misfit,
+                           Fit& fit) {
+    const JointLayout layout =
+        joint_layout(start_from(fit), recordings, belongs_to_recording);
+    InverseInformation known = inverse_information(joint_information(layout, fit));
+    const Eigen::MatrixXd inverse = known.inverse;
+    known.inverse *= std::max(1.0, misfit);
+    std::map<std::string, Eigen::VectorXd> changes = gradients_of_terms(recordings, layout, fit);
+    for (auto& [name, change] : changes) {
+        change = inverse * change;
+        known.inverse += change * change.transpose();
+    }
+    fit.covariance = covariance_of(known);
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        RecordingFit& part = fit.parts[m];
+        add_covariance(layout.shares[m], fit.covariance, part);
+        add_standard_errors(part);
+        const std::size_t terms = recordings[m].errors ? recordings[m].errors->terms.size() : 0;
+        part.input_changes.resize(static_cast<Eigen::Index>(layout.shares[m].size()),
+                                  static_cast<Eigen::Index>(terms));
+        for (std::size_t t = 0; t < terms; ++t)
+            for (std::size_t k = 0; k < layout.shares[m].size(); ++k)
+                part.input_changes(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(t)) =
+                    layout.shares[m][k].factor *
+                    changes.at(recordings[m].errors->terms[t].name)(
+                        static_cast<Eigen::Index>(layout.shares[m][k].place));
+    }
+    for (std::size_t k = 0; k < layout.ids.size(); ++k)
+        fit.parameters[k].standard_error =
+            fit.parts[layout.owners[k].model].parameters[layout.owners[k].parameter].standard_error;
 }
 
 } // namespace culm::fit

@@ -219,20 +219,24 @@ class NoiseEstimate {
         return near.size() > 2 ? upper_median(near) : fit_.residuals[at] / noise_[at];
     }
 
-    void write_drawn_in() {
-        for (Eigen::Index j = 0; j < rest_.cols(); ++j)
-            for (Eigen::Index i = 0; i < rest_.rows(); ++i)
-                if (is_seen(i, j)) {
-                    const std::size_t at = place(i, j);
-                    measurement_.deflections[at] +=
-                        (smooth_(i, j) + rest_(i, j)) * noise_[at] - fit_.residuals[at];
-                }
+    /// An outlier weighs as in Student's t, (ν + 1)/(ν + z²) with z the error over its scale: the
+    /// mean weight is 1, and the variance of a weighted mean is that of the best estimate (Lange et
+    /// al. 1989). While the stem is held a row stays at its median, or where its neighbours are.
+    void weigh_outliers() {
+        for (Eigen::Index j = 0; j < values_.cols(); ++j)
+            for (Eigen::Index i = 0; i < values_.rows(); ++i)
+                if (const std::size_t at = place(i, j); is_seen(i, j))
+                    weigh(at, fit_.residuals[at] / noise_[at] - smooth_(i, j));
         for (std::size_t j = 0; j < fit_.noise.size(); ++j)
-            draw_in_held(j);
+            weigh_held(j);
     }
 
-    /// While the stem is held a row stays where it is: at its median, or where its neighbours are.
-    void draw_in_held(std::size_t row) {
+    void weigh(std::size_t at, double error) {
+        model_.relative[at] *= std::sqrt((tails_.degrees + std::pow(error / tails_.scale, 2)) /
+                                         (tails_.degrees + 1.0));
+    }
+
+    void weigh_held(std::size_t row) {
         constexpr std::size_t fewest = 5; // of which two outliers leave the median
         std::vector<double> residuals;
         for (std::size_t i = 0; i < first_; ++i)
@@ -246,9 +250,8 @@ class NoiseEstimate {
             const std::size_t at = i * fit_.noise.size() + row;
             const double about =
                 residuals.size() < fewest ? of_neighbours(at) : centre / noise_[at];
-            const double error = fit_.residuals[at] / noise_[at] - about;
-            if (!std::isnan(error))
-                measurement_.deflections[at] += (tails_.scored(error) - error) * noise_[at];
+            if (const double error = fit_.residuals[at] / noise_[at] - about; !std::isnan(error))
+                weigh(at, error);
         }
     }
 
@@ -332,8 +335,6 @@ class NoiseEstimate {
             2.0 * static_cast<double>(rest_.cols()) * static_cast<double>(bins_.size());
         if (is_as_stated(degrees) || !is_even(flexible))
             return;
-        if (tails_.is_heavy)
-            write_drawn_in();
         measurement_.noise_source =
             in_words(model_, tails_, typical_noise(fit_) * std::sqrt(power_.mean()),
                      step_ > typical_noise(fit_) ? step_ : 0.0, fit_.noise_source);
@@ -344,6 +345,10 @@ class NoiseEstimate {
         }
         model_.degrees_of_freedom = degrees;
         model_.relative = relative_noise(measurement_, fit_.noise);
+        if (tails_.is_heavy) {
+            model_.relative.resize(measurement_.deflections.size(), 1.0);
+            weigh_outliers();
+        }
         measurement_.noise_model = std::make_shared<const measure::NoiseModel>(std::move(model_));
     }
 
@@ -363,7 +368,28 @@ class NoiseEstimate {
     bool is_correlated_ = false;
 };
 
+bool is_near(double one, double other) {
+    constexpr double allowed = 0.01;
+    return std::abs(one - other) <= allowed * std::max(std::abs(one), std::abs(other));
+}
+
+bool is_near(const measure::NoiseModel::Series& one, const measure::NoiseModel::Series& other) {
+    return is_near(one.variance, other.variance) &&
+           one.correlated_share == other.correlated_share && one.correlation == other.correlation;
+}
+
 } // namespace
+
+bool has_same_noise(const measure::Measurement& one, const measure::Measurement& other) {
+    if (!one.noise_model || !other.noise_model)
+        return !one.noise_model && !other.noise_model;
+    return one.noise_model->rotation.empty() == other.noise_model->rotation.empty() &&
+           one.noise_model->relative.empty() == other.noise_model->relative.empty() &&
+           std::ranges::equal(one.noise_model->series, other.noise_model->series,
+                              [](const auto& a, const auto& b) { return is_near(a, b); }) &&
+           std::ranges::equal(one.noise_by_height, other.noise_by_height,
+                              [](double a, double b) { return is_near(a, b); });
+}
 
 measure::Measurement with_noise_in_motion(const RecordingFit& fit,
                                           const measure::Measurement& measurement) {

@@ -252,13 +252,23 @@ std::vector<double> predicted(const RecordingFit& fit, const std::vector<double>
     return predict_readings(chain, times, heartbeat).readings;
 }
 
+constexpr const char* division_name = "division of the chain";
+
+/// The division of the chain as it was computed about another model.
+void take_division(const ReadingErrors& before, ReadingErrors& errors) {
+    errors.known = before.known;
+    std::ranges::copy_if(
+        before.terms, std::back_inserter(errors.terms),
+        [](const ReadingErrors::Term& term) { return term.name == division_name; });
+}
+
 /// What the division of the chain does: the known part, and a term for the doubt.
 void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerChain& first,
                   const run::Heartbeat& heartbeat, ReadingErrors& errors) {
     const double modulus = first.log_modulus - finer.log_modulus;
     const double damping = first.log_damping - finer.log_damping;
     ReadingErrors::Term doubt{
-        "division of the chain", {}, order_doubt * modulus, order_doubt * damping};
+        division_name, {}, order_doubt * modulus, order_doubt * damping};
     errors.known.log_modulus = likely_order * modulus;
     errors.known.log_damping = likely_order * damping;
     if (finer.matters) {
@@ -320,16 +330,22 @@ with_reading_errors(std::span<const measure::Measurement> recordings,
     for (std::size_t m = 0; m < fits.size(); ++m) {
         if (!can_move(fits[m].model, recordings[m]))
             continue;
-        out[m] = with_noise_in_motion(fits[m], recordings[m]);
+        const ReadingErrors* const before = recordings[m].errors.get();
+        if (before == nullptr)
+            out[m] = with_noise_in_motion(fits[m], recordings[m]);
         try {
             const std::vector<StatedInput> inputs = stated_inputs(recordings[m]);
             auto errors = std::make_shared<ReadingErrors>();
             errors->times = recordings[m].times;
             errors->terms = InputErrors(fits[m], recordings[m], inputs, heartbeat).terms();
-            const FinerChain finer = finer_chain(fits[m], out[m].noise_model.get());
-            if (!first)
-                first = finer;
-            add_division(fits[m], finer, *first, heartbeat, *errors);
+            if (before != nullptr) {
+                take_division(*before, *errors);
+            } else {
+                const FinerChain finer = finer_chain(fits[m], out[m].noise_model.get());
+                if (!first)
+                    first = finer;
+                add_division(fits[m], finer, *first, heartbeat, *errors);
+            }
             std::vector<ReadingErrors::Term> of_release = release_errors(
                 fits[m], recordings[m],
                 std::vector(errors->terms.begin(),
@@ -344,50 +360,26 @@ with_reading_errors(std::span<const measure::Measurement> recordings,
     return out;
 }
 
-namespace {
-
-/// Is the misfit more than chance makes of the noise in one recording of a thousand?
-bool is_misfit(const RecordingFit& fit) {
-    const auto degrees = static_cast<double>(std::max<std::size_t>(fit.degrees_of_freedom, 1));
-    return fit.reduced_chi_squared > 1.0 + 3.09 * std::sqrt(2.0 / degrees);
+std::vector<measure::Measurement>
+with_inputs_as_stated(std::span<const measure::Measurement> recordings) {
+    std::vector<measure::Measurement> out(recordings.begin(), recordings.end());
+    for (measure::Measurement& recording : out) {
+        if (!recording.errors)
+            continue;
+        const ReadingErrors::Term& known = recording.errors->known;
+        const bool is_exact = known.readings.empty() && known.log_modulus == 0.0 &&
+                              known.log_damping == 0.0;
+        recording.errors = is_exact ? nullptr
+                                    : std::make_shared<const ReadingErrors>(ReadingErrors{
+                                          recording.errors->times, known, {}});
+    }
+    return out;
 }
-
-} // namespace
 
 StemModel beside_errors(StemModel model, const measure::Measurement& measurement) {
     model.errors = measurement.errors;
     model.error_values.assign(model.errors ? model.errors->terms.size() : 0, 0.0);
     return model;
-}
-
-RecordingFit fit_chain_beside_errors(const StemModel& model,
-                                     const measure::Measurement& measurement,
-                                     const SolveOptions& options) {
-    RecordingFit alone = fit_chain(model, measurement, options);
-    if (!alone.reason.empty())
-        return alone;
-    const measure::Measurement known =
-        with_reading_errors({&measurement, 1}, {&alone, 1}, options.heartbeat).front();
-    const StemModel start = beside_errors(alone.model, known);
-    JointOptions again;
-    again.chain = options;
-    again.chain.is_first_guess = false;
-    again.chain.is_near_solution = true;
-    again.weights = {alone.noise};
-    again.at_start = {prediction_beside_errors(start, alone.times, alone.prediction)};
-    RecordingFit fit = std::move(fit_jointly({&start, 1}, {&known, 1}, again).parts.front());
-    int runs = alone.runs + fit.runs;
-    // Where the model lacks something, the inputs would give way until the misfit is the noise's,
-    // by many times their uncertainty. A reading then deviates by what the model misses and not by
-    // its noise alone, so it weighs that much less against what the ruler says.
-    if (fit.reason.empty() && is_misfit(fit)) {
-        again.misfit = fit.reduced_chi_squared;
-        again.at_start = {fit.prediction};
-        fit = std::move(fit_jointly({&fit.model, 1}, {&known, 1}, again).parts.front());
-        runs += fit.runs;
-    }
-    fit.runs = runs;
-    return fit;
 }
 
 } // namespace culm::fit

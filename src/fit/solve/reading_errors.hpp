@@ -52,6 +52,10 @@ struct StatedInput {
 [[nodiscard]] measure::Measurement with_noise_in_motion(const RecordingFit& fit,
                                                         const measure::Measurement& measurement);
 
+/// Is the noise in motion of two estimates for one recording the same, its size to 1 %?
+[[nodiscard]] bool has_same_noise(const measure::Measurement& one,
+                                  const measure::Measurement& other);
+
 /// The recordings with their noise in motion and the errors of their readings, linearised about
 /// `fits` (without errors), one for each. The first terms are the stated inputs, in their order: a
 /// term is the change of the readings by one standard uncertainty. What Y and β take up of it goes
@@ -69,6 +73,9 @@ struct StatedInput {
 /// release, with the scale that the first two periods tell (release_errors()). Of a recording that
 /// begins in motion the higher modes have whatever the start shows.
 ///
+/// Of recordings that have errors already, the noise and the division of the chain are kept, and
+/// the rest is linearised anew about `fits`.
+///
 /// Each costs one run per recording. A recording without motion, or that cannot be computed with an
 /// input changed a little, has no errors.
 [[nodiscard]] std::vector<measure::Measurement>
@@ -81,10 +88,10 @@ with_reading_errors(std::span<const measure::Measurement> recordings,
 release_errors(const RecordingFit& fit, const measure::Measurement& measurement,
                const std::vector<measure::ReadingErrors::Term>& others);
 
-/// fit_chain(), and from there again with the errors of the readings.
-[[nodiscard]] RecordingFit fit_chain_beside_errors(const StemModel& model,
-                                                   const measure::Measurement& measurement,
-                                                   const SolveOptions& options = {});
+/// The recordings without error terms: every input is as stated. What is known of the division of
+/// the chain remains.
+[[nodiscard]] std::vector<measure::Measurement>
+with_inputs_as_stated(std::span<const measure::Measurement> recordings);
 
 /// The model as one of the recording with its errors, each at its stated value.
 [[nodiscard]] StemModel beside_errors(StemModel model, const measure::Measurement& measurement);

@@ -15,6 +15,14 @@ namespace culm::fit {
 
 namespace {
 
+/// Standard deviation of one reading, m.
+double noise_of(const RecordingFit& fit, std::size_t at) {
+    const double of_row = fit.noise[at % fit.prediction.rows];
+    return fit.noise_model && !fit.noise_model->relative.empty()
+               ? of_row * fit.noise_model->relative[at]
+               : of_row;
+}
+
 /// Adds up readings.
 class GroupSum {
   public:
@@ -29,7 +37,7 @@ class GroupSum {
         ++readings_;
         sum_ += residual;
         squares_ += residual * residual;
-        whitened_ += std::pow(residual / fit.noise[row], 2);
+        whitened_ += std::pow(residual / noise_of(fit, frame * fit.prediction.rows + row), 2);
     }
     [[nodiscard]] ResidualGroup group(double lower, double upper) const {
         const auto count = static_cast<double>(std::max<std::size_t>(readings_, 1));
@@ -162,6 +170,13 @@ double rms(std::span<const RecordingFit> parts) {
         count += part.readings;
     }
     return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
+}
+
+double over_noise(const RecordingFit& fit) {
+    GroupSum sum;
+    for (std::size_t i = 0; i < fit.times.size(); ++i)
+        sum.add_frame(fit, i);
+    return sum.group(0.0, 0.0).over_noise;
 }
 
 double typical_noise(const RecordingFit& fit) {

@@ -53,6 +53,9 @@ struct ResidualGroup {
 /// Of the residuals of all parts, m.
 [[nodiscard]] double rms(std::span<const RecordingFit> parts);
 
+/// Root mean square of residual over noise.
+[[nodiscard]] double over_noise(const RecordingFit& fit);
+
 /// Root mean square of the noise of the rows, m.
 [[nodiscard]] double typical_noise(const RecordingFit& fit);
 

@@ -20,18 +20,18 @@ StatedInput input_of(const measure::ReadingErrors::Term& term, std::vector<State
     return own;
 }
 
-/// Of ln Y or ln β in case_beside_errors().
+/// Of the parameter, relative; 0 where it is not fitted.
 double relative_uncertainty(const RecordingFit& fit, const physics::ParameterId& id,
-                            double measure::ReadingErrors::Term::*change) {
-    Eigen::VectorXd gradient =
-        Eigen::VectorXd::Zero(static_cast<Eigen::Index>(fit.model.free_count()));
-    for (std::size_t p = 0; p < fit.model.parameters.size(); ++p)
-        if (fit.model.parameters[p].access.id == id)
-            gradient(static_cast<Eigen::Index>(p)) = 1.0 / fit.model.value(p);
-    for (std::size_t k = 0; k < fit.model.error_values.size(); ++k)
-        gradient(static_cast<Eigen::Index>(fit.model.first_error() + k)) =
-            fit.model.errors->terms[k].*change;
-    return std::sqrt(std::max(0.0, gradient.dot(fit.covariance * gradient)));
+                            const std::vector<double>& variances) {
+    for (std::size_t p = 0; p < variances.size(); ++p)
+        if (fit.parameters[p].id == id)
+            return std::sqrt(variances[p]) / fit.parameters[p].value;
+    return 0.0;
+}
+
+/// Does the input change what the readings are, not only what they mean for the stem?
+bool changes_readings(const StatedInput& input, bool is_stated) {
+    return !is_stated || input.acts == InputActs::OnClock;
 }
 
 } // namespace
@@ -48,40 +48,46 @@ double UncertaintyBudget::share_of_readings(std::size_t parameter) const {
                : 1.0;
 }
 
-UncertaintyBudget uncertainty_budget(const RecordingFit& fit,
+UncertaintyBudget uncertainty_budget(const RecordingFit& stated, const RecordingFit& judged,
                                      const measure::Measurement& measurement) {
     UncertaintyBudget budget;
-    const std::size_t first = fit.model.first_error();
-    for (std::size_t p = 0; p < first; ++p) {
-        budget.combined.push_back(fit.parameters[p].standard_error);
-        budget.from_readings.push_back(std::pow(fit.parameters[p].standard_error, 2));
+    const std::size_t count = stated.parameters.size();
+    std::vector<double> of_readings;
+    for (const FittedParameter& parameter : stated.parameters) {
+        budget.combined.push_back(parameter.standard_error);
+        of_readings.push_back(std::pow(parameter.standard_error, 2));
     }
+    const std::size_t first = judged.model.first_error();
     std::vector<StatedInput> inputs = stated_inputs(measurement);
-    for (std::size_t k = 0; k < fit.model.error_values.size(); ++k) {
-        const measure::ReadingErrors::Term& term = fit.model.errors->terms[k];
+    std::vector<double> of_chain(count, 0.0);
+    for (std::size_t k = 0; k < judged.model.error_values.size(); ++k) {
+        const measure::ReadingErrors::Term& term = judged.model.errors->terms[k];
         if (term.is_of_row)
-            continue; // the rows' errors stand with those of the readings
+            continue; // position errors of single rows are listed with the noise of the readings
+        const bool is_stated = k < inputs.size();
         BudgetInput& line = budget.inputs.emplace_back();
         line.input = input_of(term, inputs, k);
-        const FittedParameter& error = fit.parameters[first + k];
+        const FittedParameter& error = judged.parameters[first + k];
         line.pull = error.value;
         line.uncertainty_with_readings = error.standard_error * line.input.standard_uncertainty;
-        for (std::size_t p = 0; p < first; ++p) {
-            // The constraint on the term e is (e − e₀)² with e₀ = 0 as stated. The fit minimises
-            // |r − J θ − D e|² + (e − e₀)², so dθ̂/de₀ is the covariance of θ̂ and ê.
-            const double change =
-                fit.covariance(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(first + k));
-            const double part = std::isfinite(change) ? change : 0.0;
-            line.sensitivities.push_back(part / line.input.standard_uncertainty);
-            budget.from_readings[p] -= part * part;
+        for (std::size_t p = 0; p < count; ++p) {
+            // With the stated value larger by u the same readings give a parameter that is smaller
+            // by the change.
+            const double change = stated.input_changes(static_cast<Eigen::Index>(p),
+                                                       static_cast<Eigen::Index>(k));
+            line.sensitivities.push_back(-change / line.input.standard_uncertainty);
+            of_readings[p] -= change * change;
+            if (changes_readings(line.input, is_stated))
+                of_chain[p] += change * change;
         }
     }
-    for (double& variance : budget.from_readings)
-        variance = std::sqrt(std::max(variance, 0.0));
-    using Term = measure::ReadingErrors::Term;
-    budget.chain_modulus =
-        relative_uncertainty(fit, physics::bond_youngs_modulus, &Term::log_modulus);
-    budget.chain_damping = relative_uncertainty(fit, physics::bond_damping, &Term::log_damping);
+    for (std::size_t p = 0; p < count; ++p) {
+        of_readings[p] = std::max(of_readings[p], 0.0);
+        of_chain[p] += of_readings[p];
+        budget.from_readings.push_back(std::sqrt(of_readings[p]));
+    }
+    budget.chain_modulus = relative_uncertainty(stated, physics::bond_youngs_modulus, of_chain);
+    budget.chain_damping = relative_uncertainty(stated, physics::bond_damping, of_chain);
     return budget;
 }
 

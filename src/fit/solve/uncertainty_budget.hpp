@@ -23,15 +23,14 @@ struct BudgetInput {
     [[nodiscard]] bool is_contradicted() const { return std::abs(pull) > contradiction; }
 };
 
-/// Of every fitted parameter that is not an error term. The fit is to readings and statements
-/// together, so its variance is what the readings' noise contributes and Σ (c u)² over the inputs,
-/// which are independent.
+/// Of every fitted parameter. The inputs are independent, so the variance is what the noise of the
+/// readings contributes and Σ (c u)² (JCGM 100, 5.1.2).
 struct UncertaintyBudget {
     std::vector<BudgetInput> inputs;
     std::vector<double> from_readings; ///< (parameters) standard uncertainty
     std::vector<double> combined;      ///< (parameters) standard uncertainty
-    /// Of the chain with the stated inputs, whose motion the readings show: relative standard
-    /// uncertainties of its Y and β.
+    /// Relative standard uncertainties of Y and β without those of the stem's stated numbers, which
+    /// change neither the measured frequency nor the measured decay.
     double chain_modulus = 0.0;
     double chain_damping = 0.0;
 
@@ -40,9 +39,11 @@ struct UncertaintyBudget {
     [[nodiscard]] double share_of_readings(std::size_t parameter) const;
 };
 
-/// Of a fit to the recording with its reading errors. A parameter that the readings do not tell has
-/// an infinite uncertainty.
-[[nodiscard]] UncertaintyBudget uncertainty_budget(const RecordingFit& fit,
+/// Of `stated`, a fit with every input as stated (judged_model()); `judged` has the error terms,
+/// whose values are the pulls. A parameter that the readings do not tell has an infinite
+/// uncertainty.
+[[nodiscard]] UncertaintyBudget uncertainty_budget(const RecordingFit& stated,
+                                                   const RecordingFit& judged,
                                                    const measure::Measurement& measurement);
 
 } // namespace culm::fit
