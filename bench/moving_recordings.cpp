@@ -117,12 +117,12 @@ void to_json(json& out, const Number& number) {
            {"by_noise_and_modes", number.by_own}};
 }
 
-/// The fit again from where it ended. What a diagnosis hands back has no covariance.
-fit::Fit with_covariance(const fit::Fit& fit, std::span<const measure::Measurement> recordings) {
-    fit::BaselineFit baseline = fit::fit_baseline(recordings);
-    if (fit.effects.empty())
-        return std::move(baseline.fit);
-    return fit::refined(fit::start_from(fit), fit.effects, baseline.fit, baseline.recordings, {});
+/// The model with the effects of `fit`, as `culm calibrate` fits it.
+fit::ModelFit with_budget(const fit::Fit& fit, std::span<const measure::Measurement> recordings) {
+    std::vector<fit::SelectedEffects> sets;
+    if (!fit.effects.empty())
+        sets.push_back(fit.effects);
+    return std::move(fit::fit_nested(recordings, sets).models.back());
 }
 
 /// Numbers that both recordings share, by name.
@@ -159,13 +159,14 @@ Found found_in(const measure::Measurement& measurement, bool has_effect) {
     const auto start = std::chrono::steady_clock::now();
     try {
         const diagnose::Diagnosis diagnosis = diagnose::diagnose(recordings, options);
-        const fit::Fit fit =
-            with_covariance(has_effect ? diagnosis.final_fit : diagnosis.baseline, recordings);
+        const fit::ModelFit fit =
+            with_budget(has_effect ? diagnosis.final_fit : diagnosis.baseline, recordings);
         found.summary = bench::diagnosis_summary(diagnosis);
-        found.model = fit.names;
-        if (fit.is_fitted()) {
-            const fit::RecordingFit& part = fit.parts.front();
-            const fit::UncertaintyBudget budget = fit::uncertainty_budget(part, measurement);
+        found.model = fit.stated.names;
+        if (fit.judged.is_fitted()) {
+            const fit::RecordingFit& part = fit.stated.parts.front();
+            const fit::UncertaintyBudget budget =
+                fit::uncertainty_budget(part, fit.judged.parts.front(), measurement);
             found.numbers = numbers_of(part, budget);
             for (const fit::BudgetInput& line : budget.inputs)
                 found.summary["pulls"][line.input.name] = line.pull;

@@ -4,7 +4,7 @@
 //
 //   bench_reading_errors_cost MEASUREMENT...
 #include "bench/cpu_time.hpp"
-#include "fit/solve/reading_errors.hpp"
+#include "fit/fit_model.hpp"
 #include "fit/start/starts.hpp"
 #include "measure/folder/measurement_folder.hpp"
 
@@ -26,7 +26,7 @@ int main(int argc, char** argv) {
                                  exact_runs = fit_chain(model, measurement).runs;
                              }).median();
         const double beside = bench::time_repeats(5, [&] {
-                                  runs = fit_chain_beside_errors(model, measurement).runs;
+                                  runs = fit::fit_baseline({&measurement, 1}).fit.runs;
                               }).median();
         logarithms += std::log(beside / exact);
         fmt::print("| {} | {:.0f} | {:.0f} | {:.2f} | {} and {} |\n", measurement.stem.id,

@@ -5,9 +5,9 @@
 //   bench_uncertainty_coverage FIRST COUNT FILE     writes the cases as JSON, prints the shares
 //
 // The truth of case n follows from n alone, so that two processes can share the cases.
+#include "calibrate/calibration.hpp"
+#include "core/error.hpp"
 #include "fit/model/stem_chain.hpp"
-#include "fit/solve/reading_errors.hpp"
-#include "fit/solve/uncertainty_budget.hpp"
 #include "physics/effects/library.hpp"
 #include "reduce/distributions.hpp"
 #include "tests/beam_generator/recording.hpp"
@@ -94,16 +94,19 @@ json case_of(std::uint64_t number) {
     measure::Measurement real = beam::record(truth.spec);
     real.stem.spheres = spheres;
     measure::Measurement measurement = misstated(real, number);
-    // As `culm calibrate --with` does.
-    fit::StemModel model = fit::baseline_model(measurement);
-    for (const physics::SelectedEffect& effect : physics::parse_effects(effects, {}))
-        model = fit::with_effect(std::move(model), effect, measurement);
-    const fit::RecordingFit part = fit::fit_chain_beside_errors(model, measurement);
-    json out{{"number", number}, {"failure", part.reason}};
-    if (!part.reason.empty())
+    json out{{"number", number}};
+    calibrate::CalibrationOptions options;
+    options.effects = physics::parse_effects(effects, {});
+    calibrate::Calibration found;
+    try {
+        found = calibrate::calibrate_stem(measurement, options);
+    } catch (const core::NumericalError& error) {
+        out["failure"] = error.what();
         return out;
-    const fit::UncertaintyBudget budget = fit::uncertainty_budget(part, measurement);
-    out["reduced_chi2"] = part.reduced_chi_squared;
+    }
+    const fit::RecordingFit& part = found.fit;
+    const fit::UncertaintyBudget& budget = found.budget;
+    out["reduced_chi2"] = found.judged.reduced_chi_squared;
     // β is a number of the chain: that of the stem as it is, not as it was stated.
     run::CaseSpec unit = fit::chain_of(real).spec;
     unit.stem.bond_youngs_modulus = truth.spec.stem.youngs_modulus;

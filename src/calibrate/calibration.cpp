@@ -174,7 +174,9 @@ class Profile {
   private:
     /// Standard uncertainties that the readings and the inputs contribute.
     [[nodiscard]] double of_inputs(std::size_t parameter) const {
-        return fit_.input_changes.row(static_cast<Eigen::Index>(parameter)).norm();
+        return fit_.input_changes.size() == 0
+                   ? 0.0
+                   : fit_.input_changes.row(static_cast<Eigen::Index>(parameter)).norm();
     }
     [[nodiscard]] double of_readings(std::size_t parameter) const {
         const double all = fit_.parameters[parameter].standard_error;

@@ -227,6 +227,11 @@ std::string parameter_lines(const calibrate::Calibration& calibration) {
     return text;
 }
 
+std::string contradiction_line(const calibrate::Calibration& calibration, const TextStyle& style) {
+    const std::string said = contradiction_sentence(calibration.judged.parameters);
+    return said.empty() ? said : fmt::format("  {}\n", style.warning(said));
+}
+
 std::string check_lines(const calibrate::Calibration& calibration) {
     if (!calibration.check)
         return calibration.check_failure.empty()
@@ -313,8 +318,8 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
                calibration.verdict.finding == diagnose::Finding::Adequate
                    ? style.good(adequacy_text(calibration.verdict))
                    : style.warning(adequacy_text(calibration.verdict))) +
-           check_lines(calibration) +
-           budget_text(calibration.budget, calibration.fit.parameters, style);
+           contradiction_line(calibration, style) + check_lines(calibration) +
+           budget_text(calibration.budget, calibration.fit.parameters);
 }
 
 std::string calibration_table_head(bool is_checked) {

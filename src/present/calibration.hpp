@@ -24,8 +24,7 @@ namespace culm::present {
 /// A table: every input with its standard uncertainty, its pull, and what it adds to Y, β and the
 /// effects' numbers; below it what the defaults are, and which statements the readings contradict.
 [[nodiscard]] std::string budget_text(const fit::UncertaintyBudget& budget,
-                                      std::span<const fit::FittedParameter> parameters,
-                                      const TextStyle& style);
+                                      std::span<const fit::FittedParameter> parameters);
 
 /// {"inputs": [{"name", "unit", "value", "standard_uncertainty", "default", "pull",
 /// "uncertainty_with_readings", "sensitivities", "shares"}], "readings": {"standard_uncertainties",

@@ -91,17 +91,6 @@ std::string defaults_sentence(const fit::UncertaintyBudget& budget) {
                                           fmt::join(defaults, ", "));
 }
 
-std::vector<std::string> contradictions(const fit::UncertaintyBudget& budget) {
-    std::vector<std::string> said;
-    for (const fit::BudgetInput& line : budget.inputs)
-        if (line.is_contradicted())
-            said.push_back(fmt::format(
-                "The readings contradict the stated {}: they prefer a value {:+.1f} standard "
-                "uncertainties away. Either it is wrong, or the model lacks an effect.",
-                line.input.name, line.pull));
-    return said;
-}
-
 json by_parameter(std::span<const fit::FittedParameter> parameters, const auto& value) {
     json out = json::object();
     for (std::size_t p = 0; p < parameters.size(); ++p)
@@ -112,7 +101,7 @@ json by_parameter(std::span<const fit::FittedParameter> parameters, const auto& 
 } // namespace
 
 std::string budget_text(const fit::UncertaintyBudget& budget,
-                        std::span<const fit::FittedParameter> parameters, const TextStyle& style) {
+                        std::span<const fit::FittedParameter> parameters) {
     const std::vector<std::size_t> places = shown_parameters(parameters);
     std::string text = "  uncertainty budget (standard uncertainties; * none stated; share of the "
                        "variance)\n" +
@@ -140,16 +129,14 @@ std::string budget_text(const fit::UncertaintyBudget& budget,
     text += '\n';
     if (const std::string defaults = defaults_sentence(budget); !defaults.empty())
         text += "    " + defaults + '\n';
-    for (const std::string& sentence : contradictions(budget))
-        text += "    " + style.warning(sentence) + '\n';
     return text;
 }
 
 json budget_json(const fit::UncertaintyBudget& budget,
                  std::span<const fit::FittedParameter> parameters) {
-    std::vector<std::string> sentences = contradictions(budget);
+    std::vector<std::string> sentences;
     if (std::string defaults = defaults_sentence(budget); !defaults.empty())
-        sentences.insert(sentences.begin(), std::move(defaults));
+        sentences.push_back(std::move(defaults));
     json inputs = json::array();
     for (std::size_t k = 0; k < budget.inputs.size(); ++k) {
         const fit::BudgetInput& line = budget.inputs[k];

@@ -51,7 +51,7 @@ TEST(NullStem, DoesNotDependOnTheNumberOfSpheresByMoreThanTheNoise) {
     std::map<int, calibrate::Calibration> found;
     for (const int spheres : {28, 56, 84}) {
         calibrate::CalibrationOptions options;
-        options.chain.spheres = spheres;
+        options.fit.chain.spheres = spheres;
         found.emplace(spheres, calibrate::calibrate_stem(null_stem(), options));
     }
     const auto modulus = [&](int spheres) {
@@ -68,7 +68,7 @@ TEST(NullStem, DoesNotDependOnTheNumberOfSpheresByMoreThanTheNoise) {
 
 TEST(NullStem, NeedsAboutTheSameDampingTimeUnderTheAuthorsLaw) {
     calibrate::CalibrationOptions options;
-    options.chain.law = physics::schramm2019_law();
+    options.fit.chain.law = physics::schramm2019_law();
     const calibrate::Calibration found = calibrate::calibrate_stem(null_stem(), options);
     EXPECT_NEAR(decay_of(found.mode) / true_decay, 1.0, 0.02);
     EXPECT_NEAR(found.fit.find(tests::id("bond_youngs_modulus"))->value / true_modulus, 1.0, 0.01);

@@ -2,6 +2,7 @@
 #include "fit/solve/uncertainty_budget.hpp"
 
 #include "calibrate/simulated_measurement.hpp"
+#include "fit/fit_model.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +13,16 @@
 namespace culm::tests {
 namespace {
 
-fit::RecordingFit fitted(const measure::Measurement& measurement) {
-    return fit::fit_chain_beside_errors(fit::baseline_model(measurement), measurement);
+/// The published chain, as `culm calibrate` fits it, and its budget.
+struct FittedStem {
+    fit::RecordingFit fit; ///< with every input as stated
+    fit::UncertaintyBudget budget;
+};
+
+FittedStem fitted(const measure::Measurement& measurement) {
+    const fit::BaselineFit both = fit::fit_baseline({&measurement, 1});
+    const fit::RecordingFit& stated = both.stated.parts.front();
+    return {stated, fit::uncertainty_budget(stated, both.fit.parts.front(), measurement)};
 }
 
 std::size_t place_of(const fit::RecordingFit& fit, const physics::ParameterId& id) {
@@ -39,8 +48,7 @@ TEST(UncertaintyBudget, OfTheModulusFollowsTheFrequencyOfABeam) {
     // The readings tell of a length that is known to 0.3 mm themselves, and nothing of one that is
     // known to 0.01 mm.
     measurement.uncertainties.length = 0.01e-3;
-    const fit::RecordingFit fit = fitted(measurement);
-    const fit::UncertaintyBudget budget = fit::uncertainty_budget(fit, measurement);
+    const auto [fit, budget] = fitted(measurement);
     EXPECT_NEAR(exponent(budget, fit, "length"), 4.0, 0.05);
     EXPECT_NEAR(exponent(budget, fit, "diameter"), -2.0, 0.02); // m' ∝ d², I ∝ d⁴
     EXPECT_NEAR(exponent(budget, fit, "density"), 1.0, 0.01);
@@ -53,8 +61,7 @@ TEST(UncertaintyBudget, OfTheModulusFollowsTheFrequencyOfABeam) {
 TEST(UncertaintyBudget, SharesOfOneParameterSumToOne) {
     measure::Measurement measurement = simulated_measurement();
     measurement.uncertainties.frames_per_second = 1e-4;
-    const fit::RecordingFit fit = fitted(measurement);
-    const fit::UncertaintyBudget budget = fit::uncertainty_budget(fit, measurement);
+    const auto [fit, budget] = fitted(measurement);
     ASSERT_EQ(budget.inputs.size(), 6U);
     for (std::size_t p = 0; p < budget.combined.size(); ++p) {
         double sum = budget.share_of_readings(p);
@@ -96,14 +103,13 @@ TEST(UncertaintyBudget, SensitivitiesAreWhatARestatedInputDoesToTheFit) {
     measurement.stem.added_masses = {{0.1, 2e-5, {}}};
     measurement.uncertainties.frames_per_second = 1e-3;
     measurement = read_with_noise(measurement, true_model(measurement, {}), 3);
-    const fit::RecordingFit fit = fitted(measurement);
-    const fit::UncertaintyBudget budget = fit::uncertainty_budget(fit, measurement);
+    const auto [fit, budget] = fitted(measurement);
     ASSERT_EQ(budget.inputs.size(), 8U);
     for (const fit::BudgetInput& line : budget.inputs) {
         // A tenth of u either way: the fit is linear there.
         const double change = 0.1 * line.input.standard_uncertainty;
-        const fit::RecordingFit above = fitted(restated(measurement, line.input.name, change));
-        const fit::RecordingFit below = fitted(restated(measurement, line.input.name, -change));
+        const fit::RecordingFit above = fitted(restated(measurement, line.input.name, change)).fit;
+        const fit::RecordingFit below = fitted(restated(measurement, line.input.name, -change)).fit;
         for (std::size_t p = 0; p < budget.combined.size(); ++p) {
             const double by_refit =
                 (above.parameters[p].value - below.parameters[p].value) / (2.0 * change);
@@ -123,7 +129,7 @@ TEST(UncertaintyBudget, PullIsTowardsTheInputThatMadeTheReadings) {
     measure::Measurement stated = read_with_noise(truth, true_model(truth, {}), 5);
     for (double& height : stated.heights)
         height -= wrong;
-    const fit::UncertaintyBudget budget = fit::uncertainty_budget(fitted(stated), stated);
+    const fit::UncertaintyBudget budget = fitted(stated).budget;
     const fit::BudgetInput& clamp = line_of(budget, "clamp height");
     EXPECT_GT(clamp.pull, 3.0);
     EXPECT_LT(clamp.uncertainty_with_readings, clamp.input.standard_uncertainty);
@@ -144,11 +150,10 @@ TEST(UncertaintyBudget, IntervalsCoverTheTruthWhenInputsAreAsUncertainAsStated) 
         measure::Measurement stated = real;
         for (const fit::StatedInput& input : fit::stated_inputs(real))
             stated = restated(stated, input.name, input.standard_uncertainty * normal(generator));
-        const fit::RecordingFit fit = fitted(stated);
-        const fit::UncertaintyBudget budget = fit::uncertainty_budget(fit, stated);
+        const FittedStem stem = fitted(stated);
         const auto squared = [&](const physics::ParameterId& id, double value) {
-            const std::size_t p = place_of(fit, id);
-            return std::pow((fit.parameters[p].value - value) / budget.combined[p], 2);
+            const std::size_t p = place_of(stem.fit, id);
+            return std::pow((stem.fit.parameters[p].value - value) / stem.budget.combined[p], 2);
         };
         modulus += squared(physics::bond_youngs_modulus, truth.bond_youngs_modulus);
         damping += squared(physics::bond_damping, truth.bond_damping);

@@ -93,8 +93,8 @@ TEST(Ladder, JudgesAStepAgainstTheLastModelThatWasAGain) {
     EXPECT_EQ(drag.added, (std::vector<std::string>{"taper", "quadratic_drag"}));
     EXPECT_DOUBLE_EQ(drag.delta_bic, drag.bic - ladder.models[0].bic);
     const auto modulus = [&](std::size_t model) {
-        const fit::RecordingFit& part = ladder.models[model].fit.parts.front();
-        return fit::case_beside_errors(part.model).stem.bond_youngs_modulus;
+        const fit::RecordingFit& part = ladder.models[model].stated.parts.front();
+        return part.model.spec.stem.bond_youngs_modulus;
     };
     EXPECT_DOUBLE_EQ(drag.modulus_change, modulus(2) / modulus(0) - 1.0);
     EXPECT_EQ(ladder.models[3].compared_with, 2u);
@@ -137,7 +137,7 @@ TEST(Verdict, OnAnExcerptOfOneCycleIsThatItCannotTell) {
     const measure::Measurement measurement = record("T1-null");
     const fit::Fit fit = tests::fit_baseline(measurement, options);
     ASSERT_FALSE(fit.failed()) << fit.reason;
-    const diagnose::Comparison comparison = diagnose::compare(fit, measurement);
+    const diagnose::Comparison comparison = diagnose::compare(fit, fit, measurement);
     EXPECT_EQ(comparison.verdict.finding, diagnose::Finding::Undecided);
     EXPECT_NE(comparison.verdict.reason.find("too few"), std::string::npos);
 }

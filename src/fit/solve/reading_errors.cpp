@@ -32,7 +32,7 @@ std::string term_name(const StatedInput& input, const measure::Measurement& meas
                            measurement.rig.empty() ? measurement.stem.id
                                                    : "rig " + measurement.rig);
     // A specimen that is clamped anew has another length, which was measured anew.
-    return fmt::format("{} {:.6g} of {}", input.name, input.value,
+    return fmt::format("{} ({:.6g} {}) of {}", input.name, input.value, input.unit,
                        measurement.specimen.empty() ? measurement.stem.id : measurement.specimen);
 }
 

@@ -18,9 +18,6 @@ struct BudgetInput {
     /// (fitted − stated value)/u. Of an input that the readings cannot tell it is 0.
     double pull = 0.0;
     double uncertainty_with_readings = 0.0; ///< of the input, statement and readings together
-
-    /// Do the readings contradict the statement?
-    [[nodiscard]] bool is_contradicted() const { return std::abs(pull) > contradiction; }
 };
 
 /// Of every fitted parameter. The inputs are independent, so the variance is what the noise of the

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What compare, calibrate and diagnose print of one model of one recording is the same.
+#include "calibrate/calibration.hpp"
+#include "diagnose/diagnosis.hpp"
+#include "diagnose/ladder.hpp"
+#include "fit/solve/residual_statistics.hpp"
+#include "measure/folder/measurement_folder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+struct Case {
+    std::string folder; ///< in tests/data
+    std::string effect; ///< empty: the published chain
+};
+
+void PrintTo(const Case& each, std::ostream* out) {
+    *out << each.folder;
+}
+
+measure::Measurement recording(const Case& each) {
+    return measure::read_measurement(std::filesystem::path(CULM_TEST_DATA_DIR) / each.folder);
+}
+
+fit::FitOptions few_spheres() {
+    fit::FitOptions options;
+    options.chain.spheres = 20;
+    return options;
+}
+
+fit::SelectedEffects effects(const Case& each) {
+    return each.effect.empty() ? fit::SelectedEffects{} : physics::parse_effects(each.effect, {});
+}
+
+diagnose::Ladder compared(const Case& each) {
+    std::vector<fit::SelectedEffects> sets;
+    if (!each.effect.empty())
+        sets.push_back(effects(each));
+    return diagnose::climb(recording(each), sets, few_spheres());
+}
+
+fit::RecordingFit calibrated(const Case& each) {
+    calibrate::CalibrationOptions options;
+    options.fit = few_spheres();
+    options.effects = effects(each);
+    return calibrate::calibrate_stem(recording(each), options).fit;
+}
+
+diagnose::Diagnosis diagnosed(const Case& each) {
+    diagnose::DiagnosisOptions options;
+    options.candidate = few_spheres();
+    options.candidates =
+        physics::parse_effects(each.effect.empty() ? "quadratic_drag" : each.effect, {});
+    options.null_draws = 0;
+    const measure::Measurement measurement = recording(each);
+    return diagnose::diagnose({&measurement, 1}, options);
+}
+
+void expect_same(const fit::RecordingFit& one, const fit::RecordingFit& other,
+                 const std::string& of) {
+    ASSERT_EQ(one.parameters.size(), other.parameters.size());
+    EXPECT_NEAR(fit::over_noise(other), fit::over_noise(one), 1e-4) << of;
+    for (const fit::FittedParameter& parameter : one.parameters) {
+        const fit::FittedParameter* same = other.find(parameter.id);
+        ASSERT_NE(same, nullptr) << to_string(parameter.id);
+        // A fit ends within 0.07 standard errors of the readings, of which the inputs' are a
+        // multiple.
+        EXPECT_NEAR(same->value, parameter.value, 0.05 * parameter.standard_error)
+            << of << " " << to_string(parameter.id);
+        EXPECT_NEAR(same->standard_error, parameter.standard_error,
+                    0.02 * parameter.standard_error)
+            << of << " " << to_string(parameter.id);
+    }
+}
+
+class ThreeCommands : public testing::TestWithParam<Case> {};
+
+TEST_P(ThreeCommands, PrintTheSameNumbers) {
+    const diagnose::Ladder ladder = compared(GetParam());
+    const fit::RecordingFit& by_compare = ladder.models.back().stated.parts.front();
+    expect_same(by_compare, calibrated(GetParam()), "calibrate");
+    const diagnose::Diagnosis found = diagnosed(GetParam());
+    ASSERT_EQ(found.ladder.back().stated.names, ladder.models.back().stated.names);
+    expect_same(by_compare, found.ladder.back().stated.parts.front(), "diagnose");
+    expect_same(ladder.models.front().stated.parts.front(), found.stated_baseline.parts.front(),
+                "the published chain by diagnose");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Recordings, ThreeCommands,
+    testing::Values(Case{"measurements/T1-null", ""},
+                    Case{"hidden-effect/T2-quadratic_drag", "quadratic_drag"},
+                    Case{"hidden-effect/T3-clamp_compliance", "clamp_compliance"},
+                    Case{"hidden-effect/T4-bending_nonlinearity", "bending_nonlinearity"},
+                    Case{"hidden-effect/T6-clamp_friction", "clamp_friction"}),
+    [](const auto& instance) {
+        return instance.param.effect.empty() ? "published_chain" : instance.param.effect;
+    });
+
+// The clamp height of the picture would have to be off by 9 mm, of which 0.2 mm are likely.
+TEST(ThreeCommandsTables, ShowASoftClampWithEveryInputAsStated) {
+    const diagnose::Ladder ladder =
+        compared({"hidden-effect/T3-clamp_compliance", "clamp_compliance"});
+    EXPECT_GT(ladder.comparisons[0].verdict.over_noise, 3.5);
+    EXPECT_LT(ladder.comparisons[1].verdict.over_noise, 1.05);
+    EXPECT_EQ(ladder.comparisons[0].verdict.finding, diagnose::Finding::Inadequate);
+    EXPECT_EQ(ladder.comparisons[1].verdict.finding, diagnose::Finding::Adequate);
+    const auto has_contradiction = [](const fit::Fit& fit) {
+        return std::ranges::any_of(fit.parameters, [](const fit::FittedParameter& parameter) {
+            return parameter.is_error && std::abs(parameter.value) > fit::contradiction;
+        });
+    };
+    EXPECT_TRUE(has_contradiction(ladder.models[0].fit));
+    EXPECT_FALSE(has_contradiction(ladder.models[1].fit));
+    const auto modulus = [&](std::size_t model) {
+        return ladder.models[model].stated.parts.front().find(physics::bond_youngs_modulus)->value;
+    };
+    EXPECT_NEAR(ladder.models[1].modulus_change, modulus(1) / modulus(0) - 1.0, 1e-12);
+}
+
+} // namespace
+} // namespace culm::tests
