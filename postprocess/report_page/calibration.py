@@ -11,8 +11,8 @@ from palette import BLACK, ORANGE, SERIES, VERMILLION
 from report_page.drawing import axis, bars, histogram_of, layout, level
 from report_page.markup import (Plot, Section, facts, folded, plain, provenance_rows, shown, table,
                                 with_error)
-from report_page.measured import (PARAMETER_COLUMNS, add_animation, colour_limit, legend_of,
-                                  map_plot, motion_plots, parameter_rows)
+from report_page.measured import (PARAMETER_COLUMNS, WITH_FREE_INPUTS, add_animation, colour_limit,
+                                  contradictions, legend_of, map_plot, motion_plots, parameter_rows)
 
 MOST_DETAILED = 3  # stems that are drawn one by one
 RELEASE = ("tip_deflection_m", "release_time_s")  # of one release: nobody carries them further
@@ -70,10 +70,10 @@ def _stem_table(stems: list) -> str:
                      with_error(stem["parameters"]["bond_youngs_modulus_pa"], 1e-9),
                      with_error(stem["parameters"]["bond_damping"]),
                      with_error(mode["b2_hz"]), with_error(mode["b1_per_cycle"]),
-                     fit["rmse_mm"], fit["noise_mm"], fit["reduced_chi2"],
+                     fit["rmse_mm"], fit["noise_mm"], fit["reduced_chi2"], contradictions(fit),
                      ", ".join(fit["failed_tests"]) or "none"])
     return table(["stem", "Y, GPa", "beta", "b2, Hz", "b1 per cycle", "rms, mm", "noise, mm",
-                  "reduced chi²", "failed tests"], rows)
+                  "reduced chi²*", "contradicted inputs", "failed tests*"], rows, WITH_FREE_INPUTS)
 
 
 def _value(stem: dict, key: str):

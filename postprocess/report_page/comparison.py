@@ -7,9 +7,10 @@ from command_results import Comparison, name_of, numbers
 from palette import BLUE, ORANGE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, log_axis
 from report_page.markup import Plot, Section, facts, folded, plain, provenance_rows, shown, table
-from report_page.measured import (FIRST, LAST, PARAMETER_COLUMNS, add_motion, amplitude_plots,
-                                  amplitude_table, colour_limit, legend_of, map_array, map_plot,
-                                  parameter_rows, read_motion, where_plots, where_table)
+from report_page.measured import (FIRST, LAST, PARAMETER_COLUMNS, WITH_FREE_INPUTS, add_motion,
+                                  amplitude_plots, amplitude_table, colour_limit, contradictions,
+                                  legend_of, map_array, map_plot, parameter_rows, read_motion,
+                                  where_plots, where_table)
 
 MOST_MAPS = 3
 
@@ -77,12 +78,13 @@ def _add_ladder(section: Section, comparison: Comparison):
                        shapes=[level(1.0, along="x")]), 150 + 42 * len(rungs))
     rows = [[name_of(rung), rung["rmse_mm"], rung["rmse_over_noise"], rung["reduced_chi2"],
              rung["bic"], rung.get("delta_bic"), _held_out(rung, "last_third"),
-             _held_out(rung, "one_height"), rung["verdict"]["finding_text"],
+             _held_out(rung, "one_height"), contradictions(rung), rung["verdict"]["finding_text"],
              {True: "improves", False: "no improvement"}.get(rung.get("gain"), "")] for rung in rungs]
     section.add_plots([plot], "Every model from the published chain upward; predicted: of readings "
                               "that the fit did not see.")
-    section.add(table(["model", "rms, mm", "/ noise", "reduced chi²", "BIC", "change of BIC",
-                       "last third", "one height", "verdict", ""], rows))
+    section.add(table(["model", "rms, mm", "/ noise", "reduced chi²*", "BIC*", "change of BIC*",
+                       "last third", "one height", "contradicted inputs", "verdict*", ""], rows,
+                      WITH_FREE_INPUTS))
 
 
 def _first_and_last(comparison: Comparison) -> list:

@@ -10,9 +10,10 @@ from palette import BLUE, GREY, ORANGE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, line, log_axis
 from report_page.markup import (Plot, Section, escaped, facts, folded, half_width, plain,
                                 provenance_rows, shown, table)
-from report_page.measured import (PARAMETER_COLUMNS, add_motion, amplitude_plots, amplitude_table,
-                                  colour_limit, legend_of, map_array, map_plot, parameter_rows,
-                                  read_motion, where_plots, where_table)
+from report_page.measured import (PARAMETER_COLUMNS, WITH_FREE_INPUTS, add_motion, amplitude_plots,
+                                  amplitude_table, colour_limit, contradictions, legend_of,
+                                  map_array, map_plot, parameter_rows, read_motion, where_plots,
+                                  where_table)
 
 MOST_RECORDINGS = 3
 
@@ -52,12 +53,14 @@ def _add_ladder(section: Section, content: dict):
                   legend=False, shapes=[level(noise, VERMILLION, "dash", "x")] if noise else [])
     rows = [[" + ".join(rung["model"]), rung["rmse_mm"], rung["reduced_chi2"],
              rung.get("delta_bic"), rung.get("held_out_before_over_noise"),
-             rung.get("held_out_over_noise"), rung["finding_text"]] for rung in ladder]
+             rung.get("held_out_over_noise"), contradictions(rung), rung["finding_text"]]
+            for rung in ladder]
     section.add_plots([Plot("ladder", "", "Residual of every model on the way to the answer.",
                             [trace], look, 130 + 52 * len(ladder))],
                       "Every model on the way to the answer.")
-    section.add(table(["model", "rms, mm", "reduced chi²", "change of BIC",
-                       "last third predicted before, / noise", "after", "verdict"], rows))
+    section.add(table(["model", "rms, mm", "reduced chi²*", "change of BIC*",
+                       "last third predicted before, / noise*", "after*", "contradicted inputs",
+                       "verdict*"], rows, WITH_FREE_INPUTS))
     section.add(table(PARAMETER_COLUMNS, parameter_rows(content["parameters"]),
                       "Parameters of the best model"))
     section.add(folded("Parameters of the published chain alone", table(
@@ -123,13 +126,13 @@ def _add_ranking(section: Section, content: dict):
                                 120 + 22 * len(ranked))],
                           "Beside the model of the first step. Score only: the error is what the "
                           "score test promises.")
-    rows = [[entry["effect"], entry["rmse_mm"], entry["delta_bic"], entry["p_value"],
+    rows = [[entry["effect"], entry["delta_bic"], entry["p_value"],
              "yes" if entry["refitted"] else "score only",
              entry["obstacle"] or (f"hard to distinguish from {', '.join(entry['looks_like'])}"
                                    if entry["looks_like"] else ""),
              entry.get("signature", "")] for entry in content["ranking"]]
     section.add(folded("All candidates with their signatures", table(
-        ["effect", "rms, mm", "change of BIC", "p", "fitted", "remark", "signature"], rows)))
+        ["effect", "change of BIC", "p", "fitted", "remark", "signature"], rows)))
     if content["failed"]:
         section.add(table(["candidate that could not be fitted", "why"],
                           [[entry["effect"], entry["reason"]] for entry in content["failed"]]))

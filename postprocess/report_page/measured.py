@@ -19,6 +19,8 @@ from report_page.picker import packed
 FIRST, LAST = BLUE, VERMILLION  # of the smallest and the largest model
 ANIMATED_CYCLES_MS = 1e3  # of the record that the moving stem shows
 MOST_FRAMES = 500
+WITH_FREE_INPUTS = ("* with the inputs free within their uncertainties; all else with every input "
+                    "as stated")
 LARGEST_PART = 0.995  # of the residuals fits the colours of a map
 
 
@@ -30,6 +32,11 @@ class Motion:
     heights_mm: np.ndarray  # (H)
     measured_mm: np.ndarray  # (T, H); NaN where nothing was seen
     models: list  # (name, predicted (T, H)), the published chain first
+
+
+def contradictions(fit: dict) -> str:
+    """Inputs that the readings pull by more than 3 standard uncertainties: "clamp height +44.2"."""
+    return ", ".join(f"{entry['name']} {entry['pull']:+.1f}" for entry in fit.get("contradicted_inputs", []))
 
 
 def read_motion(file: Path, group: str = "/") -> Motion | None:

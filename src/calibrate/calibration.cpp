@@ -52,15 +52,15 @@ FittedStem fitted(const measure::Measurement& measurement, const CalibrationOpti
     std::vector<fit::SelectedEffects> sets;
     if (!options.effects.empty()) {
         sets.push_back(options.effects);
-        static_cast<void>(fit::candidate_model(
-            fit::baseline_model(measurement, options.fit.chain), sets.front(), measurement));
+        static_cast<void>(fit::candidate_model(fit::baseline_model(measurement, options.fit.chain),
+                                               sets.front(), measurement));
     }
     fit::NestedFits fits = fit::fit_nested({&measurement, 1}, sets, options.fit);
     fit::ModelFit& model = fits.models.back();
     // A number at its bound is no calibration; one that the error terms push there may be.
-    const std::string& reason =
-        model.stated.reason.empty() && model.judged.failed() ? model.judged.reason
-                                                              : model.stated.reason;
+    const std::string& reason = model.stated.reason.empty() && model.judged.failed()
+                                    ? model.judged.reason
+                                    : model.stated.reason;
     if (!reason.empty())
         throw core::NumericalError(core::FailureKind::FitFailed,
                                    fmt::format("{}: {}", measurement.stem.id, reason));
@@ -91,9 +91,9 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
     result.verdict =
         diagnose::verdict_on(result.judged, residuals::swing_of(result.judged, measurement));
     if (options.with_profiles)
-        result.profiles = profile_intervals(
-            result.fit, stem.recording, result.judged.reduced_chi_squared,
-            solve_options(options.fit));
+        result.profiles =
+            profile_intervals(result.fit, stem.recording, result.judged.reduced_chi_squared,
+                              solve_options(options.fit));
     if (options.with_check) {
         try {
             result.check =
@@ -157,8 +157,8 @@ fit::StemModel with_value(fit::StemModel model, std::size_t parameter, double va
 
 class Profile {
   public:
-    Profile(const fit::RecordingFit& fit, const measure::Measurement& measurement,
-            double misfit, const fit::SolveOptions& options)
+    Profile(const fit::RecordingFit& fit, const measure::Measurement& measurement, double misfit,
+            const fit::SolveOptions& options)
         : fit_(fit), measurement_(measurement), options_(options),
           unit_(std::sqrt(std::max(1.0, misfit))) {}
 

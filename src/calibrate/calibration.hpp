@@ -71,8 +71,8 @@ struct CalibrationOptions {
 
 struct Calibration {
     std::string id;
-    fit::RecordingFit fit;    ///< with every input as stated
-    fit::RecordingFit judged; ///< with the error terms of the readings
+    fit::RecordingFit fit;         ///< with every input as stated
+    fit::RecordingFit judged;      ///< with the error terms of the readings
     fit::UncertaintyBudget budget; ///< of the fit's parameters, in their order
     integrate::VibrationMode mode;
     double damping_time = 0.0; ///< τ of M = E I (κ + τ κ̇), s

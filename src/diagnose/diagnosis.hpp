@@ -87,11 +87,11 @@ struct Diagnosis {
     FalseNaming false_naming;
     std::vector<Experiment> next_experiments; ///< the most telling first
     std::optional<MissingForce> missing_force;
-    fit::Fit baseline; ///< with the error terms, as SearchedModel::fit
-    fit::Fit final_fit; ///< likewise of the best model that was reached, named or not
+    fit::Fit baseline;        ///< with the error terms, as SearchedModel::fit
+    fit::Fit final_fit;       ///< likewise of the best model that was reached, named or not
     fit::Fit stated_baseline; ///< as SearchedModel::stated
     Policy policy;            ///< by which the answer was found
-    int runs = 0;       ///< of the chain with all its derivatives, for the fits of models
+    int runs = 0;             ///< of the chain with all its derivatives, for the fits of models
 };
 
 struct DiagnosisOptions {

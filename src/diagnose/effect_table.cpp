@@ -47,9 +47,9 @@ EffectCell EffectTable::cell(std::size_t measurement, const fit::SelectedEffects
         (void)fit::candidate_model(fit::baseline_model(measured, options.chain), effects, measured);
         const std::vector<measure::Measurement> exact =
             fit::with_inputs_as_stated(baseline->second.recordings);
-        return cell_of(fit::judged_model(
-            fit::fit_with_parts(effects, baseline->second.stated, exact, options),
-            baseline->second.recordings, options));
+        return cell_of(
+            fit::judged_model(fit::fit_with_parts(effects, baseline->second.stated, exact, options),
+                              baseline->second.recordings, options));
     } catch (const core::InputError& error) {
         failed.applies = false;
         failed.failure = error.what();

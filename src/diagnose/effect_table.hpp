@@ -16,7 +16,7 @@ struct EffectCell {
     bool applies = true; ///< false: the effects mean nothing for this measurement
     double rmse = 0.0;   ///< m, with every input as stated
     double over_noise = 0.0;
-    double reduced_chi_squared = 0.0; ///< with the error terms of the readings
+    double reduced_chi_squared = 0.0;             ///< with the error terms of the readings
     std::vector<fit::FittedParameter> parameters; ///< the effects' only
     bool is_at_bound = false;                     ///< one of them
     int runs = 0;

@@ -95,8 +95,9 @@ class Search {
         result.runs = field_.runs();
         result.final_fit = *state.fit;
         result.blind_spots = state.scores;
-        complete({recordings_, options_, field_.candidates(), state.model, result.ladder.front().fit,
-                  state.first, state.rivals, state.refused, state.is_one_law},
+        complete({recordings_, options_, field_.candidates(), state.model,
+                  result.ladder.front().fit, state.first, state.rivals, state.refused,
+                  state.is_one_law},
                  result);
         return result;
     }

@@ -49,14 +49,12 @@ BaselineFit fit_chain_to(std::vector<measure::Measurement> known, std::vector<Re
     BaselineFit out{std::move(known), {}, {}, std::move(alone)};
     const std::vector<measure::Measurement> stated = with_inputs_as_stated(out.recordings);
     const bool is_exact = exact && !stated.front().errors && !stated.front().noise_model;
-    out.stated =
-        is_exact ? *std::move(exact) : fit_again({}, out.alone, stated, options);
+    out.stated = is_exact ? *std::move(exact) : fit_again({}, out.alone, stated, options);
     // Terms are linear about a recording's own fit: where recordings disagree, a joint one may be
     // cycles away from each of them.
     const bool is_one = stated.size() == 1 && !out.stated.failed();
     if (is_one && !is_exact)
-        out.recordings =
-            with_reading_errors(out.recordings, out.stated.parts, options.heartbeat);
+        out.recordings = with_reading_errors(out.recordings, out.stated.parts, options.heartbeat);
     out.fit = fit_again({}, is_one ? out.stated.parts : out.alone, out.recordings, options);
     out.fit.runs += out.stated.runs;
     if (!out.stated.failed() && !out.fit.failed())
@@ -82,8 +80,7 @@ Fit with_noise_of(std::span<const measure::Measurement> recordings, const Fit& s
 }
 
 bool contains_all(const SelectedEffects& larger, const SelectedEffects& smaller) {
-    return std::ranges::all_of(smaller,
-                               [&](const auto& each) { return contains(larger, each); });
+    return std::ranges::all_of(smaller, [&](const auto& each) { return contains(larger, each); });
 }
 
 /// The largest fitted model within `effects`; the chain itself if there is none.

@@ -64,8 +64,8 @@ struct ModelFit {
 /// other model is fitted to these.
 struct BaselineFit {
     std::vector<measure::Measurement> recordings;
-    Fit fit;    ///< ModelFit::judged
-    Fit stated; ///< ModelFit::stated
+    Fit fit;                           ///< ModelFit::judged
+    Fit stated;                        ///< ModelFit::stated
     std::vector<RecordingFit> alone{}; ///< (recordings) without errors; empty: nothing moves
 };
 /// with_reading_errors() about each recording's own fit of the chain, and the fits of all from

@@ -205,9 +205,8 @@ json ladder_model_json(const diagnose::Ladder& ladder, std::size_t k,
         out["failure"] = model.fit.reason;
         return out;
     }
-    out.update(
-        compared_fit_json(model.stated.parts.front(), model.fit,
-                          ladder.comparisons[*ladder.comparison[k]]));
+    out.update(compared_fit_json(model.stated.parts.front(), model.fit,
+                                 ladder.comparisons[*ladder.comparison[k]]));
     out["moves"] = model.fit.moves();
     out["bic"] = number(model.bic);
     if (k > 0) {

@@ -60,8 +60,7 @@ std::string where_it_fails(const Comparison& comparison) {
     if (comparison.by_height.size() > 1)
         text += fmt::format(" at h = {:.4g} mm ({:.1f} times the noise; the mean over the heights "
                             "is {:.1f}) and",
-                            1e3 * height->lower, height->over_noise,
-                            comparison.verdict.over_noise);
+                            1e3 * height->lower, height->over_noise, comparison.verdict.over_noise);
     text += fmt::format(" in the {} third of the time ({:.1f} times the noise", names[third],
                         time->over_noise);
     for (std::size_t k = 0; k < comparison.by_time.size(); ++k)

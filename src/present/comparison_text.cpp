@@ -65,9 +65,9 @@ std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style)
     std::size_t width = 8;
     for (const diagnose::LadderModel& model : ladder.models)
         width = std::max(width, model_name(model.fit.names).size());
-    std::string text =
-        fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>10} {:>10} {:>10}  {}\n", "model", width, "rms mm",
-                    "/noise", "red. chi2*", "BIC*", "last third", "one height", "verdict*");
+    std::string text = fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>10} {:>10} {:>10}  {}\n", "model",
+                                   width, "rms mm", "/noise", "red. chi2*", "BIC*", "last third",
+                                   "one height", "verdict*");
     for (std::size_t k = 0; k < ladder.models.size(); ++k)
         text += ladder_line(ladder, k, width, style);
     return text + "* with the inputs free within their uncertainties; all else with every input as "

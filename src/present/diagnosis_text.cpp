@@ -115,11 +115,12 @@ std::vector<std::string> sentences_on_unknown(const diagnose::Diagnosis& found) 
 
 std::string adequate_sentence(const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = report.found;
-    return fmt::format(
-        "The residual is {} mm (rms), the noise {} mm. {} of {} other effects would "
-        "be detected from the sizes below on.",
-        number_cell(1e3 * found.ladder.front().stated.rmse, 4), number_cell(1e3 * report.noise(), 4),
-        std::ranges::count_if(found.blind_spots, is_detectable), found.blind_spots.size());
+    return fmt::format("The residual is {} mm (rms), the noise {} mm. {} of {} other effects would "
+                       "be detected from the sizes below on.",
+                       number_cell(1e3 * found.ladder.front().stated.rmse, 4),
+                       number_cell(1e3 * report.noise(), 4),
+                       std::ranges::count_if(found.blind_spots, is_detectable),
+                       found.blind_spots.size());
 }
 
 /// "quadratic_drag", "material damping (relaxation or hysteretic_damping)".
@@ -258,8 +259,7 @@ std::string candidate_line(const diagnose::RankedEffect& ranked) {
 
 /// The best candidates; all of them are in the JSON.
 std::string candidate_lines(const std::vector<diagnose::RankedEffect>& ranking) {
-    std::string text =
-        fmt::format("{:<24} {:>10} {:>9}\n", "candidates, best first", "BIC*", "p*");
+    std::string text = fmt::format("{:<24} {:>10} {:>9}\n", "candidates, best first", "BIC*", "p*");
     std::size_t fitted = 0;
     std::string failed;
     for (const diagnose::RankedEffect& ranked : ranking) {

@@ -54,8 +54,7 @@ struct ReadableParameter {
 [[nodiscard]] std::string contradiction_sentence(std::span<const fit::FittedParameter> parameters);
 
 /// [{"name", "pull"}] of the same.
-[[nodiscard]] nlohmann::json
-contradictions_json(std::span<const fit::FittedParameter> parameters);
+[[nodiscard]] nlohmann::json contradictions_json(std::span<const fit::FittedParameter> parameters);
 
 /// "baseline + quadratic_drag".
 [[nodiscard]] std::string model_name(const std::vector<std::string>& names);

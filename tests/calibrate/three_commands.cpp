@@ -76,8 +76,7 @@ void expect_same(const fit::RecordingFit& one, const fit::RecordingFit& other,
         // multiple.
         EXPECT_NEAR(same->value, parameter.value, 0.05 * parameter.standard_error)
             << of << " " << to_string(parameter.id);
-        EXPECT_NEAR(same->standard_error, parameter.standard_error,
-                    0.02 * parameter.standard_error)
+        EXPECT_NEAR(same->standard_error, parameter.standard_error, 0.02 * parameter.standard_error)
             << of << " " << to_string(parameter.id);
     }
 }

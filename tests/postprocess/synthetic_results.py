@@ -90,6 +90,7 @@ def comparison_rung(names, finding, predicted, decay):
     rung = {
         "model": names, "added": names[1:], "runs": 9, "starts": 1, "moves": True,
         "rmse_mm": NOISE_MM * ratio, "rmse_over_noise": ratio, "reduced_chi2": ratio**2,
+        "contradicted_inputs": [{"name": "clamp height", "pull": 44.2}] if ratio > 1.0 else [],
         "degrees_of_freedom": 170, "effective_degrees_of_freedom": 120.5,
         "parameters": parameters(), "bic": 1000.0 * ratio, "sentences": [sentence, "And so on."],
         "verdict": {"finding": finding, "finding_text": f"finding: {finding}",
@@ -156,9 +157,9 @@ def write_comparison(folder, name="T2", with_arrays=True):
 def diagnosis(name="T2", verdict="effect"):
     united = {key: {**value, "unit": ""} for key, value in parameters().items()}
     rung = {"model": ["baseline"], "rmse_mm": 0.2, "reduced_chi2": 25.0, "finding": "inadequate",
-            "finding_text": "finding: inadequate", "p_value": 0.0, "tests": "size", "parameters": united}
+            "contradicted_inputs": [{"name": "scale", "pull": -3.1}], "finding_text": "finding: inadequate", "p_value": 0.0, "tests": "size", "parameters": united}
     better = {**rung, "model": ["baseline", "quadratic_drag"], "rmse_mm": NOISE_MM,
-              "finding": "adequate", "finding_text": "finding: adequate", "delta_bic": -4000.0, "held_out_over_noise": 1.0,
+              "contradicted_inputs": [], "finding": "adequate", "finding_text": "finding: adequate", "delta_bic": -4000.0, "held_out_over_noise": 1.0,
               "held_out_before_over_noise": 4.0}
     named = verdict in ("effect", "tie")
     force = {"kind": "force_per_length", "form": "(-0.002)*v*abs(v)", "character": "dissipative",
@@ -236,7 +237,8 @@ def calibrated(name, adequate=True):
         "mode": {"b2_hz": estimate(60.0), "b1_per_cycle": estimate(-0.2),
                  "natural_frequency_hz": 60.0, "damping_ratio": 0.03, "damping_time_s": 1e-4},
         "fit": {"rmse_mm": 0.05, "noise_mm": NOISE_MM, "noise_source": "stated",
-                "reduced_chi2": 1.1, "degrees_of_freedom": 170, "readings": 180, "runs": 12,
+                "rmse_over_noise": 1.2, "reduced_chi2": 1.1, "contradicted_inputs": [],
+                "degrees_of_freedom": 170, "readings": 180, "runs": 12,
                 "adequate": adequate, "reason": "", "failed_tests": [] if adequate else ["size"],
                 "tests": [{"name": "size", "p_value": 1e-9, "adjusted_p_value": 2e-9}]},
         "chain": {"law": "consistent", "bond_youngs_modulus_pa": 1e9, "bond_damping": 1.0,

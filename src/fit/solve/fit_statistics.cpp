@@ -339,8 +339,7 @@ gradients_of_terms(std::span<const measure::Measurement> recordings, const Joint
 
 void add_input_uncertainty(std::span<const measure::Measurement> recordings, double misfit,
                            Fit& fit) {
-    const JointLayout layout =
-        joint_layout(start_from(fit), recordings, belongs_to_recording);
+    const JointLayout layout = joint_layout(start_from(fit), recordings, belongs_to_recording);
     InverseInformation known = inverse_information(joint_information(layout, fit));
     const Eigen::MatrixXd inverse = known.inverse;
     known.inverse *= std::max(1.0, misfit);

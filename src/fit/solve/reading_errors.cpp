@@ -267,8 +267,7 @@ void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerC
                   const run::Heartbeat& heartbeat, ReadingErrors& errors) {
     const double modulus = first.log_modulus - finer.log_modulus;
     const double damping = first.log_damping - finer.log_damping;
-    ReadingErrors::Term doubt{
-        division_name, {}, order_doubt * modulus, order_doubt * damping};
+    ReadingErrors::Term doubt{division_name, {}, order_doubt * modulus, order_doubt * damping};
     errors.known.log_modulus = likely_order * modulus;
     errors.known.log_damping = likely_order * damping;
     if (finer.matters) {
@@ -367,11 +366,11 @@ with_inputs_as_stated(std::span<const measure::Measurement> recordings) {
         if (!recording.errors)
             continue;
         const ReadingErrors::Term& known = recording.errors->known;
-        const bool is_exact = known.readings.empty() && known.log_modulus == 0.0 &&
-                              known.log_damping == 0.0;
+        const bool is_exact =
+            known.readings.empty() && known.log_modulus == 0.0 && known.log_damping == 0.0;
         recording.errors = is_exact ? nullptr
-                                    : std::make_shared<const ReadingErrors>(ReadingErrors{
-                                          recording.errors->times, known, {}});
+                                    : std::make_shared<const ReadingErrors>(
+                                          ReadingErrors{recording.errors->times, known, {}});
     }
     return out;
 }

@@ -73,8 +73,8 @@ UncertaintyBudget uncertainty_budget(const RecordingFit& stated, const Recording
         for (std::size_t p = 0; p < count; ++p) {
             // With the stated value larger by u the same readings give a parameter that is smaller
             // by the change.
-            const double change = stated.input_changes(static_cast<Eigen::Index>(p),
-                                                       static_cast<Eigen::Index>(k));
+            const double change =
+                stated.input_changes(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k));
             line.sensitivities.push_back(-change / line.input.standard_uncertainty);
             of_readings[p] -= change * change;
             if (changes_readings(line.input, is_stated))
