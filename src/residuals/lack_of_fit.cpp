@@ -45,7 +45,6 @@ std::vector<double> swing_residuals(const fit::RecordingFit& fit, const Eigen::M
             weights = std::move(frame);
         }
     }
-    weights = fit::whitening_of(fit).turned(weights);
     std::vector<double> values;
     for (std::size_t i = 0; i < fit.times.size(); ++i) {
         double sum = 0.0;
@@ -171,10 +170,9 @@ LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing) {
     result.spatial_share = pattern.share;
     const double size = std::sqrt(pattern.share * whitened.squaredNorm() /
                                   static_cast<double>(std::max<Eigen::Index>(whitened.rows(), 1)));
-    const std::vector<double> shape = fit::whitening_of(fit).turned_back(
-        {pattern.shape.data(), pattern.shape.data() + pattern.shape.size()});
-    for (std::size_t j = 0; j < shape.size(); ++j)
-        result.spatial_pattern.push_back(size * shape[j] * fit.noise[j]);
+    for (std::size_t j = 0; j < fit.noise.size(); ++j)
+        result.spatial_pattern.push_back(size * pattern.shape(static_cast<Eigen::Index>(j)) *
+                                         fit.noise[j]);
     return result;
 }
 

@@ -2,7 +2,9 @@
 // Cases side by side in SIMD lanes, one stem per lane; and one case by SUNDIALS.
 #pragma once
 
-#include "run/simulate.hpp"
+#include "integrate/sundials/integrator.hpp"
+#include "run/case_result.hpp"
+#include "run/case_spec.hpp"
 
 #include <span>
 #include <vector>

@@ -5,6 +5,7 @@
 #include "run/case_model.hpp"
 #include "run/lane_packing.hpp"
 #include "run/recorder.hpp"
+#include "run/simulate.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -92,26 +92,40 @@ Eigen::MatrixXcd coefficients(double common, Eigen::Index bins, Eigen::Index row
     return out;
 }
 
-TEST(IndependentRows, AreCountedWhateverTheirSpectrum) {
-    EXPECT_GT(fit::independent_rows(coefficients(0.0, 100, 14, 6)), 13.0);
-    // Eigenvalues 7.5 and thirteen times 0.5, for uneven frequencies rather less apart.
-    EXPECT_NEAR(fit::independent_rows(coefficients(0.5, 100, 14, 7)), 4.0, 1.0);
-    EXPECT_NEAR(fit::independent_rows(coefficients(1.0, 100, 14, 8)), 1.0, 0.1);
+TEST(CommonShare, IsFoundWhateverTheSpectrum) {
+    EXPECT_EQ(fit::common_share_of(coefficients(0.0, 100, 14, 6)), 0.0);
+    EXPECT_NEAR(fit::common_share_of(coefficients(0.5, 100, 14, 7)), 0.5, 0.1);
+    EXPECT_GT(fit::common_share_of(coefficients(1.0, 100, 14, 8)), 0.95);
+    // Eigenvalues 7.5 and thirteen times 0.5.
+    EXPECT_NEAR(fit::independent_rows(0.5, 14.0), 196.0 / (7.5 * 7.5 + 13.0 * 0.25), 1e-12);
 }
 
-// Of rows that err together the scatter about the spectrum is large. Taken for that of independent
-// ones it made slow noise white (and two of fifteen recordings without an effect inexplicable).
-TEST(Series, OfRowsThatErrTogetherHaveTheirCorrelation) {
+// Rows that err together scatter about the spectrum by more than independent ones. Taken for
+// independent they would appear to be correlated by 0.98.
+TEST(SlowNoise, OfRowsThatErrTogetherHasItsCorrelation) {
     constexpr Eigen::Index bins = 94;
     const Eigen::MatrixXcd found = coefficients(0.5, bins, 14, 9);
     std::vector<Eigen::Index> at;
     for (Eigen::Index k = 1; k <= bins; ++k)
         at.push_back(k);
-    const measure::NoiseModel::Series series = fit::series_of(
-        found.cwiseAbs2().rowwise().mean(), fit::independent_rows(found), at, 2 * bins);
-    EXPECT_NEAR(series.correlation, 0.9, 0.05); // of independent rows it would be 0.98
+    const fit::SlowNoise slow = fit::slow_noise_of(
+        found.cwiseAbs2().rowwise().mean(),
+        fit::independent_rows(fit::common_share_of(found), 14.0), at, 2 * bins);
+    EXPECT_NEAR(slow.correlation, 0.9, 0.05);
     // Of what is new from frame to frame the record tells more than of the slow sum.
-    EXPECT_NEAR(series.variance * (1.0 - std::pow(series.correlation, 2)), 0.19, 0.04);
+    EXPECT_NEAR(slow.variance * (1.0 - std::pow(slow.correlation, 2)), 0.19, 0.04);
+}
+
+TEST(SlowNoise, OfWhiteNoiseIsNone) {
+    std::mt19937 dice(12);
+    std::exponential_distribution<double> law;
+    Eigen::ArrayXd power(100);
+    std::vector<Eigen::Index> at;
+    for (Eigen::Index k = 0; k < power.size(); ++k) {
+        power(k) = law(dice);
+        at.push_back(k + 1);
+    }
+    EXPECT_EQ(fit::slow_noise_of(power, 1.0, at, 202).correlation, 0.0);
 }
 
 } // namespace

@@ -291,25 +291,20 @@ TEST(Whitening, OfANoiseModelIsTheInverseRootOfItsCovariance) {
     constexpr std::size_t frames = 14;
     constexpr std::size_t rows = 2;
     measure::NoiseModel model;
-    model.rotation = {std::sqrt(0.5), std::sqrt(0.5), std::sqrt(0.5), -std::sqrt(0.5)};
-    model.series = {{3.0, 0.7, 0.8}, {0.5, 0.0, 0.0}};
+    model.correlation = 0.8;
+    model.common_share = 0.6;
     std::vector<bool> is_seen(frames * rows, true);
     constexpr std::size_t lost = 5; // a frame that was not seen
     is_seen[lost * rows] = is_seen[lost * rows + 1] = false;
     const auto count = static_cast<Eigen::Index>(frames * rows);
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(count, count);
     for (std::size_t a = 0; a < frames * rows; ++a)
-        for (std::size_t b = 0; b < frames * rows; ++b)
-            for (std::size_t s = 0; s < rows; ++s) {
-                const auto lag = static_cast<double>(a / rows) - static_cast<double>(b / rows);
-                const measure::NoiseModel::Series& of = model.series[s];
-                const double of_series =
-                    of.variance * of.correlated_share * std::pow(of.correlation, std::abs(lag)) +
-                    (lag == 0.0 ? of.variance * (1.0 - of.correlated_share) : 0.0);
-                covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) +=
-                    model.rotation[s * rows + a % rows] * model.rotation[s * rows + b % rows] *
-                    of_series;
-            }
+        for (std::size_t b = 0; b < frames * rows; ++b) {
+            const auto lag = static_cast<double>(a / rows) - static_cast<double>(b / rows);
+            covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) =
+                std::pow(model.correlation, std::abs(lag)) *
+                (a % rows == b % rows ? 1.0 : model.common_share);
+        }
     std::vector<Eigen::Index> seen;
     for (Eigen::Index k = 0; k < count; ++k)
         if (is_seen[static_cast<std::size_t>(k)])

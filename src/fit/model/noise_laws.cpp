@@ -109,64 +109,33 @@ Tails tails_of(const std::vector<double>& values, double half_step) {
     return best;
 }
 
-Eigen::ArrayXd spectrum_of(const measure::NoiseModel::Series& series,
-                           const std::vector<Eigen::Index>& bins, Eigen::Index frames) {
+Eigen::ArrayXd spectrum_of(double correlation, const std::vector<Eigen::Index>& bins,
+                           Eigen::Index frames) {
     Eigen::ArrayXd out(static_cast<Eigen::Index>(bins.size()));
-    const double rho = series.correlation;
     for (std::size_t k = 0; k < bins.size(); ++k) {
         const double turn =
             2.0 * std::numbers::pi * static_cast<double>(bins[k]) / static_cast<double>(frames);
-        out(static_cast<Eigen::Index>(k)) = 1.0 - series.correlated_share +
-                                            series.correlated_share * (1.0 - rho * rho) /
-                                                (1.0 - 2.0 * rho * std::cos(turn) + rho * rho);
+        out(static_cast<Eigen::Index>(k)) =
+            (1.0 - correlation * correlation) /
+            (1.0 - 2.0 * correlation * std::cos(turn) + correlation * correlation);
     }
     return out;
 }
 
-namespace {
-
-/// Whittle's (1953) likelihood of mean periodograms, each the mean of `copies` independent ones,
-/// at its best variance, which it sets.
-double whittle(const Eigen::ArrayXd& power, double copies, const Eigen::ArrayXd& shape,
-               double& variance) {
-    // A line that nobody expected stands far above its neighbours: it is no noise, and left out.
-    const double most = 1.0 + 8.0 / std::sqrt(copies) + 4.0 / copies;
-    Eigen::ArrayXd ratio = power / shape;
-    variance = ratio.mean();
-    for (int pass = 0; pass < 4; ++pass) {
-        const Eigen::Array<bool, Eigen::Dynamic, 1> is_noise = ratio < most * variance;
-        variance = is_noise.select(ratio, 0.0).sum() /
-                   std::max(1.0, static_cast<double>(is_noise.count()));
-    }
-    ratio = ratio.min(most * variance);
-    return -copies * (shape.log() + std::log(variance) + ratio / variance).sum();
-}
-
-} // namespace
-
-measure::NoiseModel::Series series_of(const Eigen::ArrayXd& power, double copies,
-                                      const std::vector<Eigen::Index>& bins, Eigen::Index frames) {
-    measure::NoiseModel::Series best;
-    const double white = whittle(power, copies, Eigen::ArrayXd::Ones(power.size()), best.variance);
-    double likelihood = white;
-    measure::NoiseModel::Series trial;
-    for (const double correlation :
-         {0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99})
-        for (const double share : {1.0, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1}) {
-            trial.correlation = correlation;
-            trial.correlated_share = share;
-            const double found =
-                whittle(power, copies, spectrum_of(trial, bins, frames), trial.variance);
-            if (found > likelihood) {
-                best = trial;
-                likelihood = found;
-            }
-        }
-    // Two numbers more: χ² of two degrees of freedom has the tail e^(−x/2).
-    if (!(std::exp(-(likelihood - white)) < significance))
-        static_cast<void>(
-            whittle(power, copies, Eigen::ArrayXd::Ones(power.size()), (best = {}).variance));
-    return best;
+SlowNoise slow_noise_of(const Eigen::ArrayXd& power, double copies,
+                        const std::vector<Eigen::Index>& bins, Eigen::Index frames) {
+    constexpr double largest_correlation = 0.995;
+    constexpr int digits = 12; // binary
+    const auto negative = [&](double correlation) {
+        const Eigen::ArrayXd shape = spectrum_of(correlation, bins, frames);
+        return copies * (shape.log() + std::log((power / shape).mean())).sum();
+    };
+    const auto [correlation, smallest] =
+        boost::math::tools::brent_find_minima(negative, 0.0, largest_correlation, digits);
+    const double gain = negative(0.0) - smallest;
+    if (!(gain > 0.0) || !(boost::math::gamma_q(0.5, gain) < significance))
+        return {power.mean(), 0.0};
+    return {(power / spectrum_of(correlation, bins, frames)).mean(), correlation};
 }
 
 Eigen::MatrixXcd fourier_coefficients(const Eigen::MatrixXd& rest,
@@ -186,46 +155,40 @@ Eigen::MatrixXcd fourier_coefficients(const Eigen::MatrixXd& rest,
     return out;
 }
 
-bool are_alike(const Eigen::MatrixXd& covariance, double bins) {
-    double sum = 0.0;
-    double pairs = 0.0;
-    for (Eigen::Index a = 0; a < covariance.rows(); ++a)
-        for (Eigen::Index b = a + 1; b < covariance.rows(); ++b) {
-            sum += 2.0 * bins * covariance(a, b) * covariance(a, b) /
-                   (covariance(a, a) * covariance(b, b));
-            pairs += 1.0;
-        }
-    return pairs > 0.0 && boost::math::gamma_q(0.5 * pairs, 0.5 * sum) < significance;
-}
-
-double independent_rows(const Eigen::MatrixXcd& found) {
+double common_share_of(const Eigen::MatrixXcd& found) {
+    const auto rows = static_cast<double>(found.cols());
+    if (rows < 2.0)
+        return 0.0;
     const Eigen::MatrixXcd directions = found.rowwise().normalized();
     const auto bins = static_cast<double>(found.rows());
-    const Eigen::MatrixXd covariance = (directions.adjoint() * directions).real() / bins;
-    // By chance independent rows have more of it: the real part of so many complex products.
-    const double together = covariance.squaredNorm() / std::pow(covariance.trace(), 2) - 0.5 / bins;
-    return std::min(static_cast<double>(found.cols()), 1.0 / std::max(together, 1e-3));
+    const Eigen::MatrixXd covariance = rows * (directions.adjoint() * directions).real() / bins;
+    const double pairs = 0.5 * rows * (rows - 1.0);
+    const double share = 0.5 * (covariance.sum() - covariance.trace()) / pairs;
+    // The real part of n products of independent complex coefficients has the variance n/2.
+    const double score = share * std::sqrt(2.0 * bins * pairs);
+    return boost::math::cdf(complement(boost::math::normal(), score)) < significance
+               ? std::min(share, 0.99)
+               : 0.0;
+}
+
+double independent_rows(double common_share, double rows) {
+    const double largest = 1.0 + (rows - 1.0) * common_share;
+    const double others = 1.0 - common_share;
+    return rows * rows / (largest * largest + (rows - 1.0) * others * others);
 }
 
 std::string in_words(const measure::NoiseModel& model, const Tails& tails, double noise,
                      double step, const std::string& source) {
-    double variance = 0.0;
-    double correlation = 0.0;
-    for (const measure::NoiseModel::Series& each : model.series) {
-        variance += each.variance / static_cast<double>(model.series.size());
-        correlation = std::max(correlation, each.correlated_share * each.correlation);
-    }
-    noise *= 1e3 * std::sqrt(variance);
-    std::string text = fmt::format("{:.4g} mm in motion ({})", noise, source);
+    std::string text = fmt::format("{:.4g} mm in motion ({})", 1e3 * noise, source);
     if (step > 0.0)
         text += fmt::format(", rounded to {:.3g} mm", 1e3 * step);
     if (tails.is_heavy)
         text +=
             fmt::format(", with outliers (Student's t of {:g} degrees of freedom)", tails.degrees);
-    if (correlation > 0.0)
-        text += fmt::format(", correlated by {:.2f} from frame to frame", correlation);
-    if (!model.rotation.empty())
-        text += ", in part common to the rows";
+    if (model.correlation > 0.0)
+        text += fmt::format(", correlated by {:.2f} from frame to frame", model.correlation);
+    if (model.common_share > 0.0)
+        text += fmt::format(" and by {:.2f} from row to row", model.common_share);
     return text;
 }
 

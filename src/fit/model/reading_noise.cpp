@@ -165,44 +165,8 @@ double rounding_step(const measure::Measurement& measurement) {
 }
 
 Whitening::Whitening(std::shared_ptr<const measure::NoiseModel> model, std::size_t rows,
-                     const std::vector<bool>& is_seen)
-    : model_(std::move(model)), rows_(rows), is_seen_(is_seen) {
-    if (!model_)
-        return;
-    const std::size_t frames = is_seen.size() / rows;
-    for (std::size_t i = 0; i < frames; ++i) {
-        bool is_complete = true;
-        for (std::size_t j = 0; j < rows; ++j)
-            is_complete = is_complete && is_seen[i * rows + j];
-        is_complete_.push_back(is_complete);
-    }
-    steps_.resize(is_seen.size());
-    for (std::size_t s = 0; s < rows; ++s)
-        add_series(s, is_seen);
-}
-
-// Readings are a state that decays by ρ from frame to frame and is fed with fresh noise, seen
-// through white noise. Kalman's filter predicts each from those before it; what is new in it is
-// white, and its variance known: the same as celerite's factor of the covariance (Foreman-Mackey et
-// al. 2017) for one real term.
-void Whitening::add_series(std::size_t series, const std::vector<bool>& is_seen) {
-    const measure::NoiseModel::Series& of = model_->series[series];
-    const double of_state = of.variance * of.correlated_share;
-    const double white = of.variance - of_state;
-    double variance = of_state;
-    double carry = 1.0;
-    for (std::size_t i = 0; i < is_complete_.size(); ++i) {
-        Step& step = steps_[i * rows_ + series];
-        if (is_turned() ? is_complete_[i] : static_cast<bool>(is_seen[i * rows_ + series])) {
-            const double of_new = variance + white;
-            step = {carry, variance / of_new, 1.0 / std::sqrt(of_new)};
-            variance *= 1.0 - step.gain;
-            carry = 1.0;
-        }
-        carry *= of.correlation;
-        variance = of.correlation * of.correlation * (variance - of_state) + of_state;
-    }
-}
+                     std::vector<bool> is_seen)
+    : model_(std::move(model)), rows_(rows), is_seen_(std::move(is_seen)) {}
 
 void Whitening::apply(std::span<double> values) const {
     for (std::size_t at = 0; at < values.size(); ++at)
@@ -210,49 +174,50 @@ void Whitening::apply(std::span<double> values) const {
             values[at] = 0.0;
     if (!model_)
         return;
-    const bool is_relative = !model_->relative.empty();
-    for (std::size_t at = 0; at < values.size() && is_relative; ++at)
-        if (is_seen_[at])
-            values[at] /= model_->relative[at];
-    std::vector<double> states(rows_, 0.0);
-    for (std::size_t i = 0; i < is_complete_.size(); ++i) {
-        double* const frame = values.data() + i * rows_;
-        if (is_turned()) {
-            if (!is_complete_[i])
-                continue;
-            const std::vector<double> series = turned({frame, frame + rows_});
-            std::copy(series.begin(), series.end(), frame);
-        }
-        for (std::size_t s = 0; s < rows_; ++s) {
-            const Step& step = steps_[i * rows_ + s];
-            if (step.inverse_deviation == 0.0)
-                continue;
-            states[s] *= step.carry;
-            const double fresh = frame[s] - states[s];
-            states[s] += step.gain * fresh;
-            frame[s] = fresh * step.inverse_deviation;
-        }
+    if (!model_->relative.empty())
+        for (std::size_t at = 0; at < values.size(); ++at)
+            values[at] /= is_seen_[at] ? model_->relative[at] : 1.0;
+    if (model_->common_share > 0.0)
+        separate_rows(values);
+    if (model_->correlation > 0.0)
+        separate_frames(values);
+}
+
+// The covariance of m rows is (1 − c) I + c 1 1ᵀ: 1 + (m − 1) c along their mean, 1 − c across it.
+void Whitening::separate_rows(std::span<double> values) const {
+    const double share = model_->common_share;
+    for (std::size_t first = 0; first < values.size(); first += rows_) {
+        double sum = 0.0;
+        double seen = 0.0;
+        for (std::size_t at = first; at < first + rows_; ++at)
+            if (is_seen_[at]) {
+                sum += values[at];
+                seen += 1.0;
+            }
+        if (seen == 0.0)
+            continue;
+        const double along = std::sqrt((1.0 - share) / (1.0 + (seen - 1.0) * share));
+        for (std::size_t at = first; at < first + rows_; ++at)
+            if (is_seen_[at])
+                values[at] = (values[at] - (1.0 - along) * sum / seen) / std::sqrt(1.0 - share);
     }
 }
 
-std::vector<double> Whitening::turned(const std::vector<double>& weights) const {
-    if (!is_turned())
-        return weights;
-    std::vector<double> out(rows_, 0.0);
-    for (std::size_t s = 0; s < rows_; ++s)
-        for (std::size_t j = 0; j < rows_; ++j)
-            out[s] += model_->rotation[s * rows_ + j] * weights[j];
-    return out;
-}
-
-std::vector<double> Whitening::turned_back(const std::vector<double>& weights) const {
-    if (!is_turned())
-        return weights;
-    std::vector<double> out(rows_, 0.0);
-    for (std::size_t s = 0; s < rows_; ++s)
-        for (std::size_t j = 0; j < rows_; ++j)
-            out[j] += model_->rotation[s * rows_ + j] * weights[s];
-    return out;
+// After k frames a reading is known from the last one to the variance 1 − ρ²ᵏ.
+void Whitening::separate_frames(std::span<double> values) const {
+    for (std::size_t row = 0; row < rows_; ++row) {
+        double last = 0.0;
+        double carried = 0.0; // correlation with the last reading that was seen
+        for (std::size_t at = row; at < values.size(); at += rows_) {
+            carried *= model_->correlation;
+            if (!is_seen_[at])
+                continue;
+            const double own = values[at];
+            values[at] = (own - carried * last) / std::sqrt(1.0 - carried * carried);
+            last = own;
+            carried = 1.0;
+        }
+    }
 }
 
 } // namespace culm::fit

@@ -37,38 +37,25 @@ struct ReadingNoise {
 /// Of which all readings are multiples, beside a common offset, m; 0: they are not.
 [[nodiscard]] double rounding_step(const measure::Measurement& measurement);
 
-/// Makes white what a noise model says hangs together. In a frame in which not every row was seen a
-/// rotated model says nothing: such readings count by themselves.
+/// Makes the errors of a noise model independent: first the rows of a frame, by the symmetric root
+/// of their covariance, then each row in time.
 class Whitening {
   public:
     /// `is_seen`: (frames, rows). A null model leaves the readings as they are.
     Whitening(std::shared_ptr<const measure::NoiseModel> model, std::size_t rows,
-              const std::vector<bool>& is_seen);
+              std::vector<bool> is_seen);
 
     /// In place: (frames, rows) of readings over the noise of their row, whatever is linear in
     /// them. What was not seen becomes 0.
     void apply(std::span<double> values) const;
 
-    /// The rows' weights as the series have them.
-    [[nodiscard]] std::vector<double> turned(const std::vector<double>& weights) const;
-    /// The other way round.
-    [[nodiscard]] std::vector<double> turned_back(const std::vector<double>& weights) const;
-
   private:
-    /// One step of a Kalman filter, which is the same whatever the values.
-    struct Step {
-        double carry = 0.0;             ///< of the state since the frame before
-        double gain = 0.0;              ///< of the state by what is new in the reading
-        double inverse_deviation = 0.0; ///< of what is new; 0: nothing was seen
-    };
-    void add_series(std::size_t series, const std::vector<bool>& is_seen);
-    [[nodiscard]] bool is_turned() const { return model_ && !model_->rotation.empty(); }
+    void separate_rows(std::span<double> values) const;
+    void separate_frames(std::span<double> values) const;
 
     std::shared_ptr<const measure::NoiseModel> model_;
     std::size_t rows_;
     std::vector<bool> is_seen_;
-    std::vector<bool> is_complete_; ///< (frames)
-    std::vector<Step> steps_;       ///< (frames, series)
 };
 
 /// Student's t of noise over its scale.
@@ -95,28 +82,31 @@ struct Tails {
                                                     const std::vector<Eigen::Index>& bins,
                                                     const Eigen::ArrayXd& left);
 
-/// Do the rows err together? Of their covariance at so many Fourier frequencies, (rows, rows). n r²
-/// of the real part of n complex coefficients has half the variance of that of as many real
-/// numbers.
-[[nodiscard]] bool are_alike(const Eigen::MatrixXd& covariance, double bins);
+/// Correlation of two rows in one frame, of their Fourier coefficients, (frequencies, rows), each
+/// frequency over its size; 0 if independent rows show as much in one recording of a thousand.
+[[nodiscard]] double common_share_of(const Eigen::MatrixXcd& found);
 
-/// How many rows that err by themselves would scatter about a spectrum as these do: (Σ λ)²/Σ λ² of
-/// the eigenvalues λ of the rows' covariance, each frequency over its size. `found`: Fourier
-/// coefficients, (frequencies, rows).
-[[nodiscard]] double independent_rows(const Eigen::MatrixXcd& found);
+/// How many independent rows scatter about a spectrum as `rows` of this common share: (Σ λ)²/Σ λ²
+/// of the eigenvalues λ of their covariance.
+[[nodiscard]] double independent_rows(double common_share, double rows);
 
-/// Power of the series over its variance at Fourier frequencies `bins` of so many frames, (bins).
-[[nodiscard]] Eigen::ArrayXd spectrum_of(const measure::NoiseModel::Series& series,
-                                         const std::vector<Eigen::Index>& bins,
+/// Power of a first-order autoregression over its variance at Fourier frequencies `bins` of so many
+/// frames, (bins).
+[[nodiscard]] Eigen::ArrayXd spectrum_of(double correlation, const std::vector<Eigen::Index>& bins,
                                          Eigen::Index frames);
 
-/// The series that explains the power best, (bins), each the mean of `copies` independent ones;
-/// white unless correlation is significant, at one in a thousand.
-[[nodiscard]] measure::NoiseModel::Series series_of(const Eigen::ArrayXd& power, double copies,
-                                                    const std::vector<Eigen::Index>& bins,
-                                                    Eigen::Index frames);
+/// A first-order autoregression.
+struct SlowNoise {
+    double variance = 1.0;
+    double correlation = 0.0; ///< from frame to frame
+};
+/// The one that explains the power best, (bins), each the mean of `copies` independent ones, by
+/// Whittle's (1953) likelihood; white unless white noise shows as much correlation in one recording
+/// of a thousand.
+[[nodiscard]] SlowNoise slow_noise_of(const Eigen::ArrayXd& power, double copies,
+                                      const std::vector<Eigen::Index>& bins, Eigen::Index frames);
 
-/// A sentence on the noise, of typical size `noise` (m) over the series'; `step`: to which readings
+/// A sentence on the noise, of typical size `noise`, m; `step`: to which readings
 /// are rounded, m, or 0; `source`: of what was stated.
 [[nodiscard]] std::string in_words(const measure::NoiseModel& model, const Tails& tails,
                                    double noise, double step, const std::string& source);

@@ -87,7 +87,7 @@ class NoiseEstimate {
             for (std::size_t j = 0; j < rows; ++j) {
                 const auto frame = static_cast<Eigen::Index>(i);
                 const auto row = static_cast<Eigen::Index>(j);
-                values.push_back(rest_(frame, row) / std::sqrt(power_(row)));
+                values.push_back(rest_(frame, row) / std::sqrt(variance_));
                 is_seen_at.push_back(is_seen(frame, row));
                 if (!is_seen_at.back())
                     continue;
@@ -257,93 +257,39 @@ class NoiseEstimate {
 
     void estimate_correlation() {
         const Eigen::MatrixXcd found = fourier_coefficients(rest_, bins_, left_);
-        const auto rows = static_cast<double>(rest_.cols());
-        const auto bins = static_cast<double>(bins_.size());
-        const double copies = independent_rows(found);
-        // Of slow noise a few bins hold most of the power, and rows would seem to differ by chance:
-        // they are compared over what all of them have at a frequency.
-        const Eigen::ArrayXd level_of_bins =
-            spectrum_of(series_of(found.cwiseAbs2().rowwise().mean(), copies, bins_, rest_.rows()),
-                        bins_, rest_.rows());
-        power_ = (found.cwiseAbs2().array().colwise() / level_of_bins).colwise().mean().transpose();
-        const double mean = power_.mean();
-        const double spread = bins * (power_ / mean - 1.0).square().sum();
-        if (rows < 2.0 || boost::math::gamma_q(0.5 * (rows - 1.0), 0.5 * spread) > level)
-            power_.setConstant(mean); // the rows differ by chance
-        const Eigen::MatrixXcd even =
-            found * power_.sqrt().inverse().matrix().cast<std::complex<double>>().asDiagonal();
-        const measure::NoiseModel::Series all =
-            series_of(even.cwiseAbs2().rowwise().mean(), copies, bins_, rest_.rows());
-        const Eigen::MatrixXcd flat = spectrum_of(all, bins_, rest_.rows())
-                                          .sqrt()
-                                          .inverse()
-                                          .matrix()
-                                          .cast<std::complex<double>>()
-                                          .asDiagonal() *
-                                      even;
-        const Eigen::MatrixXd covariance = (flat.adjoint() * flat).real() / bins;
-        if (are_alike(covariance, bins))
-            turn(even, covariance);
-        else
-            model_.series.assign(static_cast<std::size_t>(rest_.cols()), all);
-        is_correlated_ = !model_.rotation.empty() || model_.series.front().correlated_share > 0.0;
-    }
-
-    /// Series of their own along the eigenvectors of the rows' covariance.
-    void turn(const Eigen::MatrixXcd& even, const Eigen::MatrixXd& covariance) {
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
-        const Eigen::Index rows = covariance.rows();
-        const auto bins = static_cast<double>(bins_.size());
-        // Eigenvalues of noise that is alike in all directions scatter up to this (Marchenko and
-        // Pastur 1967); those above stand for themselves, the others are one.
-        const double edge = std::pow(1.0 + std::sqrt(static_cast<double>(rows) / (2.0 * bins)), 2);
-        Eigen::Index own = 0;
-        double others = solver.eigenvalues().sum();
-        while (own < rows - 1 && solver.eigenvalues()(rows - 1 - own) >
-                                     edge * others / static_cast<double>(rows - own)) {
-            others -= solver.eigenvalues()(rows - 1 - own);
-            ++own;
-        }
-        const Eigen::MatrixXcd turned = even * solver.eigenvectors().cast<std::complex<double>>();
-        const Eigen::Index rest = rows - own;
-        const measure::NoiseModel::Series common =
-            series_of(turned.leftCols(rest).cwiseAbs2().rowwise().mean(), static_cast<double>(rest),
-                      bins_, rest_.rows());
-        model_.series.assign(static_cast<std::size_t>(rows), common);
-        for (Eigen::Index s = rest; s < rows; ++s)
-            model_.series[static_cast<std::size_t>(s)] =
-                series_of(turned.col(s).cwiseAbs2(), 1.0, bins_, rest_.rows());
-        for (Eigen::Index s = 0; s < rows; ++s)
-            for (Eigen::Index j = 0; j < rows; ++j)
-                model_.rotation.push_back(solver.eigenvectors()(j, s));
+        model_.common_share = common_share_of(found);
+        const double copies =
+            independent_rows(model_.common_share, static_cast<double>(found.cols()));
+        const SlowNoise slow = slow_noise_of(found.cwiseAbs2().rowwise().mean(), copies, bins_,
+                                             rest_.rows());
+        model_.correlation = slow.correlation;
+        variance_ = slow.variance;
+        model_.degrees_of_freedom = 2.0 * copies * static_cast<double>(bins_.size());
     }
 
     /// The size that is stated counts, unless the readings scatter by more where nothing moves, or
     /// by something else than independent Gaussian noise.
-    [[nodiscard]] bool is_as_stated(double degrees) const {
-        const double half = 0.5 * degrees;
-        const double sum = half * power_.mean() * model_.series.front().variance;
+    [[nodiscard]] bool is_as_stated() const {
+        const double half = 0.5 * model_.degrees_of_freedom;
+        const double sum = half * variance_;
         // What is stated for every reading is computed, not seen: it may be too large as well.
         const bool is_smaller =
             !measurement_.reading_uncertainties.empty() && boost::math::gamma_p(half, sum) < level;
-        return !tails_.is_heavy && !is_correlated_ && !is_smaller &&
-               !(boost::math::gamma_q(half, sum) < level);
+        return !tails_.is_heavy && model_.correlation == 0.0 && model_.common_share == 0.0 &&
+               !is_smaller && !(boost::math::gamma_q(half, sum) < level);
     }
 
     void write(const FlexibleRest& flexible) {
-        const double degrees =
-            2.0 * static_cast<double>(rest_.cols()) * static_cast<double>(bins_.size());
-        if (is_as_stated(degrees) || !is_even(flexible))
+        if (is_as_stated() || !is_even(flexible))
             return;
         measurement_.noise_source =
-            in_words(model_, tails_, typical_noise(fit_) * std::sqrt(power_.mean()),
+            in_words(model_, tails_, typical_noise(fit_) * std::sqrt(variance_),
                      step_ > typical_noise(fit_) ? step_ : 0.0, fit_.noise_source);
         if (fit_.is_noise_known) { // else only the residuals tell its size
             measurement_.noise_by_height = fit_.noise;
-            for (std::size_t j = 0; j < fit_.noise.size(); ++j)
-                measurement_.noise_by_height[j] *= std::sqrt(power_(static_cast<Eigen::Index>(j)));
+            for (double& of_row : measurement_.noise_by_height)
+                of_row *= std::sqrt(variance_);
         }
-        model_.degrees_of_freedom = degrees;
         model_.relative = relative_noise(measurement_, fit_.noise);
         if (tails_.is_heavy) {
             model_.relative.resize(measurement_.deflections.size(), 1.0);
@@ -364,8 +310,7 @@ class NoiseEstimate {
     std::vector<Eigen::Index> bins_;
     Tails tails_;
     measure::NoiseModel model_;
-    Eigen::ArrayXd power_; ///< (rows), over the noise's, where no line is
-    bool is_correlated_ = false;
+    double variance_ = 1.0; ///< over the noise's, where no line is
 };
 
 bool is_near(double one, double other) {
@@ -373,20 +318,14 @@ bool is_near(double one, double other) {
     return std::abs(one - other) <= allowed * std::max(std::abs(one), std::abs(other));
 }
 
-bool is_near(const measure::NoiseModel::Series& one, const measure::NoiseModel::Series& other) {
-    return is_near(one.variance, other.variance) &&
-           one.correlated_share == other.correlated_share && one.correlation == other.correlation;
-}
-
 } // namespace
 
 bool has_same_noise(const measure::Measurement& one, const measure::Measurement& other) {
     if (!one.noise_model || !other.noise_model)
         return !one.noise_model && !other.noise_model;
-    return one.noise_model->rotation.empty() == other.noise_model->rotation.empty() &&
+    return is_near(one.noise_model->correlation, other.noise_model->correlation) &&
+           is_near(one.noise_model->common_share, other.noise_model->common_share) &&
            one.noise_model->relative.empty() == other.noise_model->relative.empty() &&
-           std::ranges::equal(one.noise_model->series, other.noise_model->series,
-                              [](const auto& a, const auto& b) { return is_near(a, b); }) &&
            std::ranges::equal(one.noise_by_height, other.noise_by_height,
                               [](double a, double b) { return is_near(a, b); });
 }
@@ -398,10 +337,7 @@ measure::Measurement with_noise_in_motion(const RecordingFit& fit,
     const double stated = is_estimated ? 0.0 : out.noise_correlation.value_or(0.0);
     if (out.noise_model || (out.reading_uncertainties.empty() && stated == 0.0))
         return out;
-    measure::NoiseModel model{{}, {}, 0.0, relative_noise(out, fit.noise)};
-    model.series.resize(out.heights.size());
-    if (stated > 0.0)
-        std::ranges::fill(model.series, measure::NoiseModel::Series{1.0, 1.0, stated});
+    measure::NoiseModel model{stated, 0.0, 0.0, relative_noise(out, fit.noise)};
     out.noise_model = std::make_shared<const measure::NoiseModel>(std::move(model));
     if (fit.is_noise_known)
         out.noise_by_height = fit.noise;

@@ -201,15 +201,9 @@ double frequency_uncertainty(const RecordingFit& fit, const measure::NoiseModel*
     double noise = 0.0;
     for (const double each : fit.noise)
         noise = noise == 0.0 ? each : std::min(noise, each);
-    // Slow noise leaves less at a mode's frequency than white noise of its size.
-    double share = 1.0;
-    for (std::size_t k = 0; model != nullptr && k < model->series.size(); ++k) {
-        const measure::NoiseModel::Series& of = model->series[k];
-        share = std::min(share, of.variance * (1.0 - of.correlated_share +
-                                               of.correlated_share * (1.0 - of.correlation) /
-                                                   (1.0 + of.correlation)));
-    }
-    noise *= std::sqrt(share);
+    // Slow noise has less power at a mode's frequency than white noise of its size.
+    if (model != nullptr)
+        noise *= std::sqrt((1.0 - model->correlation) / (1.0 + model->correlation));
     return std::sqrt(6.0 / std::max(readings, 1.0)) * noise /
            (std::numbers::pi * amplitude * duration);
 }

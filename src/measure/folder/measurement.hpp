@@ -101,16 +101,10 @@ struct StatedUncertainties {
 /// Heights of one measurement. Far beyond what a camera resolves: a bound for damaged files.
 inline constexpr std::size_t most_heights = 10000;
 
-/// How the noise of the readings hangs together. Over the noise of their rows, and turned by
-/// `rotation`, readings are independent series, each white noise and a first-order autoregression.
+/// How the errors of the readings are correlated, over the noise of their rows.
 struct NoiseModel {
-    struct Series {
-        double variance = 1.0;         ///< over the rows' noise
-        double correlated_share = 0.0; ///< of the variance, that the autoregression has
-        double correlation = 0.0;      ///< of the autoregression, from frame to frame
-    };
-    std::vector<double> rotation;    ///< (series, rows) row-major, orthonormal; empty: none
-    std::vector<Series> series;      ///< (rows)
+    double correlation = 0.0;        ///< of a row's errors in two frames: first-order autoregression
+    double common_share = 0.0;       ///< correlation of two rows in one frame
     double degrees_of_freedom = 0.0; ///< behind the noise's size; 0: it counts as exact
     /// Standard deviation of each reading over its row's noise, (times, rows); empty: 1.
     std::vector<double> relative;
