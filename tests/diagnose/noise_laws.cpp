@@ -75,16 +75,16 @@ TEST(RoundingStep, IsThatOfWhichReadingsAreMultiples) {
 }
 
 /// Fourier coefficients of rows of which each has half of its variance in common with all others,
-/// and the spectrum of a first-order autoregression of 0.9.
-Eigen::MatrixXcd coefficients(double common, Eigen::Index bins, Eigen::Index rows, unsigned seed) {
+/// and the spectrum of a first-order autoregression.
+Eigen::MatrixXcd coefficients(double common, double correlation, Eigen::Index bins,
+                              Eigen::Index rows, unsigned seed) {
     std::mt19937 dice(seed);
     std::normal_distribution<double> normal(0.0, std::sqrt(0.5));
     const auto drawn = [&] { return std::complex<double>(normal(dice), normal(dice)); };
     Eigen::MatrixXcd out(bins, rows);
     for (Eigen::Index k = 0; k < bins; ++k) {
-        const double turn =
-            std::numbers::pi * static_cast<double>(k + 1) / static_cast<double>(bins);
-        const double size = std::sqrt(0.19 / (1.81 - 1.8 * std::cos(turn)));
+        const double size =
+            std::sqrt(fit::spectrum_of(correlation, {k + 1}, 2 * bins)(0));
         const std::complex<double> together = drawn();
         for (Eigen::Index j = 0; j < rows; ++j)
             out(k, j) = size * (std::sqrt(common) * together + std::sqrt(1.0 - common) * drawn());
@@ -92,25 +92,37 @@ Eigen::MatrixXcd coefficients(double common, Eigen::Index bins, Eigen::Index row
     return out;
 }
 
-TEST(CommonShare, IsFoundWhateverTheSpectrum) {
-    EXPECT_EQ(fit::common_share_of(coefficients(0.0, 100, 14, 6)), 0.0);
-    EXPECT_NEAR(fit::common_share_of(coefficients(0.5, 100, 14, 7)), 0.5, 0.1);
-    EXPECT_GT(fit::common_share_of(coefficients(1.0, 100, 14, 8)), 0.95);
+TEST(CommonShare, IsFound) {
+    EXPECT_EQ(fit::common_share_of(coefficients(0.0, 0.0, 100, 14, 6)), 0.0);
+    EXPECT_NEAR(fit::common_share_of(coefficients(0.5, 0.0, 100, 14, 7)), 0.5, 0.1);
+    EXPECT_GT(fit::common_share_of(coefficients(1.0, 0.0, 100, 14, 8)), 0.95);
     // Eigenvalues 7.5 and thirteen times 0.5.
     EXPECT_NEAR(fit::independent_rows(0.5, 14.0), 196.0 / (7.5 * 7.5 + 13.0 * 0.25), 1e-12);
 }
 
 // Rows that err together scatter about the spectrum by more than independent ones. Taken for
 // independent they would appear to be correlated by 0.98.
+// The law of Wiener and Khinchin: the spectrum is the Fourier sum of the covariances ρᵏ.
+TEST(SlowNoise, HasTheSpectrumOfItsCovariances) {
+    constexpr double correlation = 0.7;
+    constexpr Eigen::Index frames = 64;
+    for (const Eigen::Index bin : {1, 10, 30}) {
+        double sum = 1.0;
+        for (int lag = 1; lag < 200; ++lag)
+            sum += 2.0 * std::pow(correlation, lag) *
+                   std::cos(2.0 * std::numbers::pi * lag * static_cast<double>(bin) / frames);
+        EXPECT_NEAR(fit::spectrum_of(correlation, {bin}, frames)(0), sum, 1e-12) << bin;
+    }
+}
+
 TEST(SlowNoise, OfRowsThatErrTogetherHasItsCorrelation) {
     constexpr Eigen::Index bins = 94;
-    const Eigen::MatrixXcd found = coefficients(0.5, bins, 14, 9);
+    const Eigen::MatrixXcd found = coefficients(0.5, 0.9, bins, 14, 9);
     std::vector<Eigen::Index> at;
     for (Eigen::Index k = 1; k <= bins; ++k)
         at.push_back(k);
-    const fit::SlowNoise slow = fit::slow_noise_of(
-        found.cwiseAbs2().rowwise().mean(),
-        fit::independent_rows(fit::common_share_of(found), 14.0), at, 2 * bins);
+    const fit::SlowNoise slow = fit::slow_noise_of(found.cwiseAbs2().rowwise().mean(),
+                                                   fit::independent_rows(0.5, 14.0), at, 2 * bins);
     EXPECT_NEAR(slow.correlation, 0.9, 0.05);
     // Of what is new from frame to frame the record tells more than of the slow sum.
     EXPECT_NEAR(slow.variance * (1.0 - std::pow(slow.correlation, 2)), 0.19, 0.04);

@@ -159,11 +159,10 @@ double common_share_of(const Eigen::MatrixXcd& found) {
     const auto rows = static_cast<double>(found.cols());
     if (rows < 2.0)
         return 0.0;
-    const Eigen::MatrixXcd directions = found.rowwise().normalized();
     const auto bins = static_cast<double>(found.rows());
-    const Eigen::MatrixXd covariance = rows * (directions.adjoint() * directions).real() / bins;
+    const Eigen::MatrixXd covariance = (found.adjoint() * found).real();
     const double pairs = 0.5 * rows * (rows - 1.0);
-    const double share = 0.5 * (covariance.sum() - covariance.trace()) / pairs;
+    const double share = (covariance.sum() / covariance.trace() - 1.0) / (rows - 1.0);
     // The real part of n products of independent complex coefficients has the variance n/2.
     const double score = share * std::sqrt(2.0 * bins * pairs);
     return boost::math::cdf(complement(boost::math::normal(), score)) < significance

@@ -82,8 +82,8 @@ struct Tails {
                                                     const std::vector<Eigen::Index>& bins,
                                                     const Eigen::ArrayXd& left);
 
-/// Correlation of two rows in one frame, of their Fourier coefficients, (frequencies, rows), each
-/// frequency over its size; 0 if independent rows show as much in one recording of a thousand.
+/// Correlation of two rows in one frame, of their Fourier coefficients over the root of their
+/// spectrum, (frequencies, rows); 0 if independent rows show as much in one recording of a thousand.
 [[nodiscard]] double common_share_of(const Eigen::MatrixXcd& found);
 
 /// How many independent rows scatter about a spectrum as `rows` of this common share: (Σ λ)²/Σ λ²

@@ -257,11 +257,15 @@ class NoiseEstimate {
 
     void estimate_correlation() {
         const Eigen::MatrixXcd found = fourier_coefficients(rest_, bins_, left_);
-        model_.common_share = common_share_of(found);
-        const double copies =
-            independent_rows(model_.common_share, static_cast<double>(found.cols()));
-        const SlowNoise slow = slow_noise_of(found.cwiseAbs2().rowwise().mean(), copies, bins_,
-                                             rest_.rows());
+        const Eigen::ArrayXd power = found.cwiseAbs2().rowwise().mean();
+        const auto rows = static_cast<double>(found.cols());
+        const double correlation =
+            slow_noise_of(power, rows, bins_, rest_.rows()).correlation;
+        const Eigen::ArrayXd spectrum = spectrum_of(correlation, bins_, rest_.rows());
+        model_.common_share = common_share_of(
+            spectrum.rsqrt().matrix().cast<std::complex<double>>().asDiagonal() * found);
+        const double copies = independent_rows(model_.common_share, rows);
+        const SlowNoise slow = slow_noise_of(power, copies, bins_, rest_.rows());
         model_.correlation = slow.correlation;
         variance_ = slow.variance;
         model_.degrees_of_freedom = 2.0 * copies * static_cast<double>(bins_.size());
