@@ -97,16 +97,16 @@ json case_of(std::uint64_t number) {
     json out{{"number", number}};
     calibrate::CalibrationOptions options;
     options.effects = physics::parse_effects(effects, {});
-    calibrate::Calibration found;
+    calibrate::Calibration stem;
     try {
-        found = calibrate::calibrate_stem(measurement, options);
+        stem = calibrate::calibrate_stem(measurement, options);
     } catch (const core::NumericalError& error) {
         out["failure"] = error.what();
         return out;
     }
-    const fit::RecordingFit& part = found.fit;
-    const fit::UncertaintyBudget& budget = found.budget;
-    out["reduced_chi2"] = found.judged.reduced_chi_squared;
+    const fit::RecordingFit& part = stem.fit;
+    const fit::UncertaintyBudget& budget = stem.budget;
+    out["reduced_chi2"] = stem.judged.reduced_chi_squared;
     // β is a number of the chain: that of the stem as it is, not as it was stated.
     run::CaseSpec unit = fit::chain_of(real).spec;
     unit.stem.bond_youngs_modulus = truth.spec.stem.youngs_modulus;
