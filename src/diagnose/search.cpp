@@ -441,7 +441,9 @@ Diagnosis diagnose(std::span<const measure::Measurement> recordings,
     // which the estimate leaves out: a clamp with friction was refused because of it.
     std::optional<fit::BaselineFit> again;
     if (found.model.names.size() > baseline.fit.names.size())
-        again = fit::baseline_beside_noise_of(*found.fit, baseline, recordings, options.candidate);
+        again = fit::baseline_beside_noise_of(
+            fit::as_stated(found.model, baseline.stated, baseline.recordings, options.candidate),
+            baseline, recordings, options.candidate);
     if (!again || again->fit.failed())
         return search.answer(std::move(found));
     if (options.progress)

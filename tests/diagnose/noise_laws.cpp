@@ -24,54 +24,18 @@ std::vector<double> gaussian(std::size_t count, unsigned seed) {
     return values;
 }
 
-double rounded(double value, double step) {
-    return step * std::round(value / step);
-}
-
 TEST(Tails, OfStudentsTAreFound) {
     std::mt19937 dice(1);
     std::student_t_distribution<double> law(3.0);
     std::vector<double> values(5000);
     for (double& value : values)
         value = 0.5 * law(dice);
-    const fit::Tails tails = fit::tails_of(values, 0.0);
+    const fit::Tails tails = fit::tails_of(values);
     EXPECT_TRUE(tails.is_heavy);
     EXPECT_GE(tails.degrees, 2.5);
     EXPECT_LE(tails.degrees, 4.0);
     EXPECT_NEAR(tails.scale, 0.5, 0.03);
-    EXPECT_FALSE(fit::tails_of(gaussian(5000, 2), 0.0).is_heavy);
-}
-
-// At rest in the middle of a step 68 % of such readings are 0 and the others a step away.
-TEST(Tails, OfRoundedGaussianNoiseAreNone) {
-    for (const double step : {2.0, 3.0}) {
-        std::vector<double> values = gaussian(5000, 3);
-        for (double& value : values)
-            value = rounded(value, step);
-        const fit::Tails tails = fit::tails_of(values, 0.5 * step);
-        EXPECT_FALSE(tails.is_heavy) << step;
-        EXPECT_NEAR(tails.scale, 1.0, 0.05) << step;
-        EXPECT_TRUE(fit::tails_of(values, 0.0).is_heavy);
-    }
-}
-
-TEST(Tails, OfRoundedReadingsWithOutliersAreHeavy) {
-    std::vector<double> values = gaussian(5000, 4);
-    for (std::size_t k = 0; k < values.size(); ++k)
-        values[k] = rounded(k % 33 == 0 ? 15.0 * values[k] : values[k], 2.0);
-    EXPECT_TRUE(fit::tails_of(values, 1.0).is_heavy);
-}
-
-TEST(RoundingStep, IsThatOfWhichReadingsAreMultiples) {
-    measure::Measurement measurement;
-    measurement.heights = {0.1};
-    measurement.deflections = gaussian(500, 5);
-    EXPECT_EQ(fit::rounding_step(measurement), 0.0);
-    for (double& reading : measurement.deflections)
-        reading = 0.3 + rounded(reading, 0.07);
-    measurement.deflections[7] = std::nan("");
-    EXPECT_NEAR(fit::rounding_step(measurement), 0.07, 1e-9);
-    EXPECT_EQ(fit::rounding_step({}), 0.0);
+    EXPECT_FALSE(fit::tails_of(gaussian(5000, 2)).is_heavy);
 }
 
 /// Fourier coefficients of rows of which each has half of its variance in common with all others,
@@ -83,8 +47,7 @@ Eigen::MatrixXcd coefficients(double common, double correlation, Eigen::Index bi
     const auto drawn = [&] { return std::complex<double>(normal(dice), normal(dice)); };
     Eigen::MatrixXcd out(bins, rows);
     for (Eigen::Index k = 0; k < bins; ++k) {
-        const double size =
-            std::sqrt(fit::spectrum_of(correlation, {k + 1}, 2 * bins)(0));
+        const double size = std::sqrt(fit::spectrum_of(correlation, {k + 1}, 2 * bins)(0));
         const std::complex<double> together = drawn();
         for (Eigen::Index j = 0; j < rows; ++j)
             out(k, j) = size * (std::sqrt(common) * together + std::sqrt(1.0 - common) * drawn());

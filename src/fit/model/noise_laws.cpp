@@ -40,39 +40,24 @@ namespace {
 /// Errors over the noise on a fine grid, with how often each was seen.
 using Counts = std::map<double, double>;
 
-/// Of errors that are each known within ± half: the probability of that interval, which is the
-/// density where the interval is narrow.
-template <class Law>
-double interval_likelihood(const Counts& errors, const Law& law, double scale, double half) {
-    double sum = 0.0;
-    for (const auto& [error, count] : errors) {
-        const double size = std::abs(error); // laws are even; far out only the upper tail is exact
-        const double probability = half > 0.0 ? cdf(complement(law, (size - half) / scale)) -
-                                                    cdf(complement(law, (size + half) / scale))
-                                              : pdf(law, size / scale) / scale;
-        sum += count * std::log(std::max(probability, std::numeric_limits<double>::min()));
-    }
-    return sum;
-}
-
 /// The scale that makes the errors most likely, and how likely.
 template <class Law>
-std::pair<double, double> best_scale(const Counts& errors, const Law& law, double half,
-                                     double about) {
+std::pair<double, double> best_scale(const Counts& errors, const Law& law, double about) {
     constexpr int digits = 12; // binary: 2e-4 of the logarithm, far below what the errors tell
-    const auto [log_scale, negative] = boost::math::tools::brent_find_minima(
-        [&](double log) { return -interval_likelihood(errors, law, std::exp(log), half); },
-        std::log(0.1 * about), std::log(2.0 * about), digits);
-    return {std::exp(log_scale), -negative};
+    const auto negative = [&](double logarithm) {
+        double sum = 0.0;
+        for (const auto& [error, count] : errors)
+            sum += count * (std::log(pdf(law, error * std::exp(-logarithm))) - logarithm);
+        return -sum;
+    };
+    const auto [logarithm, smallest] = boost::math::tools::brent_find_minima(
+        negative, std::log(0.1 * about), std::log(2.0 * about), digits);
+    return {std::exp(logarithm), -smallest};
 }
 
 } // namespace
 
-Tails tails_of(const std::vector<double>& values, double half_step) {
-    // Coarse steps leave few values, of whose intervals the probability counts; fine ones do
-    // nothing.
-    constexpr double fine = 0.25;
-    const double half = half_step > fine ? half_step : 0.0;
+Tails tails_of(const std::vector<double>& values) {
     const auto count = static_cast<double>(values.size());
     double squares = 0.0;
     for (const double value : values)
@@ -82,19 +67,20 @@ Tails tails_of(const std::vector<double>& values, double half_step) {
     Counts errors;
     for (const double value : values)
         errors[grid * std::round(value / grid)] += 1.0;
-    const auto [gaussian_scale, gaussian] =
-        best_scale(errors, boost::math::normal(), half, deviation);
-    Tails best{std::numeric_limits<double>::infinity(), gaussian_scale};
-    double best_likelihood = gaussian;
+    // The Gaussian has its best scale in closed form.
+    Tails best;
+    best.scale = deviation;
+    const double gaussian =
+        -count * (std::log(deviation) + 0.5 * std::log(2.0 * std::numbers::pi) + 0.5);
     for (const double degrees : {2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 12.0, 20.0}) {
         const auto [scale, likelihood] =
-            best_scale(errors, boost::math::students_t(degrees), half, deviation);
-        if (likelihood > best_likelihood) {
-            best = {degrees, scale};
-            best_likelihood = likelihood;
+            best_scale(errors, boost::math::students_t(degrees), deviation);
+        if (likelihood - gaussian > best.gain) {
+            best.degrees = degrees;
+            best.scale = scale;
+            best.gain = likelihood - gaussian;
         }
     }
-    best.gain = best_likelihood - gaussian;
     best.is_heavy =
         best.degrees < most_degrees && boost::math::gamma_q(0.5, best.gain) < significance;
     if (best.is_heavy) {
@@ -177,10 +163,8 @@ double independent_rows(double common_share, double rows) {
 }
 
 std::string in_words(const measure::NoiseModel& model, const Tails& tails, double noise,
-                     double step, const std::string& source) {
+                     const std::string& source) {
     std::string text = fmt::format("{:.4g} mm in motion ({})", 1e3 * noise, source);
-    if (step > 0.0)
-        text += fmt::format(", rounded to {:.3g} mm", 1e3 * step);
     if (tails.is_heavy)
         text +=
             fmt::format(", with outliers (Student's t of {:g} degrees of freedom)", tails.degrees);

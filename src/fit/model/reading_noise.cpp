@@ -144,26 +144,6 @@ std::vector<double> relative_noise(const measure::Measurement& measurement,
     return relative;
 }
 
-double rounding_step(const measure::Measurement& measurement) {
-    std::vector<double> readings;
-    std::ranges::copy_if(measurement.deflections, std::back_inserter(readings),
-                         [](double reading) { return !std::isnan(reading); });
-    std::ranges::sort(readings);
-    if (readings.empty())
-        return 0.0;
-    const double error = 1e-12 * (readings.back() - readings.front()); // of floating point
-    double step = 0.0;
-    for (std::size_t k = 1; k < readings.size(); ++k)
-        if (const double gap = readings[k] - readings[k - 1]; gap > error)
-            step = step == 0.0 ? gap : std::min(step, gap);
-    constexpr double allowed = 1e-3; // of a step
-    const auto is_multiple = [&](double reading) {
-        const double steps = (reading - readings.front()) / step;
-        return std::abs(steps - std::round(steps)) < allowed;
-    };
-    return step > 0.0 && std::ranges::all_of(readings, is_multiple) ? step : 0.0;
-}
-
 Whitening::Whitening(std::shared_ptr<const measure::NoiseModel> model, std::size_t rows,
                      std::vector<bool> is_seen)
     : model_(std::move(model)), rows_(rows), is_seen_(std::move(is_seen)) {}

@@ -34,9 +34,6 @@ struct ReadingNoise {
 [[nodiscard]] std::vector<double> relative_noise(const measure::Measurement& measurement,
                                                  const std::vector<double>& by_row);
 
-/// Of which all readings are multiples, beside a common offset, m; 0: they are not.
-[[nodiscard]] double rounding_step(const measure::Measurement& measurement);
-
 /// Makes the errors of a noise model independent: first the rows of a frame, by the symmetric root
 /// of their covariance, then each row in time.
 class Whitening {
@@ -72,10 +69,8 @@ struct Tails {
 };
 
 /// Tails of noise, `values` over its size, by maximum likelihood against a Gaussian. Heavy ones are
-/// such as a Gaussian shows in one recording of a thousand. `half_step`: of readings that are
-/// rounded, over the noise. Most of a stem near rest then reads alike and some a step more, which
-/// is no tail: what counts is the probability of the interval.
-[[nodiscard]] Tails tails_of(const std::vector<double>& values, double half_step);
+/// such as a Gaussian shows in one recording of a thousand.
+[[nodiscard]] Tails tails_of(const std::vector<double>& values);
 /// Over √n at the bins, (bins, rows), as they would be without lines that leave the share `left` of
 /// white noise's power, (all bins). `rest`: (n frames, rows).
 [[nodiscard]] Eigen::MatrixXcd fourier_coefficients(const Eigen::MatrixXd& rest,
@@ -83,7 +78,8 @@ struct Tails {
                                                     const Eigen::ArrayXd& left);
 
 /// Correlation of two rows in one frame, of their Fourier coefficients over the root of their
-/// spectrum, (frequencies, rows); 0 if independent rows show as much in one recording of a thousand.
+/// spectrum, (frequencies, rows); 0 if independent rows show as much in one recording of a
+/// thousand.
 [[nodiscard]] double common_share_of(const Eigen::MatrixXcd& found);
 
 /// How many independent rows scatter about a spectrum as `rows` of this common share: (Σ λ)²/Σ λ²
@@ -106,9 +102,8 @@ struct SlowNoise {
 [[nodiscard]] SlowNoise slow_noise_of(const Eigen::ArrayXd& power, double copies,
                                       const std::vector<Eigen::Index>& bins, Eigen::Index frames);
 
-/// A sentence on the noise, of typical size `noise`, m; `step`: to which readings
-/// are rounded, m, or 0; `source`: of what was stated.
+/// A sentence on the noise, of typical size `noise`, m; `source`: of what was stated.
 [[nodiscard]] std::string in_words(const measure::NoiseModel& model, const Tails& tails,
-                                   double noise, double step, const std::string& source);
+                                   double noise, const std::string& source);
 
 } // namespace culm::fit

@@ -24,7 +24,7 @@ struct Line {
     int degree = 0;          ///< of the polynomial in time on top of the decay
 };
 
-/// Modes, harmonics of the first and what drifts; those that matter most first.
+/// The modes, harmonics of the first and what drifts; those that matter most first.
 inline std::vector<Line> lines_of(const RecordingFit& fit, double half_rate) {
     std::vector<Line> lines;
     const auto modes = run::chain_modes(case_beside_errors(fit.model), 3);
@@ -69,8 +69,8 @@ inline void add_columns(const Line& line, std::span<const double> times,
     }
 }
 
-/// Residuals over the noise without what lies at the modes, the harmonics of the first and what
-/// drifts: the most flexible fit, whose rest is noise whatever the model lacks.
+/// Residuals over the noise without what lies at the modes and what drifts: the most flexible
+/// fit, whose rest is noise whatever the model lacks.
 class FlexibleRest {
   public:
     /// From frame `first` on.

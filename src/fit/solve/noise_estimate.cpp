@@ -7,12 +7,10 @@
 #include <array>
 #include <cmath>
 #include <complex>
-#include <limits>
 #include <memory>
 #include <numeric>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
 #include <boost/math/special_functions/gamma.hpp>
 #include <fmt/core.h>
 
@@ -23,11 +21,9 @@ constexpr std::size_t fewest_frames = 64;
 constexpr std::size_t fewest_bins = 20;
 /// Of white noise's power, at a frequency or in a frame that counts as free of lines.
 constexpr double least_left = 0.5;
-constexpr double level = 1e-3; ///< of the tests for a property of the noise
-
-constexpr double clearly_larger = 1.5; ///< of a mean square in a part of the record
-constexpr double clearly_more = 3.0;   ///< of outliers in a part of the record
-constexpr double far_off = 4.0;        ///< of an outlier, scales
+constexpr double level = 1e-3;       ///< of the tests for a property of the noise
+constexpr double clearly_more = 3.0; ///< of outliers in a part of the record
+constexpr double far_off = 4.0;      ///< of an outlier, scales
 
 double upper_median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -38,8 +34,7 @@ double upper_median(std::vector<double> values) {
 class NoiseEstimate {
   public:
     NoiseEstimate(const RecordingFit& fit, measure::Measurement& measurement)
-        : fit_(fit), measurement_(measurement), noise_(noise_of_readings(measurement, fit.noise)),
-          step_(rounding_step(measurement)) {}
+        : fit_(fit), measurement_(measurement), noise_(noise_of_readings(measurement, fit.noise)) {}
 
     /// False if the record is too short.
     bool run() {
@@ -57,7 +52,7 @@ class NoiseEstimate {
             return false;
         draw_in_outliers(flexible);
         estimate_correlation();
-        write(flexible);
+        write();
         return true;
     }
 
@@ -70,59 +65,26 @@ class NoiseEstimate {
                static_cast<std::size_t>(row);
     }
 
-    /// Is it noise? Made white it is no larger in one part of the record than in the others, and
-    /// outliers come anywhere. What comes in a part, soon after the release say, is what the model
-    /// lacks and no line covers: the estimate is then of something else.
-    [[nodiscard]] bool is_even(const FlexibleRest& flexible) const {
+    /// Do outliers come in one part of the record? There the model lacks something that no line
+    /// covers: the estimate is then not of noise.
+    [[nodiscard]] bool are_outliers_crowded() const {
         constexpr std::size_t parts = 16;
-        const auto frames = static_cast<std::size_t>(rest_.rows());
-        const auto rows = static_cast<std::size_t>(rest_.cols());
-        std::vector<double> values;
-        std::vector<bool> is_seen_at;
-        std::array<double, parts> outliers{};
-        std::array<double, parts> degrees{};
-        const Eigen::VectorXd free = flexible.free_of_frames();
-        for (std::size_t i = 0; i < frames; ++i) {
+        std::array<double, parts> counts{};
+        for (Eigen::Index i = 0; i < values_.rows(); ++i) {
+            // Once a frame, however many rows have one: they may err together.
             bool has_outlier = false;
-            for (std::size_t j = 0; j < rows; ++j) {
-                const auto frame = static_cast<Eigen::Index>(i);
-                const auto row = static_cast<Eigen::Index>(j);
-                values.push_back(rest_(frame, row) / std::sqrt(variance_));
-                is_seen_at.push_back(is_seen(frame, row));
-                if (!is_seen_at.back())
-                    continue;
-                has_outlier = has_outlier || std::abs(values_(frame, row) - smooth_(frame, row)) >
-                                                 far_off * tails_.scale;
-            }
-            // Once, however many rows have one: they may err together.
-            outliers[i * parts / frames] += has_outlier ? 1.0 : 0.0;
+            for (Eigen::Index j = 0; j < values_.cols(); ++j)
+                has_outlier = has_outlier ||
+                              (is_seen(i, j) &&
+                               std::abs(values_(i, j) - smooth_(i, j)) > far_off * tails_.scale);
+            counts[static_cast<std::size_t>(i) * parts /
+                   static_cast<std::size_t>(values_.rows())] += has_outlier ? 1.0 : 0.0;
         }
-        Whitening(std::make_shared<const measure::NoiseModel>(model_), rows, is_seen_at)
-            .apply(values);
-        // Where the lines take most of a reading, little of its noise is left to judge, and what is
-        // left of an outlier is drawn in by another factor than the mean slope of the score.
-        std::array<double, parts> sums{};
-        for (std::size_t at = 0; at < values.size(); ++at) {
-            const auto left = free(static_cast<Eigen::Index>(at / rows));
-            if (!is_seen_at[at] || left < least_left)
-                continue;
-            sums[at / rows * parts / frames] += values[at] * values[at];
-            degrees[at / rows * parts / frames] += left;
-        }
-        const double all = std::accumulate(sums.begin(), sums.end(), 0.0) /
-                           std::accumulate(degrees.begin(), degrees.end(), 0.0);
-        const double mean = std::accumulate(outliers.begin(), outliers.end(), 0.0) / parts;
-        for (std::size_t k = 0; k < parts; ++k) {
-            const bool is_larger =
-                degrees[k] > 0.0 && sums[k] > clearly_larger * degrees[k] * all &&
-                boost::math::gamma_q(0.5 * degrees[k], 0.5 * sums[k] / all) < level / parts;
-            // P(N ≥ n) of Poisson's law is that of a gamma variable below its mean.
-            const bool is_crowded = tails_.is_heavy && outliers[k] > clearly_more * mean &&
-                                    boost::math::gamma_p(outliers[k], mean) < level / parts;
-            if (is_larger || is_crowded)
-                return false;
-        }
-        return true;
+        const double mean = std::accumulate(counts.begin(), counts.end(), 0.0) / parts;
+        // P(N ≥ n) of Poisson's law is that of a gamma variable below its mean.
+        return std::ranges::any_of(counts, [mean](double count) {
+            return count > clearly_more * mean && boost::math::gamma_p(count, mean) < level / parts;
+        });
     }
 
     /// Residuals over the noise, and what lies at the lines of each row.
@@ -170,7 +132,7 @@ class NoiseEstimate {
             for (Eigen::Index i = 0; i < values_.rows(); ++i)
                 if (is_seen(i, j))
                     errors.push_back((values_(i, j) - smooth_(i, j)) / std::sqrt(free_share));
-        return tails_of(errors, 0.5 * step_ / typical_noise(fit_) / std::sqrt(free_share));
+        return tails_of(errors);
     }
 
     void draw_in_outliers(const FlexibleRest& flexible) {
@@ -259,8 +221,7 @@ class NoiseEstimate {
         const Eigen::MatrixXcd found = fourier_coefficients(rest_, bins_, left_);
         const Eigen::ArrayXd power = found.cwiseAbs2().rowwise().mean();
         const auto rows = static_cast<double>(found.cols());
-        const double correlation =
-            slow_noise_of(power, rows, bins_, rest_.rows()).correlation;
+        const double correlation = slow_noise_of(power, rows, bins_, rest_.rows()).correlation;
         const Eigen::ArrayXd spectrum = spectrum_of(correlation, bins_, rest_.rows());
         model_.common_share = common_share_of(
             spectrum.rsqrt().matrix().cast<std::complex<double>>().asDiagonal() * found);
@@ -275,20 +236,15 @@ class NoiseEstimate {
     /// by something else than independent Gaussian noise.
     [[nodiscard]] bool is_as_stated() const {
         const double half = 0.5 * model_.degrees_of_freedom;
-        const double sum = half * variance_;
-        // What is stated for every reading is computed, not seen: it may be too large as well.
-        const bool is_smaller =
-            !measurement_.reading_uncertainties.empty() && boost::math::gamma_p(half, sum) < level;
         return !tails_.is_heavy && model_.correlation == 0.0 && model_.common_share == 0.0 &&
-               !is_smaller && !(boost::math::gamma_q(half, sum) < level);
+               !(boost::math::gamma_q(half, half * variance_) < level);
     }
 
-    void write(const FlexibleRest& flexible) {
-        if (is_as_stated() || !is_even(flexible))
+    void write() {
+        if (is_as_stated() || (tails_.is_heavy && are_outliers_crowded()))
             return;
         measurement_.noise_source =
-            in_words(model_, tails_, typical_noise(fit_) * std::sqrt(variance_),
-                     step_ > typical_noise(fit_) ? step_ : 0.0, fit_.noise_source);
+            in_words(model_, tails_, typical_noise(fit_) * std::sqrt(variance_), fit_.noise_source);
         if (fit_.is_noise_known) { // else only the residuals tell its size
             measurement_.noise_by_height = fit_.noise;
             for (double& of_row : measurement_.noise_by_height)
@@ -305,7 +261,6 @@ class NoiseEstimate {
     const RecordingFit& fit_;
     measure::Measurement& measurement_;
     std::vector<double> noise_; ///< (frames, rows), m
-    double step_ = 0.0;         ///< to which the readings are rounded, m
     std::size_t first_ = 0;
     Eigen::MatrixXd values_; ///< (frames, rows), residuals over the noise
     Eigen::MatrixXd smooth_; ///< of them
