@@ -24,7 +24,7 @@ struct Line {
     int degree = 0;          ///< of the polynomial in time on top of the decay
 };
 
-/// The modes, harmonics of the first and what drifts; those that matter most first.
+/// The modes and what drifts; those that matter most first.
 inline std::vector<Line> lines_of(const RecordingFit& fit, double half_rate) {
     std::vector<Line> lines;
     const auto modes = run::chain_modes(case_beside_errors(fit.model), 3);
@@ -40,8 +40,6 @@ inline std::vector<Line> lines_of(const RecordingFit& fit, double half_rate) {
         for (const double rate : {decay, std::sqrt(decay * own), own})
             lines.push_back({modes[k].frequency, rate, 1});
     }
-    for (const double harmonic : {3.0, 2.0, 5.0, 4.0})
-        lines.push_back({harmonic * first, decay, 3});
     std::erase_if(lines, [&](const Line& line) { return line.frequency >= half_rate; });
     return lines;
 }

@@ -4,11 +4,9 @@
 #include "fit/solve/residual_statistics.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 #include <memory>
-#include <numeric>
 #include <utility>
 
 #include <boost/math/special_functions/gamma.hpp>
@@ -21,9 +19,8 @@ constexpr std::size_t fewest_frames = 64;
 constexpr std::size_t fewest_bins = 20;
 /// Of white noise's power, at a frequency or in a frame that counts as free of lines.
 constexpr double least_left = 0.5;
-constexpr double level = 1e-3;       ///< of the tests for a property of the noise
-constexpr double clearly_more = 3.0; ///< of outliers in a part of the record
-constexpr double far_off = 4.0;      ///< of an outlier, scales
+constexpr double level = 1e-3;  ///< of the tests for a property of the noise
+constexpr double far_off = 4.0; ///< of an outlier, scales
 
 double upper_median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -63,28 +60,6 @@ class NoiseEstimate {
     [[nodiscard]] std::size_t place(Eigen::Index frame, Eigen::Index row) const {
         return (first_ + static_cast<std::size_t>(frame)) * fit_.prediction.rows +
                static_cast<std::size_t>(row);
-    }
-
-    /// Do outliers come in one part of the record? There the model lacks something that no line
-    /// covers: the estimate is then not of noise.
-    [[nodiscard]] bool are_outliers_crowded() const {
-        constexpr std::size_t parts = 16;
-        std::array<double, parts> counts{};
-        for (Eigen::Index i = 0; i < values_.rows(); ++i) {
-            // Once a frame, however many rows have one: they may err together.
-            bool has_outlier = false;
-            for (Eigen::Index j = 0; j < values_.cols(); ++j)
-                has_outlier = has_outlier ||
-                              (is_seen(i, j) &&
-                               std::abs(values_(i, j) - smooth_(i, j)) > far_off * tails_.scale);
-            counts[static_cast<std::size_t>(i) * parts /
-                   static_cast<std::size_t>(values_.rows())] += has_outlier ? 1.0 : 0.0;
-        }
-        const double mean = std::accumulate(counts.begin(), counts.end(), 0.0) / parts;
-        // P(N ≥ n) of Poisson's law is that of a gamma variable below its mean.
-        return std::ranges::any_of(counts, [mean](double count) {
-            return count > clearly_more * mean && boost::math::gamma_p(count, mean) < level / parts;
-        });
     }
 
     /// Residuals over the noise, and what lies at the lines of each row.
@@ -241,7 +216,7 @@ class NoiseEstimate {
     }
 
     void write() {
-        if (is_as_stated() || (tails_.is_heavy && are_outliers_crowded()))
+        if (is_as_stated())
             return;
         measurement_.noise_source =
             in_words(model_, tails_, typical_noise(fit_) * std::sqrt(variance_), fit_.noise_source);
