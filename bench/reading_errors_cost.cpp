@@ -5,7 +5,6 @@
 //   bench_reading_errors_cost MEASUREMENT...
 #include "bench/cpu_time.hpp"
 #include "fit/fit_model.hpp"
-#include "fit/start/starts.hpp"
 #include "measure/folder/measurement_folder.hpp"
 
 #include <cmath>
@@ -19,11 +18,11 @@ int main(int argc, char** argv) {
     double logarithms = 0.0;
     for (int k = 1; k < argc; ++k) {
         const measure::Measurement measurement = measure::read_measurement(argv[k]);
-        const fit::StemModel model = fit::baseline_model(measurement);
         int exact_runs = 0;
         int runs = 0;
         const double exact = bench::time_repeats(5, [&] {
-                                 exact_runs = fit_chain(model, measurement).runs;
+                                 exact_runs =
+                                     fit::fit_model({}, {}, {&measurement, 1}).runs;
                              }).median();
         const double beside = bench::time_repeats(5, [&] {
                                   runs = fit::fit_baseline({&measurement, 1}).fit.runs;

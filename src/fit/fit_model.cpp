@@ -427,10 +427,12 @@ Fit FitPlan::fit_from_own(const FitOptions& options) const {
 }
 
 Fit FitPlan::fit_beside_errors(const RecordingFit& alone, const FitOptions& options) const {
-    const StemModel start = beside_errors(alone.model, recordings_.front());
+    const StemModel start = linear_start(alone, recordings_.front());
     BestFit best(recordings_, options, {alone.noise});
     std::optional<ChainPrediction> at_start;
-    if (!alone.model.errors)
+    const bool is_at_fit =
+        std::ranges::all_of(start.error_values, [](double error) { return error == 0.0; });
+    if (!alone.model.errors && is_at_fit)
         at_start = prediction_beside_errors(start, alone.times, alone.prediction);
     best.try_start({start}, false, {std::move(at_start)});
     return result_of(best);

@@ -63,7 +63,7 @@ Tails tails_of(const std::vector<double>& values) {
     for (const double value : values)
         squares += value * value;
     const double deviation = std::sqrt(squares / count);
-    const double grid = 0.02 * deviation; // too fine to matter, and there are few of them
+    const double grid = 0.05 * deviation; // too fine to matter, and there are few of them
     Counts errors;
     for (const double value : values)
         errors[grid * std::round(value / grid)] += 1.0;

@@ -204,6 +204,11 @@ struct FitOptions {
 void add_input_uncertainty(std::span<const measure::Measurement> recordings, double misfit,
                            Fit& fit);
 
+/// `stated`, a fit without error terms, as a start with those of its recording: where one step of
+/// least squares leads. The values of the fit, if that takes an error term beyond `contradiction`.
+[[nodiscard]] StemModel linear_start(const RecordingFit& stated,
+                                     const measure::Measurement& recording);
+
 /// Has the parameter a value for each recording: tip deflection, release time, and those of effects
 /// that belong to a recording?
 [[nodiscard]] bool belongs_to_recording(const physics::ParameterId& parameter);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/solve/layout.hpp"
+#include "fit/solve/reading_errors.hpp"
 #include "fit/solve/residual_statistics.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <utility>
 
 #include <Eigen/Core>
+#include <Eigen/QR>
 #include <fmt/core.h>
 
 namespace culm::fit {
@@ -336,6 +338,36 @@ gradients_of_terms(std::span<const measure::Measurement> recordings, const Joint
 }
 
 } // namespace
+
+StemModel linear_start(const RecordingFit& stated, const measure::Measurement& recording) {
+    StemModel start = beside_errors(stated.model, recording);
+    if (!recording.errors || recording.errors->terms.empty())
+        return start;
+    const std::vector<measure::ReadingErrors::Term>& terms = recording.errors->terms;
+    const Eigen::MatrixXd jacobian = whitened_jacobian(stated);
+    const Eigen::Index fitted = jacobian.cols();
+    const Eigen::Index count = fitted + static_cast<Eigen::Index>(terms.size());
+    Eigen::MatrixXd columns(jacobian.rows(), count);
+    columns.leftCols(fitted) = jacobian;
+    for (std::size_t k = 0; k < terms.size(); ++k)
+        columns.col(fitted + static_cast<Eigen::Index>(k)) = column_of(terms[k], stated, jacobian);
+    const Eigen::MatrixXd residuals = whitened_residuals(stated).transpose(); // a row is a frame
+    Eigen::MatrixXd matrix = columns.transpose() * columns;
+    matrix.diagonal().tail(count - fitted).array() += 1.0;
+    const Eigen::VectorXd scale =
+        matrix.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
+    const Eigen::VectorXd right = columns.transpose() * residuals.reshaped();
+    const Eigen::VectorXd step =
+        scale.cwiseProduct((scale.asDiagonal() * matrix * scale.asDiagonal())
+                               .completeOrthogonalDecomposition()
+                               .solve(scale.cwiseProduct(right)));
+    if (step.tail(count - fitted).cwiseAbs().maxCoeff() > contradiction)
+        return start; // so far off it is not linear
+    for (Eigen::Index k = 0; k < count; ++k)
+        start.set_value(static_cast<std::size_t>(k),
+                        start.value(static_cast<std::size_t>(k)) + step(k));
+    return start;
+}
 
 void add_input_uncertainty(std::span<const measure::Measurement> recordings, double misfit,
                            Fit& fit) {

@@ -299,10 +299,19 @@ JointProblem::solve(const std::vector<StemModel>& models, const std::vector<doub
         ceres::Solve(settings, &problem, &summary);
         return summary;
     };
+    const auto width = options_.is_robust ? std::optional(robust_width) : std::nullopt;
+    if (double cost = 0.0; purpose == Purpose::Final && !options_.is_first_guess &&
+                           problem.Evaluate({}, &cost, nullptr, nullptr, nullptr) &&
+                           remaining_gain(residuals, is_held_, width) <
+                               final_improvement * std::max(1.0, 2.0 * cost / count)) {
+        JointSolution solution = solution_of(residuals); // the start is one
+        solution.cost = cost;
+        solution.has_converged = true;
+        return solution;
+    }
     ceres::Solver::Summary summary =
         solved_within(options_.is_near_solution ? last_trust_region : first_trust_region);
     const bool is_solved = has_converged(summary);
-    const auto width = options_.is_robust ? std::optional(robust_width) : std::nullopt;
     for (int again = 0;
          again < most_refinements && purpose == Purpose::Final && !out_of_reach.is_so() &&
          is_far_from_the_end(summary, is_held_, width, count, residuals);
