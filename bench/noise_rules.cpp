@@ -38,7 +38,8 @@ std::vector<HiddenTruth> truths(const beam::BeamStem& stem) {
     return {{"", {}},
             {"quadratic_drag", {{"quadratic_drag", {{"drag_coefficient", 1.0}}}}},
             {"clamp_compliance", {{"clamp_compliance", {{"stiffness_nm_rad", stiffness}}}}},
-            {"relaxation", {{"relaxation", {{"fraction", 0.03}, {"time_s", 0.15}, {"hold_time_s", 10.0}}}}},
+            {"relaxation",
+             {{"relaxation", {{"fraction", 0.03}, {"time_s", 0.15}, {"hold_time_s", 10.0}}}}},
             {"bending_nonlinearity", {{"bending_nonlinearity", {{"gamma_m2", -0.01}}}}}};
 }
 
@@ -124,10 +125,10 @@ int main() {
             judge(truth, std::string(family), ++number, sums);
     }
     const double count = sums.nulls + sums.effects;
-    fmt::print("adequate: {} of {} without an effect, {} of {} with their effect; chain inadequate "
-               "without the effect: {} of {}; rms error over standard error: Y {:.2f}, beta {:.2f}\n",
-               sums.adequate_nulls, sums.nulls, sums.adequate_effects, sums.effects,
-               sums.refused_chains, sums.effects, std::sqrt(sums.modulus / count),
-               std::sqrt(sums.damping / count));
+    fmt::print(
+        "adequate: {} of {} without an effect, {} of {} with their effect; chain inadequate "
+        "without the effect: {} of {}; rms error over standard error: Y {:.2f}, beta {:.2f}\n",
+        sums.adequate_nulls, sums.nulls, sums.adequate_effects, sums.effects, sums.refused_chains,
+        sums.effects, std::sqrt(sums.modulus / count), std::sqrt(sums.damping / count));
     return 0;
 }

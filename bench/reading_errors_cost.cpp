@@ -21,8 +21,7 @@ int main(int argc, char** argv) {
         int exact_runs = 0;
         int runs = 0;
         const double exact = bench::time_repeats(5, [&] {
-                                 exact_runs =
-                                     fit::fit_model({}, {}, {&measurement, 1}).runs;
+                                 exact_runs = fit::fit_model({}, {}, {&measurement, 1}).runs;
                              }).median();
         const double beside = bench::time_repeats(5, [&] {
                                   runs = fit::fit_baseline({&measurement, 1}).fit.runs;

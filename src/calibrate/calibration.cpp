@@ -70,7 +70,6 @@ FittedStem fitted(const measure::Measurement& measurement, const CalibrationOpti
 fit::SolveOptions solve_options(const fit::FitOptions& options) {
     fit::SolveOptions solve;
     solve.window = options.window;
-    solve.is_robust = options.is_robust;
     solve.heartbeat = options.heartbeat;
     return solve;
 }
@@ -238,12 +237,9 @@ class Profile {
 std::vector<ProfileInterval> profile_intervals(const fit::RecordingFit& fit,
                                                const measure::Measurement& measurement,
                                                double misfit, const fit::SolveOptions& options) {
-    // Huber's loss is no likelihood: its excess has no known distribution.
-    fit::SolveOptions plain = options;
-    plain.is_robust = false;
     std::vector<ProfileInterval> intervals;
     for (std::size_t k = 0; k < fit.model.first_error(); ++k) {
-        Profile profile(fit, measurement, misfit, plain);
+        Profile profile(fit, measurement, misfit, options);
         const double lower = profile.end_with_inputs(k, -1.0);
         const double upper = profile.end_with_inputs(k, 1.0);
         intervals.push_back({to_string(fit.parameters[k].id), lower, upper, profile.runs()});

@@ -29,8 +29,7 @@ struct ProfileInterval {
 /// 95 % intervals of every parameter of a fit with every input as stated: where χ² with the
 /// parameter held and all others refitted exceeds the smallest one by 3.84 `misfit`, and what the
 /// error terms contribute in quadrature. Each end is found to 2 % of the distance by secants on the
-/// signed root of the excess, which is a straight line for a linear model. Of a robust fit the
-/// profile is that of the plain sum of squares.
+/// signed root of the excess, which is a straight line for a linear model.
 [[nodiscard]] std::vector<ProfileInterval>
 profile_intervals(const fit::RecordingFit& fit, const measure::Measurement& measurement,
                   double misfit, const fit::SolveOptions& options = {});

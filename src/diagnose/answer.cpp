@@ -210,7 +210,6 @@ void rank(const Found& found, Diagnosis& result) {
         if (tells) {
             entry.fit = *model;
             entry.is_refitted = true;
-            entry.rmse = model->rmse;
             entry.obstacle = model->out_of_reach
                                  ? "fit stopped: could not have matched the best model"
                                  : in_words(judge_effect(*model, score.effect));
@@ -224,8 +223,6 @@ void rank(const Found& found, Diagnosis& result) {
             const double gain = score.gain / by.inflation * by.share;
             entry.delta_bic = score.added * std::log(by.effective_readings) - gain;
             entry.p_value = std::min(1.0, tried * gain_p_value(gain, score.added));
-            entry.rmse = found.start.rmse *
-                         std::sqrt(std::max(0.0, 1.0 - score.gain / found.start.chi_squared));
             entry.obstacle = score.failure;
         }
         if (const auto refused = found.refused.find(score.effect);

@@ -32,8 +32,7 @@ enum class Conclusion {
 struct RankedEffect {
     std::string effect;
     fit::Fit fit;             ///< without parameters where the score test left no hope
-    bool is_refitted = false; ///< false: rmse, delta_bic and p_value are the score test's
-    double rmse = 0.0;        ///< m
+    bool is_refitted = false; ///< false: delta_bic and p_value are the score test's
     double delta_bic = 0.0;   ///< against the model without it: negative is better
     double p_value = 1.0;     ///< of the gain, for as many candidates as there were (Bonferroni)
     std::string obstacle;     ///< why it cannot be named whatever it gains; empty if it can

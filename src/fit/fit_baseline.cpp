@@ -71,23 +71,13 @@ RecordingFit with_noise_as_measured(RecordingFit fit, const measure::Measurement
     return fit;
 }
 
-/// `stated` with the noise that the recordings have now.
-Fit with_noise_of(std::span<const measure::Measurement> recordings, const Fit& stated,
-                  const FitOptions& options) {
-    return stated.failed() || !stated.moves()
-               ? stated
-               : fit_again(stated.effects, stated.parts, recordings, options);
-}
-
-bool contains_all(const SelectedEffects& larger, const SelectedEffects& smaller) {
-    return std::ranges::all_of(smaller, [&](const auto& each) { return contains(larger, each); });
-}
-
 /// The largest fitted model within `effects`; the chain itself if there is none.
 const Fit& model_within(const SelectedEffects& effects, const std::vector<Fit>& models) {
     const Fit* within = &models.front();
     for (const Fit& model : models)
-        if (!model.failed() && contains_all(effects, model.effects))
+        if (!model.failed() && std::ranges::all_of(model.effects, [&](const auto& each) {
+                return contains(effects, each);
+            }))
             within = &model;
     return *within;
 }
@@ -208,7 +198,8 @@ NestedFits fit_nested(std::span<const measure::Measurement> recordings,
         baseline = *std::move(again);
         exact = with_inputs_as_stated(baseline.recordings);
         for (std::size_t k = 1; k < stated.size(); ++k)
-            stated[k] = with_noise_of(exact, stated[k], options);
+            if (!stated[k].failed() && stated[k].moves())
+                stated[k] = fit_again(stated[k].effects, stated[k].parts, exact, options);
     }
     NestedFits out{std::move(baseline.recordings),
                    {{std::move(baseline.stated), std::move(baseline.fit)}}};

@@ -35,9 +35,8 @@ class BestFit {
     BestFit(std::span<const measure::Measurement> recordings, const FitOptions& options,
             std::vector<std::vector<double>> weights = {});
 
-    /// Goes all the way from a start; `at_start` as JointOptions'.
-    void try_start(const StartModels& start, bool is_first_guess,
-                   std::vector<std::optional<ChainPrediction>> at_start = {});
+    /// Goes all the way from a start.
+    void try_start(const StartModels& start, bool is_first_guess);
 
     /// Some iterations from a start, with its places (angles, time scales) held. Throws
     /// core::NumericalError if they lead nowhere.
@@ -84,13 +83,10 @@ BestFit::BestFit(std::span<const measure::Measurement> recordings, const FitOpti
                  std::vector<std::vector<double>> weights)
     : recordings_(recordings), options_(options), weights_(std::move(weights)) {}
 
-void BestFit::try_start(const StartModels& start, bool is_first_guess,
-                        std::vector<std::optional<ChainPrediction>> at_start) {
+void BestFit::try_start(const StartModels& start, bool is_first_guess) {
     ++starts_;
     try {
-        JointOptions options = joint_options(is_first_guess);
-        options.at_start = std::move(at_start);
-        Fit fit = solved(start, options);
+        Fit fit = solved(start, joint_options(is_first_guess));
         if (fit.status == FitStatus::NotConverged) // a long valley: half-way is no end
             fit = solved(start_from(fit), joint_options(false));
         fit = settled(std::move(fit));
@@ -183,7 +179,6 @@ JointOptions BestFit::joint_options(bool is_first_guess) const {
     JointOptions joint;
     joint.chain.window = options_.window;
     joint.chain.is_first_guess = is_first_guess;
-    joint.chain.is_robust = options_.is_robust;
     joint.chain.wanted_chi_squared = options_.wanted_chi_squared;
     joint.chain.heartbeat = options_.heartbeat;
     joint.belongs_to_recording = belongs_to_recording;
@@ -427,14 +422,8 @@ Fit FitPlan::fit_from_own(const FitOptions& options) const {
 }
 
 Fit FitPlan::fit_beside_errors(const RecordingFit& alone, const FitOptions& options) const {
-    const StemModel start = linear_start(alone, recordings_.front());
     BestFit best(recordings_, options, {alone.noise});
-    std::optional<ChainPrediction> at_start;
-    const bool is_at_fit =
-        std::ranges::all_of(start.error_values, [](double error) { return error == 0.0; });
-    if (!alone.model.errors && is_at_fit)
-        at_start = prediction_beside_errors(start, alone.times, alone.prediction);
-    best.try_start({start}, false, {std::move(at_start)});
+    best.try_start({linear_start(alone, recordings_.front())}, false);
     return result_of(best);
 }
 

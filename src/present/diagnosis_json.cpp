@@ -62,7 +62,6 @@ json ranking_json(const DiagnosisReport& report) {
                    {"signature", ranked.signature},
                    {"refitted", ranked.is_refitted},
                    {"ended_early", ranked.fit.out_of_reach.has_value()},
-                   {"rmse_mm", number(1e3 * ranked.rmse)},
                    {"delta_bic", number(ranked.delta_bic)},
                    {"p_value", number(ranked.p_value)},
                    {"parameters", parameters_with_units(ranked.fit.parameters)},
@@ -70,7 +69,7 @@ json ranking_json(const DiagnosisReport& report) {
                    {"looks_like", ranked.looks_like}};
         if (ranked.is_refitted && ranked.fit.failed()) {
             entry["failure"] = ranked.fit.reason;
-            for (const char* key : {"rmse_mm", "delta_bic", "p_value"})
+            for (const char* key : {"delta_bic", "p_value"})
                 entry[key] = nullptr;
         }
         out.push_back(std::move(entry));

@@ -129,14 +129,6 @@ double likeness_p_value(const fit::RecordingFit& fit, const Eigen::MatrixXd& whi
     return pairs == 0 ? 1.0 : reduce::chi_squared_p_value(sum, 1.0, pairs);
 }
 
-/// Of a mean square over the noise's. Noise that was estimated has degrees of freedom of its own.
-double size_p_value(double ratio, double degrees, double of_noise) {
-    if (of_noise <= 0.0)
-        return fit::chi_squared_tail(degrees * ratio, degrees);
-    return reduce::fisher_f_p_value(ratio, static_cast<std::size_t>(std::lround(degrees)),
-                                    static_cast<std::size_t>(of_noise));
-}
-
 } // namespace
 
 LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing) {
@@ -150,8 +142,9 @@ LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing) {
         static_cast<double>(std::max<std::size_t>(fit.degrees_of_freedom, 1)));
     // χ² of correlated residuals scatters as one of fewer degrees of freedom does.
     if (fit.is_noise_known && fit.degrees_of_freedom > 0)
-        add("size", size_p_value(fit.reduced_chi_squared, result.effective_degrees_of_freedom,
-                                 fit.noise_model ? fit.noise_model->degrees_of_freedom : 0.0));
+        add("size",
+            fit::chi_squared_tail(fit.reduced_chi_squared * result.effective_degrees_of_freedom,
+                                  result.effective_degrees_of_freedom));
     const std::size_t lags = lags_over_a_period(fit, physics::first_frequency(fit.model.spec.stem));
     const std::vector<double> of_the_swing = swing_residuals(fit, whitened);
     add("correlation of the swing", reduce::ljung_box_p_value(of_the_swing, lags));

@@ -2,6 +2,7 @@
 #include "calibrate/simulated_measurement.hpp"
 #include "fit/solve/fit.hpp"
 #include "support/parameter_ids.hpp"
+#include "support/single_fit.hpp"
 
 #include <algorithm>
 #include <array>
@@ -79,7 +80,7 @@ TEST(Fit, GoesOnWhereItsPaceCanReachWhatIsWanted) {
 
 TEST(Fit, OneRecordingGivesWhatItsOwnFitGivesBitForBit) {
     const measure::Measurement measurement = tests::simulated_measurement();
-    const fit::RecordingFit alone = fit::fit_chain(fit::baseline_model(measurement), measurement);
+    const fit::RecordingFit alone = tests::fit_chain(fit::baseline_model(measurement), measurement);
     const fit::Fit joint = fit_together({&measurement, 1});
     ASSERT_EQ(joint.parameters.size(), alone.parameters.size());
     for (std::size_t k = 0; k < alone.parameters.size(); ++k) {

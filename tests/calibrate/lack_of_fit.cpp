@@ -4,6 +4,7 @@
 #include "fit/model/stem_model.hpp"
 #include "physics/effects/library.hpp"
 #include "support/parameter_ids.hpp"
+#include "support/single_fit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +21,7 @@ TEST(LackOfFit, IsNotSeenWhereNothingIsMissing) {
     int alarms = 0;
     for (unsigned seed = 1; seed <= 10; ++seed) {
         const auto measurement = tests::simulated_measurement({}, seed);
-        const auto fit = fit::fit_chain(fit::baseline_model(measurement), measurement);
+        const auto fit = tests::fit_chain(fit::baseline_model(measurement), measurement);
         alarms += is_adequate(fit, measurement) ? 0 : 1;
     }
     EXPECT_LE(alarms, 1); // at a rate of 1 %, two of ten have a probability of 0.4 %
@@ -34,7 +35,7 @@ TEST(LackOfFit, SeesTheDragOfTheAir) {
     fit::StemModel truth = fit::with_effect(tests::true_model(measurement, {}), drag, measurement);
     truth.parameters.resize(3);
     measurement = tests::read_with_noise(measurement, truth, 1);
-    const auto fit = fit::fit_chain(fit::baseline_model(measurement), measurement);
+    const auto fit = tests::fit_chain(fit::baseline_model(measurement), measurement);
     const diagnose::Verdict verdict =
         diagnose::verdict_on(fit, residuals::swing_of(fit, measurement));
     EXPECT_EQ(verdict.finding, diagnose::Finding::Inadequate) << fit.reduced_chi_squared;
@@ -52,7 +53,7 @@ TEST(EffectParameters, AreFoundTogetherWithTheBaselines) {
     EXPECT_EQ(truth.parameters.size(), 3U); // fixed, so not free
     measurement = tests::read_with_noise(measurement, truth, 2);
     drag.fixed = {std::nullopt};
-    const fit::RecordingFit fit = fit::fit_chain(
+    const fit::RecordingFit fit = tests::fit_chain(
         fit::with_effect(fit::baseline_model(measurement), drag, measurement), measurement);
     const fit::FittedParameter* found = fit.find(tests::id("quadratic_drag.drag_coefficient"));
     ASSERT_NE(found, nullptr);

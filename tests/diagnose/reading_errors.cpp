@@ -261,31 +261,6 @@ TEST(ReadingErrors, OfAStemFilmedInMotionLeaveItsNumbers) {
     }
 }
 
-// The errors are linear, so the fit beside them starts from readings that it knows.
-TEST(ReadingErrors, BesideAKnownPredictionAreThoseOfARun) {
-    const measure::Measurement measurement = recorded(plain_spec());
-    const fit::RecordingFit alone =
-        fit::fit_chain(fit::baseline_model(measurement), measurement, {});
-    const measure::Measurement known =
-        fit::with_reading_errors({&measurement, 1}, {&alone, 1}).front();
-    fit::StemModel start = fit::beside_errors(alone.model, known);
-    const auto reused = fit::prediction_beside_errors(start, alone.times, alone.prediction);
-    const fit::ChainPrediction run = fit::predict_readings(start, alone.times);
-    ASSERT_TRUE(reused);
-    ASSERT_EQ(reused->readings.size(), run.readings.size());
-    ASSERT_EQ(reused->jacobian.size(), run.jacobian.size());
-    const auto is_near = [](const std::vector<double>& one, const std::vector<double>& other) {
-        const Eigen::Map<const Eigen::VectorXd> a(one.data(), Eigen::Index(one.size()));
-        const Eigen::Map<const Eigen::VectorXd> b(other.data(), Eigen::Index(other.size()));
-        return (a - b).norm() < 1e-9 * b.norm();
-    };
-    EXPECT_TRUE(is_near(reused->readings, run.readings));
-    EXPECT_TRUE(is_near(reused->jacobian, run.jacobian));
-    ASSERT_FALSE(start.error_values.empty());
-    start.error_values.front() = 1.0; // moves Y, so the chain has to run
-    EXPECT_FALSE(fit::prediction_beside_errors(start, alone.times, alone.prediction));
-}
-
 // W C Wᵀ = 1 for the covariance C of such noise: checked with the columns of its Cholesky factor.
 TEST(Whitening, OfANoiseModelIsTheInverseRootOfItsCovariance) {
     constexpr std::size_t frames = 14;

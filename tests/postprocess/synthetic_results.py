@@ -172,11 +172,11 @@ def diagnosis(name="T2", verdict="effect"):
                                    "force_n_per_m": -0.002 * v * abs(v)}
                                   for v in (-9.0, 0.0, 9.0)]}
     ranked = {"effect": "quadratic_drag", "summary": "air drag", "signature": "faster decay",
-              "refitted": True, "rmse_mm": NOISE_MM, "delta_bic": -4000.0, "p_value": 0.0,
+              "refitted": True, "delta_bic": -4000.0, "p_value": 0.0,
               "parameters": united, "obstacle": "", "looks_like": []}
     others = [{**ranked, "effect": "taper", "delta_bic": 5.0, "refitted": False},
               {**ranked, "effect": "tip_mass", "delta_bic": -20.0, "obstacle": "at a bound"},
-              {**ranked, "effect": "relaxation", "delta_bic": None, "rmse_mm": None,
+              {**ranked, "effect": "relaxation", "delta_bic": None,
                "failure": "no"}]
     spot = {"effect": "taper", "beyond_bounds": False, "bias_if_present": "…",
             "smallest_visible": {"parameter": "relative_change", "value": 0.008, "unit": ""},
@@ -262,7 +262,7 @@ def calibration(names=("S1", "S2")):
                   **{key: spread for key in ("bond_youngs_modulus_pa", "bond_damping",
                                              "b1_per_cycle", "b2_hz")}}
     return {"format": "culm-calibration", "version": 1, "remarks": [],
-            "options": {"law": "consistent", "with": "", "window_s": None, "robust": False},
+            "options": {"law": "consistent", "with": "", "window_s": None},
             "stems": [calibrated(name) for name in names] +
                      [{"measurement": "broken", "folder": "data/broken", "failure": "no motion"}],
             "population": population if len(names) > 1 else None}

@@ -8,6 +8,13 @@
 
 namespace culm::tests {
 
+/// A model by itself, from its values as a first guess.
+inline fit::RecordingFit fit_chain(const fit::StemModel& model,
+                                   const measure::Measurement& measurement,
+                                   const fit::SolveOptions& options = {}) {
+    return fit::fit_jointly({&model, 1}, {&measurement, 1}, {options, {}, {}, {}}).parts.front();
+}
+
 /// The published chain.
 inline fit::Fit fit_baseline(const measure::Measurement& measurement,
                              const fit::FitOptions& options = {}) {

@@ -35,7 +35,6 @@ using nlohmann::json;
 struct CalibrateArguments : RecordingArguments {
     std::string via;
     std::string effects;
-    bool is_robust = false;
     bool with_profiles = false;
     bool with_check = false;
     std::string check_integrator = "implicit";
@@ -78,7 +77,6 @@ CalibrationPlan plan_of(const CalibrateArguments& arguments) {
     plan.read = measure::read_measurements(arguments.paths);
     plan.options.fit.chain = chain_options(arguments);
     plan.options.fit.window = arguments.window_s;
-    plan.options.fit.is_robust = arguments.is_robust;
     if (!arguments.effects.empty())
         plan.options.effects = study::effects_from(arguments.effects);
     plan.options.with_profiles = arguments.with_profiles;
@@ -215,8 +213,7 @@ json document_of(const CalibrateArguments& arguments, const CalibrationPlan& pla
             {"options",
              {{"law", arguments.law},
               {"with", arguments.effects},
-              {"window_s", present::number(arguments.window_s)},
-              {"robust", arguments.is_robust}}},
+              {"window_s", present::number(arguments.window_s)}}},
             {"population", population ? present::population_json(*population) : json()},
             {"stems", std::move(stems)},
             {"remarks", std::move(remarks)},
@@ -321,8 +318,6 @@ void add_calibration_options(CLI::App& command, CalibrateArguments& arguments) {
             "gravity, quadratic_drag(drag_coefficient=1.2), ...; parameters without a value "
             "are fitted")
         ->type_name("EFFECT,...");
-    command.add_flag("--robust", arguments.is_robust,
-                     "Give less weight to residuals above 2 sigma (Huber's loss)");
 }
 
 } // namespace

@@ -312,23 +312,4 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
     return prediction;
 }
 
-std::optional<ChainPrediction> prediction_beside_errors(const StemModel& model,
-                                                        std::span<const double> times,
-                                                        const ChainPrediction& of_chain) {
-    const run::CaseSpec spec = case_beside_errors(model);
-    if (spec.stem.bond_youngs_modulus != model.spec.stem.bond_youngs_modulus ||
-        spec.stem.bond_damping != model.spec.stem.bond_damping)
-        return std::nullopt;
-    ChainPrediction prediction{
-        of_chain.frames, of_chain.rows, model.free_count(), of_chain.readings, {}};
-    for (std::size_t at = 0; at < of_chain.readings.size(); ++at) {
-        const double* const own = of_chain.jacobian.data() + at * of_chain.parameters;
-        prediction.jacobian.insert(prediction.jacobian.end(), own, own + of_chain.parameters);
-        prediction.jacobian.resize((at + 1) * prediction.parameters);
-    }
-    if (model.errors)
-        add_errors(model, spec, times, prediction);
-    return prediction;
-}
-
 } // namespace culm::fit

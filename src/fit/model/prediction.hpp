@@ -5,7 +5,6 @@
 #include "fit/model/stem_model.hpp"
 #include "run/simulate.hpp"
 
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,11 +26,5 @@ struct ChainPrediction {
 [[nodiscard]] ChainPrediction predict_readings(const StemModel& model,
                                                std::span<const double> times,
                                                const run::Heartbeat& heartbeat = {});
-
-/// The model's readings at `times` from those of its chain without the errors of its readings,
-/// which were computed already. Empty if the errors change the chain itself, which then has to run.
-[[nodiscard]] std::optional<ChainPrediction>
-prediction_beside_errors(const StemModel& model, std::span<const double> times,
-                         const ChainPrediction& of_chain);
 
 } // namespace culm::fit

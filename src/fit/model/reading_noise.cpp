@@ -128,14 +128,6 @@ ReadingNoise reading_noise(const measure::Measurement& measurement) {
     return noise;
 }
 
-std::vector<double> noise_of_readings(const measure::Measurement& measurement,
-                                      const std::vector<double>& by_row) {
-    std::vector<double> noise = measurement.reading_uncertainties;
-    for (std::size_t at = noise.size(); at < measurement.deflections.size(); ++at)
-        noise.push_back(by_row[at % by_row.size()]);
-    return noise;
-}
-
 std::vector<double> relative_noise(const measure::Measurement& measurement,
                                    const std::vector<double>& by_row) {
     std::vector<double> relative = measurement.reading_uncertainties;

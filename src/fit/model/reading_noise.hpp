@@ -27,9 +27,6 @@ struct ReadingNoise {
 /// noise; else none.
 [[nodiscard]] ReadingNoise reading_noise(const measure::Measurement& measurement);
 
-/// Of each reading, (times, rows), m: what is stated for it, else that of its row.
-[[nodiscard]] std::vector<double> noise_of_readings(const measure::Measurement& measurement,
-                                                    const std::vector<double>& by_row);
 /// Of each reading over that of its row, (times, rows); empty where only that is stated.
 [[nodiscard]] std::vector<double> relative_noise(const measure::Measurement& measurement,
                                                  const std::vector<double>& by_row);

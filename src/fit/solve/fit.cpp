@@ -23,15 +23,6 @@ namespace culm::fit {
 void add_statistics(std::span<const measure::Measurement> measurements, const JointLayout& layout,
                     const std::vector<bool>& is_held, Fit& fit);
 
-namespace {
-
-RecordingFit only_part(const StemModel& model, const measure::Measurement& measurement,
-                       const JointOptions& options) {
-    return std::move(fit_jointly({&model, 1}, {&measurement, 1}, options).parts.front());
-}
-
-} // namespace
-
 std::size_t count_without_errors(const std::vector<FittedParameter>& parameters) {
     return static_cast<std::size_t>(
         std::ranges::count(parameters, false, &FittedParameter::is_error));
@@ -50,16 +41,11 @@ const FittedParameter* RecordingFit::find(const physics::ParameterId& id) const 
     return found == parameters.end() ? nullptr : &*found;
 }
 
-RecordingFit fit_chain(const StemModel& model, const measure::Measurement& measurement,
-                       const SolveOptions& options) {
-    return only_part(model, measurement, {options, {}, {}, {}});
-}
-
 RecordingFit fit_chain_with_held(const StemModel& model, const measure::Measurement& measurement,
                                  const std::vector<bool>& is_held, const SolveOptions& options) {
     JointOptions held{options, {}, is_held, {}};
     held.chain.is_first_guess = false;
-    return only_part(model, measurement, held);
+    return std::move(fit_jointly({&model, 1}, {&measurement, 1}, held).parts.front());
 }
 
 StemModel started_from(StemModel model, const RecordingFit& fit) {
@@ -217,10 +203,9 @@ Fit fit_jointly(std::span<const StemModel> models,
     std::vector<bool> is_held = options.is_held;
     is_held.resize(layout.ids.size(), false);
     const JointProblem problem(measurements, layout, weights, is_held, options.chain);
-    JointSolution solution =
-        options.chain.is_first_guess
-            ? search(problem, starts, measurements, last_times)
-            : problem.solve(starts, last_times, Purpose::Final, options.at_start);
+    JointSolution solution = options.chain.is_first_guess
+                                 ? search(problem, starts, measurements, last_times)
+                                 : problem.solve(starts, last_times, Purpose::Final);
     Fit fit;
     fit.status = !solution.has_converged ? FitStatus::NotConverged
                  : solution.is_cut_short ? FitStatus::Stopped

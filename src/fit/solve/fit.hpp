@@ -83,17 +83,6 @@ struct RecordingFit {
     [[nodiscard]] const FittedParameter* find(const physics::ParameterId& id) const;
 };
 
-/// Least squares by Levenberg and Marquardt's method with bounds (Ceres) and the sensitivities of
-/// run::simulate_with_sensitivities. Terms of the model's reading errors are fitted too, each with
-/// one more residual, its own value. The covariance is (JᵀWJ/s + C)⁻¹ with the reduced χ² s
-/// where that is above 1, because what a model lacks makes its parameters less sure, and the
-/// information C of these constraints. A fit that ends at a bound or does
-/// not converge comes back with its reason; one that cannot even start throws
-/// core::NumericalError. run::Abandoned if the heartbeat says so.
-[[nodiscard]] RecordingFit fit_chain(const StemModel& model,
-                                     const measure::Measurement& measurement,
-                                     const SolveOptions& options = {});
-
 /// The fit with some parameters held at the model's values; `is_held` in the order of free_ids.
 /// Starts there without growing windows. For profile likelihoods and constrained comparisons.
 [[nodiscard]] RecordingFit fit_chain_with_held(const StemModel& model,
@@ -111,9 +100,6 @@ struct JointOptions {
     /// (recordings)(rows), m: by what the residuals of recordings of unknown noise are weighted
     /// until they tell it; empty: all alike.
     std::vector<std::vector<double>> weights;
-    /// (recordings) what the models predict with their values, from which the solution starts;
-    /// empty where it is not known, and it has to run.
-    std::vector<std::optional<ChainPrediction>> at_start{};
 };
 
 enum class FitStatus {
@@ -191,7 +177,6 @@ struct FitOptions {
     std::optional<double> window; ///< only frames up to here, s after the release; empty: all
     run::Heartbeat heartbeat;
     std::optional<double> wanted_chi_squared = std::nullopt; ///< as SolveOptions'
-    bool is_robust = false;                                  ///< likewise
 };
 
 /// `options` with this heartbeat; with its own if this one is empty.
@@ -213,11 +198,14 @@ void add_input_uncertainty(std::span<const measure::Measurement> recordings, dou
 /// that belong to a recording?
 [[nodiscard]] bool belongs_to_recording(const physics::ParameterId& parameter);
 
-/// Least squares over all recordings, each with a model of its own (length, section, known masses,
-/// frame rate, rows), by the method of fit_chain, which is the same with one recording. Starts from
-/// the models' values, shared ones from the first model that has them. The covariance is the
-/// inverse of the summed information, times the reduced χ² where that is above 1. Errors and
-/// failures as fit_chain's.
+/// Least squares over all recordings, by Levenberg and Marquardt's method with bounds (Ceres) and
+/// the sensitivities of run::simulate_with_sensitivities. Each recording has its own model (length,
+/// section, known masses, frame rate, rows). Starts from the models' values, shared ones from the
+/// first model that has them. Error terms are fitted too, each with one more residual, its own
+/// value. The covariance is (JᵀWJ/s + C)⁻¹ with the reduced χ² s where that is above 1 and the
+/// information C of these constraints. A fit that ends at a bound or does not converge comes back
+/// with its reason; one that cannot start throws core::NumericalError. run::Abandoned if the
+/// heartbeat says so.
 [[nodiscard]] Fit fit_jointly(std::span<const StemModel> models,
                               std::span<const measure::Measurement> measurements,
                               const JointOptions& options = {});

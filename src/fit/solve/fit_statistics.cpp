@@ -12,7 +12,6 @@
 #include <utility>
 
 #include <Eigen/Core>
-#include <Eigen/QR>
 #include <fmt/core.h>
 
 namespace culm::fit {
@@ -292,28 +291,6 @@ void add_statistics(std::span<const measure::Measurement> measurements, const Jo
 
 namespace {
 
-/// What one standard uncertainty of a term does to the readings of a part, over the noise and made
-/// white, (frames · rows).
-Eigen::VectorXd column_of(const measure::ReadingErrors::Term& term, const RecordingFit& part,
-                          const Eigen::MatrixXd& jacobian) {
-    std::vector<double> values(part.residuals.size(), 0.0);
-    if (!term.readings.empty())
-        for (std::size_t at = 0; at < values.size(); ++at)
-            values[at] = term.readings[at] / part.noise[at % part.prediction.rows];
-    whitening_of(part).apply(values);
-    Eigen::VectorXd column =
-        Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-    for (std::size_t p = 0; p < part.model.parameters.size(); ++p) {
-        const physics::ParameterId& id = part.model.parameters[p].access.id;
-        const double logarithm = id == physics::bond_youngs_modulus ? term.log_modulus
-                                 : id == physics::bond_damping      ? term.log_damping
-                                                                    : 0.0;
-        if (logarithm != 0.0)
-            column += logarithm * part.model.value(p) * jacobian.col(static_cast<Eigen::Index>(p));
-    }
-    return column;
-}
-
 /// Jᵀ N⁻¹ U: for each term, by its name, its part in the gradient by the joint parameters.
 std::map<std::string, Eigen::VectorXd>
 gradients_of_terms(std::span<const measure::Measurement> recordings, const JointLayout& layout,
@@ -327,7 +304,7 @@ gradients_of_terms(std::span<const measure::Measurement> recordings, const Joint
         const Eigen::MatrixXd jacobian = whitened_jacobian(fit.parts[m]);
         for (const measure::ReadingErrors::Term& term : recordings[m].errors->terms) {
             const Eigen::VectorXd own =
-                jacobian.transpose() * column_of(term, fit.parts[m], jacobian);
+                jacobian.transpose() * whitened_term(term, fit.parts[m], jacobian);
             Eigen::VectorXd& sum = gradients.try_emplace(term.name, none).first->second;
             for (std::size_t k = 0; k < layout.shares[m].size(); ++k)
                 sum(static_cast<Eigen::Index>(layout.shares[m][k].place)) +=
@@ -350,17 +327,11 @@ StemModel linear_start(const RecordingFit& stated, const measure::Measurement& r
     Eigen::MatrixXd columns(jacobian.rows(), count);
     columns.leftCols(fitted) = jacobian;
     for (std::size_t k = 0; k < terms.size(); ++k)
-        columns.col(fitted + static_cast<Eigen::Index>(k)) = column_of(terms[k], stated, jacobian);
+        columns.col(fitted + static_cast<Eigen::Index>(k)) =
+            whitened_term(terms[k], stated, jacobian);
     const Eigen::MatrixXd residuals = whitened_residuals(stated).transpose(); // a row is a frame
-    Eigen::MatrixXd matrix = columns.transpose() * columns;
-    matrix.diagonal().tail(count - fitted).array() += 1.0;
-    const Eigen::VectorXd scale =
-        matrix.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
-    const Eigen::VectorXd right = columns.transpose() * residuals.reshaped();
     const Eigen::VectorXd step =
-        scale.cwiseProduct((scale.asDiagonal() * matrix * scale.asDiagonal())
-                               .completeOrthogonalDecomposition()
-                               .solve(scale.cwiseProduct(right)));
+        linear_step(columns, residuals.reshaped(), fitted, count - fitted).change;
     if (step.tail(count - fitted).cwiseAbs().maxCoeff() > contradiction)
         return start; // so far off it is not linear
     for (Eigen::Index k = 0; k < count; ++k)

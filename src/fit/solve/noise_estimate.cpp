@@ -19,7 +19,9 @@ constexpr std::size_t fewest_frames = 64;
 constexpr std::size_t fewest_bins = 20;
 /// Of white noise's power, at a frequency or in a frame that counts as free of lines.
 constexpr double least_left = 0.5;
-constexpr double level = 1e-3;  ///< of the tests for a property of the noise
+constexpr double level = 1e-3; ///< of the tests for a property of the noise
+/// Of what lies at the lines, over the rest: beyond it what the model lacks is in the rest as well.
+constexpr double largest_misfit = 2.0;
 constexpr double far_off = 4.0; ///< of an outlier, scales
 
 double upper_median(std::vector<double> values) {
@@ -31,7 +33,11 @@ double upper_median(std::vector<double> values) {
 class NoiseEstimate {
   public:
     NoiseEstimate(const RecordingFit& fit, measure::Measurement& measurement)
-        : fit_(fit), measurement_(measurement), noise_(noise_of_readings(measurement, fit.noise)) {}
+        : fit_(fit), measurement_(measurement), noise_(relative_noise(measurement, fit.noise)) {
+        noise_.resize(measurement.deflections.size(), 1.0);
+        for (std::size_t at = 0; at < noise_.size(); ++at)
+            noise_[at] *= fit.noise[at % fit.noise.size()];
+    }
 
     /// False if the record is too short.
     bool run() {
@@ -48,6 +54,8 @@ class NoiseEstimate {
         if (bins_.size() < fewest_bins)
             return false;
         draw_in_outliers(flexible);
+        if (fit_.is_noise_known && smooth_.norm() > largest_misfit * rest_.norm())
+            return false;
         estimate_correlation();
         write();
         return true;
@@ -204,13 +212,13 @@ class NoiseEstimate {
         const SlowNoise slow = slow_noise_of(power, copies, bins_, rest_.rows());
         model_.correlation = slow.correlation;
         variance_ = slow.variance;
-        model_.degrees_of_freedom = 2.0 * copies * static_cast<double>(bins_.size());
+        degrees_ = 2.0 * copies * static_cast<double>(bins_.size());
     }
 
     /// The size that is stated counts, unless the readings scatter by more where nothing moves, or
     /// by something else than independent Gaussian noise.
     [[nodiscard]] bool is_as_stated() const {
-        const double half = 0.5 * model_.degrees_of_freedom;
+        const double half = 0.5 * degrees_;
         return !tails_.is_heavy && model_.correlation == 0.0 && model_.common_share == 0.0 &&
                !(boost::math::gamma_q(half, half * variance_) < level);
     }
@@ -245,6 +253,7 @@ class NoiseEstimate {
     Tails tails_;
     measure::NoiseModel model_;
     double variance_ = 1.0; ///< over the noise's, where no line is
+    double degrees_ = 0.0;  ///< of freedom behind it
 };
 
 bool is_near(double one, double other) {
@@ -271,7 +280,7 @@ measure::Measurement with_noise_in_motion(const RecordingFit& fit,
     const double stated = is_estimated ? 0.0 : out.noise_correlation.value_or(0.0);
     if (out.noise_model || (out.reading_uncertainties.empty() && stated == 0.0))
         return out;
-    measure::NoiseModel model{stated, 0.0, 0.0, relative_noise(out, fit.noise)};
+    measure::NoiseModel model{stated, 0.0, relative_noise(out, fit.noise)};
     out.noise_model = std::make_shared<const measure::NoiseModel>(std::move(model));
     if (fit.is_noise_known)
         out.noise_by_height = fit.noise;

@@ -277,15 +277,14 @@ void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerC
         errors.terms.push_back(std::move(doubt));
 }
 
-/// Of an error that follows from the place: a constant, a scale, and two that bend. The cubic alone
-/// changes with the amplitude what the first mode's amplitude is read as, and so the damping.
+/// Position errors are modelled by Legendre polynomials of degree 0 to 3. The cubic alone changes
+/// with the amplitude how the first mode is read, and so the damping.
 constexpr unsigned row_polynomials = 4;
 
-/// What a lens or uneven light does: an error that follows from the place in the picture, smooth
-/// over the swing. For each row by itself four polynomials, orthogonal between its largest
-/// deflections, and for all rows together those that bend (the others are the scale and where the
-/// stem rests), each with the stated uncertainty. The place is the predicted one: that which was
-/// read has the noise in it, and near the clamp, where the swing is small, it would explain itself.
+/// A lens or uneven light makes an error that follows from the position in the picture. Each row
+/// has its own polynomials of the predicted deflection, and all rows together have those of degree
+/// 2 and 3 (0 and 1 are the rest position and the scale), each with the stated uncertainty. The
+/// measured deflection would explain its own noise near the clamp, where the swing is small.
 void add_errors_of_place(const RecordingFit& fit, const measure::Measurement& measurement,
                          const run::Heartbeat& heartbeat, ReadingErrors& errors) {
     if (measurement.uncertainties.row.value_or(0.0) == 0.0)

@@ -41,14 +41,12 @@ struct StatedInput {
 /// A shift of all rows of a measurement's case, m; 0 is what was stated.
 [[nodiscard]] run::CaseParameter height_of_rows(const measure::Measurement& measurement);
 
-/// The recording with the noise that its readings have while the stem moves, estimated from what
-/// is left of the residuals without the modes, the harmonics of the first and a drift, in which the
-/// model may fail: at the frequencies where none of them is. Outliers are drawn in by Student's t
-/// (Lange et al. 1989); correlation in time, white noise beside a first-order autoregression, by
-/// Whittle's likelihood; what the rows have in common by the eigenvectors of their covariance. Each
-/// counts if noise without it shows as much in one recording of a thousand. A stated noise that is
-/// smaller than what is found gives way to it. Below 64 frames or 20 such frequencies the recording
-/// stays as it is.
+/// The recording with the noise that its readings have while the stem moves, estimated from the
+/// residuals without what lies at the modes and a drift, at the Fourier frequencies that these
+/// leave free: Student's t of outliers, which then weigh less (Lange et al. 1989), the correlation
+/// in time by Whittle's likelihood, and that of the rows. Each counts if noise without it shows as
+/// much in one recording of a thousand. Below 64 frames or 20 such frequencies the recording stays
+/// as it is.
 [[nodiscard]] measure::Measurement with_noise_in_motion(const RecordingFit& fit,
                                                         const measure::Measurement& measurement);
 
@@ -56,28 +54,23 @@ struct StatedInput {
 [[nodiscard]] bool has_same_noise(const measure::Measurement& one,
                                   const measure::Measurement& other);
 
-/// The recordings with their noise in motion and the errors of their readings, linearised about
-/// `fits` (without errors), one for each. The first terms are the stated inputs, in their order: a
-/// term is the change of the readings by one standard uncertainty. What Y and β take up of it goes
-/// into these, so that no phase runs away from the linear rest. Recordings of one rig, or of one
-/// specimen with the same stated value, share a term.
+/// The recordings with their noise in motion and the error terms of their readings, linearised
+/// about `fits` (without terms), one for each. The first terms are the stated inputs, in their
+/// order: a term is the change of the readings by one standard uncertainty. What Y and β can take
+/// up of it goes into these, so that no phase runs away from the linear rest. Recordings of one
+/// rig, or of one specimen with the same stated value, share a term.
 ///
-/// The last term, where it matters, is the division of the chain: y = y_N + α (y_2N − y_N) with
-/// α = 4/3 ± 1/3, order 2 in the bond length and the doubt of it. The finer chain keeps the first
-/// mode of the first recording, whose Y stays that of the chain that was asked for. Below 0.3
-/// standard deviations of the second frequency, σ_f = √(6/n) σ/(π A T) (Montgomery & O'Donoghue
-/// 1999), the finer chain is not run.
+/// The next term, where it matters, is the division of the chain: y = y_N + α (y_2N − y_N) with
+/// α = 4/3 ± 1/3, order 2 in the bond length and its uncertainty. The finer chain keeps the first
+/// mode of the first recording, whose Y is that of the chain that was asked for. It is not run
+/// below 0.3 standard deviations of the second frequency, σ_f = √(6/n) σ/(π A T) (Montgomery &
+/// O'Donoghue 1999).
 ///
-/// Then what the hand that released the stem may have done: each of the first modes that the camera
-/// resolves (below 0.4 of the frame rate) has an amplitude and a velocity of its own at the
-/// release, with the scale that the first two periods tell (release_errors()). Of a recording that
-/// begins in motion the higher modes have whatever the start shows.
+/// Then the release by hand (release_errors()), and position errors of rows of a picture.
 ///
-/// Of recordings that have errors already, the noise and the division of the chain are kept, and
-/// the rest is linearised anew about `fits`.
-///
-/// Each costs one run per recording. A recording without motion, or that cannot be computed with an
-/// input changed a little, has no errors.
+/// Each costs one run per recording. Of recordings that have terms already, the noise and the
+/// division are kept, and the rest is linearised anew. A recording without motion, or that cannot
+/// be computed with an input changed a little, has no terms.
 [[nodiscard]] std::vector<measure::Measurement>
 with_reading_errors(std::span<const measure::Measurement> recordings,
                     std::span<const RecordingFit> fits, const run::Heartbeat& heartbeat = {});

@@ -79,7 +79,6 @@ double scale_of(const RecordingFit& fit, const std::vector<Term>& units,
     const auto from = std::ranges::find_if(fit.times, [](double time) { return time >= 0.0; });
     const double end = early_periods / run::first_mode(fit.model.spec).frequency;
     const Eigen::MatrixXd jacobian = whitened_jacobian(fit);
-    const Eigen::MatrixXd residuals = whitened_residuals(fit);
     const std::size_t rows = fit.prediction.rows;
     std::vector<Eigen::Index> places;
     for (auto i = static_cast<std::size_t>(from - fit.times.begin());
@@ -87,47 +86,23 @@ double scale_of(const RecordingFit& fit, const std::vector<Term>& units,
         for (std::size_t j = 0; j < rows; ++j)
             if (!std::isnan(fit.residuals[i * rows + j]))
                 places.push_back(static_cast<Eigen::Index>(i * rows + j));
-    const auto count = static_cast<Eigen::Index>(places.size());
-    const auto fitted = jacobian.cols();
+    const Eigen::Index fitted = jacobian.cols();
     const auto constrained = static_cast<Eigen::Index>(others.size());
     const auto wanted = static_cast<Eigen::Index>(units.size());
-    if (count < 4 * (fitted + constrained + wanted))
+    if (static_cast<Eigen::Index>(places.size()) < 4 * (fitted + constrained + wanted))
         return 0.0;
-    Eigen::MatrixXd columns =
-        Eigen::MatrixXd::Zero(count + constrained, fitted + constrained + wanted);
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(count + constrained);
-    const Whitening whitening = whitening_of(fit);
-    const auto place_term = [&](const Term& term, Eigen::Index column) {
-        std::vector<double> values(fit.residuals.size());
-        for (std::size_t at = 0; at < values.size(); ++at)
-            values[at] = term.readings[at] / fit.noise[at % rows];
-        whitening.apply(values);
-        for (Eigen::Index k = 0; k < count; ++k)
-            columns(k, column) =
-                values[static_cast<std::size_t>(places[static_cast<std::size_t>(k)])];
-    };
-    for (Eigen::Index k = 0; k < count; ++k) {
-        const Eigen::Index at = places[static_cast<std::size_t>(k)];
-        const auto row = static_cast<Eigen::Index>(rows);
-        columns.row(k).head(fitted) = jacobian.row(at);
-        right(k) = residuals(at / row, at % row);
-    }
-    for (Eigen::Index k = 0; k < constrained; ++k) {
-        place_term(others[static_cast<std::size_t>(k)], fitted + k);
-        columns(count + k, fitted + k) = 1.0;
-    }
-    for (Eigen::Index k = 0; k < wanted; ++k)
-        place_term(units[static_cast<std::size_t>(k)], fitted + constrained + k);
-    Eigen::VectorXd size = columns.colwise().norm().transpose();
-    for (double& each : size)
-        each = each > 0.0 ? each : 1.0;
-    const Eigen::MatrixXd even = columns * size.cwiseInverse().asDiagonal();
-    const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(even);
-    const Eigen::VectorXd found = solver.solve(right).cwiseQuotient(size).tail(wanted);
-    const Eigen::MatrixXd inverse = solver.pseudoInverse();
-    const Eigen::MatrixXd covariance = size.cwiseInverse().asDiagonal() * inverse *
-                                       inverse.transpose() * size.cwiseInverse().asDiagonal();
-    const Eigen::MatrixXd own = covariance.bottomRightCorner(wanted, wanted);
+    Eigen::MatrixXd columns(jacobian.rows(), fitted + constrained + wanted);
+    columns.leftCols(fitted) = jacobian;
+    Eigen::Index column = fitted;
+    for (const std::vector<Term>* terms : {&others, &units})
+        for (const Term& term : *terms)
+            columns.col(column++) = whitened_term(term, fit, jacobian);
+    const Eigen::MatrixXd residuals = whitened_residuals(fit).transpose(); // a row is a frame
+    const Eigen::VectorXd right = residuals.reshaped();
+    const LinearStep step =
+        linear_step(columns(places, Eigen::all), right(places), fitted, constrained);
+    const Eigen::VectorXd found = step.change.tail(wanted);
+    const Eigen::MatrixXd own = step.covariance.bottomRightCorner(wanted, wanted);
     const double square = found.dot(own.completeOrthogonalDecomposition().solve(found));
     if (!(boost::math::gamma_q(0.5 * static_cast<double>(wanted), 0.5 * square) < departure_level))
         return 0.0;

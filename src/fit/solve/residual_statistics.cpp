@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <boost/math/special_functions/gamma.hpp>
 
 namespace culm::fit {
@@ -79,6 +81,40 @@ Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit) {
     for (std::size_t k = 0; k < count; ++k)
         whitening.apply({matrix.data() + k * fit.residuals.size(), fit.residuals.size()});
     return matrix;
+}
+
+Eigen::VectorXd whitened_term(const measure::ReadingErrors::Term& term, const RecordingFit& part,
+                              const Eigen::MatrixXd& jacobian) {
+    std::vector<double> values(part.residuals.size(), 0.0);
+    if (!term.readings.empty())
+        for (std::size_t at = 0; at < values.size(); ++at)
+            values[at] = term.readings[at] / part.noise[at % part.prediction.rows];
+    whitening_of(part).apply(values);
+    Eigen::VectorXd column =
+        Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+    for (std::size_t p = 0; p < part.model.parameters.size(); ++p) {
+        const physics::ParameterId& id = part.model.parameters[p].access.id;
+        const double logarithm = id == physics::bond_youngs_modulus ? term.log_modulus
+                                 : id == physics::bond_damping      ? term.log_damping
+                                                                    : 0.0;
+        if (logarithm != 0.0)
+            column += logarithm * part.model.value(p) * jacobian.col(static_cast<Eigen::Index>(p));
+    }
+    return column;
+}
+
+LinearStep linear_step(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residuals,
+                       Eigen::Index first, Eigen::Index constrained) {
+    Eigen::MatrixXd matrix = columns.transpose() * columns;
+    matrix.diagonal().segment(first, constrained).array() += 1.0;
+    const Eigen::VectorXd scale =
+        matrix.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd inverse = scale.asDiagonal() *
+                                    (scale.asDiagonal() * matrix * scale.asDiagonal())
+                                        .completeOrthogonalDecomposition()
+                                        .pseudoInverse() *
+                                    scale.asDiagonal();
+    return {inverse * (columns.transpose() * residuals), inverse};
 }
 
 Eigen::MatrixXd whitened_residuals(const RecordingFit& fit) {

@@ -19,6 +19,22 @@ namespace culm::fit {
 /// nothing was seen.
 [[nodiscard]] Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit);
 
+/// What one standard uncertainty of an error term does to the readings, likewise,
+/// (frames · rows). `jacobian`: whitened_jacobian().
+[[nodiscard]] Eigen::VectorXd whitened_term(const measure::ReadingErrors::Term& term,
+                                            const RecordingFit& fit,
+                                            const Eigen::MatrixXd& jacobian);
+
+struct LinearStep {
+    Eigen::VectorXd change;     ///< (columns)
+    Eigen::MatrixXd covariance; ///< (columns, columns)
+};
+/// Least squares of white residuals by `columns`, of which `constrained` from `first` on have a
+/// mean of 0 and a standard deviation of 1.
+[[nodiscard]] LinearStep linear_step(const Eigen::MatrixXd& columns,
+                                     const Eigen::VectorXd& residuals, Eigen::Index first,
+                                     Eigen::Index constrained);
+
 /// Residuals over the noise and made white, (frames, rows) or (frames, series) where the noise
 /// model turns the rows; 0 where nothing was seen.
 [[nodiscard]] Eigen::MatrixXd whitened_residuals(const RecordingFit& fit);

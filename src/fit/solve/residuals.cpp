@@ -18,8 +18,8 @@ constexpr double largest_error = 1e3;
 
 ReadingResiduals::ReadingResiduals(const StemModel& model, const measure::Measurement& measurement,
                                    const std::vector<double>& noise, double last_time,
-                                   run::Heartbeat heartbeat, const ChainPrediction* at_start)
-    : model_(model), at_start_(at_start), heartbeat_(std::move(heartbeat)) {
+                                   run::Heartbeat heartbeat)
+    : model_(model), heartbeat_(std::move(heartbeat)) {
     const std::size_t rows = measurement.heights.size();
     for (std::size_t i = 0; i < measurement.times.size() && measurement.times[i] <= last_time;
          ++i) {
@@ -64,27 +64,13 @@ void ReadingResiduals::prepare(const std::vector<double>& values) {
     values_ = values;
     prediction_.reset();
     try {
-        if (are_at_start(values)) {
-            prediction_ = *at_start_;
-        } else {
-            ++runs_;
-            prediction_ = predict_readings(current_model(), times_, heartbeat_);
-        }
+        ++runs_;
+        prediction_ = predict_readings(current_model(), times_, heartbeat_);
         if (whitening_)
             whiten();
     } catch (const core::NumericalError& error) {
         failure_ = error.what();
     }
-}
-
-bool ReadingResiduals::are_at_start(const std::vector<double>& values) const {
-    constexpr double rounding = 1e-12;
-    if (at_start_ == nullptr || at_start_->frames != times_.size())
-        return false;
-    for (std::size_t k = 0; k < values.size(); ++k)
-        if (std::abs(values[k] - model_.value(k)) > rounding * std::abs(model_.value(k)))
-            return false;
-    return true;
 }
 
 bool ReadingResiduals::evaluate(const Place& place, double* residual) const {

@@ -28,11 +28,9 @@ class ReadingResiduals {
         double inverse_noise = 0.0; ///< 1/m
     };
 
-    /// Frames up to `last_time`; `noise` per row, m. `model` must outlive this. `at_start`: what
-    /// the model predicts with its values, which need not run again; null: not known.
+    /// Frames up to `last_time`; `noise` per row, m. `model` must outlive this.
     ReadingResiduals(const StemModel& model, const measure::Measurement& measurement,
-                     const std::vector<double>& noise, double last_time, run::Heartbeat heartbeat,
-                     const ChainPrediction* at_start = nullptr);
+                     const std::vector<double>& noise, double last_time, run::Heartbeat heartbeat);
 
     [[nodiscard]] const std::vector<Place>& places() const { return places_; }
     [[nodiscard]] const std::vector<double>& times() const { return times_; }
@@ -54,11 +52,8 @@ class ReadingResiduals {
 
   private:
     void whiten();
-    /// Are these the model's own values, but for the rounding of their transformation?
-    [[nodiscard]] bool are_at_start(const std::vector<double>& values) const;
 
     const StemModel& model_;
-    const ChainPrediction* at_start_;
     run::Heartbeat heartbeat_;
     std::optional<Whitening> whitening_;  ///< empty: readings are independent
     std::vector<double> white_residuals_; ///< (frames, rows)

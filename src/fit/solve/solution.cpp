@@ -20,12 +20,11 @@ namespace culm::fit {
 /// By how much the sum of squares over the noise would fall in one Gauss-Newton step from the
 /// prepared point, gᵀ (Jᵀ J)⁻¹ g over the parameters that can move: those that are not held
 /// (`is_held`; missing entries are false) and do not stand at a bound that the step would cross.
-/// Residuals beyond `robust_width` weigh as in Huber's loss. A step that a trust region shortens
+/// A step that a trust region shortens
 /// promises less than this in directions that the readings hardly tell apart, and may end a
 /// solution many standard errors away from the best one.
 [[nodiscard]] double remaining_gain(const JointResiduals& residuals,
-                                    const std::vector<bool>& is_held,
-                                    std::optional<double> robust_width);
+                                    const std::vector<bool>& is_held);
 
 namespace {
 
@@ -35,8 +34,7 @@ struct NormalEquations {
     Eigen::VectorXd gradient;
 };
 
-NormalEquations normal_equations(const JointResiduals& residuals,
-                                 std::optional<double> robust_width) {
+NormalEquations normal_equations(const JointResiduals& residuals) {
     const auto count = static_cast<Eigen::Index>(residuals.parameter_count());
     NormalEquations sums{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count)};
     Eigen::VectorXd slope(count);
@@ -45,11 +43,8 @@ NormalEquations normal_equations(const JointResiduals& residuals,
             double residual = 0.0;
             if (!residuals.evaluate(part, place, &residual, slope.data()) || !slope.allFinite())
                 continue;
-            const double weight = robust_width && std::abs(residual) > *robust_width
-                                      ? *robust_width / std::abs(residual)
-                                      : 1.0;
-            sums.information.selfadjointView<Eigen::Lower>().rankUpdate(slope, weight);
-            sums.gradient += weight * residual * slope;
+            sums.information.selfadjointView<Eigen::Lower>().rankUpdate(slope);
+            sums.gradient += residual * slope;
         }
     for (std::size_t k = 0; k < residuals.parameter_count(); ++k)
         if (residuals.is_error(k)) {
@@ -69,11 +64,10 @@ bool can_move(const JointResiduals& residuals, std::size_t k, double gradient) {
 
 } // namespace
 
-double remaining_gain(const JointResiduals& residuals, const std::vector<bool>& is_held,
-                      std::optional<double> robust_width) {
+double remaining_gain(const JointResiduals& residuals, const std::vector<bool>& is_held) {
     // Half the fall of χ² by one Gauss-Newton step is gᵀ H⁻¹ g/2; in the eigenvectors of the scaled
     // H it is a sum over directions, from which those that the data do not know are left out.
-    const NormalEquations sums = normal_equations(residuals, robust_width);
+    const NormalEquations sums = normal_equations(residuals);
     std::vector<Eigen::Index> moving;
     for (std::size_t k = 0; k < residuals.parameter_count(); ++k) {
         const auto at = static_cast<Eigen::Index>(k);
@@ -93,8 +87,6 @@ double remaining_gain(const JointResiduals& residuals, const std::vector<bool>& 
 }
 
 namespace {
-
-constexpr double robust_width = 2.0; // standard deviations
 
 /// The end of a solution, in units of the χ² that one standard error of a parameter makes (so
 /// divided by the reduced χ² of the solution): an improvement below this is not worth a run.
@@ -227,12 +219,12 @@ bool has_converged(const ceres::Solver::Summary& summary) {
 
 /// Did shortened steps stop it?
 bool is_far_from_the_end(const ceres::Solver::Summary& summary, const std::vector<bool>& is_held,
-                         std::optional<double> width, double readings, JointResiduals& residuals) {
+                         double readings, JointResiduals& residuals) {
     if (!has_converged(summary))
         return false;
     residuals.PrepareForEvaluation(true, true);
     const double reduced = 2.0 * summary.final_cost / readings;
-    return remaining_gain(residuals, is_held, width) > noise_of_runs * std::max(1.0, reduced);
+    return remaining_gain(residuals, is_held) > noise_of_runs * std::max(1.0, reduced);
 }
 
 JointSolution solution_of(JointResiduals& residuals) {
@@ -255,28 +247,23 @@ JointProblem::JointProblem(std::span<const measure::Measurement> measurements,
     : measurements_(measurements), layout_(layout), noise_(noise), is_held_(is_held),
       options_(options) {}
 
-JointSolution
-JointProblem::solve(const std::vector<StemModel>& models, const std::vector<double>& last_times,
-                    Purpose purpose,
-                    const std::vector<std::optional<ChainPrediction>>& at_start) const {
+JointSolution JointProblem::solve(const std::vector<StemModel>& models,
+                                  const std::vector<double>& last_times, Purpose purpose) const {
     std::vector<ReadingResiduals> parts;
     std::size_t readings = 0;
     for (std::size_t m = 0; m < models.size(); ++m) {
-        const bool is_known = m < at_start.size() && at_start[m];
         parts.emplace_back(models[m], measurements_[m], noise_[m], last_times[m],
-                           options_.heartbeat, is_known ? &*at_start[m] : nullptr);
+                           options_.heartbeat);
         readings += parts.back().places().size();
     }
     JointResiduals residuals(models, layout_, std::move(parts));
     ceres::Problem::Options ownership;
     ownership.evaluation_callback = &residuals;
-    ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     ceres::Problem problem(ownership);
-    ceres::HuberLoss huber(robust_width);
     for (std::size_t m = 0; m < models.size(); ++m)
         for (const ReadingResiduals::Place& place : residuals.parts()[m].places())
-            problem.AddResidualBlock(new ReadingCost(residuals, m, place),
-                                     options_.is_robust ? &huber : nullptr, residuals.internal());
+            problem.AddResidualBlock(new ReadingCost(residuals, m, place), nullptr,
+                                     residuals.internal());
     for (std::size_t k = 0; k < residuals.parameter_count(); ++k)
         if (residuals.is_error(k))
             problem.AddResidualBlock(new ConstraintCost(k, residuals.parameter_count()), nullptr,
@@ -299,22 +286,20 @@ JointProblem::solve(const std::vector<StemModel>& models, const std::vector<doub
         ceres::Solve(settings, &problem, &summary);
         return summary;
     };
-    const auto width = options_.is_robust ? std::optional(robust_width) : std::nullopt;
     if (double cost = 0.0; purpose == Purpose::Final && !options_.is_first_guess &&
                            problem.Evaluate({}, &cost, nullptr, nullptr, nullptr) &&
-                           remaining_gain(residuals, is_held_, width) <
+                           remaining_gain(residuals, is_held_) <
                                final_improvement * std::max(1.0, 2.0 * cost / count)) {
         JointSolution solution = solution_of(residuals); // the start is one
         solution.cost = cost;
         solution.has_converged = true;
         return solution;
     }
-    ceres::Solver::Summary summary =
-        solved_within(options_.is_near_solution ? last_trust_region : first_trust_region);
+    ceres::Solver::Summary summary = solved_within(first_trust_region);
     const bool is_solved = has_converged(summary);
     for (int again = 0;
          again < most_refinements && purpose == Purpose::Final && !out_of_reach.is_so() &&
-         is_far_from_the_end(summary, is_held_, width, count, residuals);
+         is_far_from_the_end(summary, is_held_, count, residuals);
          ++again) {
         summary = solved_within(last_trust_region);
         if (!(summary.final_cost < summary.initial_cost))

@@ -50,15 +50,10 @@ class OutOfReach : public ceres::IterationCallback {
 struct SolveOptions {
     /// Only frames up to here, s after the release; empty: all. Frames before the release count.
     std::optional<double> window;
-    /// Readings that deviate by more than 2 σ count less and less (Huber's loss), so that a few
-    /// wrong ones do no harm.
-    bool is_robust = false;
     /// True: from the model's values as a first guess, with several moduli about it and a window
     /// that grows from 2 to 5 and 12 cycles to all, so that no cycle is skipped. False: the values
     /// are near the solution (a refit with an effect added), all frames at once.
     bool is_first_guess = true;
-    /// The model was fitted before and little was added: no step needs to be shortened.
-    bool is_near_solution = false;
     int largest_iterations = 50; ///< of each window
     /// A solution whose pace would not bring χ² down to this within the iterations ends early, as
     /// Fit::out_of_reach says; empty: none does.
@@ -91,12 +86,10 @@ class JointProblem {
                  const std::vector<std::vector<double>>& noise, const std::vector<bool>& is_held,
                  const SolveOptions& options);
 
-    /// Frames up to `last_times` (recordings), from the models' values. `at_start` (recordings):
-    /// what the models predict with these, where that is known. Throws core::NumericalError if a
-    /// chain cannot be computed at the end.
-    [[nodiscard]] JointSolution
-    solve(const std::vector<StemModel>& models, const std::vector<double>& last_times,
-          Purpose purpose, const std::vector<std::optional<ChainPrediction>>& at_start = {}) const;
+    /// Frames up to `last_times` (recordings), from the models' values. Throws
+    /// core::NumericalError if a chain cannot be computed at the end.
+    [[nodiscard]] JointSolution solve(const std::vector<StemModel>& models,
+                                      const std::vector<double>& last_times, Purpose purpose) const;
 
   private:
     std::span<const measure::Measurement> measurements_;

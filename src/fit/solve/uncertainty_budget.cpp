@@ -29,11 +29,6 @@ double relative_uncertainty(const RecordingFit& fit, const physics::ParameterId&
     return 0.0;
 }
 
-/// Does the input change what the readings are, not only what they mean for the stem?
-bool changes_readings(const StatedInput& input, bool is_stated) {
-    return !is_stated || input.acts == InputActs::OnClock;
-}
-
 } // namespace
 
 double UncertaintyBudget::share(std::size_t input, std::size_t parameter) const {
@@ -77,7 +72,7 @@ UncertaintyBudget uncertainty_budget(const RecordingFit& stated, const Recording
                 stated.input_changes(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k));
             line.sensitivities.push_back(-change / line.input.standard_uncertainty);
             of_readings[p] -= change * change;
-            if (changes_readings(line.input, is_stated))
+            if (!is_stated || line.input.acts == InputActs::OnClock)
                 of_chain[p] += change * change;
         }
     }

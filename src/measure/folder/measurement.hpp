@@ -103,9 +103,8 @@ inline constexpr std::size_t most_heights = 10000;
 
 /// How the errors of the readings are correlated, over the noise of their rows.
 struct NoiseModel {
-    double correlation = 0.0;        ///< of a row's errors in two frames: first-order autoregression
-    double common_share = 0.0;       ///< correlation of two rows in one frame
-    double degrees_of_freedom = 0.0; ///< behind the noise's size; 0: it counts as exact
+    double correlation = 0.0;  ///< of a row's errors in two frames: first-order autoregression
+    double common_share = 0.0; ///< correlation of two rows in one frame
     /// Standard deviation of each reading over its row's noise, (times, rows); empty: 1.
     std::vector<double> relative;
 };
