@@ -56,8 +56,10 @@ BaselineFit fit_chain_to(std::vector<measure::Measurement> known, std::vector<Re
     if (is_one && !is_exact)
         out.recordings = with_reading_errors(out.recordings, out.stated.parts, options.heartbeat);
     out.fit = fit_again({}, is_one ? out.stated.parts : out.alone, out.recordings, options);
+    if (out.fit.failed())
+        out.fit = out.stated;
     out.fit.runs += out.stated.runs;
-    if (!out.stated.failed() && !out.fit.failed())
+    if (!out.stated.failed())
         add_input_uncertainty(out.recordings, out.fit.reduced_chi_squared, out.stated);
     return out;
 }
@@ -100,10 +102,10 @@ ModelFit judged_model(Fit stated, std::span<const measure::Measurement> recordin
         with_reading_errors(recordings, stated.parts, options.heartbeat);
     ModelFit out{std::move(stated), {}};
     out.judged = fit_again(out.stated.effects, out.stated.parts, known, options);
+    if (out.judged.failed()) // the inputs wander where the model fails by far
+        out.judged = out.stated;
     out.judged.runs += out.stated.runs;
-    out.judged.starts = out.stated.starts;
-    if (!out.judged.failed())
-        add_input_uncertainty(known, out.judged.reduced_chi_squared, out.stated);
+    add_input_uncertainty(known, out.judged.reduced_chi_squared, out.stated);
     return out;
 }
 

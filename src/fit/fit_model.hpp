@@ -43,10 +43,8 @@ inline constexpr double allowed_excess = 1.001;
 /// A model fitted twice: with every input as stated, and together with the error terms of the
 /// readings.
 struct ModelFit {
-    /// What is printed and drawn. Its intervals include the uncertainty of the inputs.
-    Fit stated;
-    /// What is tested and compared: χ² and the pulls of the error terms.
-    Fit judged;
+    Fit stated; ///< printed and drawn; intervals include the uncertainty of the inputs
+    Fit judged; ///< tested and compared; the stated one where the inputs wander without an end
 };
 
 /// Of `stated`, a fit to with_inputs_as_stated(): linearises the error terms about it, fits the
