@@ -77,9 +77,6 @@ Verdict verdict_on(const fit::RecordingFit& fit, const residuals::Swing& swing,
     residuals::LackOfFit lack = residuals::test_lack_of_fit(fit, swing);
     Verdict verdict;
     verdict.tests = std::move(lack.tests);
-    verdict.rmse = fit.rmse;
-    verdict.noise = typical_noise(fit);
-    verdict.over_noise = over_noise(fit);
     verdict.is_noise_known = fit.is_noise_known;
     verdict.reduced_chi_squared = fit.reduced_chi_squared;
     verdict.effective_degrees_of_freedom = lack.effective_degrees_of_freedom;

@@ -30,10 +30,7 @@ struct Verdict {
     std::vector<residuals::LackOfFitTest> tests;
     std::vector<std::string> failed_tests; ///< at the level of the policy
     std::string reason;                    ///< which tests object, or why nothing can be said
-    double rmse = 0.0;                     ///< m
-    double noise = 0.0;                    ///< m
-    double over_noise = 0.0;               ///< root mean square of residual over noise
-    bool is_noise_known = false;           ///< false: noise is the residuals' own
+    bool is_noise_known = false;
     double reduced_chi_squared = 0.0;
     double effective_degrees_of_freedom = 0.0;
     double spatial_share = 0.0;          ///< of the residuals' power in one pattern over the rows

@@ -21,9 +21,9 @@ Comparison compare(const fit::Fit& stated, const fit::Fit& judged,
     result.id = measurement.stem.id;
     result.swing = residuals::swing_of(fit, measurement);
     result.verdict = verdict_on(tested, residuals::swing_of(tested, measurement), policy);
-    result.verdict.rmse = fit.rmse;
-    result.verdict.noise = typical_noise(fit);
-    result.verdict.over_noise = over_noise(fit);
+    result.rmse = fit.rmse;
+    result.noise = typical_noise(fit);
+    result.over_noise = over_noise(fit);
     result.by_height = residuals_by_height(fit);
     result.by_time = residuals_by_time(fit, parts);
     result.spectrum = residual_spectrum(fit);

@@ -141,7 +141,7 @@ json fit_quality_json(const calibrate::Calibration& calibration) {
     return {{"rmse_mm", 1e3 * fit.rmse},
             {"noise_mm", 1e3 * fit::typical_noise(fit)},
             {"noise_source", fit.noise_source},
-            {"rmse_over_noise", number(calibration.verdict.over_noise)},
+            {"rmse_over_noise", number(fit::over_noise(fit))},
             {"reduced_chi2", number(calibration.judged.reduced_chi_squared)},
             {"contradicted_inputs", contradictions_json(calibration.judged.parameters)},
             {"degrees_of_freedom", fit.degrees_of_freedom},

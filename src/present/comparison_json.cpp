@@ -176,7 +176,7 @@ json compared_fit_json(const fit::RecordingFit& fit, const fit::Fit& judged,
                        const diagnose::Comparison& comparison) {
     return {
         {"rmse_mm", number(1e3 * fit.rmse)},
-        {"rmse_over_noise", number(comparison.verdict.over_noise)},
+        {"rmse_over_noise", number(comparison.over_noise)},
         {"reduced_chi2", number(judged.reduced_chi_squared)},
         {"contradicted_inputs", contradictions_json(judged.parameters)},
         {"degrees_of_freedom", fit.degrees_of_freedom},

@@ -30,12 +30,14 @@ std::string p_in_words(double p_value) {
     return p_value < 1e-12 ? "p < 1e-12" : fmt::format("p = {:.2g}", p_value);
 }
 
-std::string whether_it_fits(const diagnose::Verdict& verdict) {
+std::string whether_it_fits(const Comparison& comparison) {
+    const diagnose::Verdict& verdict = comparison.verdict;
     const std::string sizes =
         !verdict.is_noise_known
-            ? fmt::format("residual {:.4f} mm (rms); the noise is not stated", 1e3 * verdict.rmse)
+            ? fmt::format("residual {:.4f} mm (rms); the noise is not stated",
+                          1e3 * comparison.rmse)
             : fmt::format("residual {:.4f} mm (rms), noise {:.4f} mm, ratio {:.2f}",
-                          1e3 * verdict.rmse, 1e3 * verdict.noise, verdict.over_noise);
+                          1e3 * comparison.rmse, 1e3 * comparison.noise, comparison.over_noise);
     switch (verdict.finding) {
     case Finding::Adequate:
         return fmt::format("The model is adequate: {} ({}).", sizes, p_in_words(verdict.p_value));
@@ -60,7 +62,7 @@ std::string where_it_fails(const Comparison& comparison) {
     if (comparison.by_height.size() > 1)
         text += fmt::format(" at h = {:.4g} mm ({:.1f} times the noise; the mean over the heights "
                             "is {:.1f}) and",
-                            1e3 * height->lower, height->over_noise, comparison.verdict.over_noise);
+                            1e3 * height->lower, height->over_noise, comparison.over_noise);
     text += fmt::format(" in the {} third of the time ({:.1f} times the noise", names[third],
                         time->over_noise);
     for (std::size_t k = 0; k < comparison.by_time.size(); ++k)
@@ -217,7 +219,7 @@ std::string what_it_is(const Comparison& comparison) {
 } // namespace
 
 std::vector<std::string> comparison_sentences(const Comparison& comparison) {
-    std::vector<std::string> sentences{whether_it_fits(comparison.verdict)};
+    std::vector<std::string> sentences{whether_it_fits(comparison)};
     if (!comparison.moves) {
         sentences.emplace_back("Nothing in this model moves a stem that was held straight: the "
                                "residual is the whole measured motion; add gravity.");
@@ -225,7 +227,7 @@ std::vector<std::string> comparison_sentences(const Comparison& comparison) {
     }
     if (comparison.verdict.finding == Finding::Adequate) {
         sentences.emplace_back(
-            comparison.verdict.over_noise > explained_by_noise
+            comparison.over_noise > explained_by_noise
                 ? "The uncertainty of the stated inputs explains what exceeds the noise."
                 : "The residuals are noise at every height, time and frequency.");
         return sentences;

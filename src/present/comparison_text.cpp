@@ -52,9 +52,10 @@ std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size
     if (model.fit.failed())
         return fmt::format("{:<{}} {}: {}\n", name, width, style.failure("failed"),
                            model.fit.reason);
-    const diagnose::Verdict& verdict = comparison_of(ladder, k).verdict;
+    const diagnose::Comparison& comparison = comparison_of(ladder, k);
+    const diagnose::Verdict& verdict = comparison.verdict;
     return fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>10} {:>10} {:>10}  {}\n", name, width,
-                       number_cell(1e3 * verdict.rmse, 4), number_cell(verdict.over_noise, 2),
+                       number_cell(1e3 * comparison.rmse, 4), number_cell(comparison.over_noise, 2),
                        number_cell(verdict.reduced_chi_squared, 3), number_cell(model.bic, 0),
                        held_out_cell(model.held_out->last_third),
                        held_out_cell(model.held_out->one_height),

@@ -59,6 +59,13 @@ class Calibrate(CulmTest):
         self.assertIn("No model deficiency detectable in this recording.", finished.stdout)
         self.assertIn("check: Eq. 1 fitted to the simulated stem", finished.stdout)
 
+    def test_residual_is_the_one_with_every_input_as_stated(self):
+        clamp = TESTS / "data" / "hidden-effect" / "T3-clamp_compliance"
+        fit = self.calibrate(str(clamp), *QUICKLY)[1]["stems"][0]["fit"]
+        self.assertAlmostEqual(fit["rmse_over_noise"], fit["rmse_mm"] / fit["noise_mm"], delta=0.01)
+        self.assertGreater(fit["rmse_over_noise"], 3)  # with a clamp that is moved by 9 mm: 1
+        self.assertIn("clamp height", "".join(each["name"] for each in fit["contradicted_inputs"]))
+
     def test_a_stem_is_known_as_well_as_its_inputs(self):
         by_default, plain = self.calibrate(str(EXAMPLES / "T1-null"), *QUICKLY)
         self.assertIn("No uncertainty is stated for length, diameter, density, scale, clamp "

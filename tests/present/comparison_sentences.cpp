@@ -20,8 +20,8 @@ diagnose::Comparison misfit() {
     diagnose::Comparison comparison;
     comparison.verdict.finding = diagnose::Finding::Inadequate;
     comparison.verdict.p_value = 0.0;
-    comparison.verdict.noise = 1e-5;
-    comparison.verdict.rmse = 2e-5;
+    comparison.noise = 1e-5;
+    comparison.rmse = 2e-5;
     comparison.verdict.is_noise_known = true;
     comparison.structure.excess_over_noise = 3.0;
     for (residuals::SwingError& third : comparison.structure.thirds) {
