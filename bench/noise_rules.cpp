@@ -14,9 +14,9 @@
 #include "fit/solve/residual_statistics.hpp"
 #include "tests/beam_generator/recording.hpp"
 
-#include <array>
 #include <cmath>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <fmt/core.h>

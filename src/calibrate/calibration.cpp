@@ -37,10 +37,6 @@ reduce::RingDownAnalysisOptions check_options(const measure::Measurement& measur
     return check;
 }
 
-} // namespace
-
-namespace {
-
 /// The last model of fit_nested(), and the recording that it was fitted to.
 struct FittedStem {
     fit::ModelFit model;
@@ -50,14 +46,11 @@ struct FittedStem {
 FittedStem fitted(const measure::Measurement& measurement, const CalibrationOptions& options) {
     refuse_motionless(measurement, options.effects);
     std::vector<fit::SelectedEffects> sets;
-    if (!options.effects.empty()) {
+    if (!options.effects.empty())
         sets.push_back(options.effects);
-        static_cast<void>(fit::candidate_model(fit::baseline_model(measurement, options.fit.chain),
-                                               sets.front(), measurement));
-    }
     fit::NestedFits fits = fit::fit_nested({&measurement, 1}, sets, options.fit);
     fit::ModelFit& model = fits.models.back();
-    // A number at its bound is no calibration; one that the error terms push there may be.
+    // A number at its bound is not a calibration; one that the error terms push there may be.
     const std::string& reason = model.stated.reason.empty() && model.judged.failed()
                                     ? model.judged.reason
                                     : model.stated.reason;

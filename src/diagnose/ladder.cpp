@@ -103,21 +103,12 @@ void judge_models(Ladder& ladder, std::size_t tried, const Policy& policy) {
     }
 }
 
-/// Throws what a model that cannot be throws, before any chain is run.
-void refuse_impossible(const std::vector<fit::SelectedEffects>& effect_sets,
-                       const measure::Measurement& measurement, const fit::FitOptions& options) {
-    const fit::StemModel baseline = fit::baseline_model(measurement, options.chain);
-    for (const fit::SelectedEffects& effects : effect_sets)
-        (void)fit::candidate_model(baseline, effects, measurement);
-}
-
 } // namespace
 
 Ladder climb(const measure::Measurement& measurement,
              const std::vector<fit::SelectedEffects>& effect_sets, const fit::FitOptions& options,
              const Policy& policy) {
     refuse_without_motion(measurement, options.window, policy);
-    refuse_impossible(effect_sets, measurement, options);
     fit::NestedFits fits = fit::fit_nested({&measurement, 1}, effect_sets, options);
     Ladder ladder;
     for (fit::ModelFit& model : fits.models) {

@@ -90,8 +90,9 @@ class Search {
         result.policy = policy_;
         result.ladder = std::move(state.ladder);
         for (SearchedModel& model : result.ladder)
-            model.stated =
-                fit::as_stated(model.fit, stated_baseline_, recordings_, options_.candidate);
+            if (model.stated.parts.empty())
+                model.stated =
+                    fit::as_stated(model.fit, stated_baseline_, recordings_, options_.candidate);
         result.runs = field_.runs();
         result.final_fit = *state.fit;
         result.blind_spots = state.scores;
@@ -440,10 +441,12 @@ Diagnosis diagnose(std::span<const measure::Measurement> recordings,
     // The noise was estimated about the chain alone, and what that lacks is not all at the lines
     // which the estimate leaves out: a clamp with friction was refused because of it.
     std::optional<fit::BaselineFit> again;
-    if (found.model.names.size() > baseline.fit.names.size())
-        again = fit::baseline_beside_noise_of(
-            fit::as_stated(found.model, baseline.stated, baseline.recordings, options.candidate),
-            baseline, recordings, options.candidate);
+    if (found.model.names.size() > baseline.fit.names.size()) {
+        fit::Fit& stated = found.ladder.back().stated;
+        stated =
+            fit::as_stated(found.model, baseline.stated, baseline.recordings, options.candidate);
+        again = fit::baseline_beside_noise_of(stated, baseline, recordings, options.candidate);
+    }
     if (!again || again->fit.failed())
         return search.answer(std::move(found));
     if (options.progress)

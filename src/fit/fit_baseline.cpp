@@ -111,10 +111,10 @@ ModelFit judged_model(Fit stated, std::span<const measure::Measurement> recordin
 
 Fit as_stated(const Fit& judged, const Fit& smaller,
               std::span<const measure::Measurement> recordings, const FitOptions& options) {
-    if (judged.failed() || !judged.moves())
-        return judged;
     if (judged.effects.empty())
         return smaller;
+    if (judged.failed() || !judged.moves())
+        return judged;
     const std::vector<measure::Measurement> exact = with_inputs_as_stated(recordings);
     StartModels start = models_of(judged, recordings, options);
     for (std::size_t m = 0; m < start.size(); ++m) {
@@ -182,12 +182,17 @@ baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
 
 NestedFits fit_nested(std::span<const measure::Measurement> recordings,
                       const std::vector<SelectedEffects>& effect_sets, const FitOptions& options) {
+    for (const measure::Measurement& recording : recordings) { // what cannot be throws here
+        const StemModel chain = baseline_model(recording, options.chain);
+        for (const SelectedEffects& effects : effect_sets)
+            static_cast<void>(candidate_model(chain, effects, recording));
+    }
     BaselineFit baseline = fit_baseline(recordings, options);
     std::vector<measure::Measurement> exact = with_inputs_as_stated(baseline.recordings);
     std::vector<Fit> stated{baseline.stated};
     for (const SelectedEffects& effects : effect_sets)
         stated.push_back(fit_with_parts(effects, model_within(effects, stated), exact, options));
-    // What the chain lacks may have passed for noise; a chain that nothing moves shows none.
+    // The first estimate of the noise may contain the missing effect.
     const Fit* const last = last_moving(stated);
     std::optional<BaselineFit> again;
     if (last != nullptr && baseline.alone.empty()) {

@@ -71,9 +71,8 @@ struct BaselineFit {
 [[nodiscard]] BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
                                        const FitOptions& options = {});
 
-/// The baseline of `recordings` with the noise in motion that `larger` leaves, a model that
-/// explains more than the chain: what the chain lacks may have passed for noise. None if the noise
-/// is the same about either.
+/// The baseline of `recordings` with the noise in motion about `larger`, a model that explains more
+/// than the chain. None if the noise is the same about either.
 [[nodiscard]] std::optional<BaselineFit>
 baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
                          std::span<const measure::Measurement> recordings,
@@ -81,7 +80,8 @@ baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
 
 /// The models of `effect_sets`, each of which contains the one before it, by fit_with_parts() with
 /// every input as stated and then by judged_model(). The published chain is the first. If the noise
-/// in motion is another about the last model, all are fitted with that noise.
+/// in motion is another about the last model, all are fitted with that noise. Throws as
+/// baseline_model() and candidate_model() for a model that cannot be, before it runs a chain.
 struct NestedFits {
     std::vector<measure::Measurement> recordings; ///< BaselineFit::recordings
     std::vector<ModelFit> models;
