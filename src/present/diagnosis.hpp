@@ -20,7 +20,7 @@ struct DiagnosisReport {
     std::span<const measure::Measurement> recordings;
     const fit::SelectedEffects& candidates; ///< those that were tried
 
-    /// Of the model whose residuals are nearest to noise, with every input as stated; with the
+    /// The model whose residuals are nearest to noise, with every input as stated; with the
     /// error terms of the readings if that fit failed.
     [[nodiscard]] const fit::Fit& best_fit() const {
         const fit::Fit& stated = found.ladder.back().stated;

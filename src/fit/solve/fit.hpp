@@ -184,7 +184,7 @@ struct FitOptions {
 
 /// Adds what the error terms of `recordings` contribute to the covariance of a fit without terms:
 /// K (s N + U Uᵀ) Kᵀ with K = (Jᵀ N⁻¹ J)⁻¹ Jᵀ N⁻¹, the noise N, a column of U for each term, and
-/// the factor `misfit` (s, at least 1) of what the model misses (JCGM 100, 5.1.2). Standard errors
+/// the factor `misfit` (s, at least 1) of an inadequate model (JCGM 100, 5.1.2). Standard errors
 /// follow.
 void add_input_uncertainty(std::span<const measure::Measurement> recordings, double misfit,
                            Fit& fit);
@@ -203,7 +203,7 @@ void add_input_uncertainty(std::span<const measure::Measurement> recordings, dou
 /// section, known masses, frame rate, rows). Starts from the models' values, shared ones from the
 /// first model that has them. Error terms are fitted too, each with one more residual, its own
 /// value. The covariance is (JᵀWJ/s + C)⁻¹ with the reduced χ² s where that is above 1 and the
-/// information C of these constraints. A fit that ends at a bound or does not converge comes back
+/// information C of these constraints. A fit that ends at a bound or does not converge is returned
 /// with its reason; one that cannot start throws core::NumericalError. run::Abandoned if the
 /// heartbeat says so.
 [[nodiscard]] Fit fit_jointly(std::span<const StemModel> models,

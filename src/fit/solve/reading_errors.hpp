@@ -56,8 +56,8 @@ struct StatedInput {
 
 /// The recordings with their noise in motion and the error terms of their readings, linearised
 /// about `fits` (without terms), one for each. The first terms are the stated inputs, in their
-/// order: a term is the change of the readings by one standard uncertainty. What Y and β can take
-/// up of it goes into these, so that no phase runs away from the linear rest. Recordings of one
+/// order: a term is the change of the readings by one standard uncertainty. The part that Y and β
+/// can absorb goes into these, so that no phase runs away from the linear rest. Recordings of one
 /// rig, or of one specimen with the same stated value, share a term.
 ///
 /// The next term, where it matters, is the division of the chain: y = y_N + α (y_2N − y_N) with
@@ -68,7 +68,7 @@ struct StatedInput {
 ///
 /// Then the release by hand (release_errors()), and position errors of rows of a picture.
 ///
-/// Each costs one run per recording. Of recordings that have terms already, the noise and the
+/// Each costs one run per recording. If recordings have terms already, the noise and the
 /// division are kept, and the rest is linearised anew. A recording without motion, or that cannot
 /// be computed with an input changed a little, has no terms.
 [[nodiscard]] std::vector<measure::Measurement>

@@ -19,7 +19,7 @@ namespace culm::fit {
 /// nothing was seen.
 [[nodiscard]] Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit);
 
-/// What one standard uncertainty of an error term does to the readings, likewise,
+/// Change of the readings by one standard uncertainty of an error term, likewise,
 /// (frames · rows). `jacobian`: whitened_jacobian().
 [[nodiscard]] Eigen::VectorXd whitened_term(const measure::ReadingErrors::Term& term,
                                             const RecordingFit& fit,

@@ -20,7 +20,7 @@ StatedInput input_of(const measure::ReadingErrors::Term& term, std::vector<State
     return own;
 }
 
-/// Of the parameter, relative; 0 where it is not fitted.
+/// Relative standard uncertainty of the parameter; 0 where it is not fitted.
 double relative_uncertainty(const RecordingFit& fit, const physics::ParameterId& id,
                             const std::vector<double>& variances) {
     for (std::size_t p = 0; p < variances.size(); ++p)

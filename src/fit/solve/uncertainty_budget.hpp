@@ -20,8 +20,8 @@ struct BudgetInput {
     double uncertainty_with_readings = 0.0; ///< of the input, statement and readings together
 };
 
-/// Of every fitted parameter. The inputs are independent, so the variance is what the noise of the
-/// readings contributes and Σ (c u)² (JCGM 100, 5.1.2).
+/// The budget of every fitted parameter. The inputs are independent, so the variance is what the
+/// noise of the readings contributes and Σ (c u)² (JCGM 100, 5.1.2).
 struct UncertaintyBudget {
     std::vector<BudgetInput> inputs;
     std::vector<double> from_readings; ///< (parameters) standard uncertainty
@@ -37,7 +37,7 @@ struct UncertaintyBudget {
 };
 
 /// Of `stated`, a fit with every input as stated (judged_model()); `judged` has the error terms,
-/// whose values are the pulls. A parameter that the readings do not tell has an infinite
+/// whose values are the pulls. A parameter that the readings do not determine has an infinite
 /// uncertainty.
 [[nodiscard]] UncertaintyBudget uncertainty_budget(const RecordingFit& stated,
                                                    const RecordingFit& judged,
