@@ -209,6 +209,17 @@ class BadInput(CulmTest):
                             'culm: two recordings are called "T1"; give each its own stem.id in '
                             "stem.toml\n")
 
+    def test_of_two_specimens(self):
+        for name in ("A", "B"):
+            shutil.copytree(NULL, self.folder / name)
+            stem = self.folder / name / "stem.toml"
+            stem.write_text(stem.read_text().replace('id = "T1"', f'id = "{name}"\n'
+                                                     f'specimen = "stem {name}"', 1))
+        self.assert_refused(self.culm("diagnose", "A", "B"),
+                            'culm: A is of specimen "stem A", B of "stem B": diagnose fits one Y '
+                            "and one beta to all recordings, so they must be of one specimen. "
+                            "Diagnose each specimen alone, or correct stem.specimen in stem.toml\n")
+
     def test_of_a_missing_effect_file(self):
         finished = self.culm("diagnose", NULL, "--effect-file", "no.toml")
         self.assert_exit(finished, BAD_INPUT)

@@ -109,6 +109,23 @@ std::string as_option(const std::string& effect, const DiagnosisEffects& effects
     return name;
 }
 
+/// Several recordings are fitted with one Y and one β.
+void refuse_different_specimens(std::span<const measure::Measurement> recordings) {
+    const measure::Measurement* first = nullptr;
+    for (const measure::Measurement& recording : recordings) {
+        if (recording.specimen.empty())
+            continue;
+        if (first == nullptr)
+            first = &recording;
+        if (recording.specimen != first->specimen)
+            throw core::InputError(fmt::format(
+                "{} is of specimen \"{}\", {} of \"{}\": diagnose fits one Y and one beta to all "
+                "recordings, so they must be of one specimen. Diagnose each specimen alone, or "
+                "correct stem.specimen in stem.toml",
+                first->stem.id, first->specimen, recording.stem.id, recording.specimen));
+    }
+}
+
 DiagnosisPlan plan_of(const DiagnoseArguments& arguments) {
     DiagnosisPlan plan;
     plan.read = measure::read_measurements(arguments.paths);
@@ -121,6 +138,7 @@ DiagnosisPlan plan_of(const DiagnoseArguments& arguments) {
                             recording.stem.id));
         static_cast<void>(fit::chain_of(recording, chain_options(arguments)));
     }
+    refuse_different_specimens(plan.read.measurements);
     plan.effects = effects_for_diagnosis(arguments, plan.read.measurements);
     return plan;
 }
