@@ -40,7 +40,7 @@ reduce::RingDownAnalysisOptions check_options(const measure::Measurement& measur
 /// The last model of fit_nested(), and the recording that it was fitted to.
 struct FittedStem {
     fit::ModelFit model;
-    measure::Measurement recording; ///< with inputs as stated
+    fit::ObservedRecording recording; ///< with inputs as stated
 };
 
 FittedStem fitted(const measure::Measurement& measurement, const CalibrationOptions& options) {
@@ -149,7 +149,7 @@ fit::StemModel with_value(fit::StemModel model, std::size_t parameter, double va
 
 class Profile {
   public:
-    Profile(const fit::RecordingFit& fit, const measure::Measurement& measurement, double misfit,
+    Profile(const fit::RecordingFit& fit, const fit::ObservedRecording& measurement, double misfit,
             const fit::SolveOptions& options)
         : fit_(fit), measurement_(measurement), options_(options),
           unit_(std::sqrt(std::max(1.0, misfit))) {}
@@ -219,7 +219,7 @@ class Profile {
     }
 
     const fit::RecordingFit& fit_;
-    const measure::Measurement& measurement_;
+    const fit::ObservedRecording& measurement_;
     const fit::SolveOptions& options_;
     double unit_;
     int runs_ = 0;
@@ -228,7 +228,7 @@ class Profile {
 } // namespace
 
 std::vector<ProfileInterval> profile_intervals(const fit::RecordingFit& fit,
-                                               const measure::Measurement& measurement,
+                                               const fit::ObservedRecording& measurement,
                                                double misfit, const fit::SolveOptions& options) {
     std::vector<ProfileInterval> intervals;
     for (std::size_t k = 0; k < fit.model.first_error(); ++k) {

@@ -31,7 +31,7 @@ struct ProfileInterval {
 /// error terms contribute in quadrature. Each end is found to 2 % of the distance by secants on the
 /// signed root of the excess, which is a straight line for a linear model.
 [[nodiscard]] std::vector<ProfileInterval>
-profile_intervals(const fit::RecordingFit& fit, const measure::Measurement& measurement,
+profile_intervals(const fit::RecordingFit& fit, const fit::ObservedRecording& measurement,
                   double misfit, const fit::SolveOptions& options = {});
 
 /// The paper's closing test: Eq. 1 fitted to the calibrated stem and to the measured one.

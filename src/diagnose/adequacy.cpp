@@ -91,7 +91,7 @@ Verdict verdict_on(const fit::RecordingFit& fit, const residuals::Swing& swing,
     return verdict;
 }
 
-SetVerdict verdict_on(const fit::Fit& fit, std::span<const measure::Measurement> recordings,
+SetVerdict verdict_on(const fit::Fit& fit, std::span<const fit::ObservedRecording> recordings,
                       const Policy& policy) {
     SetVerdict out;
     out.finding = Finding::Adequate;

@@ -49,7 +49,7 @@ struct SetVerdict {
     std::string reason;
 };
 [[nodiscard]] SetVerdict verdict_on(const fit::Fit& fit,
-                                    std::span<const measure::Measurement> recordings,
+                                    std::span<const fit::ObservedRecording> recordings,
                                     const Policy& policy = {});
 
 /// Throws core::InputError if the readings after the release, up to `window` seconds if given, are

@@ -37,7 +37,7 @@ enum class ConclusionReason {
 };
 
 struct Found {
-    std::span<const measure::Measurement> recordings;
+    std::span<const fit::ObservedRecording> recordings;
     const DiagnosisOptions& options;
     const fit::SelectedEffects& candidates;
     const fit::Fit& model; ///< that was reached

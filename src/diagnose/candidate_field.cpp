@@ -2,6 +2,7 @@
 #include "diagnose/candidate_field.hpp"
 
 #include "core/error.hpp"
+#include "diagnose/criterion.hpp"
 #include "fit/coarse_image.hpp"
 #include "physics/effects/library.hpp"
 
@@ -71,7 +72,7 @@ bool can_be_combined(const fit::SelectedEffects& effects) {
 
 std::vector<fit::SelectedEffects> pairs_of_best(std::vector<fit::Fit> singles, std::size_t count) {
     std::erase_if(singles, [](const fit::Fit& model) { return !model.is_fitted(); });
-    std::ranges::stable_sort(singles, {}, [](const fit::Fit& model) { return model.rmse; });
+    std::ranges::stable_sort(singles, is_likelier);
     singles.resize(std::min(singles.size(), count));
     std::vector<fit::SelectedEffects> pairs;
     for (std::size_t a = 0; a < singles.size(); ++a)
@@ -99,11 +100,10 @@ std::vector<std::string> names_behind(const fit::Fit& model, std::size_t count) 
     return names;
 }
 
-CandidateField::CandidateField(std::span<const measure::Measurement> recordings,
+CandidateField::CandidateField(std::span<const fit::ObservedRecording> recordings,
                                const DiagnosisOptions& options)
     : recordings_(recordings), options_(options),
-      candidates_(fit::in_library_order(
-          options.candidates.empty() ? fit::candidate_effects(recordings) : options.candidates)) {
+      candidates_(fit::in_library_order(options.candidates)) {
     std::erase_if(candidates_,
                   [&](const auto& candidate) { return fit::contains(options.known, candidate); });
 }

@@ -38,7 +38,7 @@ class ModelMemory {
 
 class CandidateField {
   public:
-    CandidateField(std::span<const measure::Measurement> recordings,
+    CandidateField(std::span<const fit::ObservedRecording> recordings,
                    const DiagnosisOptions& options);
 
     [[nodiscard]] const fit::SelectedEffects& candidates() const { return candidates_; }
@@ -95,7 +95,7 @@ class CandidateField {
     [[nodiscard]] std::vector<fit::Fit> fit_anew(const std::vector<fit::SelectedEffects>& models,
                                                  const fit::Fit& smaller, const fit::FitGoal& goal);
 
-    std::span<const measure::Measurement> recordings_;
+    std::span<const fit::ObservedRecording> recordings_;
     const DiagnosisOptions& options_;
     fit::SelectedEffects candidates_;
     ModelMemory memory_;

@@ -32,7 +32,18 @@ double misfit(const fit::Fit& model, const Criterion& criterion) {
 }
 
 const fit::Fit* better(const fit::Fit* best, const fit::Fit& model) {
-    return model.is_fitted() && (best == nullptr || model.rmse < best->rmse) ? &model : best;
+    return model.is_fitted() && (best == nullptr || is_likelier(model, *best)) ? &model : best;
+}
+
+/// −2 ln L of the readings, less a constant.
+double deviance(const fit::Fit& model) {
+    if (model.misfits.empty())
+        return model.chi_squared;
+    double sum = 0.0;
+    for (const fit::RecordingMisfit& own : model.misfits)
+        sum += own.is_noise_known ? own.chi_squared
+                                  : 2.0 * static_cast<double>(own.readings) * std::log(own.rmse);
+    return sum;
 }
 
 Criterion criterion_of(const fit::Fit* best) {
@@ -50,6 +61,10 @@ Criterion criterion_of(const fit::Fit* best) {
 }
 
 } // namespace
+
+bool is_likelier(const fit::Fit& one, const fit::Fit& other) {
+    return deviance(one) < deviance(other);
+}
 
 Criterion criterion(std::span<const fit::Fit> models) {
     const fit::Fit* best = nullptr;

@@ -129,6 +129,6 @@ struct DiagnosisOptions {
 /// core::NumericalError if the published chain cannot be fitted; candidates that fail are listed as
 /// failed. run::Abandoned if the heartbeat says so.
 [[nodiscard]] Diagnosis diagnose(std::span<const measure::Measurement> recordings,
-                                 const DiagnosisOptions& options = {});
+                                 DiagnosisOptions options = {});
 
 } // namespace culm::diagnose

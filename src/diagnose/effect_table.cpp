@@ -45,7 +45,7 @@ EffectCell EffectTable::cell(std::size_t measurement, const fit::SelectedEffects
         if (effects.empty())
             return cell_of({baseline->second.stated, baseline->second.fit});
         (void)fit::candidate_model(fit::baseline_model(measured, options.chain), effects, measured);
-        const std::vector<measure::Measurement> exact =
+        const std::vector<fit::ObservedRecording> exact =
             fit::with_inputs_as_stated(baseline->second.recordings);
         return cell_of(
             fit::judged_model(fit::fit_with_parts(effects, baseline->second.stated, exact, options),

@@ -78,7 +78,7 @@ class PartSum {
 class Holder {
   public:
     Holder(std::span<const fit::RecordingFit> parts, std::span<const HoldOut> hold_out,
-           std::span<const measure::Measurement> recordings)
+           std::span<const fit::ObservedRecording> recordings)
         : parts_(parts), hold_out_(hold_out), recordings_(recordings) {}
 
     /// The last third of each recording.
@@ -132,9 +132,9 @@ class Holder {
     }
 
   private:
-    [[nodiscard]] std::vector<measure::Measurement>
+    [[nodiscard]] std::vector<fit::ObservedRecording>
     what_is_seen(const IsHeldOut& is_held_out) const {
-        std::vector<measure::Measurement> seen(recordings_.begin(), recordings_.end());
+        std::vector<fit::ObservedRecording> seen(recordings_.begin(), recordings_.end());
         for (std::size_t m = 0; m < seen.size(); ++m)
             for (std::size_t i = 0; i < parts_[m].times.size(); ++i)
                 for (std::size_t j = 0; j < seen[m].heights.size(); ++j)
@@ -161,7 +161,7 @@ class Holder {
 
     std::span<const fit::RecordingFit> parts_;
     std::span<const HoldOut> hold_out_;
-    std::span<const measure::Measurement> recordings_;
+    std::span<const fit::ObservedRecording> recordings_;
 };
 
 HeldOutPart arrived(std::optional<HeldOutPart> part) {
@@ -199,7 +199,7 @@ HoldOut hold_out_of(std::size_t row, const fit::RecordingFit& fit, const Policy&
 
 HeldOutPart predict_held_out(HeldOutReadings which, std::span<const fit::RecordingFit> parts,
                              std::span<const HoldOut> hold_out,
-                             std::span<const measure::Measurement> recordings,
+                             std::span<const fit::ObservedRecording> recordings,
                              const fit::BelongsToRecording& belongs_to_recording,
                              const fit::FitOptions& options) {
     const Holder holder(parts, hold_out, recordings);
@@ -215,10 +215,11 @@ HeldOutPart predict_held_out(HeldOutReadings which, std::span<const fit::Recordi
 }
 
 HeldOut predict_held_out(const fit::Fit& candidate, const HoldOut& hold_out,
-                         const measure::Measurement& measurement, const fit::FitOptions& options) {
+                         const fit::ObservedRecording& measurement,
+                         const fit::FitOptions& options) {
     const std::span<const fit::RecordingFit> part(candidate.parts.data(), 1);
     const std::span<const HoldOut> held(&hold_out, 1);
-    const std::span<const measure::Measurement> recording(&measurement, 1);
+    const std::span<const fit::ObservedRecording> recording(&measurement, 1);
     if (candidate.moves())
         return {predict_held_out(HeldOutReadings::LastThird, part, held, recording, {}, options),
                 predict_held_out(HeldOutReadings::OneHeight, part, held, recording, {}, options)};
@@ -258,7 +259,7 @@ bool is_predicted_better(const HeldOutPart& larger, const HeldOutPart& smaller,
 }
 
 HeldOutPair hold_out_from_both(const fit::Fit& smaller, const fit::Fit& larger,
-                               std::span<const measure::Measurement> recordings,
+                               std::span<const fit::ObservedRecording> recordings,
                                const fit::FitOptions& options, const core::ItemMap& map) {
     std::vector<HoldOut> hold_out;
     for (std::size_t m = 0; m < recordings.size(); ++m)

@@ -50,7 +50,7 @@ struct HoldOut {
 /// Refits the candidate from its own values twice, without the last third and without the row. Of
 /// a model in which nothing moves the residuals are what it predicts.
 [[nodiscard]] HeldOut predict_held_out(const fit::Fit& candidate, const HoldOut& hold_out,
-                                       const measure::Measurement& measurement,
+                                       const fit::ObservedRecording& measurement,
                                        const fit::FitOptions& options = {});
 
 enum class HeldOutReadings { LastThird, OneHeight };
@@ -60,7 +60,7 @@ enum class HeldOutReadings { LastThird, OneHeight };
 [[nodiscard]] HeldOutPart predict_held_out(HeldOutReadings which,
                                            std::span<const fit::RecordingFit> parts,
                                            std::span<const HoldOut> hold_out,
-                                           std::span<const measure::Measurement> recordings,
+                                           std::span<const fit::ObservedRecording> recordings,
                                            const fit::BelongsToRecording& belongs_to_recording,
                                            const fit::FitOptions& options = {});
 
@@ -71,7 +71,7 @@ struct HeldOutPair {
     HeldOut smaller;
 };
 [[nodiscard]] HeldOutPair hold_out_from_both(const fit::Fit& smaller, const fit::Fit& larger,
-                                             std::span<const measure::Measurement> recordings,
+                                             std::span<const fit::ObservedRecording> recordings,
                                              const fit::FitOptions& options,
                                              const core::ItemMap& map);
 

@@ -116,7 +116,7 @@ Ladder climb(const measure::Measurement& measurement,
         added.stated = std::move(model.stated);
         added.fit = std::move(model.judged);
     }
-    const std::vector<measure::Measurement> exact = fit::with_inputs_as_stated(fits.recordings);
+    const std::vector<fit::ObservedRecording> exact = fit::with_inputs_as_stated(fits.recordings);
     if (!ladder.models.front().fit.failed())
         ladder.left_out_row = row_to_leave_out(ladder.models.front().stated.parts.front());
     const HoldOut hold_out = what_to_hold_out(ladder, policy);

@@ -416,7 +416,7 @@ class Search {
         return with_model(std::move(united), *better, field_.restore(*better), {}, gain);
     }
 
-    std::span<const measure::Measurement> recordings_;
+    std::span<const fit::ObservedRecording> recordings_;
     const DiagnosisOptions& options_;
     const Policy& policy_;
     CandidateField field_;
@@ -426,8 +426,9 @@ class Search {
 
 } // namespace
 
-Diagnosis diagnose(std::span<const measure::Measurement> recordings,
-                   const DiagnosisOptions& options) {
+Diagnosis diagnose(std::span<const measure::Measurement> recordings, DiagnosisOptions options) {
+    if (options.candidates.empty())
+        options.candidates = fit::candidate_effects(recordings);
     for (const measure::Measurement& recording : recordings)
         refuse_without_motion(recording, options.candidate.window, options.policy);
     if (options.progress)

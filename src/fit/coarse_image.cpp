@@ -44,7 +44,7 @@ int searched_spheres(int spheres) {
     return spheres - 1 > worthwhile * (coarse_spheres - 1) ? coarse_spheres : spheres;
 }
 
-CoarseImage::CoarseImage(const Fit& fine, std::span<const measure::Measurement> recordings,
+CoarseImage::CoarseImage(const Fit& fine, std::span<const ObservedRecording> recordings,
                          const FitOptions& options)
     : fine_(fine), fine_recordings_(recordings) {
     if (fine.failed() || !std::ranges::all_of(fine.parts, is_fine))
@@ -91,7 +91,7 @@ void CoarseImage::add_part(std::size_t m, const run::Heartbeat& heartbeat) {
     scale_material(modulus_ratio_, stem.bond_damping / fine_damping, part.parameters);
     const std::vector<double>& fine = fine_.parts[m].prediction.readings;
     part.prediction = predict_readings(part.model, part.times, heartbeat);
-    measure::Measurement shifted = fine_recordings_[m];
+    ObservedRecording shifted = fine_recordings_[m];
     for (std::size_t k = 0; k < fine.size(); ++k)
         // Both chains then have the same residuals at this model, so that a test or a fit on the
         // coarse one starts from the same misfit.

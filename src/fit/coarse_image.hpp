@@ -21,13 +21,13 @@ class CoarseImage {
   public:
     /// All must outlive this. Where the chain is no finer, cannot be computed coarsely or something
     /// stands still, the image is the fit itself.
-    CoarseImage(const Fit& fine, std::span<const measure::Measurement> recordings,
+    CoarseImage(const Fit& fine, std::span<const ObservedRecording> recordings,
                 const FitOptions& options);
 
     [[nodiscard]] bool is_coarser() const { return !recordings_.empty(); }
     [[nodiscard]] const Fit& fit() const { return is_coarser() ? fit_ : fine_; }
-    [[nodiscard]] std::span<const measure::Measurement> recordings() const {
-        return is_coarser() ? std::span<const measure::Measurement>(recordings_) : fine_recordings_;
+    [[nodiscard]] std::span<const ObservedRecording> recordings() const {
+        return is_coarser() ? std::span<const ObservedRecording>(recordings_) : fine_recordings_;
     }
     /// `options` with the number of spheres of the image.
     [[nodiscard]] FitOptions options(FitOptions options) const;
@@ -41,12 +41,12 @@ class CoarseImage {
     void add_part(std::size_t m, const run::Heartbeat& heartbeat);
 
     const Fit& fine_;
-    std::span<const measure::Measurement> fine_recordings_;
+    std::span<const ObservedRecording> fine_recordings_;
     Fit fit_;
-    std::vector<measure::Measurement> recordings_; ///< empty: the image is the fit itself
-    double modulus_ratio_ = 1.0;                   ///< Y of the coarse chain over that of the fine
-    double decay_ratio_ = 1.0;                     ///< β over that of the same damping time
-    double damping_ratio_ = 1.0;                   ///< β over that of the fine chain
+    std::vector<ObservedRecording> recordings_; ///< empty: the image is the fit itself
+    double modulus_ratio_ = 1.0;                ///< Y of the coarse chain over that of the fine
+    double decay_ratio_ = 1.0;                  ///< β over that of the same damping time
+    double damping_ratio_ = 1.0;                ///< β over that of the fine chain
 };
 
 } // namespace culm::fit

@@ -17,7 +17,7 @@ namespace {
 /// A model fitted to `recordings`, with the error terms that these have, from its fits to each of
 /// them with other terms or none.
 Fit fit_again(const SelectedEffects& effects, std::span<const RecordingFit> from,
-              std::span<const measure::Measurement> recordings, const FitOptions& options) {
+              std::span<const ObservedRecording> recordings, const FitOptions& options) {
     const Fit none; // the plans start from `from`
     Fit fit;
     int runs = 0;
@@ -44,10 +44,10 @@ Fit fit_again(const SelectedEffects& effects, std::span<const RecordingFit> from
 
 /// The chain with the noise and the errors that `known` has, from the fits without them. `exact` is
 /// the fit of all without either.
-BaselineFit fit_chain_to(std::vector<measure::Measurement> known, std::vector<RecordingFit> alone,
+BaselineFit fit_chain_to(std::vector<ObservedRecording> known, std::vector<RecordingFit> alone,
                          std::optional<Fit> exact, const FitOptions& options) {
     BaselineFit out{std::move(known), {}, {}, std::move(alone)};
-    const std::vector<measure::Measurement> stated = with_inputs_as_stated(out.recordings);
+    const std::vector<ObservedRecording> stated = with_inputs_as_stated(out.recordings);
     const bool is_exact = exact && !stated.front().errors && !stated.front().noise_model;
     out.stated = is_exact ? *std::move(exact) : fit_again({}, out.alone, stated, options);
     // Terms are linear about a recording's own fit: where recordings disagree, a joint one may be
@@ -65,7 +65,7 @@ BaselineFit fit_chain_to(std::vector<measure::Measurement> known, std::vector<Re
 }
 
 /// A fit to a recording with the noise that was stated or measured at rest.
-RecordingFit with_noise_as_measured(RecordingFit fit, const measure::Measurement& measured) {
+RecordingFit with_noise_as_measured(RecordingFit fit, const ObservedRecording& measured) {
     if (ReadingNoise noise = reading_noise(measured); !noise.by_row.empty()) {
         fit.noise = std::move(noise.by_row);
         fit.noise_source = std::move(noise.source);
@@ -94,11 +94,11 @@ const Fit* last_moving(const std::vector<Fit>& models) {
 
 } // namespace
 
-ModelFit judged_model(Fit stated, std::span<const measure::Measurement> recordings,
+ModelFit judged_model(Fit stated, std::span<const ObservedRecording> recordings,
                       const FitOptions& options) {
     if (stated.failed() || !stated.moves())
         return {stated, stated};
-    const std::vector<measure::Measurement> known =
+    const std::vector<ObservedRecording> known =
         with_reading_errors(recordings, stated.parts, options.heartbeat);
     ModelFit out{std::move(stated), {}};
     out.judged = fit_again(out.stated.effects, out.stated.parts, known, options);
@@ -109,13 +109,13 @@ ModelFit judged_model(Fit stated, std::span<const measure::Measurement> recordin
     return out;
 }
 
-Fit as_stated(const Fit& judged, const Fit& smaller,
-              std::span<const measure::Measurement> recordings, const FitOptions& options) {
+Fit as_stated(const Fit& judged, const Fit& smaller, std::span<const ObservedRecording> recordings,
+              const FitOptions& options) {
     if (judged.effects.empty())
         return smaller;
     if (judged.failed() || !judged.moves())
         return judged;
-    const std::vector<measure::Measurement> exact = with_inputs_as_stated(recordings);
+    const std::vector<ObservedRecording> exact = with_inputs_as_stated(recordings);
     StartModels start = models_of(judged, recordings, options);
     for (std::size_t m = 0; m < start.size(); ++m) {
         const run::CaseSpec computed = case_beside_errors(start[m]);
@@ -135,13 +135,14 @@ Fit as_stated(const Fit& judged, const Fit& smaller,
     return stated;
 }
 
-BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
+BaselineFit fit_baseline(std::span<const measure::Measurement> measurements,
                          const FitOptions& options) {
-    BaselineFit out{{recordings.begin(), recordings.end()}, {}, {}};
+    const std::vector<ObservedRecording> recordings = observed(measurements);
+    BaselineFit out{recordings, {}, {}};
     std::vector<RecordingFit> alone;
     std::optional<Fit> exact;
     int runs = 0;
-    for (const measure::Measurement& recording : recordings) {
+    for (const ObservedRecording& recording : recordings) {
         Fit own = fit_model({}, {}, {&recording, 1}, options);
         runs += own.runs;
         if (own.failed() || !own.moves()) {
@@ -154,7 +155,7 @@ BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
         if (recordings.size() == 1)
             exact = std::move(own);
     }
-    std::vector<measure::Measurement> known =
+    std::vector<ObservedRecording> known =
         with_reading_errors(recordings, alone, options.heartbeat);
     out = fit_chain_to(std::move(known), std::move(alone), std::move(exact), options);
     out.fit.runs += exact ? 0 : runs;
@@ -163,11 +164,12 @@ BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
 
 std::optional<BaselineFit>
 baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
-                         std::span<const measure::Measurement> recordings,
+                         std::span<const measure::Measurement> measurements,
                          const FitOptions& options) {
     if (baseline.alone.empty() || larger.failed())
         return std::nullopt;
-    std::vector<measure::Measurement> known = baseline.recordings;
+    const std::vector<ObservedRecording> recordings = observed(measurements);
+    std::vector<ObservedRecording> known = baseline.recordings;
     bool is_other = false;
     for (std::size_t m = 0; m < known.size(); ++m) {
         known[m] = with_noise_in_motion(with_noise_as_measured(larger.parts[m], recordings[m]),
@@ -180,15 +182,15 @@ baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
     return fit_chain_to(std::move(known), baseline.alone, std::nullopt, options);
 }
 
-NestedFits fit_nested(std::span<const measure::Measurement> recordings,
+NestedFits fit_nested(std::span<const measure::Measurement> measurements,
                       const std::vector<SelectedEffects>& effect_sets, const FitOptions& options) {
-    for (const measure::Measurement& recording : recordings) { // what cannot be throws here
+    for (const measure::Measurement& recording : measurements) { // what cannot be throws here
         const StemModel chain = baseline_model(recording, options.chain);
         for (const SelectedEffects& effects : effect_sets)
             static_cast<void>(candidate_model(chain, effects, recording));
     }
-    BaselineFit baseline = fit_baseline(recordings, options);
-    std::vector<measure::Measurement> exact = with_inputs_as_stated(baseline.recordings);
+    BaselineFit baseline = fit_baseline(measurements, options);
+    std::vector<ObservedRecording> exact = with_inputs_as_stated(baseline.recordings);
     std::vector<Fit> stated{baseline.stated};
     for (const SelectedEffects& effects : effect_sets)
         stated.push_back(fit_with_parts(effects, model_within(effects, stated), exact, options));
@@ -197,9 +199,10 @@ NestedFits fit_nested(std::span<const measure::Measurement> recordings,
     std::optional<BaselineFit> again;
     if (last != nullptr && baseline.alone.empty()) {
         again = baseline;
-        again->recordings = with_reading_errors(recordings, last->parts, options.heartbeat);
+        again->recordings =
+            with_reading_errors(observed(measurements), last->parts, options.heartbeat);
     } else if (last != nullptr && !last->effects.empty()) {
-        again = baseline_beside_noise_of(*last, baseline, recordings, options);
+        again = baseline_beside_noise_of(*last, baseline, measurements, options);
     }
     if (again && !again->fit.failed()) {
         baseline = *std::move(again);
@@ -216,7 +219,7 @@ NestedFits fit_nested(std::span<const measure::Measurement> recordings,
 }
 
 Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
-              std::span<const measure::Measurement> recordings, const FitOptions& options) {
+              std::span<const ObservedRecording> recordings, const FitOptions& options) {
     const FitPlan plan(effects, smaller, recordings, options);
     std::vector<std::optional<BegunStart>> begun;
     for (std::size_t k = 0; k < plan.start_count(); ++k)

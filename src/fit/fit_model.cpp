@@ -31,9 +31,9 @@ struct BegunFit {
 
 class BestFit {
   public:
-    /// All must outlive this; `weights` as JointOptions'.
-    BestFit(std::span<const measure::Measurement> recordings, const FitOptions& options,
-            std::vector<std::vector<double>> weights = {});
+    /// All must outlive this; `noise` as JointOptions'.
+    BestFit(std::span<const ObservedRecording> recordings, const FitOptions& options,
+            std::vector<std::vector<double>> noise = {});
 
     /// Goes all the way from a start.
     void try_start(const StartModels& start, bool is_first_guess);
@@ -63,25 +63,25 @@ class BestFit {
     [[nodiscard]] int runs() const { return runs_; } ///< of chains with all their derivatives
 
   private:
-    /// By the weights of the best.
+    /// By the noise of the best.
     [[nodiscard]] bool is_as_good_as(std::span<const RecordingFit> smaller) const;
     [[nodiscard]] Fit solved(const StartModels& start, const JointOptions& options);
     [[nodiscard]] JointOptions joint_options(bool is_first_guess) const;
     [[nodiscard]] std::vector<bool> places(const StartModels& start) const;
     [[nodiscard]] Fit settled(Fit fit);
 
-    std::span<const measure::Measurement> recordings_;
+    std::span<const ObservedRecording> recordings_;
     const FitOptions& options_;
-    std::vector<std::vector<double>> weights_;
+    std::vector<std::vector<double>> noise_;
     std::optional<Fit> best_;
     std::string failure_;
     int starts_ = 0;
     int runs_ = 0;
 };
 
-BestFit::BestFit(std::span<const measure::Measurement> recordings, const FitOptions& options,
-                 std::vector<std::vector<double>> weights)
-    : recordings_(recordings), options_(options), weights_(std::move(weights)) {}
+BestFit::BestFit(std::span<const ObservedRecording> recordings, const FitOptions& options,
+                 std::vector<std::vector<double>> noise)
+    : recordings_(recordings), options_(options), noise_(std::move(noise)) {}
 
 void BestFit::try_start(const StartModels& start, bool is_first_guess) {
     ++starts_;
@@ -154,7 +154,7 @@ void BestFit::try_larger(const std::vector<StartModels>& starts,
 }
 
 bool BestFit::is_as_good_as(std::span<const RecordingFit> smaller) const {
-    return best_ && best_->weighted_rms <= allowed_excess * weighted_rms(smaller, best_->weights);
+    return best_ && best_->weighted_rms <= allowed_excess * weighted_rms(smaller, best_->noise);
 }
 
 Fit BestFit::solved(const StartModels& start, const JointOptions& options) {
@@ -182,7 +182,7 @@ JointOptions BestFit::joint_options(bool is_first_guess) const {
     joint.chain.wanted_chi_squared = options_.wanted_chi_squared;
     joint.chain.heartbeat = options_.heartbeat;
     joint.belongs_to_recording = belongs_to_recording;
-    joint.weights = weights_;
+    joint.noise = noise_;
     return joint;
 }
 
@@ -219,7 +219,7 @@ std::vector<std::vector<double>> noises(std::span<const RecordingFit> fits) {
 }
 
 /// The readings of a stem that nothing moves are its residuals.
-Fit motionless(const StemModel& model, const measure::Measurement& recording,
+Fit motionless(const StemModel& model, const ObservedRecording& recording,
                const FitOptions& options) {
     JointOptions held;
     held.chain.window = options.window;
@@ -280,14 +280,13 @@ BegunFit begun_from(const BegunStart& numbers, const StartModels& start) {
 } // namespace
 
 FitPlan::FitPlan(const SelectedEffects& effects, const Fit& smaller,
-                 std::span<const measure::Measurement> recordings, const FitOptions& options)
+                 std::span<const ObservedRecording> recordings, const FitOptions& options)
     : effects_(effects), smaller_(smaller), recordings_(recordings) {
     failure_ = failure_of([&] {
-        for (const measure::Measurement& recording : recordings)
-            models_.push_back(
-                candidate_model(baseline_model(recording, options.chain), effects, recording));
+        for (const ObservedRecording& recording : recordings)
+            models_.push_back(observed_model(effects, recording, options.chain));
         if (recordings.size() > 1)
-            for (const measure::Measurement& recording : recordings)
+            for (const ObservedRecording& recording : recordings)
                 swings_.push_back(recorded_swing(recording, options));
         if (!effects_.empty() && !smaller.failed() && moves() && !moves_more())
             starts_ = larger_starts();
@@ -377,7 +376,7 @@ std::vector<StartModels> FitPlan::larger_starts() const {
 
 /// One recording by itself: the chain, or what makes it move where it stood still without it.
 Fit FitPlan::fit_alone(std::size_t recording, const FitOptions& options) const {
-    const std::span<const measure::Measurement> own(&recordings_[recording], 1);
+    const std::span<const ObservedRecording> own(&recordings_[recording], 1);
     FitOptions to_the_end = options; // what is wanted is wanted of all recordings
     if (!effects_.empty())
         to_the_end.wanted_chi_squared.reset();
@@ -455,7 +454,7 @@ Fit FitPlan::fit_from_starts(const std::vector<std::optional<BegunStart>>& begun
 }
 
 Fit refined(const StartModels& start, const SelectedEffects& effects, const Fit& smaller,
-            std::span<const measure::Measurement> recordings, const FitOptions& options) {
+            std::span<const ObservedRecording> recordings, const FitOptions& options) {
     BestFit best(recordings, options, noises(smaller.parts));
     best.try_larger({start}, std::nullopt, smaller.parts, is_nested(start.front()));
     Fit fit = result_of(best);

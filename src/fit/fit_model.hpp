@@ -37,7 +37,7 @@ inline constexpr double allowed_excess = 1.001;
 /// Never throws for a model that cannot be fitted or combined: FitStatus::Failed with the reason.
 /// run::Abandoned if the heartbeat says so.
 [[nodiscard]] Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
-                            std::span<const measure::Measurement> recordings,
+                            std::span<const ObservedRecording> recordings,
                             const FitOptions& options = {});
 
 /// A model fitted twice: with every input as stated, and together with the error terms of the
@@ -49,33 +49,33 @@ struct ModelFit {
 
 /// Of `stated`, a fit to with_inputs_as_stated(): linearises the error terms about it, fits the
 /// model together with them, and adds their contribution to the intervals of `stated`.
-[[nodiscard]] ModelFit judged_model(Fit stated, std::span<const measure::Measurement> recordings,
+[[nodiscard]] ModelFit judged_model(Fit stated, std::span<const ObservedRecording> recordings,
                                     const FitOptions& options = {});
 
 /// `judged`, a fit with the error terms of `recordings`, fitted again with every input as stated;
 /// intervals as judged_model()'s. `smaller` is the published chain, as stated.
 [[nodiscard]] Fit as_stated(const Fit& judged, const Fit& smaller,
-                            std::span<const measure::Measurement> recordings,
+                            std::span<const ObservedRecording> recordings,
                             const FitOptions& options = {});
 
 /// The published chain, and the recordings with their noise in motion and their error terms: every
 /// other model is fitted to these.
 struct BaselineFit {
-    std::vector<measure::Measurement> recordings;
+    std::vector<ObservedRecording> recordings;
     Fit fit;                           ///< ModelFit::judged
     Fit stated;                        ///< ModelFit::stated
     std::vector<RecordingFit> alone{}; ///< (recordings) without errors; empty: nothing moves
 };
 /// with_reading_errors() about each recording's own fit of the chain, and the fits of all from
 /// there. Where nothing moves in the chain the recordings have no errors. As fit_model().
-[[nodiscard]] BaselineFit fit_baseline(std::span<const measure::Measurement> recordings,
+[[nodiscard]] BaselineFit fit_baseline(std::span<const measure::Measurement> measurements,
                                        const FitOptions& options = {});
 
 /// The baseline of `recordings` with the noise in motion about `larger`, a model that explains more
 /// than the chain. None if the noise is the same about either.
 [[nodiscard]] std::optional<BaselineFit>
 baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
-                         std::span<const measure::Measurement> recordings,
+                         std::span<const measure::Measurement> measurements,
                          const FitOptions& options = {});
 
 /// The models of `effect_sets`, each of which contains the one before it, by fit_with_parts() with
@@ -83,10 +83,10 @@ baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
 /// in motion is another about the last model, all are fitted with that noise. Throws as
 /// baseline_model() and candidate_model() for a model that cannot be, before it runs a chain.
 struct NestedFits {
-    std::vector<measure::Measurement> recordings; ///< BaselineFit::recordings
+    std::vector<ObservedRecording> recordings; ///< BaselineFit::recordings
     std::vector<ModelFit> models;
 };
-[[nodiscard]] NestedFits fit_nested(std::span<const measure::Measurement> recordings,
+[[nodiscard]] NestedFits fit_nested(std::span<const measure::Measurement> measurements,
                                     const std::vector<SelectedEffects>& effect_sets,
                                     const FitOptions& options = {});
 
@@ -95,12 +95,12 @@ struct NestedFits {
 /// a bound or is no different from absent, the parts are fitted too. If one fits better, the fit
 /// starts again from that solution; what then is still worse has failed.
 [[nodiscard]] Fit fit_with_parts(const SelectedEffects& effects, const Fit& smaller,
-                                 std::span<const measure::Measurement> recordings,
+                                 std::span<const ObservedRecording> recordings,
                                  const FitOptions& options = {});
 
 /// fit_model() from given models, which lie near the end: all the way from there.
 [[nodiscard]] Fit refined(const StartModels& start, const SelectedEffects& effects,
-                          const Fit& smaller, std::span<const measure::Measurement> recordings,
+                          const Fit& smaller, std::span<const ObservedRecording> recordings,
                           const FitOptions& options);
 
 /// Where some iterations from a start have led.
@@ -122,7 +122,7 @@ class FitPlan {
   public:
     /// `smaller` and the recordings must outlive this.
     FitPlan(const SelectedEffects& effects, const Fit& smaller,
-            std::span<const measure::Measurement> recordings, const FitOptions& options);
+            std::span<const ObservedRecording> recordings, const FitOptions& options);
 
     /// Starts to choose between; 0 where there is nothing to choose.
     [[nodiscard]] std::size_t start_count() const {
@@ -154,7 +154,7 @@ class FitPlan {
     std::string failure_; ///< why there is no plan
     SelectedEffects effects_;
     const Fit& smaller_;
-    std::span<const measure::Measurement> recordings_;
+    std::span<const ObservedRecording> recordings_;
     StartModels models_;
     std::vector<RecordedSwing> swings_; ///< of several recordings
     std::vector<StartModels> starts_;   ///< from `smaller`, if it has a fit and moves as much

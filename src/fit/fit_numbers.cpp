@@ -34,7 +34,7 @@ Fit numbers_of(const Fit& fit) {
     Fit out = fit;
     out.parts.clear();
     out.places.clear();
-    out.weights.clear();
+    out.noise.clear();
     out.covariance.resize(0, 0);
     out.effective_readings = 0.0;
     if (fit.failed() && fit.reason.empty())
@@ -55,20 +55,18 @@ Fit arrived(std::optional<Fit> numbers, const SelectedEffects& effects) {
     return fit;
 }
 
-std::vector<StemModel> models_of(const Fit& numbers,
-                                 std::span<const measure::Measurement> recordings,
+std::vector<StemModel> models_of(const Fit& numbers, std::span<const ObservedRecording> recordings,
                                  const FitOptions& options) {
     std::vector<StemModel> models;
-    for (const measure::Measurement& recording : recordings)
-        models.push_back(
-            candidate_model(baseline_model(recording, options.chain), numbers.effects, recording));
+    for (const ObservedRecording& recording : recordings)
+        models.push_back(observed_model(numbers.effects, recording, options.chain));
     set_values(numbers, joint_layout(models, recordings, belongs_to_recording), models);
     return models;
 }
 
 // One run per recording with everything held: cheaper than to send residuals and Jacobians between
 // ranks, and the same bits on every rank.
-Fit restored(const Fit& numbers, std::span<const measure::Measurement> recordings,
+Fit restored(const Fit& numbers, std::span<const ObservedRecording> recordings,
              const FitOptions& options) {
     Fit out = numbers;
     out.runs = static_cast<int>(recordings.size());

@@ -31,12 +31,12 @@ void fields(Wire& wire, Fit& numbers) {
 
 /// The models of the recordings with the numbers of the fit.
 [[nodiscard]] std::vector<StemModel> models_of(const Fit& numbers,
-                                               std::span<const measure::Measurement> recordings,
+                                               std::span<const ObservedRecording> recordings,
                                                const FitOptions& options = {});
 
 /// The fit again, residuals and derivatives too, by one run of each recording: the same on every
 /// rank, whichever found it. Throws core::NumericalError if that run fails.
-[[nodiscard]] Fit restored(const Fit& numbers, std::span<const measure::Measurement> recordings,
+[[nodiscard]] Fit restored(const Fit& numbers, std::span<const ObservedRecording> recordings,
                            const FitOptions& options = {});
 
 } // namespace culm::fit

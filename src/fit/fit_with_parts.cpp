@@ -31,7 +31,7 @@ bool is_worse(const Fit& fit, const Fit& part) {
 } // namespace
 
 Fit fit_with_parts(const SelectedEffects& effects, const Fit& smaller,
-                   std::span<const measure::Measurement> recordings, const FitOptions& options) {
+                   std::span<const ObservedRecording> recordings, const FitOptions& options) {
     Fit whole = fit_model(effects, smaller, recordings, options);
     const auto added = std::ranges::count_if(
         effects, [&](const auto& each) { return !contains(smaller.effects, each); });

@@ -41,7 +41,7 @@ double smallest_begun(const BegunStarts& begun) {
 class CandidateFits {
   public:
     CandidateFits(const std::vector<SelectedEffects>& models, const Fit& smaller,
-                  std::span<const measure::Measurement> recordings, const FitOptions& options,
+                  std::span<const ObservedRecording> recordings, const FitOptions& options,
                   const core::ItemMap& map)
         : models_(models), smaller_(smaller), recordings_(recordings), options_(options), map_(map),
           image_(smaller, recordings, options) {
@@ -145,7 +145,7 @@ class CandidateFits {
 
     const std::vector<SelectedEffects>& models_;
     const Fit& smaller_;
-    std::span<const measure::Measurement> recordings_;
+    std::span<const ObservedRecording> recordings_;
     const FitOptions& options_;
     const core::ItemMap& map_;
     CoarseImage image_;
@@ -157,7 +157,7 @@ class CandidateFits {
 } // namespace
 
 std::vector<Fit> fit_candidates(const std::vector<SelectedEffects>& models, const Fit& smaller,
-                                std::span<const measure::Measurement> recordings,
+                                std::span<const ObservedRecording> recordings,
                                 const FitOptions& options, const core::ItemMap& map,
                                 const FitGoal& goal) {
     if (models.empty())

@@ -25,7 +25,7 @@ struct FitGoal {
 /// followed. The same on every rank.
 [[nodiscard]] std::vector<Fit> fit_candidates(const std::vector<SelectedEffects>& models,
                                               const Fit& smaller,
-                                              std::span<const measure::Measurement> recordings,
+                                              std::span<const ObservedRecording> recordings,
                                               const FitOptions& options, const core::ItemMap& map,
                                               const FitGoal& goal);
 

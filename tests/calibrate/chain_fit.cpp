@@ -170,8 +170,8 @@ TEST(RecordingFit, UnknownNoiseIsTakenFromTheResiduals) {
 TEST(RecordingFit, ProfileIntervalsOfANearlyLinearProblemAreThoseOfTheCovariance) {
     const measure::Measurement measurement = tests::simulated_measurement();
     const fit::RecordingFit fit = fitted(measurement);
-    for (const auto& interval :
-         calibrate::profile_intervals(fit, measurement, fit.reduced_chi_squared)) {
+    for (const auto& interval : calibrate::profile_intervals(
+             fit, fit::ObservedRecording(measurement), fit.reduced_chi_squared)) {
         const fit::FittedParameter* found = fit.find(tests::id(interval.name));
         const double half = 1.96 * found->standard_error;
         // 2 % by the search, some for the curvature of the problem.

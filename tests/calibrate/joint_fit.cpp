@@ -35,7 +35,7 @@ fit::Fit fit_together(std::span<const measure::Measurement> measurements,
     for (const measure::Measurement& measurement : measurements)
         models.push_back(fit::baseline_model(measurement));
     options.belongs_to_recording = is_of_the_release;
-    return fit::fit_jointly(models, measurements, options);
+    return fit::fit_jointly(models, fit::observed(measurements), options);
 }
 
 double value(const fit::Fit& fit, const std::string& name) {
@@ -48,8 +48,8 @@ double error(const fit::Fit& fit, const std::string& name) {
 }
 
 TEST(Fit, EndsEarlyWhereItsPaceCannotReachWhatIsWanted) {
-    const measure::Measurement recording = tests::simulated_measurement();
-    const double found = fit_together({&recording, 1}).chi_squared;
+    const fit::ObservedRecording recording(tests::simulated_measurement());
+    const double found = fit_together(std::array{tests::simulated_measurement()}).chi_squared;
     fit::JointOptions options;
     options.chain.is_first_guess = false;
     // With the stiffness held at a wrong value no iteration comes near.

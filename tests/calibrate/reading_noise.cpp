@@ -10,7 +10,7 @@ namespace {
 using namespace culm;
 
 TEST(ReadingNoise, IsWhatTheMeasurementStates) {
-    const auto noise = fit::reading_noise(tests::simulated_measurement());
+    const auto noise = fit::reading_noise(fit::ObservedRecording(tests::simulated_measurement()));
     EXPECT_EQ(noise.by_row, std::vector<double>(4, 0.05e-3));
     EXPECT_EQ(noise.source, "stated");
 }
@@ -22,7 +22,7 @@ TEST(ReadingNoise, ComesFromTheFramesBeforeTheRelease) {
     measurement.deflections.assign(measurement.times.size() * measurement.heights.size(), 0.0);
     measurement = tests::read_with_noise(measurement, tests::true_model(measurement, {}), 3);
     measurement.noise.reset();
-    const auto noise = fit::reading_noise(measurement);
+    const auto noise = fit::reading_noise(fit::ObservedRecording(measurement));
     ASSERT_EQ(noise.by_row.size(), 4U);
     // 252 degrees of freedom: 4.5 % standard error.
     EXPECT_NEAR(noise.by_row.front(), 0.05e-3, 0.2 * 0.05e-3);
@@ -35,7 +35,7 @@ TEST(ReadingNoise, OfAStemStillMovingIsLeftToTheResiduals) {
     measurement.times.erase(measurement.times.begin(), measurement.times.begin() + 5);
     measurement.deflections.erase(measurement.deflections.begin(),
                                   measurement.deflections.begin() + 20);
-    EXPECT_TRUE(fit::reading_noise(measurement).by_row.empty());
+    EXPECT_TRUE(fit::reading_noise(fit::ObservedRecording(measurement)).by_row.empty());
 }
 
 } // namespace

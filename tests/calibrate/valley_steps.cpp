@@ -53,7 +53,7 @@ class WithTipMass {
     }
 
   private:
-    measure::Measurement measurement_;
+    fit::ObservedRecording measurement_;
     std::vector<fit::StemModel> models_;
     fit::JointLayout layout_;
     std::optional<fit::JointResiduals> residuals_;
@@ -117,7 +117,7 @@ TEST(ValleySteps, LeadToAMassThatWasNotThereInFewRuns) {
                                             physics::parse_effect("tip_mass", {}), empty);
     const double mass = truth.spec.stem.sphere_mass() * 19.0 * 0.3;
     truth.spec.effects.front().values = {mass};
-    const measure::Measurement measurement = tests::read_with_noise(empty, truth, 3);
+    const fit::ObservedRecording measurement(tests::read_with_noise(empty, truth, 3));
     fit::StemModel start = truth;
     start.spec.effects.front().values = {0.0};
     // Y as one would have it that takes the stem for bare: the frequency is right.

@@ -113,7 +113,8 @@ TEST(SpatialPrediction, HasTheDerivativesThatShorterStepsGive) {
 
 // From the fit of the plain chain, of which the beat left most.
 TEST(SpatialFit, ComesFromTheBeatToTheTruth) {
-    const std::vector<measure::Measurement> recordings{beam::record(beating_recording())};
+    const std::vector<fit::ObservedRecording> recordings{
+        fit::ObservedRecording(beam::record(beating_recording()))};
     const fit::Fit plain = fit::fit_model({}, {}, recordings);
     const fit::Fit fit =
         fit::fit_model(physics::parse_effects("out_of_plane", {}), plain, recordings);

@@ -17,7 +17,7 @@
 namespace {
 
 using namespace culm;
-using Recordings = std::vector<measure::Measurement>;
+using Recordings = std::vector<fit::ObservedRecording>;
 
 /// Of the beam generator, whose model is not the chain: a stem in a clamp that yields.
 Recordings stem_in_a_soft_clamp(int spheres) {
@@ -29,7 +29,7 @@ Recordings stem_in_a_soft_clamp(int spheres) {
     spec.duration = 0.2;
     spec.errors.noise = 0.05e-3;
     spec.seed = 3;
-    Recordings recordings{beam::record(spec)};
+    Recordings recordings{fit::ObservedRecording(beam::record(spec))};
     recordings.front().stem.spheres = spheres;
     return recordings;
 }

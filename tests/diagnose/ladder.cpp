@@ -125,7 +125,8 @@ TEST(FitWithParts, FitsNoWorseThanAnEffectOfThePair) {
     ASSERT_FALSE(clamp.failed()) << clamp.reason;
     EXPECT_GT(fit_candidate(both, baseline, measurement, quick()).rmse, 1.02 * clamp.rmse)
         << "one fit from the baseline is enough by now";
-    const fit::Fit pair = fit::fit_with_parts(both, baseline, std::span(&measurement, 1), quick());
+    const fit::Fit pair =
+        fit::fit_with_parts(both, baseline, fit::observed({&measurement, 1}), quick());
     ASSERT_FALSE(pair.failed()) << pair.reason;
     EXPECT_LT(pair.rmse, 1.001 * clamp.rmse);
 }

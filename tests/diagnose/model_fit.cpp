@@ -16,12 +16,12 @@
 namespace {
 
 using namespace culm;
-using Recordings = std::vector<measure::Measurement>;
+using Recordings = std::vector<fit::ObservedRecording>;
 
 /// Of the beam generator, whose model is not the chain: 0.2 s of a stem of 84 mg, 0.05 mm of noise.
 /// Fitted by a chain of 28 spheres, to be quick.
-measure::Measurement beam(const std::string& id, double deflection,
-                          std::vector<beam::HiddenEffect> effects = {}) {
+fit::ObservedRecording beam(const std::string& id, double deflection,
+                            std::vector<beam::HiddenEffect> effects = {}) {
     beam::RecordingSpec spec;
     spec.id = id;
     spec.tip_deflection = deflection;
@@ -30,7 +30,7 @@ measure::Measurement beam(const std::string& id, double deflection,
     spec.duration = 0.2;
     spec.errors.noise = 0.05e-3;
     spec.seed = static_cast<std::uint64_t>(id.front());
-    measure::Measurement recording = beam::record(spec);
+    fit::ObservedRecording recording(beam::record(spec));
     recording.stem.spheres = 28;
     return recording;
 }
@@ -84,7 +84,8 @@ TEST(Fit, AHiddenTipMassIsWeighedBesideARecordingWithoutIt) {
 
 TEST(Diagnosis, NamesAMassInTheRecordingThatCarriesItAndInNoOther) {
     const double mass = 10e-6;
-    const Recordings two{beam("a", 20e-3), beam("b", 20e-3, {{"tip_mass", {{"mass_kg", mass}}}})};
+    const std::vector<measure::Measurement> two{
+        beam("a", 20e-3), beam("b", 20e-3, {{"tip_mass", {{"mass_kg", mass}}}})};
     diagnose::DiagnosisOptions options;
     options.candidates = effects({"tip_mass"});
     options.null_draws = 10;

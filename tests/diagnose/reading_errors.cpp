@@ -41,16 +41,16 @@ measure::Measurement recorded(const beam::RecordingSpec& spec, int spheres = 40)
     return measurement;
 }
 
-Finding finding(const fit::Fit& fit, std::span<const measure::Measurement> recordings) {
+Finding finding(const fit::Fit& fit, std::span<const fit::ObservedRecording> recordings) {
     EXPECT_FALSE(fit.failed()) << fit.reason;
     return fit.failed() ? Finding::Undecided : diagnose::verdict_on(fit, recordings).finding;
 }
 
 /// The verdicts with everything exact, and beside the errors of the readings.
 std::pair<Finding, Finding> findings(const std::vector<measure::Measurement>& recordings) {
-    const fit::Fit exact = fit::fit_model({}, {}, recordings);
+    const fit::Fit exact = fit::fit_model({}, {}, fit::observed(recordings));
     const fit::BaselineFit beside = fit::fit_baseline(recordings);
-    return {finding(exact, recordings), finding(beside.fit, beside.recordings)};
+    return {finding(exact, fit::observed(recordings)), finding(beside.fit, beside.recordings)};
 }
 
 const std::pair inadequate_then_adequate{Finding::Inadequate, Finding::Adequate};
@@ -66,8 +66,9 @@ TEST(ReadingErrors, OfAShortRecordAreCorrelatedAsItStates) {
     recording.noise_correlation = 0.8;
     const fit::BaselineFit stated = fit::fit_baseline({&recording, 1});
     EXPECT_EQ(finding(stated.fit, stated.recordings), Finding::Adequate);
-    EXPECT_NE(stated.recordings.front().noise_source.find("0.8 from frame to frame (stated)"),
-              std::string::npos);
+    EXPECT_NE(
+        stated.recordings.front().noise_model->source.find("0.8 from frame to frame (stated)"),
+        std::string::npos);
 }
 
 TEST(ReadingErrors, OfSlowNoiseAreNoMissingPhysics) {
@@ -265,7 +266,7 @@ TEST(ReadingErrors, OfAStemFilmedInMotionLeaveItsNumbers) {
 TEST(Whitening, OfANoiseModelIsTheInverseRootOfItsCovariance) {
     constexpr std::size_t frames = 14;
     constexpr std::size_t rows = 2;
-    measure::NoiseModel model;
+    fit::NoiseModel model;
     model.correlation = 0.8;
     model.common_share = 0.6;
     std::vector<bool> is_seen(frames * rows, true);
@@ -288,8 +289,7 @@ TEST(Whitening, OfANoiseModelIsTheInverseRootOfItsCovariance) {
     const Eigen::MatrixXd root = of_seen.llt().matrixL();
     Eigen::MatrixXd white = Eigen::MatrixXd::Zero(count, root.cols());
     white(seen, Eigen::all) = root;
-    const fit::Whitening whitening(std::make_shared<const measure::NoiseModel>(model), rows,
-                                   is_seen);
+    const fit::Whitening whitening(std::make_shared<const fit::NoiseModel>(model), rows, is_seen);
     for (Eigen::Index k = 0; k < white.cols(); ++k)
         whitening.apply({white.col(k).data(), frames * rows});
     const Eigen::MatrixXd rest = white(seen, Eigen::all);

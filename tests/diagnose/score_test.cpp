@@ -13,7 +13,7 @@ namespace culm::tests {
 namespace {
 
 diagnose::EffectScore score_of(const std::string& name, const std::string& effect, int draws = 0) {
-    const auto recordings = recording(name);
+    const auto recordings = fit::observed(recording(name));
     const fit::FitOptions options = quick_diagnosis(effect).candidate;
     const fit::Fit base = fit::fit_model({}, {}, recordings, options);
     return diagnose::score_effect(base, physics::parse_effects(effect, {}).front(), recordings,
@@ -21,7 +21,7 @@ diagnose::EffectScore score_of(const std::string& name, const std::string& effec
 }
 
 TEST(ScoreTest, PromisesNearlyTheGainThatARefitBrings) {
-    const auto recordings = recording("T2-quadratic_drag");
+    const auto recordings = fit::observed(recording("T2-quadratic_drag"));
     const auto effects = physics::parse_effects("quadratic_drag", {});
     const fit::FitOptions options = quick_diagnosis("quadratic_drag").candidate;
     const fit::Fit base = fit::fit_model({}, {}, recordings, options);

@@ -18,13 +18,13 @@ namespace culm::tests {
 namespace {
 
 /// Of the beam generator, by a chain of 28 spheres, to be quick.
-measure::Measurement recording_with(beam::HiddenEffect effect) {
+fit::ObservedRecording recording_with(beam::HiddenEffect effect) {
     beam::RecordingSpec spec;
     spec.effects = {std::move(effect)};
     spec.heights = beam::even_heights(spec.stem.length, 6);
     spec.duration = 0.2;
     spec.errors.noise = 0.05e-3;
-    measure::Measurement recording = beam::record(spec);
+    fit::ObservedRecording recording(beam::record(spec));
     recording.stem.spheres = 28;
     return recording;
 }
@@ -39,7 +39,7 @@ class Starts {
     /// χ² above the number of readings, where a fit from this start alone ends; that of the smaller
     /// model if it fails.
     [[nodiscard]] double excess_from(const fit::StemModel& start) const {
-        return excess(fit::refined({start}, effects_, smaller_, std::span(&recording_, 1), {}));
+        return excess(fit::refined({start}, effects_, smaller_, {&recording_, 1}, {}));
     }
     [[nodiscard]] double excess_of_policy() const {
         return excess(fit_candidate(effects_, smaller_, recording_));
@@ -60,7 +60,7 @@ class Starts {
         return counted.chi_squared - static_cast<double>(counted.readings);
     }
 
-    measure::Measurement recording_;
+    fit::ObservedRecording recording_;
     fit::Fit smaller_;
     fit::SelectedEffects effects_;
     fit::StemModel model_;
@@ -95,8 +95,8 @@ struct Ends {
 
 /// A defect fitted to a clamp that yields: the valley is long, and its steps meet bounds.
 std::vector<Ends> ends_of_each_start() {
-    measure::Measurement recording = measure::read_measurement(
-        std::filesystem::path(CULM_TEST_DATA_DIR) / "hidden-effect" / "T3-clamp_compliance");
+    fit::ObservedRecording recording(measure::read_measurement(
+        std::filesystem::path(CULM_TEST_DATA_DIR) / "hidden-effect" / "T3-clamp_compliance"));
     recording.stem.spheres = 12;
     const fit::Fit smaller = fit_baseline(recording);
     const fit::SelectedEffects effects = physics::parse_effects("local_defect", {});
@@ -107,7 +107,7 @@ std::vector<Ends> ends_of_each_start() {
         fit::JointOptions once;
         once.chain.is_first_guess = false;
         ends.push_back({fit::fit_jointly({&start, 1}, {&recording, 1}, once),
-                        fit::refined({start}, effects, smaller, std::span(&recording, 1), {})});
+                        fit::refined({start}, effects, smaller, {&recording, 1}, {})});
     }
     return ends;
 }

@@ -14,9 +14,9 @@ namespace culm::tests {
 namespace {
 
 /// What the published chain would have shown with the effect, without noise.
-std::vector<measure::Measurement> recording_with(const std::string& effect, const std::string& of,
-                                                 double value, const fit::Fit& base,
-                                                 std::vector<measure::Measurement> recordings) {
+std::vector<fit::ObservedRecording> recording_with(const std::string& effect, const std::string& of,
+                                                   double value, const fit::Fit& base,
+                                                   std::vector<fit::ObservedRecording> recordings) {
     fit::StemModel model = fit::candidate_model(
         base.parts.front().model, physics::parse_effects(effect, {}), recordings.front());
     // The places where the score looks for them first and sees them best.
@@ -42,7 +42,7 @@ class VisibleSize : public testing::TestWithParam<const char*> {};
 
 TEST_P(VisibleSize, IsWhereARefitWithoutTheEffectMissesThreeSigma) {
     const std::string effect = GetParam();
-    const auto recordings = recording("T1-null");
+    const auto recordings = fit::observed(recording("T1-null"));
     const fit::FitOptions options = quick_diagnosis(effect).candidate;
     const fit::Fit base = fit::fit_model({}, {}, recordings, options);
     const diagnose::EffectScore score = diagnose::score_effect(

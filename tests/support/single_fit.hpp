@@ -12,20 +12,23 @@ namespace culm::tests {
 inline fit::RecordingFit fit_chain(const fit::StemModel& model,
                                    const measure::Measurement& measurement,
                                    const fit::SolveOptions& options = {}) {
-    return fit::fit_jointly({&model, 1}, {&measurement, 1}, {options, {}, {}, {}}).parts.front();
+    const fit::ObservedRecording recording(measurement);
+    return fit::fit_jointly({&model, 1}, {&recording, 1}, {options, {}, {}, {}}).parts.front();
 }
 
 /// The published chain.
 inline fit::Fit fit_baseline(const measure::Measurement& measurement,
                              const fit::FitOptions& options = {}) {
-    return fit::fit_model({}, {}, std::span(&measurement, 1), options);
+    const fit::ObservedRecording recording(measurement);
+    return fit::fit_model({}, {}, {&recording, 1}, options);
 }
 
 /// The chain with these effects, from `smaller`, a fit with some or none of them.
 inline fit::Fit fit_candidate(const fit::SelectedEffects& effects, const fit::Fit& smaller,
                               const measure::Measurement& measurement,
                               const fit::FitOptions& options = {}) {
-    return fit::fit_model(effects, smaller, std::span(&measurement, 1), options);
+    const fit::ObservedRecording recording(measurement);
+    return fit::fit_model(effects, smaller, {&recording, 1}, options);
 }
 
 } // namespace culm::tests

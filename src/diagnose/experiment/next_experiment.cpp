@@ -148,7 +148,7 @@ Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
 
 /// The numbers of each rival, those beside an assumed effect fitted again.
 std::vector<fit::Fit> refitted(const std::vector<Rival>& rivals,
-                               std::span<const measure::Measurement> alone,
+                               std::span<const fit::ObservedRecording> alone,
                                const fit::FitOptions& options, const core::ItemMap& map) {
     std::vector<std::size_t> assuming;
     for (std::size_t k = 0; k < rivals.size(); ++k)
@@ -232,7 +232,7 @@ double gap(const fit::RecordingFit& truth, const fit::RecordingFit& other, const
 } // namespace
 
 std::vector<Experiment> next_experiments(const std::vector<std::pair<Rival, Rival>>& pairs,
-                                         std::span<const measure::Measurement> recordings,
+                                         std::span<const fit::ObservedRecording> recordings,
                                          const fit::FitOptions& options, const core::ItemMap& map) {
     std::vector<Rival> rivals;
     rivals.reserve(2 * pairs.size());
@@ -240,7 +240,7 @@ std::vector<Experiment> next_experiments(const std::vector<std::pair<Rival, Riva
         rivals.push_back(truth);
         rivals.push_back(other);
     }
-    const std::span<const measure::Measurement> alone = recordings.first(1);
+    const std::span<const fit::ObservedRecording> alone = recordings.first(1);
     const std::vector<fit::Fit> summaries = refitted(rivals, alone, options, map);
     std::vector<fit::RecordingFit> sides; // two for each pair
     for (std::size_t k = 0; k < rivals.size(); ++k)

@@ -33,7 +33,7 @@ struct Rival {
 /// recording at hand allows and its release free, stays away from the first. Best first.
 [[nodiscard]] std::vector<Experiment>
 next_experiments(const std::vector<std::pair<Rival, Rival>>& pairs,
-                 std::span<const measure::Measurement> recordings, const fit::FitOptions& options,
+                 std::span<const fit::ObservedRecording> recordings, const fit::FitOptions& options,
                  const core::ItemMap& map);
 
 } // namespace culm::diagnose

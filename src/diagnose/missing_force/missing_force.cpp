@@ -62,7 +62,7 @@ struct Regression {
 };
 
 Regression regress(UserLawKind kind, const fit::Fit& base,
-                   std::span<const measure::Measurement> recordings,
+                   std::span<const fit::ObservedRecording> recordings,
                    const fit::FitOptions& options) {
     const std::vector<std::string> terms = force_terms(kind);
     const std::vector<double> scales = term_scales(kind, terms, base.parts.front().model.spec);
@@ -184,7 +184,7 @@ std::string character_of(const MissingForce& force, UserLawKind kind, const run:
 } // namespace
 
 MissingForce reconstruct_missing_force(const fit::Fit& base, const fit::SelectedEffects& effects,
-                                       std::span<const measure::Measurement> recordings,
+                                       std::span<const fit::ObservedRecording> recordings,
                                        const fit::FitOptions& options) {
     MissingForce out;
     std::optional<Regression> best;

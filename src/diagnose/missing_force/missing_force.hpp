@@ -41,7 +41,7 @@ struct MissingForce {
 /// ones are then fitted through the chain as a user's effect.
 [[nodiscard]] MissingForce
 reconstruct_missing_force(const fit::Fit& base, const fit::SelectedEffects& effects,
-                          std::span<const measure::Measurement> recordings,
+                          std::span<const fit::ObservedRecording> recordings,
                           const fit::FitOptions& options = {});
 
 } // namespace culm::diagnose

@@ -106,7 +106,7 @@ Eigen::MatrixXd null_noise(const fit::Fit& fit, int draws) {
 class ScoreTest {
   public:
     ScoreTest(const fit::Fit& base, const physics::SelectedEffect& effect,
-              std::span<const measure::Measurement> recordings, const fit::FitOptions& options)
+              std::span<const fit::ObservedRecording> recordings, const fit::FitOptions& options)
         : base_(base), effect_(effect), recordings_(recordings), options_(options),
           fitted_(stacked_readings(base, recordings)),
           size_(base, fitted_, recordings, options, score_) {
@@ -296,7 +296,7 @@ class ScoreTest {
 
     const fit::Fit& base_;
     const physics::SelectedEffect& effect_;
-    std::span<const measure::Measurement> recordings_;
+    std::span<const fit::ObservedRecording> recordings_;
     const fit::FitOptions& options_;
     StackedReadings fitted_;
     fit::StartModels models_;
@@ -308,7 +308,7 @@ class ScoreTest {
 } // namespace
 
 EffectScore score_effect(const fit::Fit& base, const physics::SelectedEffect& effect,
-                         std::span<const measure::Measurement> recordings,
+                         std::span<const fit::ObservedRecording> recordings,
                          const fit::FitOptions& options, int draws) {
     EffectScore failed;
     failed.effect = effect.effect->name();

@@ -37,7 +37,7 @@ struct EffectScore {
 /// order vanishes are judged by a finite size. `draws` of noise with the correlation from frame to
 /// frame that the residuals of `base` have; the same draws for every effect.
 [[nodiscard]] EffectScore score_effect(const fit::Fit& base, const physics::SelectedEffect& effect,
-                                       std::span<const measure::Measurement> recordings,
+                                       std::span<const fit::ObservedRecording> recordings,
                                        const fit::FitOptions& options, int draws = 0);
 
 template <class Wire>

@@ -31,7 +31,7 @@ Eigen::VectorXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::Vector
 
 class Stack {
   public:
-    Stack(const fit::Fit& base, std::span<const measure::Measurement> recordings,
+    Stack(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
           std::span<const fit::StemModel> models)
         : base_(base), recordings_(recordings), models_(models) {}
 
@@ -98,7 +98,7 @@ class Stack {
     }
 
     const fit::Fit& base_;
-    std::span<const measure::Measurement> recordings_;
+    std::span<const fit::ObservedRecording> recordings_;
     std::span<const fit::StemModel> models_;
     StackedReadings out_;
     fit::JointLayout layout_;
@@ -128,7 +128,7 @@ void move(fit::StemModel& model, std::size_t k, double change) {
 } // namespace
 
 StackedReadings stacked_readings(std::span<const fit::StemModel> models,
-                                 std::span<const measure::Measurement> recordings,
+                                 std::span<const fit::ObservedRecording> recordings,
                                  const fit::Fit& base, const run::Heartbeat& heartbeat) {
     Stack stack(base, recordings, models);
     stack.make_room(fit::joint_layout(models, recordings, fit::belongs_to_recording));
@@ -139,7 +139,7 @@ StackedReadings stacked_readings(std::span<const fit::StemModel> models,
 }
 
 StackedReadings stacked_readings(const fit::Fit& base,
-                                 std::span<const measure::Measurement> recordings) {
+                                 std::span<const fit::ObservedRecording> recordings) {
     const fit::StartModels models = fit::start_from(base);
     Stack stack(base, recordings, models);
     stack.make_room(fit::joint_layout(models, recordings, fit::belongs_to_recording));

@@ -27,13 +27,13 @@ struct StackedReadings {
 /// `models`, `recordings` and `base` (whose times and noise count) belong together; readings that
 /// were not seen are rows of zeros. Throws core::NumericalError if a model cannot be computed.
 [[nodiscard]] StackedReadings stacked_readings(std::span<const fit::StemModel> models,
-                                               std::span<const measure::Measurement> recordings,
+                                               std::span<const fit::ObservedRecording> recordings,
                                                const fit::Fit& base,
                                                const run::Heartbeat& heartbeat);
 
 /// The fit itself, without a run.
 [[nodiscard]] StackedReadings stacked_readings(const fit::Fit& base,
-                                               std::span<const measure::Measurement> recordings);
+                                               std::span<const fit::ObservedRecording> recordings);
 
 /// The models after this change of the parameters in their joint list, each within its bounds.
 [[nodiscard]] fit::StartModels moved(fit::StartModels models, const fit::JointLayout& layout,

@@ -25,7 +25,7 @@ class VisibleSize {
   public:
     /// All must outlive this; `fitted` of `base`. Writes into `score`, whose effect is named.
     VisibleSize(const fit::Fit& base, const StackedReadings& fitted,
-                std::span<const measure::Measurement> recordings, const fit::FitOptions& options,
+                std::span<const fit::ObservedRecording> recordings, const fit::FitOptions& options,
                 EffectScore& score)
         : base_(base), fitted_(fitted), recordings_(recordings), options_(options), score_(score) {}
 
@@ -58,7 +58,7 @@ class VisibleSize {
 
     const fit::Fit& base_;
     const StackedReadings& fitted_;
-    std::span<const measure::Measurement> recordings_;
+    std::span<const fit::ObservedRecording> recordings_;
     const fit::FitOptions& options_;
     EffectScore& score_;
     double size_ = std::numeric_limits<double>::infinity(); ///< away from its absence

@@ -162,7 +162,7 @@ double independent_rows(double common_share, double rows) {
     return rows * rows / (largest * largest + (rows - 1.0) * others * others);
 }
 
-std::string in_words(const measure::NoiseModel& model, const Tails& tails, double noise,
+std::string in_words(const NoiseModel& model, const Tails& tails, double noise,
                      const std::string& source) {
     std::string text = fmt::format("{:.4g} mm in motion ({})", 1e3 * noise, source);
     if (tails.is_heavy)

@@ -230,7 +230,7 @@ std::size_t place_of(const StemModel& model, const physics::ParameterId& id) {
 }
 
 /// The frame of the errors at this time; empty: the errors say nothing of it.
-std::optional<std::size_t> frame_at(const measure::ReadingErrors& errors, double time) {
+std::optional<std::size_t> frame_at(const ReadingErrors& errors, double time) {
     const auto found = std::ranges::lower_bound(errors.times, time);
     if (found == errors.times.end() || *found != time)
         return std::nullopt;
@@ -241,7 +241,7 @@ std::optional<std::size_t> frame_at(const measure::ReadingErrors& errors, double
 /// `computed` is the case that was run.
 void add_errors(const StemModel& model, const run::CaseSpec& computed,
                 std::span<const double> times, ChainPrediction& prediction) {
-    const measure::ReadingErrors& errors = *model.errors;
+    const ReadingErrors& errors = *model.errors;
     const std::size_t modulus = place_of(model, physics::bond_youngs_modulus);
     const std::size_t damping = place_of(model, physics::bond_damping);
     const std::size_t count = model.parameters.size();
@@ -253,7 +253,7 @@ void add_errors(const StemModel& model, const run::CaseSpec& computed,
         for (std::size_t j = 0; j < prediction.rows; ++j) {
             const std::size_t at = i * prediction.rows + j;
             double* const derivatives = prediction.jacobian.data() + at * prediction.parameters;
-            const auto reading_of = [&](const measure::ReadingErrors::Term& term) {
+            const auto reading_of = [&](const ReadingErrors::Term& term) {
                 return frame && !term.readings.empty() ? term.readings[*frame * prediction.rows + j]
                                                        : 0.0;
             };
@@ -263,7 +263,7 @@ void add_errors(const StemModel& model, const run::CaseSpec& computed,
                 derivatives[damping] *= damping_ratio;
             prediction.readings[at] += reading_of(errors.known);
             for (std::size_t k = 0; k < model.error_values.size(); ++k) {
-                const measure::ReadingErrors::Term& term = errors.terms[k];
+                const ReadingErrors::Term& term = errors.terms[k];
                 const double beside = reading_of(term);
                 prediction.readings[at] += model.error_values[k] * beside;
                 double& derivative = derivatives[model.first_error() + k];

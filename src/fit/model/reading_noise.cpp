@@ -68,7 +68,7 @@ Scatter scatter_of_second_differences(const measure::Measurement& measurement, s
 }
 
 /// Root mean square of what is stated for each row's readings, (rows), m.
-std::vector<double> mean_uncertainties(const measure::Measurement& measurement) {
+std::vector<double> mean_uncertainties(const ObservedRecording& measurement) {
     const std::size_t rows = measurement.heights.size();
     std::vector<double> means;
     for (std::size_t j = 0; j < rows; ++j) {
@@ -86,21 +86,20 @@ std::vector<double> mean_uncertainties(const measure::Measurement& measurement) 
 
 } // namespace
 
-ReadingNoise reading_noise(const measure::Measurement& measurement) {
+ReadingNoise reading_noise(const ObservedRecording& measurement) {
     const std::size_t rows = measurement.heights.size();
     const std::size_t frames = measurement.times.size();
     ReadingNoise noise;
+    if (measurement.noise_model && !measurement.noise_model->by_row.empty())
+        return {measurement.noise_model->by_row, measurement.noise_model->source};
     if (!measurement.reading_uncertainties.empty() && !measurement.noise_model)
         return {mean_uncertainties(measurement), "stated for every reading"};
     for (std::size_t j = 0; j < rows; ++j)
         if (const auto stated = measurement.noise_at(j); stated && *stated > 0.0)
             noise.by_row.push_back(*stated);
     if (noise.by_row.size() == rows && rows > 0) {
-        if (measurement.noise_model) // by with_noise_in_motion()
-            noise.source = measurement.noise_source;
-        else
-            noise.source =
-                measurement.noise_source.empty() ? "stated" : "stated: " + measurement.noise_source;
+        noise.source =
+            measurement.noise_source.empty() ? "stated" : "stated: " + measurement.noise_source;
         return noise;
     }
     noise.by_row.clear();
@@ -128,7 +127,7 @@ ReadingNoise reading_noise(const measure::Measurement& measurement) {
     return noise;
 }
 
-std::vector<double> relative_noise(const measure::Measurement& measurement,
+std::vector<double> relative_noise(const ObservedRecording& measurement,
                                    const std::vector<double>& by_row) {
     std::vector<double> relative = measurement.reading_uncertainties;
     for (std::size_t at = 0; at < relative.size(); ++at)
@@ -136,7 +135,7 @@ std::vector<double> relative_noise(const measure::Measurement& measurement,
     return relative;
 }
 
-Whitening::Whitening(std::shared_ptr<const measure::NoiseModel> model, std::size_t rows,
+Whitening::Whitening(std::shared_ptr<const NoiseModel> model, std::size_t rows,
                      std::vector<bool> is_seen)
     : model_(std::move(model)), rows_(rows), is_seen_(std::move(is_seen)) {}
 

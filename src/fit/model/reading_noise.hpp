@@ -2,7 +2,7 @@
 // Standard deviation of the readings of a measurement, stated or estimated.
 #pragma once
 
-#include "measure/folder/measurement.hpp"
+#include "fit/model/observed_recording.hpp"
 
 #include <cstddef>
 #include <limits>
@@ -18,17 +18,18 @@ namespace culm::fit {
 struct ReadingNoise {
     std::vector<double> by_row; ///< (rows), m; empty: only the residuals of a fit can tell
     std::string source;         ///< "stated", or from what it was estimated
+    bool is_known = true;       ///< independent of the fit
 };
 
-/// The noise that the measurement states, for each reading (the mean square of a row) or each row;
-/// else the scatter about each row's mean while the stem was
-/// held, over at least 20 degrees of freedom of all rows together; else the scatter of the second
-/// differences over the last tenth of the record if what is left of the motion there is below the
-/// noise; else none.
-[[nodiscard]] ReadingNoise reading_noise(const measure::Measurement& measurement);
+/// The noise of the noise model if there is one; else what the measurement states, for each reading
+/// (the mean square of a row) or each row; else the scatter about each row's mean while the stem
+/// was held, over at least 20 degrees of freedom of all rows together; else the scatter of the
+/// second differences over the last tenth of the record if what is left of the motion there is
+/// below the noise; else none.
+[[nodiscard]] ReadingNoise reading_noise(const ObservedRecording& measurement);
 
 /// Of each reading over that of its row, (times, rows); empty where only that is stated.
-[[nodiscard]] std::vector<double> relative_noise(const measure::Measurement& measurement,
+[[nodiscard]] std::vector<double> relative_noise(const ObservedRecording& measurement,
                                                  const std::vector<double>& by_row);
 
 /// Makes the errors of a noise model independent: first the rows of a frame, by the symmetric root
@@ -36,8 +37,7 @@ struct ReadingNoise {
 class Whitening {
   public:
     /// `is_seen`: (frames, rows). A null model leaves the readings as they are.
-    Whitening(std::shared_ptr<const measure::NoiseModel> model, std::size_t rows,
-              std::vector<bool> is_seen);
+    Whitening(std::shared_ptr<const NoiseModel> model, std::size_t rows, std::vector<bool> is_seen);
 
     /// In place: (frames, rows) of readings over the noise of their row, whatever is linear in
     /// them. What was not seen becomes 0.
@@ -47,7 +47,7 @@ class Whitening {
     void separate_rows(std::span<double> values) const;
     void separate_frames(std::span<double> values) const;
 
-    std::shared_ptr<const measure::NoiseModel> model_;
+    std::shared_ptr<const NoiseModel> model_;
     std::size_t rows_;
     std::vector<bool> is_seen_;
 };
@@ -100,7 +100,7 @@ struct SlowNoise {
                                       const std::vector<Eigen::Index>& bins, Eigen::Index frames);
 
 /// A sentence on the noise, of typical size `noise`, m; `source`: of what was stated.
-[[nodiscard]] std::string in_words(const measure::NoiseModel& model, const Tails& tails,
-                                   double noise, const std::string& source);
+[[nodiscard]] std::string in_words(const NoiseModel& model, const Tails& tails, double noise,
+                                   const std::string& source);
 
 } // namespace culm::fit

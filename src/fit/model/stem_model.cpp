@@ -2,7 +2,7 @@
 #include "fit/model/stem_model.hpp"
 
 #include "core/error.hpp"
-#include "measure/folder/measurement.hpp"
+#include "fit/model/observed_recording.hpp"
 #include "physics/effects/library.hpp"
 #include "reduce/population_statistics.hpp"
 #include "reduce/ring_down/ring_down_analysis.hpp"
@@ -192,12 +192,9 @@ run::CaseSpec case_beside_errors(const StemModel& model) {
 
 StemModel baseline_model(const measure::Measurement& measurement, const ChainOptions& options) {
     StemChain chain = chain_of(measurement, options);
-    StemModel model{chain.spec, baseline_free_parameters(), 0.0,
-                    0.0,        std::move(chain.remarks),   measurement.errors,
+    StemModel model{chain.spec, baseline_free_parameters(), 0.0, 0.0, std::move(chain.remarks), {},
                     {}};
     model.exposure = measurement.exposure.value_or(0.0);
-    if (model.errors)
-        model.error_values.resize(model.errors->terms.size());
     model.release_time_bound = largest_release_shift * frame_period(measurement);
 
     const reduce::RingDownAnalysis ring_down = measured_ring_down(measurement);

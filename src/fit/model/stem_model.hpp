@@ -2,9 +2,9 @@
 // A model of a measured stem: a case with its effects, and which of its numbers may be fitted.
 #pragma once
 
+#include "fit/model/observed_recording.hpp"
 #include "fit/model/parameter.hpp"
 #include "fit/model/stem_chain.hpp"
-#include "measure/folder/measurement.hpp"
 #include "physics/effects/selection.hpp"
 
 #include <memory>
@@ -19,15 +19,15 @@ namespace culm::fit {
 /// is held before. A recording that begins while the stem swings has a release that was not
 /// recorded, half a period earlier: amplitude and phase of the first mode follow from it.
 struct StemModel {
-    run::CaseSpec spec;                    ///< with the values from which a fit starts
-    std::vector<FreeParameter> parameters; ///< of the case, in the order of all results
-    double release_time = 0.0;             ///< on the measurement's clock, s
-    double release_time_bound = 0.0;       ///< about the expected one; 0: it is not free
-    std::vector<std::string> remarks;      ///< what the model leaves out, one sentence each
-    std::shared_ptr<const measure::ReadingErrors> errors{}; ///< of the recording; null: none
-    double exposure{};                                      ///< over which a reading is a mean, s
-    double expected_release{};                              ///< s; of a recording that shows it 0
-    std::vector<double> error_values{};                     ///< (terms of the errors)
+    run::CaseSpec spec;                            ///< with the values from which a fit starts
+    std::vector<FreeParameter> parameters;         ///< of the case, in the order of all results
+    double release_time = 0.0;                     ///< on the measurement's clock, s
+    double release_time_bound = 0.0;               ///< about the expected one; 0: it is not free
+    std::vector<std::string> remarks;              ///< what the model leaves out, one sentence each
+    std::shared_ptr<const ReadingErrors> errors{}; ///< of the recording; null: none
+    double exposure{};                             ///< over which a reading is a mean, s
+    double expected_release{};                     ///< s; of a recording that shows it 0
+    std::vector<double> error_values{};            ///< (terms of the errors)
 
     /// What is fitted: the parameters, the release time if that is free, then the terms of the
     /// reading errors, each with a Gaussian constraint of mean 0 and standard deviation 1.

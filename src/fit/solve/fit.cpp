@@ -20,7 +20,7 @@ namespace culm::fit {
 /// Fills `fit` from the model, times, prediction, noise (by which the residuals were weighted) and
 /// is_noise_known of its parts. Held parameters get a standard error of 0. Where the noise of a
 /// part is not known it becomes the residuals' own, and the part's reduced χ² 1.
-void add_statistics(std::span<const measure::Measurement> measurements, const JointLayout& layout,
+void add_statistics(std::span<const ObservedRecording> measurements, const JointLayout& layout,
                     const std::vector<bool>& is_held, Fit& fit);
 
 std::size_t count_without_errors(const std::vector<FittedParameter>& parameters) {
@@ -41,7 +41,7 @@ const FittedParameter* RecordingFit::find(const physics::ParameterId& id) const 
     return found == parameters.end() ? nullptr : &*found;
 }
 
-RecordingFit fit_chain_with_held(const StemModel& model, const measure::Measurement& measurement,
+RecordingFit fit_chain_with_held(const StemModel& model, const ObservedRecording& measurement,
                                  const std::vector<bool>& is_held, const SolveOptions& options) {
     JointOptions held{options, {}, is_held, {}};
     held.chain.is_first_guess = false;
@@ -75,8 +75,7 @@ constexpr double small_remainder = 0.2;
 constexpr double provisional_noise = 1e-3; // m
 
 /// Share of the motion that a solution leaves: rms residual over rms reading after the release.
-double remainder(const JointSolution& solution,
-                 std::span<const measure::Measurement> measurements) {
+double remainder(const JointSolution& solution, std::span<const ObservedRecording> measurements) {
     double left = 0.0;
     double all = 0.0;
     for (std::size_t m = 0; m < measurements.size(); ++m) {
@@ -125,7 +124,7 @@ JointSolution grow(const JointProblem& problem, std::vector<StemModel> models,
 
 /// The best of several starts; the others are tried only if the first does not find the motion.
 JointSolution search(const JointProblem& problem, const std::vector<StemModel>& models,
-                     std::span<const measure::Measurement> measurements,
+                     std::span<const ObservedRecording> measurements,
                      const std::vector<double>& last_times) {
     JointSolution best;
     std::vector<int> runs;
@@ -151,31 +150,31 @@ JointSolution search(const JointProblem& problem, const std::vector<StemModel>& 
     return best;
 }
 
-/// What the solution of each recording is weighted by.
-std::vector<ReadingNoise> noises_of(std::span<const measure::Measurement> measurements,
+/// The noise by which the residuals of each recording are divided.
+std::vector<ReadingNoise> noises_of(std::span<const ObservedRecording> measurements,
                                     const JointOptions& options) {
     std::vector<ReadingNoise> noises;
     for (std::size_t m = 0; m < measurements.size(); ++m) {
         noises.push_back(reading_noise(measurements[m]));
         if (!noises.back().by_row.empty())
             continue;
-        noises.back() = {m < options.weights.size()
-                             ? options.weights[m]
+        noises.back() = {m < options.noise.size()
+                             ? options.noise[m]
                              : std::vector(measurements[m].heights.size(), provisional_noise),
-                         "residuals"};
+                         "residuals", false};
     }
     return noises;
 }
 
 RecordingFit part_of(JointSolution& solution, std::size_t m, ReadingNoise noise,
-                     const measure::Measurement& measurement, bool is_noise_known) {
+                     const ObservedRecording& measurement) {
     RecordingFit part;
     part.model = std::move(solution.models[m]);
     part.prediction = std::move(solution.predictions[m]);
     part.times = std::move(solution.times[m]);
     part.noise = std::move(noise.by_row);
     part.noise_source = std::move(noise.source);
-    part.is_noise_known = is_noise_known;
+    part.is_noise_known = noise.is_known;
     part.noise_model = measurement.noise_model;
     part.runs = solution.runs[m];
     part.has_converged = solution.has_converged;
@@ -186,23 +185,23 @@ RecordingFit part_of(JointSolution& solution, std::size_t m, ReadingNoise noise,
 
 } // namespace
 
-Fit fit_jointly(std::span<const StemModel> models,
-                std::span<const measure::Measurement> measurements, const JointOptions& options) {
+Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecording> measurements,
+                const JointOptions& options) {
     const JointLayout layout = joint_layout(models, measurements, options.belongs_to_recording);
     const std::vector<StemModel> starts =
         reconciled(std::vector(models.begin(), models.end()), layout);
     std::vector<ReadingNoise> noises = noises_of(measurements, options);
-    std::vector<std::vector<double>> weights;
+    std::vector<std::vector<double>> noise;
     std::vector<double> last_times;
     for (std::size_t m = 0; m < measurements.size(); ++m) {
-        weights.push_back(noises[m].by_row);
+        noise.push_back(noises[m].by_row);
         last_times.push_back(
             std::min(options.chain.window.value_or(std::numeric_limits<double>::infinity()),
                      measurements[m].times.back()));
     }
     std::vector<bool> is_held = options.is_held;
     is_held.resize(layout.ids.size(), false);
-    const JointProblem problem(measurements, layout, weights, is_held, options.chain);
+    const JointProblem problem(measurements, layout, noise, is_held, options.chain);
     JointSolution solution = options.chain.is_first_guess
                                  ? search(problem, starts, measurements, last_times)
                                  : problem.solve(starts, last_times, Purpose::Final);
@@ -216,8 +215,7 @@ Fit fit_jointly(std::span<const StemModel> models,
         fit.reason = fmt::format("not converged: {}", solution.message);
     for (std::size_t m = 0; m < measurements.size(); ++m) {
         fit.runs += solution.runs[m];
-        const bool is_known = noises[m].source != "residuals";
-        fit.parts.push_back(part_of(solution, m, std::move(noises[m]), measurements[m], is_known));
+        fit.parts.push_back(part_of(solution, m, std::move(noises[m]), measurements[m]));
     }
     add_statistics(measurements, layout, is_held, fit);
     return fit;

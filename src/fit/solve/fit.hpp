@@ -32,7 +32,7 @@ struct FittedParameter {
     physics::FittedAs fitted_as = physics::FittedAs::Itself;
     bool is_place = false; ///< as physics::EffectParameter's
     double absent = 0.0;   ///< likewise
-    bool is_error = false; ///< a term of measure::ReadingErrors; the value is its pull
+    bool is_error = false; ///< a term of ReadingErrors; the value is its pull
 };
 
 template <class Wire>
@@ -64,9 +64,9 @@ struct RecordingFit {
     ChainPrediction prediction;    ///< readings and Jacobian at the solution
     std::vector<double> residuals; ///< (frames, rows), measured − predicted, m; NaN where not seen
     std::vector<double> noise;     ///< (rows), by which the residuals were weighted, m
-    std::string noise_source;      ///< as ReadingNoise::source; "residuals": it was not known
+    std::string noise_source;      ///< as ReadingNoise::source
     bool is_noise_known = false;
-    std::shared_ptr<const measure::NoiseModel> noise_model; ///< as the recording's
+    std::shared_ptr<const NoiseModel> noise_model; ///< as the recording's
 
     std::size_t readings = 0; ///< used
     std::size_t degrees_of_freedom = 0;
@@ -86,7 +86,7 @@ struct RecordingFit {
 /// The fit with some parameters held at the model's values; `is_held` in the order of free_ids.
 /// Starts there without growing windows. For profile likelihoods and constrained comparisons.
 [[nodiscard]] RecordingFit fit_chain_with_held(const StemModel& model,
-                                               const measure::Measurement& measurement,
+                                               const ObservedRecording& measurement,
                                                const std::vector<bool>& is_held,
                                                const SolveOptions& options = {});
 
@@ -97,9 +97,9 @@ struct JointOptions {
     SolveOptions chain;                      ///< windows count from each recording's own release
     BelongsToRecording belongs_to_recording; ///< empty: everything is shared
     std::vector<bool> is_held;               ///< (joint parameters); empty: none
-    /// (recordings)(rows), m: by what the residuals of recordings of unknown noise are weighted
-    /// until they tell it; empty: all alike.
-    std::vector<std::vector<double>> weights;
+    /// (recordings)(rows), m: divides the residuals of recordings whose noise is not known; empty:
+    /// the same value for all.
+    std::vector<std::vector<double>> noise;
 };
 
 enum class FitStatus {
@@ -145,8 +145,8 @@ struct Fit {
     std::vector<RecordingFit> parts;
     std::vector<std::vector<std::size_t>> places; ///< (recordings)(parameters of the part)
     Eigen::MatrixXd covariance;                   ///< (parameters, parameters)
-    double weighted_rms = 0.0;                    ///< of residual over weight: what was minimised
-    std::vector<std::vector<double>> weights;     ///< (recordings)(rows), m: noise or JointOptions'
+    double weighted_rms = 0.0;                    ///< of residual over noise: what was minimised
+    std::vector<std::vector<double>> noise; ///< (recordings)(rows), m: its own or JointOptions'
 
     [[nodiscard]] bool failed() const {
         return status == FitStatus::Failed || status == FitStatus::NotConverged;
@@ -186,13 +186,12 @@ struct FitOptions {
 /// K (s N + U Uᵀ) Kᵀ with K = (Jᵀ N⁻¹ J)⁻¹ Jᵀ N⁻¹, the noise N, a column of U for each term, and
 /// the factor `misfit` (s, at least 1) of an inadequate model (JCGM 100, 5.1.2). Standard errors
 /// follow.
-void add_input_uncertainty(std::span<const measure::Measurement> recordings, double misfit,
-                           Fit& fit);
+void add_input_uncertainty(std::span<const ObservedRecording> recordings, double misfit, Fit& fit);
 
 /// `stated`, a fit without error terms, as a start with those of its recording: where one step of
 /// least squares leads. The values of the fit, if that takes an error term beyond `contradiction`.
 [[nodiscard]] StemModel linear_start(const RecordingFit& stated,
-                                     const measure::Measurement& recording);
+                                     const ObservedRecording& recording);
 
 /// Has the parameter a value for each recording: tip deflection, release time, and those of effects
 /// that belong to a recording?
@@ -207,7 +206,7 @@ void add_input_uncertainty(std::span<const measure::Measurement> recordings, dou
 /// with its reason; one that cannot start throws core::NumericalError. run::Abandoned if the
 /// heartbeat says so.
 [[nodiscard]] Fit fit_jointly(std::span<const StemModel> models,
-                              std::span<const measure::Measurement> measurements,
+                              std::span<const ObservedRecording> measurements,
                               const JointOptions& options = {});
 
 } // namespace culm::fit

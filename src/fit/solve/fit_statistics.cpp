@@ -22,7 +22,7 @@ namespace {
 constexpr double nearness = 1e-6;
 
 /// Returns their sum of squares.
-double add_residuals(const measure::Measurement& measurement, RecordingFit& fit) {
+double add_residuals(const ObservedRecording& measurement, RecordingFit& fit) {
     const std::size_t rows = fit.prediction.rows;
     fit.residuals.resize(fit.times.size() * rows);
     double sum_of_squares = 0.0;
@@ -248,7 +248,7 @@ void add_sums(const JointLayout& layout, std::vector<bool> is_held, double sum_o
     for (std::size_t m = 0; m < fit.parts.size(); ++m) {
         RecordingFit& part = fit.parts[m];
         fit.readings += part.readings;
-        fit.weights.push_back(part.noise);
+        fit.noise.push_back(part.noise);
         weighted += part.chi_squared;
         add_chi_squared(free_count(held_of(layout.shares[m], is_held)), part);
         fit.chi_squared += part.chi_squared;
@@ -265,7 +265,7 @@ void add_sums(const JointLayout& layout, std::vector<bool> is_held, double sum_o
 
 } // namespace
 
-void add_statistics(std::span<const measure::Measurement> measurements, const JointLayout& layout,
+void add_statistics(std::span<const ObservedRecording> measurements, const JointLayout& layout,
                     const std::vector<bool>& is_held, Fit& fit) {
     double sum_of_squares = 0.0;
     for (std::size_t m = 0; m < fit.parts.size(); ++m)
@@ -293,7 +293,7 @@ namespace {
 
 /// Jᵀ N⁻¹ U: for each term, by its name, its part in the gradient by the joint parameters.
 std::map<std::string, Eigen::VectorXd>
-gradients_of_terms(std::span<const measure::Measurement> recordings, const JointLayout& layout,
+gradients_of_terms(std::span<const ObservedRecording> recordings, const JointLayout& layout,
                    const Fit& fit) {
     const Eigen::VectorXd none =
         Eigen::VectorXd::Zero(static_cast<Eigen::Index>(layout.ids.size()));
@@ -302,7 +302,7 @@ gradients_of_terms(std::span<const measure::Measurement> recordings, const Joint
         if (!recordings[m].errors)
             continue;
         const Eigen::MatrixXd jacobian = whitened_jacobian(fit.parts[m]);
-        for (const measure::ReadingErrors::Term& term : recordings[m].errors->terms) {
+        for (const ReadingErrors::Term& term : recordings[m].errors->terms) {
             const Eigen::VectorXd own =
                 jacobian.transpose() * whitened_term(term, fit.parts[m], jacobian);
             Eigen::VectorXd& sum = gradients.try_emplace(term.name, none).first->second;
@@ -316,11 +316,11 @@ gradients_of_terms(std::span<const measure::Measurement> recordings, const Joint
 
 } // namespace
 
-StemModel linear_start(const RecordingFit& stated, const measure::Measurement& recording) {
+StemModel linear_start(const RecordingFit& stated, const ObservedRecording& recording) {
     StemModel start = beside_errors(stated.model, recording);
     if (!recording.errors || recording.errors->terms.empty())
         return start;
-    const std::vector<measure::ReadingErrors::Term>& terms = recording.errors->terms;
+    const std::vector<ReadingErrors::Term>& terms = recording.errors->terms;
     const Eigen::MatrixXd jacobian = whitened_jacobian(stated);
     const Eigen::Index fitted = jacobian.cols();
     const Eigen::Index count = fitted + static_cast<Eigen::Index>(terms.size());
@@ -340,8 +340,7 @@ StemModel linear_start(const RecordingFit& stated, const measure::Measurement& r
     return start;
 }
 
-void add_input_uncertainty(std::span<const measure::Measurement> recordings, double misfit,
-                           Fit& fit) {
+void add_input_uncertainty(std::span<const ObservedRecording> recordings, double misfit, Fit& fit) {
     const JointLayout layout = joint_layout(start_from(fit), recordings, belongs_to_recording);
     InverseInformation known = inverse_information(joint_information(layout, fit));
     const Eigen::MatrixXd inverse = known.inverse;

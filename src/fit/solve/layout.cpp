@@ -14,10 +14,10 @@ namespace culm::fit {
 namespace {
 
 /// The recordings' ids, made unique.
-std::vector<std::string> unique_ids(std::span<const measure::Measurement> measurements) {
+std::vector<std::string> unique_ids(std::span<const ObservedRecording> measurements) {
     std::vector<std::string> ids;
     std::map<std::string, int> seen;
-    for (const measure::Measurement& measurement : measurements) {
+    for (const ObservedRecording& measurement : measurements) {
         const int count = ++seen[measurement.stem.id];
         ids.push_back(count == 1 ? measurement.stem.id
                                  : fmt::format("{}:{}", measurement.stem.id, count));
@@ -84,7 +84,7 @@ void reconcile(const std::vector<Shared>& all) {
 } // namespace
 
 JointLayout joint_layout(std::span<const StemModel> models,
-                         std::span<const measure::Measurement> measurements,
+                         std::span<const ObservedRecording> measurements,
                          const BelongsToRecording& belongs_to_recording) {
     const std::vector<std::string> names = unique_ids(measurements);
     JointLayout layout;

@@ -2,8 +2,8 @@
 // Which free parameters of several models are one number, and what readings determine of them.
 #pragma once
 
+#include "fit/model/observed_recording.hpp"
 #include "fit/model/stem_model.hpp"
-#include "measure/folder/measurement.hpp"
 
 #include <cstddef>
 #include <functional>
@@ -41,7 +41,7 @@ struct JointLayout {
 /// model's by a factor (1 for equal chains). Recordings of the same id get ":2", … behind it. One
 /// recording alone keeps its names.
 [[nodiscard]] JointLayout joint_layout(std::span<const StemModel> models,
-                                       std::span<const measure::Measurement> measurements,
+                                       std::span<const ObservedRecording> measurements,
                                        const BelongsToRecording& belongs_to_recording);
 
 /// The models with every shared parameter at its first owner's value and within the bounds that

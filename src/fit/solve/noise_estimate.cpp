@@ -32,7 +32,7 @@ double upper_median(std::vector<double> values) {
 
 class NoiseEstimate {
   public:
-    NoiseEstimate(const RecordingFit& fit, measure::Measurement& measurement)
+    NoiseEstimate(const RecordingFit& fit, ObservedRecording& measurement)
         : fit_(fit), measurement_(measurement), noise_(relative_noise(measurement, fit.noise)) {
         noise_.resize(measurement.deflections.size(), 1.0);
         for (std::size_t at = 0; at < noise_.size(); ++at)
@@ -226,11 +226,11 @@ class NoiseEstimate {
     void write() {
         if (is_as_stated())
             return;
-        measurement_.noise_source =
+        model_.source =
             in_words(model_, tails_, typical_noise(fit_) * std::sqrt(variance_), fit_.noise_source);
         if (fit_.is_noise_known) { // else only the residuals tell its size
-            measurement_.noise_by_height = fit_.noise;
-            for (double& of_row : measurement_.noise_by_height)
+            model_.by_row = fit_.noise;
+            for (double& of_row : model_.by_row)
                 of_row *= std::sqrt(variance_);
         }
         model_.relative = relative_noise(measurement_, fit_.noise);
@@ -238,11 +238,11 @@ class NoiseEstimate {
             model_.relative.resize(measurement_.deflections.size(), 1.0);
             weigh_outliers();
         }
-        measurement_.noise_model = std::make_shared<const measure::NoiseModel>(std::move(model_));
+        measurement_.noise_model = std::make_shared<const NoiseModel>(std::move(model_));
     }
 
     const RecordingFit& fit_;
-    measure::Measurement& measurement_;
+    ObservedRecording& measurement_;
     std::vector<double> noise_; ///< (frames, rows), m
     std::size_t first_ = 0;
     Eigen::MatrixXd values_; ///< (frames, rows), residuals over the noise
@@ -251,7 +251,7 @@ class NoiseEstimate {
     Eigen::ArrayXd left_;    ///< FlexibleRest::left_of_noise
     std::vector<Eigen::Index> bins_;
     Tails tails_;
-    measure::NoiseModel model_;
+    NoiseModel model_;
     double variance_ = 1.0; ///< over the noise's, where no line is
     double degrees_ = 0.0;  ///< of freedom behind it
 };
@@ -263,31 +263,29 @@ bool is_near(double one, double other) {
 
 } // namespace
 
-bool has_same_noise(const measure::Measurement& one, const measure::Measurement& other) {
+bool has_same_noise(const ObservedRecording& one, const ObservedRecording& other) {
     if (!one.noise_model || !other.noise_model)
         return !one.noise_model && !other.noise_model;
     return is_near(one.noise_model->correlation, other.noise_model->correlation) &&
            is_near(one.noise_model->common_share, other.noise_model->common_share) &&
            one.noise_model->relative.empty() == other.noise_model->relative.empty() &&
-           std::ranges::equal(one.noise_by_height, other.noise_by_height,
+           std::ranges::equal(one.noise_model->by_row, other.noise_model->by_row,
                               [](double a, double b) { return is_near(a, b); });
 }
 
-measure::Measurement with_noise_in_motion(const RecordingFit& fit,
-                                          const measure::Measurement& measurement) {
-    measure::Measurement out = measurement;
+ObservedRecording with_noise_in_motion(const RecordingFit& fit,
+                                       const ObservedRecording& measurement) {
+    ObservedRecording out = measurement;
     const bool is_estimated = NoiseEstimate(fit, out).run();
     const double stated = is_estimated ? 0.0 : out.noise_correlation.value_or(0.0);
     if (out.noise_model || (out.reading_uncertainties.empty() && stated == 0.0))
         return out;
-    measure::NoiseModel model{stated, 0.0, relative_noise(out, fit.noise)};
-    out.noise_model = std::make_shared<const measure::NoiseModel>(std::move(model));
+    NoiseModel model{{}, fit.noise_source, stated, 0.0, relative_noise(out, fit.noise)};
     if (fit.is_noise_known)
-        out.noise_by_height = fit.noise;
-    out.noise_source = fit.noise_source;
+        model.by_row = fit.noise;
     if (stated > 0.0)
-        out.noise_source +=
-            fmt::format(", correlated by {:.2g} from frame to frame (stated)", stated);
+        model.source += fmt::format(", correlated by {:.2g} from frame to frame (stated)", stated);
+    out.noise_model = std::make_shared<const NoiseModel>(std::move(model));
     return out;
 }
 

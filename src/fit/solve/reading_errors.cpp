@@ -19,14 +19,12 @@
 namespace culm::fit {
 namespace {
 
-using measure::ReadingErrors;
-
 double finite(double derivative) {
     return std::isfinite(derivative) ? derivative : 0.0;
 }
 
 /// Recordings whose inputs have one name share the number behind it.
-std::string term_name(const StatedInput& input, const measure::Measurement& measurement) {
+std::string term_name(const StatedInput& input, const ObservedRecording& measurement) {
     if (input.is_of_rig)
         return fmt::format("{} of {}", input.name,
                            measurement.rig.empty() ? measurement.stem.id
@@ -47,7 +45,7 @@ StemModel exact_model(const RecordingFit& fit) {
 /// Derivatives of the predicted readings at all times of a recording, for one standard uncertainty.
 class InputErrors {
   public:
-    InputErrors(const RecordingFit& fit, const measure::Measurement& measurement,
+    InputErrors(const RecordingFit& fit, const ObservedRecording& measurement,
                 const std::vector<StatedInput>& inputs, const run::Heartbeat& heartbeat)
         : fit_(fit), measurement_(measurement), inputs_(inputs) {
         StemModel model = exact_model(fit);
@@ -170,7 +168,7 @@ class InputErrors {
     }
 
     const RecordingFit& fit_;
-    const measure::Measurement& measurement_;
+    const ObservedRecording& measurement_;
     const std::vector<StatedInput>& inputs_;
     ChainPrediction own_;              ///< by the fit's parameters, at all times
     ChainPrediction changed_;          ///< by the inputs that change the chain, and by the rows
@@ -192,7 +190,7 @@ struct FinerChain {
 
 /// Standard deviation of the frequency of a decaying mode, Hz (Montgomery & O'Donoghue 1999). What
 /// has decayed by e tells hardly more.
-double frequency_uncertainty(const RecordingFit& fit, const measure::NoiseModel* model,
+double frequency_uncertainty(const RecordingFit& fit, const NoiseModel* model,
                              const integrate::VibrationMode& mode, double amplitude) {
     const double recorded = fit.times.back();
     const double duration =
@@ -208,7 +206,7 @@ double frequency_uncertainty(const RecordingFit& fit, const measure::NoiseModel*
            (std::numbers::pi * amplitude * duration);
 }
 
-FinerChain finer_chain(const RecordingFit& fit, const measure::NoiseModel* noise_model) {
+FinerChain finer_chain(const RecordingFit& fit, const NoiseModel* noise_model) {
     FinerChain finer{exact_model(fit)};
     StemModel& model = finer.model;
     model.parameters.clear();
@@ -285,7 +283,7 @@ constexpr unsigned row_polynomials = 4;
 /// has its own polynomials of the predicted deflection, and all rows together have those of degree
 /// 2 and 3 (0 and 1 are the rest position and the scale), each with the stated uncertainty. The
 /// measured deflection would explain its own noise near the clamp, where the swing is small.
-void add_errors_of_place(const RecordingFit& fit, const measure::Measurement& measurement,
+void add_errors_of_place(const RecordingFit& fit, const ObservedRecording& measurement,
                          const run::Heartbeat& heartbeat, ReadingErrors& errors) {
     if (measurement.uncertainties.row.value_or(0.0) == 0.0)
         return;
@@ -314,10 +312,10 @@ void add_errors_of_place(const RecordingFit& fit, const measure::Measurement& me
 
 } // namespace
 
-std::vector<measure::Measurement>
-with_reading_errors(std::span<const measure::Measurement> recordings,
-                    std::span<const RecordingFit> fits, const run::Heartbeat& heartbeat) {
-    std::vector<measure::Measurement> out(recordings.begin(), recordings.end());
+std::vector<ObservedRecording> with_reading_errors(std::span<const ObservedRecording> recordings,
+                                                   std::span<const RecordingFit> fits,
+                                                   const run::Heartbeat& heartbeat) {
+    std::vector<ObservedRecording> out(recordings.begin(), recordings.end());
     std::optional<FinerChain> first;
     for (std::size_t m = 0; m < fits.size(); ++m) {
         if (!can_move(fits[m].model, recordings[m]))
@@ -352,10 +350,10 @@ with_reading_errors(std::span<const measure::Measurement> recordings,
     return out;
 }
 
-std::vector<measure::Measurement>
-with_inputs_as_stated(std::span<const measure::Measurement> recordings) {
-    std::vector<measure::Measurement> out(recordings.begin(), recordings.end());
-    for (measure::Measurement& recording : out) {
+std::vector<ObservedRecording>
+with_inputs_as_stated(std::span<const ObservedRecording> recordings) {
+    std::vector<ObservedRecording> out(recordings.begin(), recordings.end());
+    for (ObservedRecording& recording : out) {
         if (!recording.errors)
             continue;
         const ReadingErrors::Term& known = recording.errors->known;
@@ -368,10 +366,16 @@ with_inputs_as_stated(std::span<const measure::Measurement> recordings) {
     return out;
 }
 
-StemModel beside_errors(StemModel model, const measure::Measurement& measurement) {
+StemModel beside_errors(StemModel model, const ObservedRecording& measurement) {
     model.errors = measurement.errors;
     model.error_values.assign(model.errors ? model.errors->terms.size() : 0, 0.0);
     return model;
+}
+
+StemModel observed_model(const SelectedEffects& effects, const ObservedRecording& recording,
+                         const ChainOptions& options) {
+    return candidate_model(beside_errors(baseline_model(recording, options), recording), effects,
+                           recording);
 }
 
 } // namespace culm::fit

@@ -47,12 +47,11 @@ struct StatedInput {
 /// in time by Whittle's likelihood, and that of the rows. Each counts if noise without it shows as
 /// much in one recording of a thousand. Below 64 frames or 20 such frequencies the recording stays
 /// as it is.
-[[nodiscard]] measure::Measurement with_noise_in_motion(const RecordingFit& fit,
-                                                        const measure::Measurement& measurement);
+[[nodiscard]] ObservedRecording with_noise_in_motion(const RecordingFit& fit,
+                                                     const ObservedRecording& measurement);
 
 /// Is the noise in motion of two estimates for one recording the same, its size to 1 %?
-[[nodiscard]] bool has_same_noise(const measure::Measurement& one,
-                                  const measure::Measurement& other);
+[[nodiscard]] bool has_same_noise(const ObservedRecording& one, const ObservedRecording& other);
 
 /// The recordings with their noise in motion and the error terms of their readings, linearised
 /// about `fits` (without terms), one for each. The first terms are the stated inputs, in their
@@ -71,22 +70,27 @@ struct StatedInput {
 /// Each costs one run per recording. If recordings have terms already, the noise and the
 /// division are kept, and the rest is linearised anew. A recording without motion, or that cannot
 /// be computed with an input changed a little, has no terms.
-[[nodiscard]] std::vector<measure::Measurement>
-with_reading_errors(std::span<const measure::Measurement> recordings,
+[[nodiscard]] std::vector<ObservedRecording>
+with_reading_errors(std::span<const ObservedRecording> recordings,
                     std::span<const RecordingFit> fits, const run::Heartbeat& heartbeat = {});
 
 /// The terms of the release beside `others`; none where the readings of the first two periods need
 /// none: the departures together are as large in one release of a thousand that has none.
-[[nodiscard]] std::vector<measure::ReadingErrors::Term>
-release_errors(const RecordingFit& fit, const measure::Measurement& measurement,
-               const std::vector<measure::ReadingErrors::Term>& others);
+[[nodiscard]] std::vector<ReadingErrors::Term>
+release_errors(const RecordingFit& fit, const ObservedRecording& measurement,
+               const std::vector<ReadingErrors::Term>& others);
 
 /// The recordings without error terms: every input is as stated. What is known of the division of
 /// the chain remains.
-[[nodiscard]] std::vector<measure::Measurement>
-with_inputs_as_stated(std::span<const measure::Measurement> recordings);
+[[nodiscard]] std::vector<ObservedRecording>
+with_inputs_as_stated(std::span<const ObservedRecording> recordings);
 
 /// The model as one of the recording with its errors, each at its stated value.
-[[nodiscard]] StemModel beside_errors(StemModel model, const measure::Measurement& measurement);
+[[nodiscard]] StemModel beside_errors(StemModel model, const ObservedRecording& measurement);
+
+/// The published chain of the recording with these effects, beside_errors().
+[[nodiscard]] StemModel observed_model(const SelectedEffects& effects,
+                                       const ObservedRecording& recording,
+                                       const ChainOptions& options = {});
 
 } // namespace culm::fit

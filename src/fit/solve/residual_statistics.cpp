@@ -83,7 +83,7 @@ Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit) {
     return matrix;
 }
 
-Eigen::VectorXd whitened_term(const measure::ReadingErrors::Term& term, const RecordingFit& part,
+Eigen::VectorXd whitened_term(const ReadingErrors::Term& term, const RecordingFit& part,
                               const Eigen::MatrixXd& jacobian) {
     std::vector<double> values(part.residuals.size(), 0.0);
     if (!term.readings.empty())
@@ -179,13 +179,13 @@ std::vector<ResidualGroup> residuals_by_amplitude(const RecordingFit& fit,
 }
 
 double weighted_rms(std::span<const RecordingFit> parts,
-                    const std::vector<std::vector<double>>& weights) {
+                    const std::vector<std::vector<double>>& noise) {
     double sum = 0.0;
     std::size_t count = 0;
     std::vector<physics::ParameterId> errors;
     for (std::size_t m = 0; m < parts.size(); ++m) {
         RecordingFit part = parts[m];
-        part.noise = weights[m];
+        part.noise = noise[m];
         sum += whitened_residuals(part).squaredNorm();
         count += part.readings;
         // Error terms bring a residual each, once however many recordings share them.

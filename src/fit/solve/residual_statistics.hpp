@@ -21,7 +21,7 @@ namespace culm::fit {
 
 /// Change of the readings by one standard uncertainty of an error term, likewise,
 /// (frames · rows). `jacobian`: whitened_jacobian().
-[[nodiscard]] Eigen::VectorXd whitened_term(const measure::ReadingErrors::Term& term,
+[[nodiscard]] Eigen::VectorXd whitened_term(const ReadingErrors::Term& term,
                                             const RecordingFit& fit,
                                             const Eigen::MatrixXd& jacobian);
 
@@ -61,10 +61,10 @@ struct ResidualGroup {
                                                                 const std::vector<double>& envelope,
                                                                 std::size_t parts);
 
-/// Root mean square of residual over weight (a noise for every row of every part), as
+/// Root mean square of residual over noise (for every row of every part), as
 /// Fit::weighted_rms.
 [[nodiscard]] double weighted_rms(std::span<const RecordingFit> parts,
-                                  const std::vector<std::vector<double>>& weights);
+                                  const std::vector<std::vector<double>>& noise);
 
 /// Of the residuals of all parts, m.
 [[nodiscard]] double rms(std::span<const RecordingFit> parts);

@@ -16,7 +16,7 @@ constexpr double largest_error = 1e3;
 
 } // namespace
 
-ReadingResiduals::ReadingResiduals(const StemModel& model, const measure::Measurement& measurement,
+ReadingResiduals::ReadingResiduals(const StemModel& model, const ObservedRecording& measurement,
                                    const std::vector<double>& noise, double last_time,
                                    run::Heartbeat heartbeat)
     : model_(model), heartbeat_(std::move(heartbeat)) {

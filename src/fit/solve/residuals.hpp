@@ -2,10 +2,10 @@
 // The weighted residuals of one or several recordings as one least-squares problem.
 #pragma once
 
+#include "fit/model/observed_recording.hpp"
 #include "fit/model/prediction.hpp"
 #include "fit/model/reading_noise.hpp"
 #include "fit/solve/layout.hpp"
-#include "measure/folder/measurement.hpp"
 
 #include <cstddef>
 #include <optional>
@@ -29,7 +29,7 @@ class ReadingResiduals {
     };
 
     /// Frames up to `last_time`; `noise` per row, m. `model` must outlive this.
-    ReadingResiduals(const StemModel& model, const measure::Measurement& measurement,
+    ReadingResiduals(const StemModel& model, const ObservedRecording& measurement,
                      const std::vector<double>& noise, double last_time, run::Heartbeat heartbeat);
 
     [[nodiscard]] const std::vector<Place>& places() const { return places_; }

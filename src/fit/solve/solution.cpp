@@ -241,7 +241,7 @@ JointSolution solution_of(JointResiduals& residuals) {
 
 } // namespace
 
-JointProblem::JointProblem(std::span<const measure::Measurement> measurements,
+JointProblem::JointProblem(std::span<const ObservedRecording> measurements,
                            const JointLayout& layout, const std::vector<std::vector<double>>& noise,
                            const std::vector<bool>& is_held, const SolveOptions& options)
     : measurements_(measurements), layout_(layout), noise_(noise), is_held_(is_held),

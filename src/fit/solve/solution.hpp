@@ -82,7 +82,7 @@ enum class Purpose {
 class JointProblem {
   public:
     /// All must outlive this; `noise` (recordings)(rows), m; `is_held` (joint parameters).
-    JointProblem(std::span<const measure::Measurement> measurements, const JointLayout& layout,
+    JointProblem(std::span<const ObservedRecording> measurements, const JointLayout& layout,
                  const std::vector<std::vector<double>>& noise, const std::vector<bool>& is_held,
                  const SolveOptions& options);
 
@@ -92,7 +92,7 @@ class JointProblem {
                                       const std::vector<double>& last_times, Purpose purpose) const;
 
   private:
-    std::span<const measure::Measurement> measurements_;
+    std::span<const ObservedRecording> measurements_;
     const JointLayout& layout_;
     const std::vector<std::vector<double>>& noise_;
     const std::vector<bool>& is_held_;

@@ -9,7 +9,7 @@ namespace culm::fit {
 namespace {
 
 /// What the term of the fit stands for: a stated input, or a number of the model's own.
-StatedInput input_of(const measure::ReadingErrors::Term& term, std::vector<StatedInput>& inputs,
+StatedInput input_of(const ReadingErrors::Term& term, std::vector<StatedInput>& inputs,
                      std::size_t k) {
     if (k < inputs.size())
         return std::move(inputs[k]);
@@ -56,7 +56,7 @@ UncertaintyBudget uncertainty_budget(const RecordingFit& stated, const Recording
     std::vector<StatedInput> inputs = stated_inputs(measurement);
     std::vector<double> of_chain(count, 0.0);
     for (std::size_t k = 0; k < judged.model.error_values.size(); ++k) {
-        const measure::ReadingErrors::Term& term = judged.model.errors->terms[k];
+        const ReadingErrors::Term& term = judged.model.errors->terms[k];
         if (term.is_of_row)
             continue; // position errors of single rows are listed with the noise of the readings
         const bool is_stated = k < inputs.size();

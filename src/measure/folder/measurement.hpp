@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -101,29 +100,6 @@ struct StatedUncertainties {
 /// Heights of one measurement. Far beyond what a camera resolves: a bound for damaged files.
 inline constexpr std::size_t most_heights = 10000;
 
-/// How the errors of the readings are correlated, over the noise of their rows.
-struct NoiseModel {
-    double correlation = 0.0;  ///< of a row's errors in two frames: first-order autoregression
-    double common_share = 0.0; ///< correlation of two rows in one frame
-    /// Standard deviation of each reading over its row's noise, (times, rows); empty: 1.
-    std::vector<double> relative;
-};
-
-/// What the readings may be off by beside their noise, as far as a model of the stem tells it
-/// (fit/solve/reading_errors.hpp): linear in numbers of mean 0 and standard deviation 1.
-struct ReadingErrors {
-    struct Term {
-        std::string name;             ///< "length of S07"; terms of the same name are one number
-        std::vector<double> readings; ///< (times, heights), m; empty: none
-        double log_modulus = 0.0;     ///< change of ln Y of the chain, whose phases follow it
-        double log_damping = 0.0;     ///< likewise of ln β
-        bool is_of_row = false;       ///< one of those that every row has
-    };
-    std::vector<double> times; ///< s, of the readings
-    Term known;                ///< what is known of them; without a name
-    std::vector<Term> terms;
-};
-
 /// A measurement folder in memory; SI units, heights ascending.
 struct Measurement {
     MeasuredStem stem;
@@ -154,9 +130,6 @@ struct Measurement {
     std::vector<double> deflections; ///< (times, heights) row-major, m; NaN where nothing was seen
     /// Standard uncertainty of each reading, (times, heights), m; empty: that of its height counts.
     std::vector<double> reading_uncertainties;
-
-    std::shared_ptr<const NoiseModel> noise_model; ///< null: independent; not written to files
-    std::shared_ptr<const ReadingErrors> errors;   ///< null: not known; not written to files
 
     /// What the reader thinks a person should know, one sentence each; not written to files.
     std::vector<std::string> remarks;
