@@ -29,8 +29,6 @@ struct PixelRow {
 struct Path {
     double length = 0.0; ///< speed times exposure
     double bend = 0.0;   ///< half the acceleration times the exposure's square
-    double light = 0.0;  ///< by what share the stem is brighter, one pixel further on
-    double doubt = 0.0;  ///< standard uncertainty of length and bend; 0: they are known
 
     /// How far the axis comes.
     [[nodiscard]] double extent() const { return std::abs(length) + 0.25 * std::abs(bend); }
@@ -56,7 +54,7 @@ class StemProfile {
     };
     /// Mean over a stem that moves, at the distance from the mean of its axis. A stem that turns
     /// leaves more light at one end of its smear: taken for even, it would be read up to half a
-    /// pixel off in fast swings; and the brighter half of a smear weighs more.
+    /// pixel off in fast swings.
     [[nodiscard]] Point at(double distance, const Path& path) const;
     /// Distance to which pixels beside the stem tell of its background.
     [[nodiscard]] double beside() const { return 2.0 * reach_; }
@@ -64,7 +62,7 @@ class StemProfile {
   private:
     [[nodiscard]] double spline(double place) const;
     /// Mean over a part of the path at an even speed, which is seen from `low` to `high`.
-    [[nodiscard]] Point between(double distance, double low, double high, double light) const;
+    [[nodiscard]] Point between(double low, double high) const;
     [[nodiscard]] double in_table(const std::vector<double>& table, double distance) const;
 
     double reach_;
@@ -75,22 +73,19 @@ class StemProfile {
     std::vector<double> coefficients_;
     std::vector<double> values_;    ///< at even distances
     std::vector<double> integrals_; ///< from −reach
-    std::vector<double> moments_;   ///< of the distance, likewise
     std::size_t pixels_ = 0;
 };
 
 struct RowMatch {
     double axis = 0.0;
-    double variance = 0.0;   ///< of the axis, pixels², over the pixels' noise² in grey values²
-    double squares = 0.0;    ///< what is left, grey values²
-    double brightness = 1.0; ///< of the stem, over the profile's
+    double variance = 0.0; ///< of the axis, pixels², over the pixels' noise² in grey values²
+    double squares = 0.0;  ///< what is left, grey values²
 };
 
 /// Least squares for the axis, the stem's brightness and a straight line for the background's, from
-/// an axis that is good to half a pixel or so; a path that is in doubt is fitted too, as far as the
-/// smear says more of it. Empty if that leads away.
+/// an axis that is good to half a pixel or so. Empty if that leads away.
 [[nodiscard]] std::optional<RowMatch> match_row(const StemProfile& profile, const PixelRow& row,
-                                                double axis, const Path& assumed, double noise);
+                                                double axis, const Path& path, double noise);
 
 /// Grey values of a row where the stem is not.
 class GroundRow {

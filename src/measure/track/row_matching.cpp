@@ -13,7 +13,6 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Dense>
 #include <boost/math/tools/minima.hpp>
 
 namespace culm::measure {
@@ -41,12 +40,11 @@ class RowMatcher {
         find_ground();
         const std::vector<std::size_t> slow = slow_frames();
         const std::vector<BandImage> slow_rows = pictures(slow);
-        // The first pass knows the axis to a tenth of a pixel only, a profile to a hundredth.
+        // The first pass determines the axis to a tenth of a pixel, a profile to a hundredth.
         for (int k = 0; k < 2; ++k) {
             make_profiles(slow, slow_rows);
             match(slow, slow_rows);
         }
-        find_light(slow, slow_rows);
         make_profiles(slow, slow_rows);
         std::optional<double> seen;
         if (track_.settings.description.exposure)
@@ -174,7 +172,6 @@ class RowMatcher {
     struct Motion {
         double speed;
         double acceleration;
-        bool is_rough; ///< good to a half or so
     };
 
     /// From the two neighbours on either side. Without them, and where the release lies between
@@ -185,7 +182,7 @@ class RowMatcher {
         if (frame < held_) {
             const std::size_t earlier = frame - std::min<std::size_t>(frame, 2);
             const std::size_t later = frame + 2 < held_ ? frame + 2 : frame;
-            return {earlier == later ? 0.0 : slope(earlier, later, row), 0.0, false};
+            return {earlier == later ? 0.0 : slope(earlier, later, row), 0.0};
         }
         const std::size_t before = frame - std::min<std::size_t>(frame, 1);
         const std::size_t after = std::min(frame + 1, record.numbers.size() - 1);
@@ -195,12 +192,11 @@ class RowMatcher {
                 return record.at(frame - k, row) + record.at(frame + k, row);
             };
             return {(4.0 * near - slope(frame - 2, frame + 2, row)) / 3.0,
-                    (16.0 * sum(1) - sum(2) - 30.0 * record.at(frame, row)) / 12.0, false};
+                    (16.0 * sum(1) - sum(2) - 30.0 * record.at(frame, row)) / 12.0};
         }
         if (before == frame || after == frame)
-            return {near, 0.0, true};
-        return {near, record.at(after, row) - 2.0 * record.at(frame, row) + record.at(before, row),
-                true};
+            return {near, 0.0};
+        return {near, record.at(after, row) - 2.0 * record.at(frame, row) + record.at(before, row)};
     }
 
     [[nodiscard]] double slope(std::size_t begin, std::size_t end, std::size_t row) const {
@@ -279,51 +275,13 @@ class RowMatcher {
             known_.push_back(profile.close() ? 1 : 0);
     }
 
-    /// How the light changes across the picture, by the stem's brightness over its place: a slope
-    /// that is a straight line in the row, by least squares over all rows. One row alone tells it
-    /// badly where it moves little, or where the stem's tip leaves it as soon as it moves.
-    void find_light(const std::vector<std::size_t>& frames, const std::vector<BandImage>& rows) {
-        Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
-        Eigen::Vector2d right = Eigen::Vector2d::Zero();
-        for (std::size_t u = 0; u < used_.size(); ++u) {
-            std::vector<RowMatch> seen;
-            RowMatch mean{};
-            for (std::size_t i = 0; i < frames.size(); ++i)
-                if (const auto found = matched(frames[i], u, rows[i], 0.0)) {
-                    seen.push_back(*found);
-                    mean.axis += found->axis;
-                    mean.brightness += found->brightness;
-                }
-            if (seen.empty() || mean.brightness <= 0.0)
-                continue;
-            mean.axis /= static_cast<double>(seen.size());
-            mean.brightness /= static_cast<double>(seen.size());
-            const Eigen::Vector2d by(1.0, height_in_picture(u));
-            for (const RowMatch& each : seen) {
-                const double aside = each.axis - mean.axis;
-                normal += aside * aside * by * by.transpose();
-                right += aside * (each.brightness / mean.brightness - 1.0) * by;
-            }
-        }
-        const Eigen::Vector2d line = normal.ldlt().solve(right);
-        for (std::size_t u = 0; u < used_.size(); ++u)
-            light_.push_back(line.allFinite() ? line[0] + line[1] * height_in_picture(u) : 0.0);
-    }
-    /// Of a used row, over that of the picture's rows.
-    [[nodiscard]] double height_in_picture(std::size_t u) const {
-        return double(used_[u].row) / double(track_.rows.places.size()) - 0.5;
-    }
-
     [[nodiscard]] std::optional<RowMatch> matched(std::size_t frame, std::size_t u,
                                                   const BandImage& rows, double exposure) const {
         const double axis = track_.rows.at(frame, used_[u].row);
         Path path;
         if (exposure > 0.0) {
             const Motion of = motion(frame, used_[u].row);
-            path = {exposure * of.speed, 0.5 * exposure * exposure * of.acceleration,
-                    light_.empty() ? 0.0 : light_[u], 0.0};
-            if (of.is_rough)
-                path.doubt = 0.5 * path.extent();
+            path = {exposure * of.speed, 0.5 * exposure * exposure * of.acceleration};
         }
         if (std::isnan(axis) || std::isnan(path.length) || known_[used_[u].height] == 0)
             return std::nullopt;
@@ -380,7 +338,6 @@ class RowMatcher {
     std::vector<std::vector<float>> ground_; ///< (used rows, columns); empty: not known yet
     std::vector<StemProfile> profiles_;
     std::vector<char> known_;
-    std::vector<double> light_; ///< (used rows) Path::light; empty: not known yet
     const AxisRecord* speeds_of_ = &track_.rows;
     double exposure_ = 0.0; ///< frames
 };

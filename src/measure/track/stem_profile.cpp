@@ -87,13 +87,8 @@ bool StemProfile::close() {
     integrals_.assign(1, 0.0);
     for (double distance = -reach_; distance <= reach_; distance += table_step)
         values_.push_back(spline((distance + reach_) / spacing_));
-    moments_.assign(1, 0.0);
-    for (std::size_t k = 1; k < values_.size(); ++k) {
-        const double part = 0.5 * table_step * (values_[k - 1] + values_[k]);
-        integrals_.push_back(integrals_.back() + part);
-        moments_.push_back(moments_.back() +
-                           part * ((static_cast<double>(k) - 0.5) * table_step - reach_));
-    }
+    for (std::size_t k = 1; k < values_.size(); ++k)
+        integrals_.push_back(integrals_.back() + 0.5 * table_step * (values_[k - 1] + values_[k]));
     return true;
 }
 
@@ -113,16 +108,12 @@ double StemProfile::in_table(const std::vector<double>& table, double distance) 
     return table[below] + (place - static_cast<double>(below)) * (table[below + 1] - table[below]);
 }
 
-StemProfile::Point StemProfile::between(double distance, double low, double high,
-                                        double light) const {
+StemProfile::Point StemProfile::between(double low, double high) const {
     const double more = std::max(0.0, 0.5 * (least_smear - (high - low)));
     low -= more;
     high += more;
     const double width = high - low;
-    const double sum = in_table(integrals_, high) - in_table(integrals_, low);
-    const double moment = in_table(moments_, high) - in_table(moments_, low);
-    // The profile is that of a stem at rest: where the axis was further on, so was the light.
-    return {(sum + light * (distance * sum - moment)) / width,
+    return {(in_table(integrals_, high) - in_table(integrals_, low)) / width,
             (in_table(values_, high) - in_table(values_, low)) / width};
 }
 
@@ -130,7 +121,7 @@ StemProfile::Point StemProfile::at(double distance, const Path& path) const {
     constexpr double straight = 0.02; // pixels
     if (std::abs(path.bend) < straight) {
         const double half = 0.5 * std::abs(path.length);
-        return between(distance, distance - half, distance + half, path.light);
+        return between(distance - half, distance + half);
     }
     constexpr int parts = 4; // each at an even speed
     std::array<double, parts + 1> places;
@@ -144,7 +135,7 @@ StemProfile::Point StemProfile::at(double distance, const Path& path) const {
     for (std::size_t k = 0; k < parts; ++k) {
         const double near = std::min(places[k], places[k + 1]) - mean;
         const double far = std::max(places[k], places[k + 1]) - mean;
-        const Point part = between(distance, distance - far, distance - near, path.light);
+        const Point part = between(distance - far, distance - near);
         sum.value += part.value / parts;
         sum.slope += part.slope / parts;
     }
@@ -153,34 +144,19 @@ StemProfile::Point StemProfile::at(double distance, const Path& path) const {
 
 namespace {
 
-// The axis, the stem's brightness, the background's and its slope; the path's length and bend.
-using Values = Eigen::Matrix<double, 6, 1>;
-using Normal = Eigen::Matrix<double, 6, 6>;
-constexpr int of_path = 4;
+// The axis, the stem's brightness, the background's and its slope.
+using Values = Eigen::Vector4d;
 
-/// What a pixel shows, by each value; `path` is that of the values.
+/// Derivatives of what a pixel shows by each value.
 Values derivatives(const StemProfile& profile, const Values& values, const Path& path,
                    double distance, double from_start) {
-    constexpr double step = 0.05; // pixels
     const StemProfile::Point point = profile.at(distance, path);
-    Values by;
-    by << -values[1] * point.slope, point.value, 1.0, from_start, 0.0, 0.0;
-    if (!(path.doubt > 0.0))
-        return by;
-    for (const int k : {0, 1}) {
-        const auto at = [&](double change) {
-            Path other = path;
-            (k == 0 ? other.length : other.bend) += change;
-            return profile.at(distance, other).value;
-        };
-        by[of_path + k] = values[1] * (at(step) - at(-step)) / (2.0 * step);
-    }
-    return by;
+    return {-values[1] * point.slope, point.value, 1.0, from_start};
 }
 
 /// Normal equations of a step from `values`.
 struct Equations {
-    Normal normal = Normal::Zero();
+    Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
     Values right = Values::Zero();
     double squares = 0.0;
 };
@@ -188,28 +164,19 @@ struct Equations {
 } // namespace
 
 std::optional<RowMatch> match_row(const StemProfile& profile, const PixelRow& row, double axis,
-                                  const Path& assumed, double noise) {
+                                  const Path& path, double noise) {
     constexpr int most_iterations = 20;
     constexpr double close = 1e-4; // pixels
-    const Pixels around = row.within(axis, profile.beside() + 0.5 * assumed.extent());
-    Values values;
-    values << axis, 1.0, 0.0, 0.0, assumed.length, assumed.bend;
-    Path path = assumed;
+    const Pixels around = row.within(axis, profile.beside() + 0.5 * path.extent());
+    Values values(axis, 1.0, 0.0, 0.0);
     RowMatch found;
     for (int k = 0; k < most_iterations; ++k) {
         Equations of;
-        path.length = values[of_path];
-        path.bend = values[of_path + 1];
-        // What is known is held by any weight: it has no derivatives.
-        const double held = assumed.doubt > 0.0 ? std::pow(noise / assumed.doubt, 2) : 1.0;
-        of.normal.bottomRightCorner<2, 2>().diagonal().setConstant(held);
-        of.right.tail<2>() =
-            held * Eigen::Vector2d(assumed.length - path.length, assumed.bend - path.bend);
         for (int c = around.begin; c < around.end; ++c) {
             if (!row.counts(c))
                 continue;
             const Values by = derivatives(profile, values, path, c - values[0], c - axis);
-            const double left = row.values[c] - values.segment<3>(1).dot(by.segment<3>(1));
+            const double left = row.values[c] - values.tail<3>().dot(by.tail<3>());
             const double weight =
                 k < 3 ? 1.0 : std::min(1.0, largest_noise * noise / std::abs(left));
             of.normal.noalias() += weight * by * by.transpose();
@@ -223,11 +190,9 @@ std::optional<RowMatch> match_row(const StemProfile& profile, const PixelRow& ro
         found.variance = solver.solve(Values::UnitX())[0];
         found.squares = of.squares - step.dot(of.right);
         values += step;
-        for (const int place : {0, of_path, of_path + 1})
-            values[place] -= step[place] - std::clamp(step[place], -1.0, 1.0);
+        values[0] -= step[0] - std::clamp(step[0], -1.0, 1.0);
         found.axis = values[0];
-        found.brightness = values[1];
-        if (!(values[1] > 0.2) || std::abs(found.axis - axis) > 1.0 + 0.3 * assumed.extent())
+        if (!(values[1] > 0.2) || std::abs(found.axis - axis) > 1.0 + 0.3 * path.extent())
             return std::nullopt;
         if (k > 3 && std::abs(step[0]) < close)
             return found.variance > 0.0 ? std::optional(found) : std::nullopt;
