@@ -16,8 +16,8 @@ namespace culm::fit {
 struct NoiseModel {
     std::vector<double> by_row; ///< standard deviation, m; empty: only the residuals of a fit tell
     std::string source;         ///< in words
-    double correlation = 0.0;  ///< of a row's errors in two frames: first-order autoregression
-    double common_share = 0.0; ///< correlation of two rows in one frame
+    double correlation = 0.0;   ///< of a row's errors in two frames: first-order autoregression
+    double common_share = 0.0;  ///< correlation of two rows in one frame
     /// Standard deviation of each reading over its row's noise, (times, rows); empty: 1.
     std::vector<double> relative;
 };

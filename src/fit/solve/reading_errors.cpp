@@ -2,6 +2,7 @@
 #include "fit/solve/reading_errors.hpp"
 
 #include "core/error.hpp"
+#include "fit/solve/residual_statistics.hpp"
 #include "fit/start/starts.hpp"
 #include "run/modes.hpp"
 
@@ -47,7 +48,7 @@ class InputErrors {
   public:
     InputErrors(const RecordingFit& fit, const ObservedRecording& measurement,
                 const std::vector<StatedInput>& inputs, const run::Heartbeat& heartbeat)
-        : fit_(fit), measurement_(measurement), inputs_(inputs) {
+        : fit_(fit), measurement_(measurement), inputs_(inputs), jacobian_(whitened_jacobian(fit)) {
         StemModel model = exact_model(fit);
         // A fit of all times has the derivatives by its own parameters at hand.
         own_ = !fit.model.errors && fit.times == measurement.times
@@ -69,26 +70,22 @@ class InputErrors {
 
     /// (inputs)
     [[nodiscard]] std::vector<ReadingErrors::Term> terms() const {
-        const Eigen::MatrixXd follow = compensation();
         std::vector<ReadingErrors::Term> terms;
         for (std::size_t k = 0; k < inputs_.size(); ++k) {
             ReadingErrors::Term& term = terms.emplace_back();
             term.name = term_name(inputs_[k], measurement_);
-            std::vector<std::pair<std::size_t, double>> taken;
+            for (std::size_t at = 0; at < own_.readings.size(); ++at)
+                term.readings.push_back(derivative(at, k));
+            const Eigen::VectorXd follow = compensation(term);
             for (std::size_t p = 0; p < fit_.model.parameters.size(); ++p) {
                 const physics::ParameterId& id = fit_.model.parameters[p].access.id;
                 if (id != physics::bond_youngs_modulus && id != physics::bond_damping)
                     continue;
-                taken.emplace_back(
-                    p, follow(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k)));
+                const double change = follow(static_cast<Eigen::Index>(p));
                 (id == physics::bond_damping ? term.log_damping : term.log_modulus) =
-                    taken.back().second / fit_.model.value(p);
-            }
-            for (std::size_t at = 0; at < own_.readings.size(); ++at) {
-                double rest = derivative(at, k);
-                for (const auto& [p, change] : taken)
-                    rest -= change * by_own(at, p);
-                term.readings.push_back(rest);
+                    change / fit_.model.value(p);
+                for (std::size_t at = 0; at < own_.readings.size(); ++at)
+                    term.readings[at] -= change * by_own(at, p);
             }
         }
         return terms;
@@ -144,32 +141,16 @@ class InputErrors {
         return 0.0;
     }
 
-    /// (parameters of the fit, inputs): change of the parameters that does most nearly to the
-    /// readings what one standard uncertainty of an input does.
-    [[nodiscard]] Eigen::MatrixXd compensation() const {
-        const std::size_t count = fit_.prediction.parameters;
-        Eigen::MatrixXd products = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(count),
-                                                         static_cast<Eigen::Index>(inputs_.size()));
-        for (std::size_t at = 0; at < fit_.residuals.size(); ++at) {
-            if (std::isnan(fit_.residuals[at]))
-                continue;
-            const double weight = std::pow(fit_.noise[at % fit_.prediction.rows], -2);
-            for (std::size_t k = 0; k < inputs_.size(); ++k) {
-                const double change = derivative(at, k);
-                for (std::size_t p = 0; p < count; ++p)
-                    products(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k)) +=
-                        weight * change * finite(fit_.prediction.jacobian[at * count + p]);
-            }
-        }
-        // The fit's covariance is (JᵀWJ)⁻¹ times its reduced χ² where that is above 1. What the
-        // readings do not tell does not follow an input.
-        return fit_.covariance.unaryExpr(&finite) / std::max(1.0, fit_.reduced_chi_squared) *
-               products;
+    /// (parameters of the fit): the change of the parameters that resembles the term most.
+    [[nodiscard]] Eigen::VectorXd compensation(const ReadingErrors::Term& term) const {
+        return linear_step(jacobian_, whitened_term(term, fit_, jacobian_), jacobian_.cols(), 0)
+            .change;
     }
 
     const RecordingFit& fit_;
     const ObservedRecording& measurement_;
     const std::vector<StatedInput>& inputs_;
+    Eigen::MatrixXd jacobian_;         ///< whitened_jacobian() of the fit
     ChainPrediction own_;              ///< by the fit's parameters, at all times
     ChainPrediction changed_;          ///< by the inputs that change the chain, and by the rows
     std::vector<std::size_t> columns_; ///< (inputs) of changed_, of those
