@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "fit/solve/reading_errors.hpp"
+#include "fit/solve/residual_statistics.hpp"
 
 #include <cmath>
 

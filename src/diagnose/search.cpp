@@ -161,7 +161,7 @@ class Search {
         const bool is_done =
             state.finding() == Finding::Adequate &&
             (added(state) > 0 || !promises_significant_gain(state.scores, state.model, policy_));
-        return is_full || is_done ? Advance{std::move(state)} : step(std::move(state));
+        return is_full || is_done ? Advance{std::move(state)} : step(state);
     }
 
     /// Tries the promising candidates, then all others, then pairs of the best.

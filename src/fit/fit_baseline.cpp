@@ -140,25 +140,25 @@ BaselineFit fit_baseline(std::span<const measure::Measurement> measurements,
     const std::vector<ObservedRecording> recordings = observed(measurements);
     BaselineFit out{recordings, {}, {}};
     std::vector<RecordingFit> alone;
+    const bool is_one = recordings.size() == 1;
     std::optional<Fit> exact;
     int runs = 0;
     for (const ObservedRecording& recording : recordings) {
         Fit own = fit_model({}, {}, {&recording, 1}, options);
         runs += own.runs;
         if (own.failed() || !own.moves()) {
-            out.stated =
-                recordings.size() > 1 ? fit_model({}, {}, recordings, options) : std::move(own);
+            out.stated = is_one ? std::move(own) : fit_model({}, {}, recordings, options);
             out.fit = out.stated;
             return out;
         }
         alone.push_back(own.parts.front());
-        if (recordings.size() == 1)
+        if (is_one)
             exact = std::move(own);
     }
     std::vector<ObservedRecording> known =
         with_reading_errors(recordings, alone, options.heartbeat);
     out = fit_chain_to(std::move(known), std::move(alone), std::move(exact), options);
-    out.fit.runs += exact ? 0 : runs;
+    out.fit.runs += is_one ? 0 : runs;
     return out;
 }
 

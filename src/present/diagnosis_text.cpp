@@ -79,7 +79,8 @@ std::string consequence_sentence(const DiagnosisReport& report) {
     const double modulus = bias_of(report, &physics::StemParameters<double>::bond_youngs_modulus);
     const double damping = bias_of(report, &physics::StemParameters<double>::bond_damping);
     // With known effects the first model is not the baseline, whose numbers these are.
-    if (first.names.size() == 1 && std::isfinite(modulus) && std::isfinite(damping))
+    if (first.names.size() == 1 && first.moves() && std::isfinite(modulus) &&
+        std::isfinite(damping))
         text += fmt::format(" Without {} the calibrated Y is off by {} and beta by {}.",
                             report.found.effects.size() == 1 ? "it" : "them", percent_text(modulus),
                             percent_text(damping));

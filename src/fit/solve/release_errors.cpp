@@ -131,6 +131,7 @@ std::vector<Term> release_errors(const RecordingFit& fit, const ObservedRecordin
     // hand that holds it a tenth of its length lower changes that of the second by half. Departures
     // that are larger are no release.
     std::vector<double> sizes;
+    sizes.reserve(modes.size());
     for (const run::ShapedMode& shaped : modes)
         sizes.push_back(
             std::min(scale, largest_share * pull *

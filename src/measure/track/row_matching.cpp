@@ -111,6 +111,7 @@ class RowMatcher {
                                   profile_reach() + std::abs(motion(some[i], used_[u].row).speed));
         }
         std::vector<std::vector<float>> mean;
+        mean.reserve(ground.size());
         for (const GroundRow& row : ground)
             mean.push_back(row.mean(std::pow(track_.survey.noise, 2)));
         return mean;
@@ -159,6 +160,7 @@ class RowMatcher {
     }
     [[nodiscard]] std::vector<BandImage> pictures(const std::vector<std::size_t>& frames) const {
         std::vector<std::size_t> indices;
+        indices.reserve(frames.size());
         for (const std::size_t frame : frames)
             indices.push_back(wanted_[frame]);
         std::vector<BandImage> rows(frames.size());

@@ -11,12 +11,8 @@ namespace culm::measure {
 
 namespace {
 
-// pixels: two standard deviations of a strong blur
-// Closer knots follow the noise, and the axis in the frames that the profile is made of follows
-// them.
-constexpr double closest_knots = 0.5; // pixels
-// pixels
-constexpr double table_step = 1.0 / 16.0;
+constexpr double closest_knots = 0.5;     // pixels; closer ones would follow the noise
+constexpr double table_step = 1.0 / 16.0; // pixels
 constexpr double least_smear = 2.0 * table_step;
 constexpr double largest_noise = 4.0; // standard deviations; beyond it a pixel is dust (Huber)
 
@@ -85,8 +81,8 @@ bool StemProfile::close() {
     coefficients_.assign(solution.begin(), solution.end());
     values_.clear();
     integrals_.assign(1, 0.0);
-    for (double distance = -reach_; distance <= reach_; distance += table_step)
-        values_.push_back(spline((distance + reach_) / spacing_));
+    for (std::size_t k = 0; static_cast<double>(k) * table_step <= 2.0 * reach_; ++k)
+        values_.push_back(spline(static_cast<double>(k) * table_step / spacing_));
     for (std::size_t k = 1; k < values_.size(); ++k)
         integrals_.push_back(integrals_.back() + 0.5 * table_step * (values_[k - 1] + values_[k]));
     return true;
@@ -154,13 +150,6 @@ Values derivatives(const StemProfile& profile, const Values& values, const Path&
     return {-values[1] * point.slope, point.value, 1.0, from_start};
 }
 
-/// Normal equations of a step from `values`.
-struct Equations {
-    Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
-    Values right = Values::Zero();
-    double squares = 0.0;
-};
-
 } // namespace
 
 std::optional<RowMatch> match_row(const StemProfile& profile, const PixelRow& row, double axis,
@@ -171,7 +160,9 @@ std::optional<RowMatch> match_row(const StemProfile& profile, const PixelRow& ro
     Values values(axis, 1.0, 0.0, 0.0);
     RowMatch found;
     for (int k = 0; k < most_iterations; ++k) {
-        Equations of;
+        Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+        Values right = Values::Zero();
+        double squares = 0.0;
         for (int c = around.begin; c < around.end; ++c) {
             if (!row.counts(c))
                 continue;
@@ -179,16 +170,16 @@ std::optional<RowMatch> match_row(const StemProfile& profile, const PixelRow& ro
             const double left = row.values[c] - values.tail<3>().dot(by.tail<3>());
             const double weight =
                 k < 3 ? 1.0 : std::min(1.0, largest_noise * noise / std::abs(left));
-            of.normal.noalias() += weight * by * by.transpose();
-            of.right += weight * left * by;
-            of.squares += weight * left * left;
+            normal.noalias() += weight * by * by.transpose();
+            right += weight * left * by;
+            squares += weight * left * left;
         }
-        const auto solver = of.normal.ldlt();
-        const Values step = solver.solve(of.right);
-        if (!step.allFinite() || !(of.normal.diagonal().minCoeff() > 0.0))
+        const auto solver = normal.ldlt();
+        const Values step = solver.solve(right);
+        if (!step.allFinite() || !(normal.diagonal().minCoeff() > 0.0))
             return std::nullopt;
         found.variance = solver.solve(Values::UnitX())[0];
-        found.squares = of.squares - step.dot(of.right);
+        found.squares = squares - step.dot(right);
         values += step;
         values[0] -= step[0] - std::clamp(step[0], -1.0, 1.0);
         found.axis = values[0];
