@@ -12,13 +12,13 @@
 // that processes can share the cases.
 #include "bench/diagnosis_summary.hpp"
 #include "bench/reading_noise.hpp"
+#include "bench/result_file.hpp"
 #include "diagnose/diagnosis.hpp"
 #include "fit/solve/reading_errors.hpp"
 #include "tests/beam_generator/random_case.hpp"
 
 #include <chrono>
 #include <cstdlib>
-#include <fstream>
 #include <map>
 #include <random>
 #include <string>
@@ -109,7 +109,7 @@ std::vector<measure::Measurement> recordings_of(const std::string& family, std::
 
 json case_of(const std::string& family, std::uint64_t number, int spheres) {
     const std::vector<measure::Measurement> recordings = recordings_of(family, number, spheres);
-    json out{{"number", number}, {"family", family}, {"spheres", spheres}};
+    json out;
     diagnose::DiagnosisOptions options;
     options.null_draws = 0;
     const auto start = std::chrono::steady_clock::now();
@@ -121,10 +121,14 @@ json case_of(const std::string& family, std::uint64_t number, int spheres) {
     }
     out["seconds"] =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    fmt::print("{} {}: {} | {} | {}\n", family, number, out["answer"].get<std::string>(),
-               out.value("tests", ""), out.value("noise", ""));
-    std::fflush(stdout);
     return out;
+}
+
+void print(const json& each) {
+    fmt::print("{} {}: {} | {} | {}\n", each["family"].get<std::string>(),
+               each["number"].get<std::uint64_t>(), each["answer"].get<std::string>(),
+               each.value("tests", ""), each.value("noise", ""));
+    std::fflush(stdout);
 }
 
 } // namespace
@@ -137,14 +141,16 @@ int main(int argc, char** argv) {
     const std::uint64_t first = std::strtoull(argv[2], nullptr, 10);
     const std::uint64_t count = std::strtoull(argv[3], nullptr, 10);
     const int spheres = argc > 5 ? std::atoi(argv[5]) : 56;
-    json cases = json::array();
+    bench::ResultFile results(argv[4]);
+    results.add(
+        bench::numbered(first, count, {{"family", argv[1]}, {"spheres", spheres}}),
+        [&](const json& key) { return case_of(key["family"], key["number"], key["spheres"]); },
+        print);
     std::map<std::string, int> answers;
-    for (std::uint64_t number = first; number < first + count; ++number) {
-        cases.push_back(case_of(argv[1], number, spheres));
-        ++answers[cases.back()["answer"].get<std::string>()];
-    }
+    for (const json& each : results.cases())
+        if (each["family"] == argv[1])
+            ++answers[each["answer"].get<std::string>()];
     for (const auto& [answer, times] : answers)
         fmt::print("{}: {}\n", answer, times);
-    std::ofstream(argv[4]) << json{{"family", argv[1]}, {"cases", cases}} << '\n';
     return 0;
 }

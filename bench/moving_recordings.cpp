@@ -21,6 +21,7 @@
 // Writes every case as JSON, prints a line for each, then how often both agree. A case follows from
 // its number alone, so that processes can share the cases.
 #include "bench/diagnosis_summary.hpp"
+#include "bench/result_file.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/model/stem_chain.hpp"
 #include "fit/solve/uncertainty_budget.hpp"
@@ -32,7 +33,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <random>
@@ -298,12 +298,10 @@ int main(int argc, char** argv) {
     }
     const std::uint64_t first = std::strtoull(argv[1], nullptr, 10);
     const std::uint64_t count = std::strtoull(argv[2], nullptr, 10);
-    json cases = json::array();
-    for (std::uint64_t number = first; number < first + count; ++number) {
-        cases.push_back(case_of(number));
-        print(cases.back());
-    }
-    print_agreement(cases);
-    std::ofstream(argv[3]) << json{{"cases", cases}} << '\n';
+    bench::ResultFile results(argv[3]);
+    results.add(
+        bench::numbered(first, count), [](const json& key) { return case_of(key["number"]); },
+        print);
+    print_agreement(results.cases());
     return 0;
 }

@@ -2,28 +2,34 @@
 // What the noise model does to verdicts and intervals: 40 fixed recordings of the beam generator,
 // five truths with each of eight laws of noise.
 //
-//   bench_noise_rules
+//   bench_noise_rules FILE
 //
-// Prints one line per recording and one summary. Each recording is fitted with the published chain
-// and, if an effect is hidden in it, with that effect, as `culm compare --with` does. Run it before
-// and after a change of the noise model (docs/uncertainty.md has the table of removals).
+// Adds the cases to FILE, prints one line per recording and one summary. Each recording is fitted
+// with the published chain and, if an effect is hidden in it, with that effect, as `culm compare
+// --with` does. Run it before and after a change of the noise model (docs/uncertainty.md has the
+// table of removals).
 #include "bench/reading_noise.hpp"
+#include "bench/result_file.hpp"
 #include "diagnose/adequacy.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/model/stem_chain.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "tests/beam_generator/recording.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <fmt/core.h>
+#include <nlohmann/json.hpp>
 
 namespace {
 
 using namespace culm;
+using nlohmann::json;
 
 constexpr double size = 0.04e-3; // m, of the noise
 constexpr int spheres = 20;
@@ -57,78 +63,106 @@ measure::Measurement recorded(const HiddenTruth& truth, const std::string& famil
     return measurement;
 }
 
-struct Sums {
-    int nulls = 0, adequate_nulls = 0;
-    int effects = 0, adequate_effects = 0, refused_chains = 0;
-    double modulus = 0.0, damping = 0.0; ///< of (error/standard error)²
-};
-
 /// Error of a number over its standard error.
 double score(const fit::RecordingFit& fit, const physics::ParameterId& id, double truth) {
     const fit::FittedParameter& found = *fit.find(id);
     return (found.value - truth) / found.standard_error;
 }
 
-diagnose::Finding finding(const fit::ModelFit& model, const measure::Measurement& recording) {
-    return diagnose::verdict_on(model.judged, {&recording, 1}).finding;
+bool is_found(const fit::NestedFits& fits, const fit::ModelFit& model, diagnose::Finding finding) {
+    return diagnose::verdict_on(model.judged, fits.recordings).finding == finding;
 }
 
-void judge(const HiddenTruth& truth, const std::string& family, std::uint64_t number, Sums& sums) {
+json case_of(const HiddenTruth& truth, const std::string& family, std::uint64_t number) {
     const measure::Measurement recording = recorded(truth, family, number);
     std::vector<fit::SelectedEffects> sets;
     if (*truth.effect != '\0')
         sets.push_back(physics::parse_effects(truth.effect, {}));
     const fit::NestedFits fits = fit::fit_nested({&recording, 1}, sets);
     const fit::ModelFit& right = fits.models.back();
-    if (right.judged.failed() || right.stated.failed()) {
-        fmt::print("{:<22} {:<12} failed: {}\n", truth.effect, family, right.judged.reason);
-        return;
-    }
-    const bool is_adequate = finding(right, recording) == diagnose::Finding::Adequate;
+    if (right.judged.failed() || right.stated.failed())
+        return {{"failure", right.judged.reason}};
     const fit::RecordingFit& part = right.stated.parts.front();
     const beam::BeamStem stem;
     run::CaseSpec unit = fit::chain_of(recording).spec;
     unit.stem.bond_youngs_modulus = stem.youngs_modulus;
     unit.stem.bond_damping = 1.0;
-    const double modulus = score(part, physics::bond_youngs_modulus, stem.youngs_modulus);
-    const double damping =
-        score(part, physics::bond_damping, stem.damping_time / fit::damping_time(unit));
-    sums.modulus += modulus * modulus;
-    sums.damping += damping * damping;
-    std::string chain;
-    if (sets.empty()) {
-        ++sums.nulls;
-        sums.adequate_nulls += is_adequate ? 1 : 0;
-    } else {
-        ++sums.effects;
-        sums.adequate_effects += is_adequate ? 1 : 0;
-        const bool is_refused =
-            finding(fits.models.front(), recording) == diagnose::Finding::Inadequate;
-        sums.refused_chains += is_refused ? 1 : 0;
-        chain = is_refused ? "chain inadequate" : "chain adequate";
+    return {
+        {"is_adequate", is_found(fits, right, diagnose::Finding::Adequate)},
+        {"is_chain_inadequate", is_found(fits, fits.models.front(), diagnose::Finding::Inadequate)},
+        {"reduced_chi2", right.judged.reduced_chi_squared},
+        {"over_noise", fit::over_noise(part)},
+        {"error_of_youngs_modulus", score(part, physics::bond_youngs_modulus, stem.youngs_modulus)},
+        {"error_of_damping",
+         score(part, physics::bond_damping, stem.damping_time / fit::damping_time(unit))},
+        {"noise", part.noise_source}};
+}
+
+void print(const json& each) {
+    fmt::print(
+        "{:<22} {:<12} {}\n", each["effect"].get<std::string>(), each["family"].get<std::string>(),
+        each.contains("failure")
+            ? "failed: " + each["failure"].get<std::string>()
+            : fmt::format(
+                  "{:<10} {:<16} red. chi2 {:.3f} /noise {:.2f} Y {:+.1f} beta "
+                  "{:+.1f}  {}",
+                  each["is_adequate"].get<bool>() ? "adequate" : "inadequate",
+                  each["is_chain_inadequate"].get<bool>() ? "chain inadequate" : "chain adequate",
+                  each["reduced_chi2"].get<double>(), each["over_noise"].get<double>(),
+                  each["error_of_youngs_modulus"].get<double>(),
+                  each["error_of_damping"].get<double>(), each["noise"].get<std::string>()));
+    std::fflush(stdout);
+}
+
+void print_summary(const json& cases) {
+    std::map<std::string, int> counts;
+    double modulus = 0.0;
+    double damping = 0.0;
+    int fitted = 0;
+    for (const json& each : cases) {
+        const bool is_null = each["effect"].get<std::string>().empty();
+        ++counts[is_null ? "null" : "effect"];
+        if (each.contains("failure"))
+            continue;
+        ++fitted;
+        counts[is_null ? "null adequate" : "effect adequate"] += each["is_adequate"] ? 1 : 0;
+        counts["refused"] += !is_null && each["is_chain_inadequate"] ? 1 : 0;
+        modulus += std::pow(each["error_of_youngs_modulus"].get<double>(), 2);
+        damping += std::pow(each["error_of_damping"].get<double>(), 2);
     }
-    fmt::print("{:<22} {:<12} {:<10} {:<16} red. chi2 {:.3f} /noise {:.2f} Y {:+.1f} beta {:+.1f}"
-               "  {}\n",
-               sets.empty() ? "-" : truth.effect, family, is_adequate ? "adequate" : "inadequate",
-               chain, right.judged.reduced_chi_squared, fit::over_noise(part), modulus, damping,
-               part.noise_source);
+    fmt::print(
+        "adequate: {} of {} without an effect, {} of {} with their effect; chain inadequate "
+        "without the effect: {} of {}; rms error over standard error: Y {:.2f}, beta {:.2f}\n",
+        counts["null adequate"], counts["null"], counts["effect adequate"], counts["effect"],
+        counts["refused"], counts["effect"], std::sqrt(modulus / fitted),
+        std::sqrt(damping / fitted));
 }
 
 } // namespace
 
-int main() {
-    Sums sums;
-    std::uint64_t number = 0;
-    for (const HiddenTruth& truth : truths(beam::BeamStem{})) {
-        judge(truth, "white", ++number, sums);
-        for (const std::string_view family : bench::noise_families)
-            judge(truth, std::string(family), ++number, sums);
+int main(int argc, char** argv) {
+    if (argc != 2) {
+        fmt::print(stderr, "usage: bench_noise_rules FILE\n");
+        return 2;
     }
-    const double count = sums.nulls + sums.effects;
-    fmt::print(
-        "adequate: {} of {} without an effect, {} of {} with their effect; chain inadequate "
-        "without the effect: {} of {}; rms error over standard error: Y {:.2f}, beta {:.2f}\n",
-        sums.adequate_nulls, sums.nulls, sums.adequate_effects, sums.effects, sums.refused_chains,
-        sums.effects, std::sqrt(sums.modulus / count), std::sqrt(sums.damping / count));
+    const std::vector<HiddenTruth> hidden = truths(beam::BeamStem{});
+    std::vector<std::string> families{"white"};
+    families.insert(families.end(), bench::noise_families.begin(), bench::noise_families.end());
+    std::vector<json> keys;
+    for (const HiddenTruth& truth : hidden)
+        for (const std::string& family : families)
+            keys.push_back(
+                {{"effect", truth.effect}, {"family", family}, {"number", keys.size() + 1}});
+    bench::ResultFile results(argv[1]);
+    results.add(
+        keys,
+        [&](const json& key) {
+            const auto truth = std::ranges::find_if(hidden, [&](const HiddenTruth& each) {
+                return each.effect == key["effect"].get<std::string>();
+            });
+            return case_of(*truth, key["family"], key["number"]);
+        },
+        print);
+    print_summary(results.cases());
     return 0;
 }

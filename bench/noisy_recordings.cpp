@@ -13,6 +13,7 @@
 #include "bench/diagnosis_score.hpp"
 #include "bench/diagnosis_summary.hpp"
 #include "bench/reading_noise.hpp"
+#include "bench/result_file.hpp"
 #include "core/error.hpp"
 #include "measure/folder/measurement_folder.hpp"
 
@@ -22,7 +23,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <map>
 #include <random>
 #include <span>
@@ -98,10 +98,7 @@ json case_of(const measure::Measurement& recording, const std::string& folder,
              const std::string& family, std::uint64_t seed) {
     const beam::RandomCase truth = truth_of(folder);
     const measure::Measurement noisy = noisier(recording, family, number_of(folder, seed));
-    json out{{"folder", folder},
-             {"family", family},
-             {"seed", seed},
-             {"stated_noise_mm", 1e3 * *noisy.noise}};
+    json out{{"stated_noise_mm", 1e3 * *noisy.noise}};
     diagnose::DiagnosisOptions options;
     options.null_draws = 0;
     const auto start = std::chrono::steady_clock::now();
@@ -140,17 +137,26 @@ void diagnose_all(const std::string& family, std::uint64_t seed, const std::stri
         throw core::InputError(fmt::format("\"{}\" is no family of noise; there are {}", family,
                                            fmt::join(bench::noise_families, ", ")));
     const measure::MeasurementSet set = measure::read_measurements(folders);
-    json cases = json::array();
-    std::map<std::string, int> grades;
+    std::map<std::string, const measure::Measurement*> by_folder;
+    std::vector<json> keys;
     for (std::size_t m = 0; m < set.measurements.size(); ++m) {
         const std::string folder = (set.folders[m] / "").parent_path().filename().string();
-        cases.push_back(case_of(set.measurements[m], folder, family, seed));
-        print(cases.back());
-        ++grades[cases.back()["grade"].get<std::string>()];
+        by_folder[folder] = &set.measurements[m];
+        keys.push_back({{"folder", folder}, {"family", family}, {"seed", seed}});
     }
+    bench::ResultFile results(file);
+    results.add(
+        keys,
+        [&](const json& key) {
+            return case_of(*by_folder.at(key["folder"]), key["folder"], family, seed);
+        },
+        print);
+    std::map<std::string, int> grades;
+    for (const json& each : results.cases())
+        if (each["family"] == family)
+            ++grades[each["grade"].get<std::string>()];
     for (const auto& [grade, times] : grades)
         fmt::print("{}: {}\n", grade, times);
-    std::ofstream(file) << json{{"family", family}, {"seed", seed}, {"cases", cases}} << '\n';
 }
 
 } // namespace

@@ -20,9 +20,10 @@ int main(int argc, char** argv) {
         const measure::Measurement measurement = measure::read_measurement(argv[k]);
         int exact_runs = 0;
         int runs = 0;
-        const double exact = bench::time_repeats(5, [&] {
-                                 exact_runs = fit::fit_model({}, {}, {&measurement, 1}).runs;
-                             }).median();
+        const double exact =
+            bench::time_repeats(5, [&] {
+                exact_runs = fit::fit_model({}, {}, fit::observed({&measurement, 1})).runs;
+            }).median();
         const double beside = bench::time_repeats(5, [&] {
                                   runs = fit::fit_baseline({&measurement, 1}).fit.runs;
                               }).median();

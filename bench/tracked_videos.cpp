@@ -10,6 +10,7 @@
 // an uneven ground; it shares no code with the tracker. Y and β are compared with those of a fit
 // to the true deflections at the same heights and times.
 #include "bench/diagnosis_summary.hpp"
+#include "bench/result_file.hpp"
 #include "measure/track/track.hpp"
 #include "tests/beam_generator/random_case.hpp"
 
@@ -291,8 +292,8 @@ json case_of(std::uint64_t number, const std::filesystem::path& folder) {
         out.update(bench::diagnosis_summary(found));
         const fit::RecordingFit& fit = found.baseline.parts.front();
         // Both with exact inputs: the difference is the tracker's.
-        const fit::Fit of_video = fit::fit_model({}, {}, {&track.measurement, 1});
-        const fit::Fit of_truth = fit::fit_model({}, {}, {&exact, 1});
+        const fit::Fit of_video = fit::fit_model({}, {}, fit::observed({&track.measurement, 1}));
+        const fit::Fit of_truth = fit::fit_model({}, {}, fit::observed({&exact, 1}));
         for (const auto& [name, id] : {std::pair("youngs_modulus", physics::bond_youngs_modulus),
                                        std::pair("damping", physics::bond_damping)}) {
             const fit::FittedParameter& beside_errors = *fit.find(id);
@@ -336,14 +337,17 @@ int main(int argc, char** argv) {
     }
     const std::uint64_t first = std::strtoull(argv[1], nullptr, 10);
     const std::uint64_t count = std::strtoull(argv[2], nullptr, 10);
-    const std::filesystem::path folder =
-        std::filesystem::temp_directory_path() / fmt::format("culm-videos-{}", getpid());
-    json cases = json::array();
-    for (std::uint64_t number = first; number < first + count; ++number) {
-        cases.push_back(case_of(number, folder));
-        print(cases.back());
-        std::filesystem::remove_all(folder);
-    }
-    std::ofstream(argv[3]) << json{{"cases", cases}} << '\n';
+    bench::ResultFile results(argv[3]);
+    results.add(
+        bench::numbered(first, count),
+        [](const json& key) {
+            const std::uint64_t number = key["number"];
+            const std::filesystem::path folder = std::filesystem::temp_directory_path() /
+                                                 fmt::format("culm-video-{}-{}", getpid(), number);
+            json one = case_of(number, folder);
+            std::filesystem::remove_all(folder);
+            return one;
+        },
+        print);
     return 0;
 }

@@ -2,9 +2,11 @@
 // Do the 95 % intervals of a calibration contain the truth? Recordings of the beam generator whose
 // stated inputs are wrong by their own uncertainties, each calibrated with three effects.
 //
-//   bench_uncertainty_coverage FIRST COUNT FILE     writes the cases as JSON, prints the shares
+//   bench_uncertainty_coverage FIRST COUNT FILE     adds the cases to FILE, prints the shares of
+//   all
 //
-// The truth of case n follows from n alone, so that two processes can share the cases.
+// The truth of case n follows from n alone.
+#include "bench/result_file.hpp"
 #include "calibrate/calibration.hpp"
 #include "core/error.hpp"
 #include "fit/model/stem_chain.hpp"
@@ -14,7 +16,6 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <map>
 #include <random>
 #include <string>
@@ -159,11 +160,10 @@ int main(int argc, char** argv) {
     }
     const std::uint64_t first = std::strtoull(argv[1], nullptr, 10);
     const std::uint64_t count = std::strtoull(argv[2], nullptr, 10);
-    json cases = json::array();
-    for (std::uint64_t number = first; number < first + count; ++number)
-        cases.push_back(case_of(number));
-    print_coverage(cases);
-    std::ofstream(argv[3]) << json{{"effects", effects}, {"spheres", spheres}, {"cases", cases}}
-                           << '\n';
+    bench::ResultFile results(argv[3]);
+    results.add(
+        bench::numbered(first, count), [](const json& key) { return case_of(key["number"]); },
+        [](const json&) {});
+    print_coverage(results.cases());
     return 0;
 }
