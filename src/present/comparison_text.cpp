@@ -54,8 +54,10 @@ std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size
                            model.fit.reason);
     const diagnose::Comparison& comparison = comparison_of(ladder, k);
     const diagnose::Verdict& verdict = comparison.verdict;
+    const bool is_noise_known = model.stated.is_noise_known_everywhere();
     return fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>10} {:>10} {:>10}  {}\n", name, width,
-                       number_cell(1e3 * comparison.rmse, 4), number_cell(comparison.over_noise, 2),
+                       number_cell(1e3 * comparison.rmse, 4),
+                       is_noise_known ? number_cell(comparison.over_noise, 2) : "-",
                        number_cell(verdict.reduced_chi_squared, 3), number_cell(model.bic, 0),
                        held_out_cell(model.held_out->last_third),
                        held_out_cell(model.held_out->one_height),
