@@ -17,8 +17,7 @@ struct Criterion {
     double effective_readings = 1.0;
 };
 
-/// Has `one` the larger likelihood? Recordings of unknown noise count by n ln(rms²): their χ² is
-/// the number of their readings for every model.
+/// Has `one` the larger likelihood? Recordings of unknown noise count by n ln(rms²).
 [[nodiscard]] bool is_likelier(const fit::Fit& one, const fit::Fit& other);
 
 /// From the model that fits best, because its residuals are closest to the noise. The second form:

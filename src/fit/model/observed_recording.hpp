@@ -14,8 +14,8 @@ namespace culm::fit {
 
 /// Noise of the readings while the stem moves.
 struct NoiseModel {
-    std::vector<double> by_row; ///< standard deviation, m; empty: only the residuals of a fit tell
-    std::string source;         ///< in words
+    std::vector<double> by_row; ///< standard deviation, m; empty: only residuals determine it
+    std::string source;         ///< as text
     double correlation = 0.0;   ///< of a row's errors in two frames: first-order autoregression
     double common_share = 0.0;  ///< correlation of two rows in one frame
     /// Standard deviation of each reading over its row's noise, (times, rows); empty: 1.
@@ -37,8 +37,7 @@ struct ReadingErrors {
     std::vector<Term> terms;
 };
 
-/// The readings stay those of the file; a fit weighs them by the noise and adds the errors to what
-/// it predicts.
+/// A fit weighs the readings by the noise and adds the errors to its prediction.
 struct ObservedRecording : measure::Measurement {
     std::shared_ptr<const NoiseModel> noise_model; ///< null: the readings are independent
     std::shared_ptr<const ReadingErrors> errors;   ///< null: not determined

@@ -16,7 +16,7 @@
 namespace culm::fit {
 
 struct ReadingNoise {
-    std::vector<double> by_row; ///< (rows), m; empty: only the residuals of a fit can tell
+    std::vector<double> by_row; ///< (rows), m; empty: only the residuals of a fit determine it
     std::string source;         ///< "stated", or from what it was estimated
     bool is_known = true;       ///< independent of the fit
 };
@@ -28,7 +28,7 @@ struct ReadingNoise {
 /// below the noise; else none.
 [[nodiscard]] ReadingNoise reading_noise(const ObservedRecording& measurement);
 
-/// Of each reading over that of its row, (times, rows); empty where only that is stated.
+/// Noise of each reading over that of its row, (times, rows); empty: 1.
 [[nodiscard]] std::vector<double> relative_noise(const ObservedRecording& measurement,
                                                  const std::vector<double>& by_row);
 
@@ -40,7 +40,7 @@ class Whitening {
     Whitening(std::shared_ptr<const NoiseModel> model, std::size_t rows, std::vector<bool> is_seen);
 
     /// In place: (frames, rows) of readings over the noise of their row, whatever is linear in
-    /// them. What was not seen becomes 0.
+    /// them. Readings that were not seen become 0.
     void apply(std::span<double> values) const;
 
   private:
@@ -60,8 +60,8 @@ struct Tails {
     double gain = 0.0;  ///< of log-likelihood over a Gaussian's
     bool is_heavy = false;
 
-    /// Of an error over the noise: scale ψ(z)/ψ̄′ with ψ(z) = (ν + 1) z/(ν + z²) of z = error/scale;
-    /// the error itself where the tails are not heavy.
+    /// Score of an error over the noise: scale ψ(z)/ψ̄′ with ψ(z) = (ν + 1) z/(ν + z²) of z =
+    /// error/scale; the error itself where the tails are not heavy.
     [[nodiscard]] double scored(double error) const;
 };
 

@@ -25,7 +25,7 @@ struct FittedParameter {
     physics::ParameterId id;
     std::string unit;
     double value = 0.0;
-    double standard_error = 0.0; ///< infinite where the data do not tell
+    double standard_error = 0.0; ///< infinite where the data do not determine it
     bool is_at_bound = false;
     double lower = 0.0; ///< allowed range
     double upper = 0.0;
@@ -70,7 +70,7 @@ struct RecordingFit {
 
     std::size_t readings = 0; ///< used
     std::size_t degrees_of_freedom = 0;
-    /// Σ (residual/noise)², made white where a noise model says so, and Σ value² of the error
+    /// Σ (residual/noise)², whitened by the noise model, and Σ value² of the error
     /// terms.
     double chi_squared = 0.0;
     double reduced_chi_squared = 0.0;
@@ -110,7 +110,7 @@ enum class FitStatus {
     Failed
 };
 
-/// What a fit leaves of one recording.
+/// Misfit of one recording.
 struct RecordingMisfit {
     std::size_t readings = 0;
     double chi_squared = 0.0; ///< its degrees of freedom where only the residuals give the noise
@@ -125,7 +125,7 @@ struct Fit {
     SelectedEffects effects;        ///< beside the published chain
     std::vector<std::string> names; ///< "baseline" and the effects, in the library's order
     FitStatus status = FitStatus::Failed;
-    std::string reason; ///< why it failed; of a fit, what stands at a bound
+    std::string reason; ///< why it failed; of a fit, what is at a bound
 
     std::vector<FittedParameter> parameters; ///< every number once, as JointLayout names them
     double chi_squared = 0.0;

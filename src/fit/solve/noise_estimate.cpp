@@ -25,11 +25,11 @@ constexpr std::size_t fewest_bins = 20;
 /// Of white noise's power, at a frequency or in a frame that counts as free of lines.
 constexpr double least_left = 0.5;
 constexpr double level = 1e-3; ///< of the tests for a property of the noise
-/// Of what lies at the lines, over the rest: beyond it what the model lacks is in the rest as well.
+/// Largest ratio of the part at the lines to the rest; above it the misfit is in the rest, too.
 constexpr double largest_misfit = 2.0;
 constexpr double far_off = 4.0; ///< of an outlier, scales
 
-/// A frequency at which the motion, or what a model lacks of it, may have power.
+/// A frequency at which the motion and the misfit of a model have power.
 struct Line {
     double frequency = 0.0;  ///< Hz
     double decay_rate = 0.0; ///< 1/s, positive
@@ -90,7 +90,7 @@ class FlexibleRest {
         const double rate = static_cast<double>(frames - 1) / duration;
         std::vector<Eigen::VectorXd> columns;
         for (const Line& line : lines_of(fit, 0.5 * rate)) {
-            // A quarter of the frames at most: what is left has to tell the noise.
+            // A quarter of the frames at most: the noise is estimated from the rest.
             const auto more = 2 * (static_cast<std::size_t>(line.degree) + 1);
             if (columns.size() + more > static_cast<std::size_t>(frames) / 4)
                 break;
@@ -104,7 +104,7 @@ class FlexibleRest {
         basis_ = solver.householderQ() * Eigen::MatrixXd::Identity(frames, solver.rank());
     }
 
-    /// What of a series lies at the lines.
+    /// The part of a series at the lines.
     [[nodiscard]] Eigen::VectorXd smooth(const Eigen::VectorXd& values) const {
         return basis_ * (basis_.transpose() * values);
     }
@@ -237,8 +237,8 @@ class NoiseEstimate {
         tails_ = tails_now(flexible.free_share());
         if (!tails_.is_heavy)
             return;
-        // Outliers have pulled the first smooth part, most where few readings tell it: the second
-        // begins from readings that are clipped at 4 scales.
+        // Outliers have moved the first smooth part, most where few readings determine it. The
+        // second begins from readings that are clipped at 4 scales.
         const double clip = far_off * tails_.scale;
         draw_in_where_lines_take_all(flexible.free_of_frames(), clip);
         for (Eigen::Index j = 0; j < values_.cols(); ++j)
@@ -254,7 +254,7 @@ class NoiseEstimate {
     }
 
     /// In frames in which the lines take most of a reading, next to the release above all, its own
-    /// error is taken too, and no rest shows it: there its neighbours tell.
+    /// error is taken too and no rest shows it: its neighbours decide.
     void draw_in_where_lines_take_all(const Eigen::VectorXd& free, double clip) {
         for (Eigen::Index i = 0; i < values_.rows(); ++i)
             for (Eigen::Index j = 0; j < values_.cols() && free(i) < least_left; ++j) {
@@ -265,7 +265,7 @@ class NoiseEstimate {
     }
 
     /// The median residual of a reading and the rows next to it, five in all, over the noise.
-    /// Outliers are those of one row, what a model lacks is that of many.
+    /// An outlier is in one row; the misfit of a model is in many.
     [[nodiscard]] double of_neighbours(std::size_t at) const {
         constexpr std::size_t most = 5;
         const std::size_t rows = fit_.noise.size();
@@ -343,7 +343,7 @@ class NoiseEstimate {
             return;
         model_.source =
             in_words(model_, tails_, typical_noise(fit_) * std::sqrt(variance_), fit_.noise_source);
-        if (fit_.is_noise_known) { // else only the residuals tell its size
+        if (fit_.is_noise_known) { // else only the residuals determine its size
             model_.by_row = fit_.noise;
             for (double& of_row : model_.by_row)
                 of_row *= std::sqrt(variance_);
@@ -362,7 +362,7 @@ class NoiseEstimate {
     std::size_t first_ = 0;
     Eigen::MatrixXd values_; ///< (frames, rows), residuals over the noise
     Eigen::MatrixXd smooth_; ///< of them
-    Eigen::MatrixXd rest_;   ///< the rest, outliers drawn in
+    Eigen::MatrixXd rest_;   ///< the rest, outliers limited
     Eigen::ArrayXd left_;    ///< FlexibleRest::left_of_noise
     std::vector<Eigen::Index> bins_;
     Tails tails_;

@@ -50,7 +50,7 @@ class InputErrors {
                 const std::vector<StatedInput>& inputs, const run::Heartbeat& heartbeat)
         : fit_(fit), measurement_(measurement), inputs_(inputs), jacobian_(whitened_jacobian(fit)) {
         StemModel model = exact_model(fit);
-        // A fit of all times has the derivatives by its own parameters at hand.
+        // A fit of all times already has the derivatives by its own parameters.
         own_ = !fit.model.errors && fit.times == measurement.times
                    ? fit.prediction
                    : predict_readings(model, measurement.times, heartbeat);
@@ -170,7 +170,7 @@ struct FinerChain {
 };
 
 /// Standard deviation of the frequency of a decaying mode, Hz (Montgomery & O'Donoghue 1999). What
-/// has decayed by e tells hardly more.
+/// follows after a decay by e adds hardly anything.
 double frequency_uncertainty(const RecordingFit& fit, const NoiseModel* model,
                              const integrate::VibrationMode& mode, double amplitude) {
     const double recorded = fit.times.back();
@@ -213,8 +213,8 @@ FinerChain finer_chain(const RecordingFit& fit, const NoiseModel* noise_model) {
     return finer;
 }
 
-/// The chain's readings at all times of the recording. Of a fit to all times its own prediction is
-/// at hand.
+/// The chain's readings at all times of the recording. A fit to all times has its own
+/// prediction.
 std::vector<double> predicted(const RecordingFit& fit, const std::vector<double>& times,
                               const run::Heartbeat& heartbeat) {
     if (fit.times == times)
@@ -235,7 +235,7 @@ void take_division(const ReadingErrors& before, ReadingErrors& errors) {
         [](const ReadingErrors::Term& term) { return term.name == division_name; });
 }
 
-/// What the division of the chain does: the known part, and a term for the doubt.
+/// Adds the known effect of the division of the chain, and a term for its uncertainty.
 void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerChain& first,
                   const run::Heartbeat& heartbeat, ReadingErrors& errors) {
     const double modulus = first.log_modulus - finer.log_modulus;
@@ -325,7 +325,7 @@ std::vector<ObservedRecording> with_reading_errors(std::span<const ObservedRecor
             add_errors_of_place(fits[m], recordings[m], heartbeat, *errors);
             out[m].errors = std::move(errors);
         } catch (const core::NumericalError&) {
-            // The fit goes on without; the chain was computed where it is.
+            // The fit continues without terms; the chain itself can be computed.
         }
     }
     return out;

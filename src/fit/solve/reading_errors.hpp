@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What readings may be off by beside their noise: the inputs that were stated and the division of
-// the chain, as terms that every fit has with a constraint each.
+// Errors of the readings in addition to their noise (the stated inputs, the division of the chain,
+// the release): terms of every fit, each with a constraint.
 #pragma once
 
 #include "fit/solve/fit.hpp"
@@ -74,8 +74,8 @@ struct StatedInput {
 with_reading_errors(std::span<const ObservedRecording> recordings,
                     std::span<const RecordingFit> fits, const run::Heartbeat& heartbeat = {});
 
-/// The terms of the release beside `others`; none where the readings of the first two periods need
-/// none: the departures together are as large in one release of a thousand that has none.
+/// The terms of the release in addition to `others`; none unless the departures in the first two
+/// periods together are as large in one release of a thousand that has none.
 [[nodiscard]] std::vector<ReadingErrors::Term>
 release_errors(const RecordingFit& fit, const ObservedRecording& measurement,
                const std::vector<ReadingErrors::Term>& others);

@@ -12,10 +12,10 @@
 
 namespace culm::fit {
 
-/// Which readings were seen, and how their errors are made white.
+/// Which readings were seen, and how their errors are whitened.
 [[nodiscard]] Whitening whitening_of(const RecordingFit& fit);
 
-/// Derivatives of the readings over the noise and made white, (frames · rows, parameters); 0 where
+/// Derivatives of the readings over the noise and whitened, (frames · rows, parameters); 0 where
 /// nothing was seen.
 [[nodiscard]] Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit);
 
@@ -35,7 +35,7 @@ struct LinearStep {
                                      const Eigen::VectorXd& residuals, Eigen::Index first,
                                      Eigen::Index constrained);
 
-/// Residuals over the noise and made white, (frames, rows) or (frames, series) where the noise
+/// Residuals over the noise and whitened, (frames, rows) or (frames, series) where the noise
 /// model turns the rows; 0 where nothing was seen.
 [[nodiscard]] Eigen::MatrixXd whitened_residuals(const RecordingFit& fit);
 
@@ -66,7 +66,7 @@ struct ResidualGroup {
 [[nodiscard]] double weighted_rms(std::span<const RecordingFit> parts,
                                   const std::vector<std::vector<double>>& noise);
 
-/// Of the residuals of all parts, m.
+/// Root mean square of the residuals of all parts, m.
 [[nodiscard]] double rms(std::span<const RecordingFit> parts);
 
 /// Root mean square of residual over noise.

@@ -13,7 +13,7 @@
 namespace culm::fit {
 namespace {
 
-// Of a careful laboratory that states nothing (docs/uncertainty.md).
+// Uncertainties of a careful laboratory, used where none is stated (docs/uncertainty.md).
 constexpr double default_length = 0.3e-3; // m, a steel ruler and where the clamp begins
 constexpr double default_clamp = 0.2e-3;  // m, of its height in the picture
 constexpr double default_scale = 0.005;   // of a length in the picture

@@ -25,7 +25,7 @@ struct PixelRow {
     [[nodiscard]] Pixels within(double column, double distance) const;
 };
 
-/// Of the axis while the shutter is open, about its mean, pixels.
+/// Path of the axis during the exposure, about its mean, pixels.
 struct Path {
     double length = 0.0; ///< speed times exposure
     double bend = 0.0;   ///< half the acceleration times the exposure's square
@@ -42,7 +42,7 @@ class StemProfile {
     explicit StemProfile(double reach);
 
     /// Takes the pixels of a row in which the axis lies at `axis`, over the straight line through
-    /// those beside the stem.
+    /// those next to the stem.
     void add(const PixelRow& row, double axis);
 
     /// Least squares for a cubic spline through what was added. False if that is too little.
@@ -56,7 +56,7 @@ class StemProfile {
     /// leaves more light at one end of its smear: taken for even, it would be read up to half a
     /// pixel off in fast swings.
     [[nodiscard]] Point at(double distance, const Path& path) const;
-    /// Distance to which pixels beside the stem tell of its background.
+    /// Distance up to which pixels next to the stem are used for its background.
     [[nodiscard]] double beside() const { return 2.0 * reach_; }
 
   private:
@@ -79,7 +79,7 @@ class StemProfile {
 struct RowMatch {
     double axis = 0.0;
     double variance = 0.0; ///< of the axis, pixels², over the pixels' noise² in grey values²
-    double squares = 0.0;  ///< what is left, grey values²
+    double squares = 0.0;  ///< of the residuals, grey values²
 };
 
 /// Least squares for the axis, the stem's brightness and a straight line for the background's, from

@@ -80,18 +80,18 @@ class RowMatcher {
         return used;
     }
 
-    /// What the used rows show where the stem is not: the mean over frames. A reading would else
-    /// err with the ground under the stem's edges, alike as long as it moves little. Pixels that
-    /// are always hidden lie between their neighbours.
+    /// The ground is the mean of the used rows over the frames that do not show the stem there.
+    /// Without it a reading has the error of the ground under the stem's edges. Pixels that are
+    /// always hidden get the mean of their neighbours.
     void find_ground() {
         ground_ = mean_ground();
-        // Where a lamp flickers, that mean depends on the frames that show a pixel. Against it each
-        // frame tells its light, and what is left over is the rest of the ground.
+        // Where a lamp flickers, that mean depends on the frames that show a pixel. It determines
+        // the light of each frame; the mean of the residuals is the correction of the ground.
         const std::vector<std::vector<float>> rest = mean_ground();
         for (std::size_t u = 0; u < used_.size(); ++u)
             std::ranges::transform(ground_[u], rest[u], ground_[u].begin(), std::plus<>());
     }
-    /// Of what used_rows_of() leaves.
+    /// Mean of used_rows_of() over the frames.
     [[nodiscard]] std::vector<std::vector<float>> mean_ground() const {
         constexpr std::size_t frames_for_ground = 600;
         constexpr std::size_t at_once = 16;
@@ -170,7 +170,7 @@ class RowMatcher {
         return rows;
     }
 
-    /// Of a row's axis, pixels per frame and per frame².
+    /// Motion of a row's axis, pixels per frame and per frame².
     struct Motion {
         double speed;
         double acceleration;

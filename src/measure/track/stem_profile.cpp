@@ -16,7 +16,7 @@ constexpr double table_step = 1.0 / 16.0; // pixels
 constexpr double least_smear = 2.0 * table_step;
 constexpr double largest_noise = 4.0; // standard deviations; beyond it a pixel is dust (Huber)
 
-/// Of the four cubic B-splines on the interval in which u = 0 … 1.
+/// Values of the four cubic B-splines on the interval in which u = 0 … 1.
 std::array<double, 4> basis(double u) {
     const double v = 1.0 - u;
     return {v * v * v / 6.0, (4.0 + 3.0 * u * u * (u - 2.0)) / 6.0,

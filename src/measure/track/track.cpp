@@ -92,7 +92,7 @@ std::vector<bool> track_rows(Track& track, const FrameSource& source,
 }
 
 /// A camera or converter fills a lost frame with the one before: while the stem swings such a
-/// frame is no reading. A still picture without noise may repeat itself rightly.
+/// frame contains no reading. A still picture without noise may repeat itself rightly.
 void drop_repeated_frames(Track& track, const std::vector<bool>& repeats) {
     const RingDownWindow& window = track.window;
     const std::size_t end = window.rest_begin.value_or(repeats.size());
@@ -152,7 +152,7 @@ void drop_unseen_heights(Track& track) {
         at_heights(track.rows, track.survey.clamp_row, kept, track.settings.rows_per_height);
 }
 
-/// What the fastest frames showed, in frames: a fit then takes the mean of the motion.
+/// Writes the exposure that the fastest frames showed (in frames) into the description.
 void state_exposure(Track& track, std::optional<double> frames) {
     if (!frames)
         return;
@@ -186,8 +186,8 @@ double rounded_length(double metres) {
 /// measured on rendered videos (docs/tracking.md).
 constexpr double row_uncertainty_px = 0.02;
 
-/// What the place of an edge between two pixels, and the grain of the stem under it, move a reading
-/// by from frame to frame while the stem moves, pixels; likewise measured.
+/// Standard uncertainty by the position of an edge between two pixels and by the grain of the stem,
+/// which change from frame to frame while the stem moves, pixels; likewise measured.
 constexpr double moving_uncertainty_px = 0.006;
 
 /// Standard uncertainty of every reading: what the edges' fit says of it, times what makes it agree
@@ -246,7 +246,7 @@ void fill_measurement(Track& track) {
             measurement.deflections.push_back(
                 rounded_length(sign * (track.heights.at(k, h) - window.rest[h]) * scale));
     }
-    // Places that were never seen still have no noise: the others' stands for them.
+    // Heights that were never seen at rest get the mean noise of the others.
     std::vector<double> known;
     for (const double noise : window.noise)
         if (!std::isnan(noise) && noise > 0.0)
