@@ -3,6 +3,8 @@
 
 #include "calibrate/simulated_measurement.hpp"
 #include "fit/fit_model.hpp"
+#include "physics/effects/library.hpp"
+#include "support/parameter_ids.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -56,6 +58,27 @@ TEST(UncertaintyBudget, OfTheModulusFollowsTheFrequencyOfABeam) {
     const std::size_t modulus = place_of(fit, physics::bond_youngs_modulus);
     EXPECT_NEAR(budget.combined[modulus] / fit.parameters[modulus].value,
                 std::sqrt(std::pow(4.0 * 0.01 / 155.65, 2) + 5e-4), 3e-4);
+}
+
+// The decay by drag tells C_d d/m' alone, with m' = π ρ d²/6.
+TEST(UncertaintyBudget, OfADragCoefficientFollowsDensityAndDiameter) {
+    measure::Measurement measurement = empty_measurement();
+    const auto drag = physics::parse_effects("quadratic_drag", {});
+    const fit::StemModel truth = fit::with_effect(
+        true_model(measurement, {}),
+        physics::parse_effect("quadratic_drag(drag_coefficient=1.5)", {}), measurement);
+    measurement = read_with_noise(measurement, truth, 3);
+    const fit::NestedFits fits = fit::fit_nested({&measurement, 1}, {drag});
+    const fit::RecordingFit& fit = fits.models.back().stated.parts.front();
+    const fit::UncertaintyBudget budget =
+        fit::uncertainty_budget(fit, fits.models.back().judged.parts.front(), measurement);
+    const std::size_t place = place_of(fit, id("quadratic_drag.drag_coefficient"));
+    for (const char* const input : {"density", "diameter"}) {
+        const fit::BudgetInput& line = line_of(budget, input);
+        EXPECT_NEAR(line.sensitivities[place] * line.input.value / fit.parameters[place].value, 1.0,
+                    0.03)
+            << input;
+    }
 }
 
 TEST(UncertaintyBudget, SharesOfOneParameterSumToOne) {

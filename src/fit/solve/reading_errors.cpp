@@ -114,9 +114,6 @@ class InputErrors {
         case InputActs::OnChain:
             change = by_changed(at, columns_[k]);
             break;
-        case InputActs::AsInverseModulus:
-            change = -by_modulus(at) / input.value;
-            break;
         case InputActs::OnRows:
             change = by_changed(at, rows_column_);
             break;
@@ -131,14 +128,6 @@ class InputErrors {
             break;
         }
         return change * input.standard_uncertainty;
-    }
-
-    /// By ln Y; 0 where Y is not free.
-    [[nodiscard]] double by_modulus(std::size_t at) const {
-        for (std::size_t p = 0; p < fit_.model.parameters.size(); ++p)
-            if (fit_.model.parameters[p].access.id == physics::bond_youngs_modulus)
-                return by_own(at, p) * fit_.model.value(p);
-        return 0.0;
     }
 
     /// (parameters of the fit): the change of the parameters that resembles the term most.

@@ -13,10 +13,9 @@ namespace culm::fit {
 
 /// On what a stated input acts.
 enum class InputActs {
-    OnChain,          ///< the chain or what is on it, by StatedInput::access
-    AsInverseModulus, ///< on the motion as 1/Y does, exactly: the mass where no other is there
-    OnRows,           ///< the heights of all rows alike
-    OnPicture,        ///< heights and deflections by the same share
+    OnChain,   ///< the chain or what is on it, by StatedInput::access
+    OnRows,    ///< the heights of all rows alike
+    OnPicture, ///< heights and deflections by the same share
     OnClock
 };
 

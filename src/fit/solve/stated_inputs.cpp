@@ -140,9 +140,6 @@ void add_stem(const measure::Measurement& measurement, std::vector<StatedInput>&
     of.add_of_mass(
         "density", "kg/m³", [](measure::MeasuredStem& its) -> double& { return its.density; },
         stated.density);
-    // Forces of bonds and their damping, over the mass, stay if Y and the density grow alike.
-    if (stem.added_masses.empty())
-        inputs.back().acts = InputActs::AsInverseModulus;
     for (std::size_t k = 0; k < stem.added_masses.size(); ++k) {
         const measure::AddedMass& added = stem.added_masses[k];
         // No balance shows less than half a digit, and a mass of many digits was computed.
