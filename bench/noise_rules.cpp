@@ -6,8 +6,7 @@
 //
 // Adds the cases to FILE, prints one line per recording and one summary. Each recording is fitted
 // with the published chain and, if an effect is hidden in it, with that effect, as `culm compare
-// --with` does. Run it before and after a change of the noise model (docs/uncertainty.md has the
-// table of removals).
+// --with` does. Run it before and after a change of the noise model.
 #include "bench/reading_noise.hpp"
 #include "bench/result_file.hpp"
 #include "diagnose/adequacy.hpp"

@@ -41,7 +41,7 @@ LEFT_OUT = {
         "mpirun -n 2 bench_diagnosis --kind null --cases 30 --seed 2 --results kept": MINUTES,
     },
     "uncertainty.md": {
-        "bench_uncertainty_coverage 2001 500 A.json":
+        "bench_uncertainty_coverage 2001 500 coverage.json":
             MINUTES,
     },
     "effects.md": {
