@@ -7,9 +7,8 @@
 // FAMILY: white, ar05, ar09, ar05_common, ar09_common, student, outliers, quantised (nothing is
 // missing, inputs exact), inputs (nothing is missing, inputs misstated), pair (the same stem bare
 // and with a known mass of 0.6 times its own at the tip, inputs misstated), drag (quadratic drag,
-// inputs misstated). Recordings are those of the beam generator. Writes every case as JSON, prints
-// how often each answer was given. The truth of a case follows from its number and family alone, so
-// that processes can share the cases.
+// inputs misstated). Recordings are those of the beam generator. Adds the cases to FILE, prints how
+// often each answer was given. The truth of a case follows from its number and family alone.
 #include "bench/diagnosis_summary.hpp"
 #include "bench/reading_noise.hpp"
 #include "bench/result_file.hpp"

@@ -18,8 +18,8 @@
 // one standard error from its best point, differences are smaller than the noise would make them.
 // Both are compared with the truth too.
 //
-// Writes every case as JSON, prints a line for each, then how often both agree. A case follows from
-// its number alone, so that processes can share the cases.
+// Adds the cases to FILE, prints a line for each, then how often both agree. A case follows from
+// its number alone.
 #include "bench/diagnosis_summary.hpp"
 #include "bench/result_file.hpp"
 #include "fit/fit_model.hpp"

@@ -7,9 +7,9 @@
 // FAMILY: one of noise_families in reading_noise.hpp. A FOLDER is a measurement, or holds several,
 // named as "T2-quadratic_drag", "T7-quadratic_drag+clamp_compliance", "T1-null": the truth. The
 // added noise has the size that the recording states for its own; the recording then states both
-// together, √2 of it. Writes every answer as JSON, prints it with what it is worth beside the truth
+// together, √2 of it. Adds every answer to FILE, prints it with what it is worth beside the truth
 // (Grade in diagnosis_score.hpp), then how often each grade was given. The noise follows from
-// family, seed and the folder's name alone, so that processes can share the folders.
+// family, seed and the folder's name alone.
 #include "bench/diagnosis_score.hpp"
 #include "bench/diagnosis_summary.hpp"
 #include "bench/reading_noise.hpp"

@@ -3,9 +3,9 @@
 // other light, thickness, noise, contrast, blur, exposure and pull in each, tracked, judged and
 // compared with the truth.
 //
-//   bench_tracked_videos FIRST COUNT FILE     writes the cases as JSON, prints a line for each
+//   bench_tracked_videos FIRST COUNT FILE     adds the cases to FILE, prints a line for each
 //
-// Video n follows from n alone, so that processes can share them. The picture is the mean over
+// Video n follows from n alone. The picture is the mean over
 // each pixel and over the exposure, on a grid of its own, of a round stem lit from one side before
 // an uneven ground; it shares no code with the tracker. Y and β are compared with those of a fit
 // to the true deflections at the same heights and times.

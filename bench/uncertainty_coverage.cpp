@@ -2,8 +2,7 @@
 // Do the 95 % intervals of a calibration contain the truth? Recordings of the beam generator whose
 // stated inputs are wrong by their own uncertainties, each calibrated with three effects.
 //
-//   bench_uncertainty_coverage FIRST COUNT FILE     adds the cases to FILE, prints the shares of
-//   all
+//   bench_uncertainty_coverage FIRST COUNT FILE     adds cases to FILE, prints the shares of all
 //
 // The truth of case n follows from n alone.
 #include "bench/result_file.hpp"

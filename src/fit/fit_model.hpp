@@ -71,8 +71,8 @@ struct BaselineFit {
 [[nodiscard]] BaselineFit fit_baseline(std::span<const measure::Measurement> measurements,
                                        const FitOptions& options = {});
 
-/// The baseline of `recordings` with the noise in motion about `larger`, a model that explains more
-/// than the chain. None if the noise is the same about either.
+/// The baseline of `measurements` with the noise in motion about `larger`, a model that explains
+/// more than the chain. None if the noise is the same about either.
 [[nodiscard]] std::optional<BaselineFit>
 baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
                          std::span<const measure::Measurement> measurements,

@@ -60,7 +60,7 @@ TEST(UncertaintyBudget, OfTheModulusFollowsTheFrequencyOfABeam) {
                 std::sqrt(std::pow(4.0 * 0.01 / 155.65, 2) + 5e-4), 3e-4);
 }
 
-// The decay by drag tells C_d d/m' alone, with m' = π ρ d²/6.
+// The decay by drag determines only C_d d/m', with m' = π ρ d²/6.
 TEST(UncertaintyBudget, OfADragCoefficientFollowsDensityAndDiameter) {
     measure::Measurement measurement = empty_measurement();
     const auto drag = physics::parse_effects("quadratic_drag", {});

@@ -68,7 +68,7 @@ Scatter scatter_of_second_differences(const measure::Measurement& measurement, s
 }
 
 /// Root mean square of what is stated for each row's readings, (rows), m.
-std::vector<double> mean_uncertainties(const ObservedRecording& measurement) {
+std::vector<double> mean_uncertainties(const measure::Measurement& measurement) {
     const std::size_t rows = measurement.heights.size();
     std::vector<double> means;
     for (std::size_t j = 0; j < rows; ++j) {
@@ -127,7 +127,7 @@ ReadingNoise reading_noise(const ObservedRecording& measurement) {
     return noise;
 }
 
-std::vector<double> relative_noise(const ObservedRecording& measurement,
+std::vector<double> relative_noise(const measure::Measurement& measurement,
                                    const std::vector<double>& by_row) {
     std::vector<double> relative = measurement.reading_uncertainties;
     for (std::size_t at = 0; at < relative.size(); ++at)

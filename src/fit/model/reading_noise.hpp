@@ -24,12 +24,12 @@ struct ReadingNoise {
 /// The noise of the noise model if there is one; else what the measurement states, for each reading
 /// (the mean square of a row) or each row; else the scatter about each row's mean while the stem
 /// was held, over at least 20 degrees of freedom of all rows together; else the scatter of the
-/// second differences over the last tenth of the record if what is left of the motion there is
-/// below the noise; else none.
+/// second differences over the last tenth of the record if the motion there is below the noise;
+/// else none.
 [[nodiscard]] ReadingNoise reading_noise(const ObservedRecording& measurement);
 
 /// Noise of each reading over that of its row, (times, rows); empty: 1.
-[[nodiscard]] std::vector<double> relative_noise(const ObservedRecording& measurement,
+[[nodiscard]] std::vector<double> relative_noise(const measure::Measurement& measurement,
                                                  const std::vector<double>& by_row);
 
 /// Makes the errors of a noise model independent: first the rows of a frame, by the symmetric root

@@ -25,7 +25,7 @@ double finite(double derivative) {
 }
 
 /// Recordings whose inputs have one name share the number behind it.
-std::string term_name(const StatedInput& input, const ObservedRecording& measurement) {
+std::string term_name(const StatedInput& input, const measure::Measurement& measurement) {
     if (input.is_of_rig)
         return fmt::format("{} of {}", input.name,
                            measurement.rig.empty() ? measurement.stem.id
@@ -46,7 +46,7 @@ StemModel exact_model(const RecordingFit& fit) {
 /// Derivatives of the predicted readings at all times of a recording, for one standard uncertainty.
 class InputErrors {
   public:
-    InputErrors(const RecordingFit& fit, const ObservedRecording& measurement,
+    InputErrors(const RecordingFit& fit, const measure::Measurement& measurement,
                 const std::vector<StatedInput>& inputs, const run::Heartbeat& heartbeat)
         : fit_(fit), measurement_(measurement), inputs_(inputs), jacobian_(whitened_jacobian(fit)) {
         StemModel model = exact_model(fit);
@@ -137,7 +137,7 @@ class InputErrors {
     }
 
     const RecordingFit& fit_;
-    const ObservedRecording& measurement_;
+    const measure::Measurement& measurement_;
     const std::vector<StatedInput>& inputs_;
     Eigen::MatrixXd jacobian_;         ///< whitened_jacobian() of the fit
     ChainPrediction own_;              ///< by the fit's parameters, at all times
@@ -202,8 +202,7 @@ FinerChain finer_chain(const RecordingFit& fit, const NoiseModel* noise_model) {
     return finer;
 }
 
-/// The chain's readings at all times of the recording. A fit to all times has its own
-/// prediction.
+/// The chain's readings at all times of the recording, from the fit itself if it has them all.
 std::vector<double> predicted(const RecordingFit& fit, const std::vector<double>& times,
                               const run::Heartbeat& heartbeat) {
     if (fit.times == times)
@@ -253,7 +252,7 @@ constexpr unsigned row_polynomials = 4;
 /// has its own polynomials of the predicted deflection, and all rows together have those of degree
 /// 2 and 3 (0 and 1 are the rest position and the scale), each with the stated uncertainty. The
 /// measured deflection would explain its own noise near the clamp, where the swing is small.
-void add_errors_of_place(const RecordingFit& fit, const ObservedRecording& measurement,
+void add_errors_of_place(const RecordingFit& fit, const measure::Measurement& measurement,
                          const run::Heartbeat& heartbeat, ReadingErrors& errors) {
     if (measurement.uncertainties.row.value_or(0.0) == 0.0)
         return;

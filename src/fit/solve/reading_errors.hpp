@@ -76,7 +76,7 @@ with_reading_errors(std::span<const ObservedRecording> recordings,
 /// The terms of the release in addition to `others`; none unless the departures in the first two
 /// periods together are as large in one release of a thousand that has none.
 [[nodiscard]] std::vector<ReadingErrors::Term>
-release_errors(const RecordingFit& fit, const ObservedRecording& measurement,
+release_errors(const RecordingFit& fit, const measure::Measurement& measurement,
                const std::vector<ReadingErrors::Term>& others);
 
 /// The recordings without error terms: every input is as stated. What is known of the division of

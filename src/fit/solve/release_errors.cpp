@@ -42,7 +42,7 @@ std::vector<run::ShapedMode> resolved_modes(const RecordingFit& fit) {
 /// What a mode adds to the readings that has the amplitude (m at the tip) or the velocity (the same
 /// times its angular frequency) of `size` at the time `start`.
 Term term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity, double size,
-             double start, const ObservedRecording& measurement) {
+             double start, const measure::Measurement& measurement) {
     Term term;
     term.name =
         fmt::format("{} of mode {} at the {} of {}", is_velocity ? "velocity" : "amplitude", number,
@@ -64,7 +64,7 @@ Term term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity
 /// Of all modes but the first; of sizes (modes).
 std::vector<Term> terms_of(const std::vector<run::ShapedMode>& modes,
                            const std::vector<double>& sizes, double start,
-                           const ObservedRecording& measurement) {
+                           const measure::Measurement& measurement) {
     std::vector<Term> terms;
     for (std::size_t k = 1; k < modes.size(); ++k)
         for (const bool is_velocity : {false, true})
@@ -113,7 +113,7 @@ double scale_of(const RecordingFit& fit, const std::vector<Term>& units,
 
 } // namespace
 
-std::vector<Term> release_errors(const RecordingFit& fit, const ObservedRecording& measurement,
+std::vector<Term> release_errors(const RecordingFit& fit, const measure::Measurement& measurement,
                                  const std::vector<Term>& others) {
     const std::vector<run::ShapedMode> modes = resolved_modes(fit);
     if (modes.size() < 2)

@@ -333,7 +333,7 @@ std::set<physics::ParameterId> new_sizes(const StartModels& models,
 
 } // namespace
 
-RecordedSwing recorded_swing(const ObservedRecording& measurement, const FitOptions& options) {
+RecordedSwing recorded_swing(const measure::Measurement& measurement, const FitOptions& options) {
     const StemModel model = baseline_model(measurement, options.chain);
     const double natural = run::natural_frequency(model.spec);
     const double ratio = std::min(std::numbers::pi * natural * damping_time(model.spec), 0.99);

@@ -19,7 +19,7 @@ struct RecordedSwing {
     double tip_deflection = 0.0;     ///< of its baseline model's start, m
 };
 
-[[nodiscard]] RecordedSwing recorded_swing(const ObservedRecording& measurement,
+[[nodiscard]] RecordedSwing recorded_swing(const measure::Measurement& measurement,
                                            const FitOptions& options);
 
 /// Models where the posteriors of their own fits, `alone`, meet, and, where the recordings' first
