@@ -57,12 +57,12 @@ def numbers(parameters: dict) -> dict:
 
 def diagnosis(document: dict) -> dict:
     return {"verdict": document["verdict"], "effects": sorted(document["effects"]),
-            "ties": sorted(sorted(group) for group in document["ties"]),
+            "alternatives": document["alternatives"],
             "parameters": numbers(document["parameters"]),
             "baseline": numbers(document["baseline"]["parameters"]),
             "ladder": [{"model": rung["model"], "finding": rung["finding"], "rmse_mm": rung["rmse_mm"], "reduced_chi2": rung["reduced_chi2"]}
                        for rung in document["ladder"]],
-            "false_naming": document["false_naming_rate"], "wall_s": document["wall_s"]}
+            "wall_s": document["wall_s"]}
 
 
 def collect(options: argparse.Namespace) -> int:

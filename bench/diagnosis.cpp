@@ -39,7 +39,6 @@ struct Settings {
     std::string results_folder;
     std::string write_folder;
     std::optional<int> spheres;
-    int null_draws = 200;
     double limit_s = 900.0; ///< of processor time for one recording
 };
 
@@ -64,7 +63,6 @@ Outcome diagnosed_case(const beam::RandomCase& drawn, const Settings& settings,
                                    measurement);
     diagnose::DiagnosisOptions options;
     options.candidate.chain.spheres = settings.spheres;
-    options.null_draws = settings.null_draws;
     const double start = cpu_seconds();
     options.candidate.heartbeat = [&heartbeat, &settings, start] {
         return heartbeat() && cpu_seconds() - start < settings.limit_s;
@@ -229,7 +227,6 @@ int main(int argc, char** argv) {
         ->check(CLI::ExistingDirectory);
     app.add_option("--write", settings.write_folder, "keep the recordings in this folder");
     app.add_option("--spheres", settings.spheres, "of the chains that are fitted");
-    app.add_option("--null-draws", settings.null_draws, "of each diagnosis's own check");
     app.add_option("--limit", settings.limit_s, "s of processor time for one recording");
     CLI11_PARSE(app, argc, argv);
     return bench::run_program([&] {

@@ -27,14 +27,12 @@ Outcome diagnosed(const measure::Measurement& measurement,
         outcome.effects = found.effects;
         for (const diagnose::NamedFamily& named : found.families)
             outcome.families.push_back({std::string(to_string(named.family)), named.members});
-        for (const diagnose::TieGroup& tie : found.ties)
-            outcome.ties.push_back(tie.names);
+        outcome.ties = ties_of(found);
         for (const fit::FittedParameter& parameter : found.final_fit.parameters)
             outcome.parameters.push_back(
                 {to_string(parameter.id), parameter.value, parameter.standard_error});
         outcome.baseline_misfit = over_noise(found.baseline, measurement);
         outcome.final_misfit = over_noise(found.final_fit, measurement);
-        outcome.false_naming = found.false_naming.rate;
         outcome.runs = found.runs;
     } catch (const core::NumericalError& error) {
         return no_answer(error.what(), cpu_seconds() - start);
@@ -43,6 +41,24 @@ Outcome diagnosed(const measure::Measurement& measurement,
     }
     outcome.seconds = cpu_seconds() - start;
     return outcome;
+}
+
+std::vector<std::vector<std::string>> ties_of(const diagnose::Diagnosis& found) {
+    std::vector<std::string> others;
+    for (std::size_t k = 1; k < found.alternatives.size(); ++k) {
+        std::string names;
+        for (const diagnose::NamedFamily& named : found.alternatives[k].families)
+            for (const std::string& member : named.members)
+                names += (names.empty() ? "" : ",") + member;
+        others.push_back(names.empty() ? "nothing" : names);
+    }
+    std::vector<std::vector<std::string>> ties;
+    for (const std::string& effect : found.effects)
+        if (!others.empty()) {
+            ties.push_back({effect});
+            ties.back().insert(ties.back().end(), others.begin(), others.end());
+        }
+    return ties;
 }
 
 Outcome no_answer(const std::string& reason, double cpu_s) {
@@ -71,7 +87,6 @@ void to_json(nlohmann::json& json, const Outcome& outcome) {
             {"parameters", parameters},
             {"baseline_misfit", outcome.baseline_misfit},
             {"final_misfit", outcome.final_misfit},
-            {"false_naming", outcome.false_naming},
             {"runs", outcome.runs},
             {"cpu_s", outcome.seconds}};
 }
@@ -90,7 +105,6 @@ void from_json(const nlohmann::json& json, Outcome& outcome) {
     }
     json.at("baseline_misfit").get_to(outcome.baseline_misfit);
     json.at("final_misfit").get_to(outcome.final_misfit);
-    json.at("false_naming").get_to(outcome.false_naming);
     json.at("runs").get_to(outcome.runs);
     json.at("cpu_s").get_to(outcome.seconds);
 }

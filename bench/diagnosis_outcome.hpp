@@ -32,15 +32,17 @@ struct Outcome {
     std::vector<FoundParameter> parameters;     ///< of the best model that was reached
     double baseline_misfit = 0.0;               ///< rmse over noise
     double final_misfit = 0.0;
-    double false_naming = 0.0; ///< rate that the diagnosis states for itself
-    int runs = 0;              ///< of the chain with all its derivatives
-    double seconds = 0.0;      ///< of processor time
+    int runs = 0;         ///< of the chain with all its derivatives
+    double seconds = 0.0; ///< of processor time
 };
 
 /// Diagnoses the recording on this process alone. Never throws but run::Abandoned: what could not
 /// be diagnosed has the verdict "failed".
 [[nodiscard]] Outcome diagnosed(const measure::Measurement& measurement,
                                 const diagnose::DiagnosisOptions& options);
+
+/// Each effect of the answer with the other explanations that hold 95 % with it.
+[[nodiscard]] std::vector<std::vector<std::string>> ties_of(const diagnose::Diagnosis& found);
 
 /// A diagnosis that did not end, and why.
 [[nodiscard]] Outcome no_answer(const std::string& reason, double cpu_s);

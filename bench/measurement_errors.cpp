@@ -110,7 +110,6 @@ json case_of(const std::string& family, std::uint64_t number, int spheres) {
     const std::vector<measure::Measurement> recordings = recordings_of(family, number, spheres);
     json out;
     diagnose::DiagnosisOptions options;
-    options.null_draws = 0;
     const auto start = std::chrono::steady_clock::now();
     try {
         out.update(bench::diagnosis_summary(diagnose::diagnose(recordings, options)));

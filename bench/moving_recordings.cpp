@@ -153,7 +153,6 @@ struct Found {
 
 Found found_in(const measure::Measurement& measurement, bool has_effect) {
     diagnose::DiagnosisOptions options;
-    options.null_draws = 0;
     const std::span recordings(&measurement, 1);
     Found found;
     const auto start = std::chrono::steady_clock::now();

@@ -89,8 +89,7 @@ bench::Outcome outcome_of(const diagnose::Diagnosis& found) {
     bench::Outcome outcome;
     outcome.verdict = to_string(found.conclusion);
     outcome.effects = found.effects;
-    for (const diagnose::TieGroup& tie : found.ties)
-        outcome.ties.push_back(tie.names);
+    outcome.ties = bench::ties_of(found);
     return outcome;
 }
 
@@ -100,7 +99,6 @@ json case_of(const measure::Measurement& recording, const std::string& folder,
     const measure::Measurement noisy = noisier(recording, family, number_of(folder, seed));
     json out{{"stated_noise_mm", 1e3 * *noisy.noise}};
     diagnose::DiagnosisOptions options;
-    options.null_draws = 0;
     const auto start = std::chrono::steady_clock::now();
     try {
         const diagnose::Diagnosis found = diagnose::diagnose(std::span(&noisy, 1), options);

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 
-def read_document(file: Path, command: str, name: str, error_type: type[Exception]) -> dict:
-    """The document "culm-<name>", version 1, of `culm <command>`; error_type if it is none."""
+def read_document(file: Path, command: str, name: str, error_type: type[Exception],
+                  version: int = 1) -> dict:
+    """The document "culm-<name>" of `culm <command>`; error_type if it is none of this version."""
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
@@ -19,7 +20,7 @@ def read_document(file: Path, command: str, name: str, error_type: type[Exceptio
     except ValueError as error:
         raise error_type(f"{file}: not JSON: {error}.") from error
     if (not isinstance(content, dict) or content.get("format") != f"culm-{name}"
-            or content.get("version") != 1):
+            or content.get("version") != version):
         raise error_type(f"{file}: not written by this version of culm {command}.")
     return content
 
@@ -90,7 +91,7 @@ class Diagnosis:
     def __init__(self, path):
         path = Path(path)
         self.file = path / "diagnosis.json" if path.is_dir() else path
-        self.content = read_document(self.file, "diagnose", "diagnosis", DiagnosisError)
+        self.content = read_document(self.file, "diagnose", "diagnosis", DiagnosisError, version=2)
 
     @property
     def heading(self) -> str:

@@ -3,7 +3,7 @@
 """Draws a diagnosis: diagnose_figures.py FILE_OR_DIR [-o OUT].
 
 FILE is what `culm diagnose --json` wrote, DIR that of `culm diagnose -o`. Writes error_ladder,
-ranking, blind_spots and missing_force (where one was reconstructed) to OUT (default: beside the
+explanations, blind_spots and missing_force (where one was reconstructed) to OUT (default: beside the
 file) and prints each path. Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
@@ -20,10 +20,8 @@ import numpy as np
 from command_results import Diagnosis, DiagnosisError
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
 from figure_style import FigureSkipped, literal, mark, new_figure, styled
-from palette import BLUE, GREY, ORANGE, VERMILLION, number
+from palette import BLUE, GREY, VERMILLION, number
 from matplotlib.ticker import FuncFormatter, NullFormatter
-
-LINEAR_BELOW = 10.0  # of the symmetric logarithmic axis of BIC, on either side of 0
 
 
 def plain_log_axis(axis):
@@ -66,33 +64,20 @@ def error_ladder_figure(diagnosis: Diagnosis):
 
 
 @styled
-def ranking_figure(diagnosis: Diagnosis):
-    """BIC of every candidate against the model without it; below the line it may be named."""
-    ranked = [entry for entry in diagnosis.content["ranking"] if entry["delta_bic"] is not None]
-    if not ranked:
-        raise FigureSkipped("no candidate has a score.")
-    figure = new_figure(0.9 + 0.17 * len(ranked), diagnosis.heading)
+def explanations_figure(diagnosis: Diagnosis):
+    """The probability of every set of effects that may explain the recording."""
+    explanations = diagnosis.content["explanations"]
+    if not explanations:
+        raise FigureSkipped("no explanation has a probability.")
+    figure = new_figure(0.9 + 0.25 * len(explanations), diagnosis.heading)
     axes = figure.subplots()
-    places = np.arange(len(ranked))[::-1]
-    groups = [("fitted", BLUE, lambda entry: entry["refitted"] and not entry["obstacle"]),
-              ("fitted; cannot be named, or stopped", ORANGE,
-               lambda entry: entry["refitted"] and entry["obstacle"]),
-              ("score only", GREY, lambda entry: not entry["refitted"])]
-    for label, colour, belongs in groups:
-        chosen = [(place, entry["delta_bic"]) for place, entry in zip(places, ranked)
-                  if belongs(entry)]
-        if chosen:
-            axes.barh([place for place, _ in chosen], [change for _, change in chosen], 0.7,
-                      color=colour, label=label)
-    axes.axvline(-diagnosis.content["policy"]["naming_gain"], color=VERMILLION, linewidth=0.8, linestyle="--")
-    axes.axvline(0.0, color="black", linewidth=0.6)
-    axes.set_xscale("symlog", linthresh=LINEAR_BELOW)
-    changes = [entry["delta_bic"] for entry in ranked]
-    axes.set_xlim(2.0 * min(-LINEAR_BELOW, *changes), 2.0 * max(LINEAR_BELOW, *changes))
-    axes.set_yticks(places, [literal(entry["effect"]) for entry in ranked])
-    axes.set(xlabel="change of BIC (left: better; dashed: from here on it counts)",
-             ylim=(-0.6, len(ranked) - 0.4))
-    axes.legend(loc="lower left")
+    places = np.arange(len(explanations))[::-1]
+    axes.barh(places, [entry["probability"] for entry in explanations], 0.7, color=BLUE)
+    axes.axvline(0.95, color=VERMILLION, linewidth=0.8, linestyle="--")
+    axes.set_yticks(places, [literal(" with ".join(entry["effects"]) or "published chain")
+                             for entry in explanations])
+    axes.set(xlabel="probability (dashed: an answer needs 0.95)", xlim=(0.0, 1.0),
+             ylim=(-0.6, len(explanations) - 0.4))
     return figure
 
 
@@ -150,7 +135,7 @@ def missing_force_figure(diagnosis: Diagnosis):
 
 FIGURES = {
     "error_ladder": error_ladder_figure,
-    "ranking": ranking_figure,
+    "explanations": explanations_figure,
     "blind_spots": blind_spots_figure,
     "missing_force": missing_force_figure,
 }

@@ -2,11 +2,9 @@
 """A diagnosis: which effect is missing, with what certainty, and what the recording cannot detect."""
 from __future__ import annotations
 
-import math
-
 from checked_hdf5 import StudyError
 from command_results import Diagnosis
-from palette import BLUE, GREY, ORANGE, VERMILLION
+from palette import BLUE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, line, log_axis
 from report_page.markup import (Plot, Section, escaped, facts, folded, half_width, plain,
                                 provenance_rows, shown, table)
@@ -27,8 +25,8 @@ def diagnosis_section(diagnosis: Diagnosis, key: str, place: str) -> Section:
     section.heading("Residual by model")
     _add_ladder(section, content)
     _add_missing_force(section, content)
-    section.heading("The candidates")
-    _add_ranking(section, content)
+    section.heading("Explanations and their probability")
+    _add_explanations(section, content)
     _add_blind_spots(section, diagnosis)
     _add_next(section, content)
     _add_where(section, content)
@@ -52,14 +50,12 @@ def _add_ladder(section: Section, content: dict):
                   axis(type="category", range=[len(ladder) - 0.5, -0.7]), 24 + 7 * max(map(len, labels)),
                   legend=False, shapes=[level(noise, VERMILLION, "dash", "x")] if noise else [])
     rows = [[" + ".join(rung["model"]), rung["rmse_mm"], rung["reduced_chi2"],
-             rung.get("delta_bic"), rung.get("held_out_before_over_noise"),
-             rung.get("held_out_over_noise"), contradictions(rung), rung["finding_text"]]
+             rung.get("log_evidence"), contradictions(rung), rung["finding_text"]]
             for rung in ladder]
     section.add_plots([Plot("ladder", "", "Residual of every model on the way to the answer.",
                             [trace], look, 130 + 52 * len(ladder))],
                       "Every model on the way to the answer.")
-    section.add(table(["model", "rms, mm", "reduced chi²*", "change of BIC*",
-                       "last third predicted before, / noise*", "after*", "contradicted inputs",
+    section.add(table(["model", "rms, mm", "reduced chi²*", "log evidence*", "contradicted inputs",
                        "verdict*"], rows, WITH_FREE_INPUTS))
     section.add(table(PARAMETER_COLUMNS, parameter_rows(content["parameters"]),
                       "Parameters of the best model"))
@@ -96,59 +92,30 @@ def _add_missing_force(section: Section, content: dict):
                        f"<pre>{escaped(force['effect_file'])}</pre>"))
 
 
-def _add_ranking(section: Section, content: dict):
-    ranked = [entry for entry in content["ranking"] if entry["delta_bic"] is not None]
-    traces = []
-    for label, colour, belongs in (
-            ("fitted", BLUE, lambda e: e["refitted"] and not e["obstacle"]),
-            ("fitted, cannot be named", ORANGE, lambda e: e["refitted"] and e["obstacle"]),
-            ("score only", GREY, lambda e: not e["refitted"])):
-        chosen = [entry for entry in ranked if belongs(entry)]
-        if chosen:
-            traces.append({"type": "bar", "orientation": "h", "name": label,
-                           "x": [_symmetric_log(entry["delta_bic"]) for entry in chosen],
-                           "y": [plain(entry["effect"]) for entry in chosen],
-                           "text": [f"{plain(entry['effect'])}: {shown(entry['delta_bic'], 5)}"
-                                    for entry in chosen],
-                           "hoverinfo": "text", "textposition": "none", "marker": {"color": colour}})
-    if ranked:
-        names = [plain(entry["effect"]) for entry in ranked]
-        ticks = _bic_ticks([entry["delta_bic"] for entry in ranked])
-        look = layout(axis("change of BIC (left: better; dashed: from here on it counts)",
-                           tickvals=[_symmetric_log(tick) for tick in ticks],
-                           ticktext=[shown(float(tick), 6) for tick in ticks]),
-                      axis(type="category", autorange="reversed", categoryorder="array",
-                           categoryarray=names), 24 + 7 * max(map(len, names)),
-                      shapes=[level(_symmetric_log(-content["policy"]["naming_gain"]), VERMILLION,
-                                    "dash", "x"),
-                              level(0.0, "#444444", "solid", "x")])
-        section.add_plots([Plot("ranking", "", "Change of BIC by every candidate.", traces, look,
-                                120 + 22 * len(ranked))],
-                          "Beside the model of the first step. Score only: the error is what the "
-                          "score test promises.")
-    rows = [[entry["effect"], entry["delta_bic"], entry["p_value"],
-             "yes" if entry["refitted"] else "score only",
-             entry["obstacle"] or (f"hard to distinguish from {', '.join(entry['looks_like'])}"
-                                   if entry["looks_like"] else ""),
-             entry.get("signature", "")] for entry in content["ranking"]]
-    section.add(folded("All candidates with their signatures", table(
-        ["effect", "change of BIC", "p", "fitted", "remark", "signature"], rows)))
-    if content["failed"]:
-        section.add(table(["candidate that could not be fitted", "why"],
-                          [[entry["effect"], entry["reason"]] for entry in content["failed"]]))
+def _add_explanations(section: Section, content: dict):
+    explanations = content["explanations"]
+    names = [_explanation(entry["effects"]) for entry in explanations]
+    trace = {"type": "bar", "orientation": "h", "name": "probability", "y": names,
+             "x": [entry["probability"] for entry in explanations], "hoverinfo": "x+y",
+             "marker": {"color": BLUE}}
+    look = layout(axis("probability (dashed: an answer needs 0.95)", range=[0.0, 1.0]),
+                  axis(type="category", autorange="reversed"), 24 + 7 * max(map(len, names)),
+                  legend=False, shapes=[level(0.95, VERMILLION, "dash", "x")])
+    section.add_plots([Plot("explanations", "", "Probability of every set of effects.", [trace],
+                            look, 120 + 30 * len(explanations))],
+                      "Sets of effects that matter, over all models that were fitted or predicted.")
+    if content["immaterial"]:
+        section.add(table(["detectable, immaterial", "rms that it explains, / noise"],
+                          [[entry["effect"], entry["over_noise"]]
+                           for entry in content["immaterial"]]))
+    rows = [[_explanation(entry["effects"]), entry["log_evidence"], entry["probability"],
+             entry.get("failure", "")] for entry in content["models"]]
+    section.add(folded("All models that were fitted", table(
+        ["effects", "log evidence over the best", "probability", "failure"], rows)))
 
 
-def _symmetric_log(value: float) -> float:
-    """Linear below 10, then in decades; plotly.js has no such axis."""
-    size = abs(value)
-    return math.copysign(size / 10.0 if size <= 10.0 else 1.0 + math.log10(size / 10.0), value)
-
-
-def _bic_ticks(values: list[float]) -> list[float]:
-    ticks = [-10.0 ** power for power in range(6, 0, -1)] + [0.0]
-    ticks += [10.0 ** power for power in range(1, 7)]
-    low, high = min(values), max(values)
-    return [tick for tick in ticks if min(-10.0, 2.0 * low) <= tick <= max(10.0, 2.0 * high)]
+def _explanation(effects: list[str]) -> str:
+    return plain(" with ".join(effects) or "published chain")
 
 
 def _add_blind_spots(section: Section, diagnosis: Diagnosis):
@@ -179,11 +146,6 @@ def _add_blind_spots(section: Section, diagnosis: Diagnosis):
                             _percent(spot["bias"]["bond_damping"])] for spot in spots]))
     if others:
         section.note(f"Undetectable at any size: {', '.join(others)}.")
-    rate = content["false_naming"]
-    if rate["rate"] is not None:
-        section.paragraph(f"False-positive rate: {shown(100.0 * rate['rate'], 2)} % of {rate['draws']} "
-                          "recordings simulated without any further effect (95 %: at most "
-                          f"{shown(100.0 * rate['upper_bound'], 2)} %).")
 
 
 def _largest_bias(spot: dict) -> float:
@@ -198,7 +160,7 @@ def _add_next(section: Section, content: dict):
     if not content["next_experiment"]:
         return
     section.heading("Suggested experiments, most informative first")
-    rows = [[entry["what"], "; ".join(" from ".join(pair) for pair in entry["separates"]),
+    rows = [[entry["what"], " from ".join(" + ".join(model) for model in entry["separates"]),
              None if entry["expected_gap"] is None else entry["expected_gap"] ** 0.5]
             for entry in content["next_experiment"]]
     section.add(table(["experiment", "distinguishes", "distance, standard deviations"], rows))

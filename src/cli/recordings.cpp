@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/recordings.hpp"
 
-#include "fit/coarse_image.hpp"
 #include "physics/bond_law_options.hpp"
 #include "present/files.hpp"
 #include "present/text.hpp"
@@ -44,19 +43,13 @@ constexpr Span runs_of_score{5.0, 10.0};
 /// Candidates that are fitted through the chain in the end, for each that is scored.
 constexpr Span fits_for_each_candidate{0.3, 2.0};
 
-enum class Chain { AskedFor, Searched };
-
 /// Expected time of a run with derivatives, s; nothing if the recording cannot be such a model.
 std::optional<double> run_seconds(const measure::Measurement& recording,
-                                  const SelectedEffects& effects, const fit::FitOptions& options,
-                                  Chain chain = Chain::AskedFor) {
+                                  const SelectedEffects& effects, const fit::FitOptions& options) {
     try {
         fit::StemModel model = fit::baseline_model(recording, options.chain);
         if (!effects.empty())
             model = fit::candidate_model(model, effects, recording);
-        if (chain == Chain::Searched)
-            model.spec =
-                fit::with_spheres(model.spec, fit::searched_spheres(model.spec.stem.sphere_count));
         if (options.window)
             model.spec.duration = std::min(model.spec.duration, *options.window);
         return (seconds_per_plain_run +
@@ -199,8 +192,8 @@ std::string cost_of_diagnosis(std::span<const measure::Measurement> recordings,
         for (const physics::SelectedEffect& candidate : options.candidates) {
             SelectedEffects effects = options.known;
             effects.push_back(candidate);
-            const std::optional<double> run = run_seconds(recording, fit::in_library_order(effects),
-                                                          options.candidate, Chain::Searched);
+            const std::optional<double> run =
+                run_seconds(recording, fit::in_library_order(effects), options.candidate);
             if (!run)
                 continue; // the search says why it cannot be tried
             add(seconds, runs_of_score, run);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/judge.hpp"
 
+#include "fit/solve/residual_statistics.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,38 +12,56 @@
 namespace culm::diagnose {
 namespace {
 
-/// Sum of the squared pulls of what was stated of the stem and the picture: a reading of a ruler is
-/// one that neither held-out part leaves out.
-double squared_pulls(const fit::Fit& fit) {
+double readings(const fit::Fit& model) {
+    return static_cast<double>(std::max<std::size_t>(model.readings, 1));
+}
+
+/// Of each recording its χ², or what stands for it where only the residuals of the best model give
+/// the noise: then χ² is the number of its readings whatever the model.
+double misfit(const fit::Fit& model, const Criterion& criterion) {
+    if (model.misfits.empty())
+        return model.chi_squared / criterion.inflation;
+    double known = 0.0;
+    double unknown = 0.0;
+    for (std::size_t m = 0; m < model.misfits.size(); ++m) {
+        const fit::RecordingMisfit& own = model.misfits[m];
+        const double ratio = m < criterion.rmse.size() ? own.rmse / criterion.rmse[m] : 1.0;
+        if (own.is_noise_known)
+            known += own.chi_squared;
+        else
+            unknown += ratio * ratio * static_cast<double>(own.readings);
+    }
+    return known / criterion.inflation + unknown;
+}
+
+/// −2 ln L of the readings, less a constant.
+double deviance(const fit::Fit& model) {
+    if (model.misfits.empty())
+        return model.chi_squared;
     double sum = 0.0;
-    for (const fit::FittedParameter& parameter : fit.parameters)
-        if (parameter.is_error)
-            sum += parameter.value * parameter.value;
+    for (const fit::RecordingMisfit& own : model.misfits)
+        sum += own.is_noise_known ? own.chi_squared
+                                  : 2.0 * static_cast<double>(own.readings) * std::log(own.rmse);
     return sum;
 }
 
-Objection objection_of_held_out(const HeldOutPair& both, double fall_of_pulls,
-                                const Policy& policy) {
-    const HeldOutPart& time = both.larger.last_third;
-    const HeldOutPart& height = both.larger.one_height;
-    const HeldOut& before = both.smaller;
-    if (!time.failure.empty())
-        return Objection::RefitFailed;
-    // A late part of the record that has died down says nothing of the modes' shapes, and one row
-    // little of a slow drift: one of the two has to be predicted better, neither worse. A model may
-    // predict both well because it contradicts the ruler: a soft clamp as a clamp 28 standard
-    // uncertainties away from where it was seen. Then that statement is predicted better.
-    const bool has_height = height.failure.empty() && before.one_height.failure.empty();
-    const bool is_time_better = is_predicted_better(time, before.last_third, policy);
-    const bool is_height_better =
-        has_height && is_predicted_better(height, before.one_height, policy);
-    if (!is_time_better && !is_height_better && !(fall_of_pulls > policy.held_out_gain))
-        return Objection::NotPredictedBetter;
-    if (predicts_better(before.last_third, time, policy))
-        return Objection::LastThirdWorse;
-    if (has_height && height.over_noise > policy.allowed_rise * before.one_height.over_noise)
-        return Objection::HeightWorse;
-    return Objection::None;
+const fit::Fit* better(const fit::Fit* best, const fit::Fit& model) {
+    return model.is_fitted() && (best == nullptr || deviance(model) < deviance(*best)) ? &model
+                                                                                       : best;
+}
+
+Criterion criterion_of(const fit::Fit* best) {
+    Criterion out;
+    if (best == nullptr)
+        return out;
+    for (const fit::RecordingMisfit& misfit : best->misfits)
+        out.rmse.push_back(misfit.rmse);
+    out.inflation = std::max(1.0, best->reduced_chi_squared);
+    out.effective_readings = std::max(best->effective_readings, 2.0);
+    // Correlated residuals carry less evidence than their number says: χ² counts by the share of
+    // the readings that are independent, and so does n of the penalty.
+    out.share = std::min(1.0, out.effective_readings / readings(*best));
+    return out;
 }
 
 /// Is the gain of the step large, significant, and no small part of a glaring misfit?
@@ -50,9 +70,6 @@ Objection objection_to_gain(const Step& step, const Judgement& judgement, const 
         return Objection::SmallGain;
     if (!(judgement.p_value < policy.naming_level))
         return Objection::NotSignificant;
-    const std::size_t added = step.larger.names.size() - step.smaller.names.size();
-    if (step.larger.chi_squared > step_limit(step.smaller, added, policy))
-        return Objection::GlaringMisfitStays;
     if (step.refused != nullptr && !(judgement.gain_over_refused >= policy.naming_gain))
         return Objection::NoGainOverRefusedModel;
     return Objection::None;
@@ -75,45 +92,37 @@ std::string absence_in_words(const fit::FittedParameter& parameter) {
                        is_inverse ? "an infinite one" : fmt::format("{:g}", parameter.absent));
 }
 
-/// Which part of the readings that were held out is predicted better.
-std::string acceptance_in_words(const Judgement& judgement, const Policy& policy) {
-    const HeldOutPair& both = *judgement.held_out;
-    const bool is_time =
-        is_predicted_better(both.larger.last_third, both.smaller.last_third, policy);
-    const HeldOut& seen = both.larger;
-    if (!is_time && !is_predicted_better(seen.one_height, both.smaller.one_height, policy))
-        return fmt::format("what was stated of the stem and the picture is contradicted less (sum "
-                           "of the squared pulls lower by {:.0f})",
-                           judgement.fall_of_pulls);
-    const HeldOutPart& after = is_time ? seen.last_third : seen.one_height;
-    const HeldOutPart& before = is_time ? both.smaller.last_third : both.smaller.one_height;
-    return fmt::format("the {} is predicted better ({:.2f} times the noise, before {:.2f})",
-                       is_time ? "last third of the time" : "height that was left out",
-                       after.over_noise, before.over_noise);
-}
-
-std::string held_out_in_words(Objection objection, const HeldOutPair& both) {
-    const HeldOut& after = both.larger;
-    const HeldOut& before = both.smaller;
-    switch (objection) {
-    case Objection::RefitFailed:
-        return "the fit to the first two thirds failed: " + after.last_third.failure;
-    case Objection::NotPredictedBetter:
-        return fmt::format("neither the last third of the time ({:.3f} times the noise, before "
-                           "{:.3f}) nor the height that was left out is predicted better",
-                           after.last_third.over_noise, before.last_third.over_noise);
-    case Objection::LastThirdWorse:
-        return fmt::format("the last third of the time is predicted worse ({:.3f} times the noise, "
-                           "before {:.3f})",
-                           after.last_third.over_noise, before.last_third.over_noise);
-    default:
-        return fmt::format("the height that was left out is predicted worse ({:.3f} times the "
-                           "noise, before {:.3f})",
-                           after.one_height.over_noise, before.one_height.over_noise);
-    }
-}
-
 } // namespace
+
+Criterion criterion(std::span<const fit::Fit> models) {
+    const fit::Fit* best = nullptr;
+    for (const fit::Fit& model : models)
+        best = better(best, model);
+    return criterion_of(best);
+}
+
+Criterion criterion(const fit::Fit& one, std::span<const fit::Fit> others) {
+    const fit::Fit* best = better(nullptr, one);
+    for (const fit::Fit& model : others)
+        best = better(best, model);
+    return criterion_of(best);
+}
+
+double bic(const fit::Fit& model, const Criterion& criterion) {
+    return misfit(model, criterion) * criterion.share +
+           static_cast<double>(count_without_errors(model.parameters)) *
+               std::log(criterion.effective_readings);
+}
+
+double gain_p_value(double gain, int added) {
+    return fit::chi_squared_tail(std::max(gain, 0.0), std::max(added, 1));
+}
+
+double gain_p_value(const fit::Fit& smaller, const fit::Fit& larger, const Criterion& criterion) {
+    return gain_p_value((misfit(smaller, criterion) - misfit(larger, criterion)) * criterion.share,
+                        static_cast<int>(larger.parameters.size()) -
+                            static_cast<int>(smaller.parameters.size()));
+}
 
 Judgement judge(const Step& step, const Policy& policy) {
     Judgement judgement;
@@ -131,14 +140,11 @@ Judgement judge(const Step& step, const Policy& policy) {
     judgement.p_value =
         std::min(1.0, gain_p_value(step.smaller, step.larger, step.criterion) *
                           static_cast<double>(std::max<std::size_t>(step.tried, 1)));
-    judgement.explained = 1.0 - step.larger.chi_squared / step.smaller.chi_squared;
     if (step.refused != nullptr) {
         judgement.refused = step.refused->names;
         judgement.gain_over_refused =
             bic(*step.refused, step.criterion) - bic(step.larger, step.criterion);
     }
-    // From the cheapest to the dearest question: what is held out costs four fits and is asked
-    // last.
     judgement.objection = objection_to_gain(step, judgement, policy);
     for (const std::string& effect : step.added)
         if (judgement.is_accepted()) {
@@ -146,12 +152,6 @@ Judgement judge(const Step& step, const Policy& policy) {
             judgement.objection = own.objection;
             judgement.parameter = own.parameter;
         }
-    if (judgement.is_accepted() && step.held_out) {
-        judgement.held_out = step.held_out;
-        judgement.fall_of_pulls = squared_pulls(step.smaller) - squared_pulls(step.larger);
-        judgement.objection =
-            objection_of_held_out(*step.held_out, judgement.fall_of_pulls, policy);
-    }
     return judgement;
 }
 
@@ -200,9 +200,8 @@ Judgement judge_effect(const fit::Fit& fit, const std::string& effect) {
 std::string in_words(const Judgement& judgement, const Policy& policy) {
     switch (judgement.objection) {
     case Objection::None:
-        return judgement.held_out ? fmt::format("BIC falls by {:.0f}, {}", judgement.gain,
-                                                acceptance_in_words(judgement, policy))
-                                  : std::string();
+        return judgement.gain > 0.0 ? fmt::format("BIC falls by {:.0f}", judgement.gain)
+                                    : std::string();
     case Objection::FitFailed:
         return "failed: " + judgement.failure;
     case Objection::Motionless:
@@ -214,9 +213,6 @@ std::string in_words(const Judgement& judgement, const Policy& policy) {
                                  policy.naming_gain);
     case Objection::NotSignificant:
         return fmt::format("the gain is not significant (p = {:.2g})", judgement.p_value);
-    case Objection::GlaringMisfitStays:
-        return fmt::format("it explains {:.0f} % of a misfit that stays glaring",
-                           100.0 * judgement.explained);
     case Objection::NoGainOverRefusedModel:
         return fmt::format("{} against {}, which was refused",
                            gain_in_words(judgement.gain_over_refused),
@@ -225,45 +221,8 @@ std::string in_words(const Judgement& judgement, const Policy& policy) {
         return bound_in_words(*judgement.parameter);
     case Objection::NoSize:
         return absence_in_words(*judgement.parameter);
-    case Objection::RefitFailed:
-    case Objection::NotPredictedBetter:
-    case Objection::LastThirdWorse:
-    case Objection::HeightWorse:
-        return held_out_in_words(judgement.objection, *judgement.held_out);
     }
     return {};
-}
-
-bool is_rival(const fit::Fit& fit, const std::string& effect) {
-    if (!fit.is_fitted())
-        return false;
-    bool has_size = false;
-    bool is_there = false;
-    for (const fit::FittedParameter& parameter : fit.parameters) {
-        if (parameter.id.effect != effect || parameter.is_place)
-            continue;
-        has_size = true;
-        is_there = is_there || !is_absent(parameter);
-    }
-    return is_there || !has_size;
-}
-
-bool acts_for_certain(const fit::Fit& smaller, const fit::Fit& larger, const Policy& policy) {
-    return larger.parameters.size() <= smaller.parameters.size() &&
-           larger.chi_squared < policy.certain_share * smaller.chi_squared;
-}
-
-bool explains(const fit::Fit& smaller, const fit::Fit& larger, double share) {
-    const auto readings = static_cast<double>(smaller.readings);
-    return larger.is_fitted() && !larger.out_of_reach &&
-           larger.chi_squared - readings < (1.0 - share) * (smaller.chi_squared - readings);
-}
-
-double step_limit(const fit::Fit& smaller, std::size_t added, const Policy& policy) {
-    const auto readings = static_cast<double>(smaller.readings);
-    const double share = policy.least_share_of_glaring * static_cast<double>(added);
-    return std::max(policy.glaring_misfit * readings,
-                    smaller.chi_squared - share * (smaller.chi_squared - readings));
 }
 
 } // namespace culm::diagnose

@@ -45,10 +45,9 @@ const fit::Fit* best_fit(const Ladder& ladder) {
     return best;
 }
 
-HoldOut what_to_hold_out(const Ladder& ladder, const Policy& policy) {
+HoldOut what_to_hold_out(const Ladder& ladder) {
     const fit::Fit* const best = best_fit(ladder);
-    return best == nullptr ? HoldOut{}
-                           : hold_out_of(ladder.left_out_row, best->parts.front(), policy);
+    return best == nullptr ? HoldOut{} : HoldOut{ladder.left_out_row, best->parts.front().noise};
 }
 
 /// What model `k` is worth against `accepted`, the last that was a gain, and `below`, the last that
@@ -60,17 +59,13 @@ void judge_model(Ladder& ladder, std::size_t k, std::size_t accepted, std::size_
     const LadderModel& before = ladder.models[accepted];
     model.compared_with = accepted;
     model.added = difference(model.fit.names, before.fit.names);
-    std::optional<HeldOutPair> held_out;
-    if (model.held_out && before.held_out)
-        held_out = {*model.held_out, *before.held_out};
     const Judgement judgement =
         judge({.smaller = numbers[accepted],
                .larger = numbers[k],
                .criterion = criterion,
                .added = difference(model.fit.names, ladder.models[below].fit.names),
                .tried = tried,
-               .refused = below == accepted ? nullptr : &numbers[below],
-               .held_out = std::move(held_out)},
+               .refused = below == accepted ? nullptr : &numbers[below]},
               policy);
     model.is_gain = judgement.is_accepted();
     model.why = in_words(judgement, policy);
@@ -119,7 +114,7 @@ Ladder climb(const measure::Measurement& measurement,
     const std::vector<fit::ObservedRecording> exact = fit::with_inputs_as_stated(fits.recordings);
     if (!ladder.models.front().fit.failed())
         ladder.left_out_row = row_to_leave_out(ladder.models.front().stated.parts.front());
-    const HoldOut hold_out = what_to_hold_out(ladder, policy);
+    const HoldOut hold_out = what_to_hold_out(ladder);
     for (LadderModel& model : ladder.models) {
         ladder.comparison.emplace_back();
         if (model.fit.failed())

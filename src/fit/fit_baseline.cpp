@@ -220,11 +220,7 @@ NestedFits fit_nested(std::span<const measure::Measurement> measurements,
 
 Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
               std::span<const ObservedRecording> recordings, const FitOptions& options) {
-    const FitPlan plan(effects, smaller, recordings, options);
-    std::vector<std::optional<BegunStart>> begun;
-    for (std::size_t k = 0; k < plan.start_count(); ++k)
-        begun.push_back(plan.begin(k, options));
-    return plan.finish(begun, options);
+    return FitPlan(effects, smaller, recordings, options).fit(options);
 }
 
 } // namespace culm::fit

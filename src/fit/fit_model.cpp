@@ -12,7 +12,8 @@
 #include <optional>
 #include <utility>
 
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace culm::fit {
 namespace {
@@ -50,12 +51,12 @@ class BestFit {
     void try_starts(const std::vector<StartModels>& starts, bool is_first_guess);
 
     /// The same for a model that is larger than that of `smaller` (a part for each recording) and,
-    /// if `is_nested`, contains it; `begun` from `starts`, empty: not yet. If it then fits worse
+    /// if `is_nested`, contains it. If it then fits worse
     /// the solution has missed a cycle, and growing windows are tried; what stays worse is a
-    /// failure and no result.
-    void try_larger(const std::vector<StartModels>& starts,
-                    std::optional<std::vector<BegunFit>> begun,
-                    std::span<const RecordingFit> smaller, bool is_nested);
+    /// failure and no result. A model that is not nested tries them at once, unless its start is
+    /// near the end.
+    void try_larger(const std::vector<StartModels>& starts, std::span<const RecordingFit> smaller,
+                    bool is_nested, bool is_near_end = false);
 
     [[nodiscard]] std::optional<Fit> take() { return std::move(best_); }
     [[nodiscard]] const std::string& failure() const { return failure_; } ///< of the last that did
@@ -135,15 +136,9 @@ void BestFit::try_starts(const std::vector<StartModels>& starts, bool is_first_g
 }
 
 void BestFit::try_larger(const std::vector<StartModels>& starts,
-                         std::optional<std::vector<BegunFit>> begun,
-                         std::span<const RecordingFit> smaller, bool is_nested) {
-    if (begun)
-        go_on(std::move(*begun));
-    else
-        try_starts(starts, false);
-    if (best_ && best_->out_of_reach)
-        return; // wherever it ends is too far off
-    if (!is_nested || !is_as_good_as(smaller))
+                         std::span<const RecordingFit> smaller, bool is_nested, bool is_near_end) {
+    try_starts(starts, false);
+    if (is_near_end ? is_nested && !is_as_good_as(smaller) : !is_nested || !is_as_good_as(smaller))
         try_starts(starts, true);
     if (!is_nested || !best_ || is_as_good_as(smaller))
         return;
@@ -179,7 +174,6 @@ JointOptions BestFit::joint_options(bool is_first_guess) const {
     JointOptions joint;
     joint.chain.window = options_.window;
     joint.chain.is_first_guess = is_first_guess;
-    joint.chain.wanted_chi_squared = options_.wanted_chi_squared;
     joint.chain.heartbeat = options_.heartbeat;
     joint.belongs_to_recording = belongs_to_recording;
     joint.noise = noise_;
@@ -189,7 +183,7 @@ JointOptions BestFit::joint_options(bool is_first_guess) const {
 /// A solution can end early where its steps meet a bound: it begins again from there, with the
 /// parameters at a bound held, until that gains nothing.
 Fit BestFit::settled(Fit fit) {
-    for (int again = 0; again < most_restarts && !fit.out_of_reach; ++again) {
+    for (int again = 0; again < most_restarts; ++again) {
         JointOptions options = joint_options(false);
         for (const FittedParameter& parameter : fit.parameters)
             options.is_held.push_back(parameter.is_at_bound);
@@ -257,24 +251,21 @@ std::string failure_of(const Work& work) {
     }
 }
 
-BegunStart numbers_of(const BegunFit& begun, int runs) {
-    BegunStart numbers{{}, begun.weighted_rms, begun.chi_squared, runs};
-    for (const StemModel& model : begun.models) {
-        std::vector<double>& own = numbers.values.emplace_back();
-        for (std::size_t k = 0; k < model.free_count(); ++k)
-            own.push_back(model.value(k));
-    }
-    return numbers;
+/// Has a number that `smaller` does not have come to nothing? Then the fit may have ended beside a
+/// part of its model that explains more.
+bool is_doubtful(const Fit& fit, const Fit& smaller) {
+    return fit.failed() ||
+           std::ranges::any_of(fit.parameters, [&](const FittedParameter& parameter) {
+               const bool is_new =
+                   std::ranges::find(smaller.parameters, parameter.id, &FittedParameter::id) ==
+                   smaller.parameters.end();
+               return is_new && !parameter.is_place &&
+                      (parameter.is_at_bound || is_absent(parameter));
+           });
 }
 
-BegunFit begun_from(const BegunStart& numbers, const StartModels& start) {
-    BegunFit begun{start, numbers.weighted_rms, numbers.chi_squared};
-    for (std::size_t m = 0; m < begun.models.size(); ++m) {
-        StemModel& model = begun.models[m];
-        for (std::size_t k = 0; k < numbers.values[m].size(); ++k)
-            model.set_value(k, numbers.values[m][k]);
-    }
-    return begun;
+bool is_worse(const Fit& fit, const Fit& part) {
+    return fit.failed() || fit.weighted_rms > allowed_excess * part.weighted_rms;
 }
 
 } // namespace
@@ -293,22 +284,11 @@ FitPlan::FitPlan(const SelectedEffects& effects, const Fit& smaller,
     });
 }
 
-std::optional<BegunStart> FitPlan::begin(std::size_t k, const FitOptions& options) const {
-    std::optional<BegunStart> begun;
-    (void)failure_of([&] { // the other starts may lead somewhere
-        BestFit best(recordings_, options, noises(smaller_.parts));
-        begun = numbers_of(best.begin(starts_[k], false), best.runs());
-    });
-    return begun;
-}
-
-Fit FitPlan::finish(const std::vector<std::optional<BegunStart>>& begun,
-                    const FitOptions& options) const {
+Fit FitPlan::fit(const FitOptions& options) const {
     Fit fit;
     fit.reason = failure_;
     if (failure_.empty())
-        if (std::string failure = failure_of([&] { fit = fitted(begun, options); });
-            !failure.empty()) {
+        if (std::string failure = failure_of([&] { fit = fitted(options); }); !failure.empty()) {
             fit.status = FitStatus::Failed;
             fit.reason = std::move(failure);
         }
@@ -319,8 +299,7 @@ Fit FitPlan::finish(const std::vector<std::optional<BegunStart>>& begun,
     return fit;
 }
 
-Fit FitPlan::fitted(const std::vector<std::optional<BegunStart>>& begun,
-                    const FitOptions& options) const {
+Fit FitPlan::fitted(const FitOptions& options) const {
     if (effects_.empty())
         return recordings_.size() > 1 ? fit_from_own(options) : fit_alone(0, options);
     if (smaller_.failed()) {
@@ -331,7 +310,7 @@ Fit FitPlan::fitted(const std::vector<std::optional<BegunStart>>& begun,
     if (!moves())
         return smaller_;
     if (!starts_.empty())
-        return fit_from_starts(begun, options);
+        return fit_from_starts(options);
     return recordings_.size() > 1 ? fit_from_own(options) : fit_alone(0, options);
 }
 
@@ -377,9 +356,6 @@ std::vector<StartModels> FitPlan::larger_starts() const {
 /// One recording by itself: the chain, or what makes it move where it stood still without it.
 Fit FitPlan::fit_alone(std::size_t recording, const FitOptions& options) const {
     const std::span<const ObservedRecording> own(&recordings_[recording], 1);
-    FitOptions to_the_end = options; // what is wanted is wanted of all recordings
-    if (!effects_.empty())
-        to_the_end.wanted_chi_squared.reset();
     if (!can_move(models_[recording], own.front())) {
         if (effects_.empty())
             return motionless(models_[recording], own.front(), options);
@@ -388,13 +364,12 @@ Fit FitPlan::fit_alone(std::size_t recording, const FitOptions& options) const {
         still.parts = {smaller_.parts[recording]};
         return still;
     }
-    BestFit best(own, to_the_end);
+    BestFit best(own, options);
     if (!effects_.empty() && can_move(smaller_.parts[recording].model, own.front())) {
         std::vector<StartModels> starts;
         for (StemModel& start : candidate_starts(models_[recording], smaller_.parts[recording]))
             starts.push_back({std::move(start)});
-        best.try_larger(starts, std::nullopt, {&smaller_.parts[recording], 1},
-                        is_nested(models_[recording]));
+        best.try_larger(starts, {&smaller_.parts[recording], 1}, is_nested(models_[recording]));
     } else {
         best.try_start({models_[recording]}, true);
     }
@@ -434,33 +409,62 @@ Fit FitPlan::fit_from_alone(std::span<const RecordingFit> alone, const FitOption
     return result_of(best);
 }
 
-Fit FitPlan::fit_from_starts(const std::vector<std::optional<BegunStart>>& begun,
-                             const FitOptions& options) const {
-    std::optional<std::vector<BegunFit>> from;
-    int runs = 0;
-    if (start_count() > 0) {
-        from.emplace();
-        for (std::size_t k = 0; k < begun.size(); ++k)
-            if (begun[k]) {
-                from->push_back(begun_from(*begun[k], starts_[k]));
-                runs += begun[k]->runs;
-            }
-    }
+Fit FitPlan::fit_from_starts(const FitOptions& options) const {
     BestFit best(recordings_, options, noises(smaller_.parts));
-    best.try_larger(starts_, std::move(from), smaller_.parts, is_nested(models_.front()));
-    Fit fit = result_of(best);
-    fit.runs += runs;
-    return fit;
+    best.try_larger(starts_, smaller_.parts, is_nested(models_.front()));
+    return result_of(best);
 }
 
 Fit refined(const StartModels& start, const SelectedEffects& effects, const Fit& smaller,
             std::span<const ObservedRecording> recordings, const FitOptions& options) {
     BestFit best(recordings, options, noises(smaller.parts));
-    best.try_larger({start}, std::nullopt, smaller.parts, is_nested(start.front()));
+    best.try_larger({start}, smaller.parts, is_nested(start.front()), true);
     Fit fit = result_of(best);
     fit.effects = effects;
     fit.names = model_names(in_library_order(effects));
     return fit;
+}
+
+Fit fit_with_parts(const SelectedEffects& effects, const Fit& smaller,
+                   std::span<const ObservedRecording> recordings, const FitOptions& options) {
+    Fit whole = fit_model(effects, smaller, recordings, options);
+    const auto added = std::ranges::count_if(
+        effects, [&](const auto& each) { return !contains(smaller.effects, each); });
+    if (added < 2 || !is_doubtful(whole, smaller))
+        return whole;
+    std::optional<Fit> best;
+    for (std::size_t k = 0; k < effects.size(); ++k) {
+        if (contains(smaller.effects, effects[k]) || !has_fitted_number(*effects[k].effect))
+            continue;
+        SelectedEffects rest = effects;
+        rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
+        // Effects that are added together may compensate each other from the first step on. From
+        // the best of the smaller models only one of them is new.
+        Fit part = fit_with_parts(rest, smaller, recordings, options);
+        whole.runs += part.runs;
+        if (part.is_fitted() && (!best || part.weighted_rms < best->weighted_rms))
+            best = std::move(part);
+    }
+    if (!best || !is_worse(whole, *best))
+        return whole;
+    Fit again = fit_model(effects, *best, recordings, options);
+    again.runs += whole.runs;
+    if (is_worse(again, *best)) {
+        again.reason =
+            fmt::format("no start leads to a fit as good as that of {}, which it contains",
+                        fmt::join(best->names, " + "));
+        again.status = FitStatus::Failed;
+        again.parts.clear();
+    }
+    return again;
+}
+
+double relative_cost(const SelectedEffects& effects) {
+    constexpr double of_spatial = 6.0;
+    return std::ranges::any_of(effects,
+                               [](const auto& each) { return each.effect->dimensions() > 2; })
+               ? of_spatial
+               : 1.0;
 }
 
 } // namespace culm::fit

@@ -103,36 +103,15 @@ struct NestedFits {
                           const Fit& smaller, std::span<const ObservedRecording> recordings,
                           const FitOptions& options);
 
-/// Where some iterations from a start have led.
-struct BegunStart {
-    /// (recordings)(free numbers of the model)
-    std::vector<std::vector<double>> values;
-    double weighted_rms = 0.0; ///< as Fit's
-    double chi_squared = 0.0;
-    int runs = 0;
-};
-
-template <class Wire>
-void fields(Wire& wire, BegunStart& begun) {
-    wire(begun.values, begun.weighted_rms, begun.chi_squared, begun.runs);
-}
-
-/// fit_model() in two parts that can be spread over ranks: begin() for every start, then finish().
+/// fit_model() of one model, and its fits from other solutions.
 class FitPlan {
   public:
     /// `smaller` and the recordings must outlive this.
     FitPlan(const SelectedEffects& effects, const Fit& smaller,
             std::span<const ObservedRecording> recordings, const FitOptions& options);
 
-    /// Starts to choose between; 0 where there is nothing to choose.
-    [[nodiscard]] std::size_t start_count() const {
-        return starts_.size() > 1 ? starts_.size() : 0;
-    }
-    /// Where some iterations from start `k` lead; empty if nowhere.
-    [[nodiscard]] std::optional<BegunStart> begin(std::size_t k, const FitOptions& options) const;
-    /// `begun`: what begin() gave for each start. As fit_model().
-    [[nodiscard]] Fit finish(const std::vector<std::optional<BegunStart>>& begun,
-                             const FitOptions& options) const;
+    /// As fit_model().
+    [[nodiscard]] Fit fit(const FitOptions& options) const;
 
     /// One recording with the errors of its readings from its fit without them.
     [[nodiscard]] Fit fit_beside_errors(const RecordingFit& alone, const FitOptions& options) const;
@@ -141,15 +120,13 @@ class FitPlan {
                                      const FitOptions& options) const;
 
   private:
-    [[nodiscard]] Fit fitted(const std::vector<std::optional<BegunStart>>& begun,
-                             const FitOptions& options) const;
+    [[nodiscard]] Fit fitted(const FitOptions& options) const;
     [[nodiscard]] bool moves() const;
     [[nodiscard]] bool moves_more() const;
     [[nodiscard]] std::vector<StartModels> larger_starts() const;
     [[nodiscard]] Fit fit_alone(std::size_t recording, const FitOptions& options) const;
     [[nodiscard]] Fit fit_from_own(const FitOptions& options) const;
-    [[nodiscard]] Fit fit_from_starts(const std::vector<std::optional<BegunStart>>& begun,
-                                      const FitOptions& options) const;
+    [[nodiscard]] Fit fit_from_starts(const FitOptions& options) const;
 
     std::string failure_; ///< why there is no plan
     SelectedEffects effects_;
@@ -159,5 +136,9 @@ class FitPlan {
     std::vector<RecordedSwing> swings_; ///< of several recordings
     std::vector<StartModels> starts_;   ///< from `smaller`, if it has a fit and moves as much
 };
+
+/// Of a run with these effects, against one of the published chain: spatial chains take six times
+/// as long.
+[[nodiscard]] double relative_cost(const SelectedEffects& effects);
 
 } // namespace culm::fit

@@ -23,7 +23,7 @@ template <class Wire>
 void fields(Wire& wire, Fit& numbers) {
     wire(numbers.names, numbers.status, numbers.reason, numbers.parameters, numbers.chi_squared,
          numbers.reduced_chi_squared, numbers.rmse, numbers.readings, numbers.effective_readings,
-         numbers.runs, numbers.out_of_reach, numbers.misfits);
+         numbers.runs, numbers.misfits);
 }
 
 /// The fit of `effects` as a map over ranks returns it: a failed one where its rank was lost.

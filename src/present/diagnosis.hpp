@@ -44,7 +44,4 @@ struct DiagnosisReport {
 /// The verdict in plain words and the tables below it; a screenful.
 [[nodiscard]] std::string diagnosis_text(const DiagnosisReport& report, const TextStyle& style);
 
-/// Why a candidate could not be fitted or scored; empty if it could.
-[[nodiscard]] std::string failure_of(const diagnose::RankedEffect& ranked);
-
 } // namespace culm::present

@@ -8,6 +8,9 @@
 #include "present/parameters.hpp"
 #include "present/text.hpp"
 
+#include <algorithm>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +21,8 @@ namespace culm::present {
 namespace {
 
 using nlohmann::json;
+
+constexpr double least_listed = 1e-3; ///< probability of an explanation
 
 json parameters_with_units(std::span<const fit::FittedParameter> parameters) {
     json out = parameters_json(parameters);
@@ -53,39 +58,51 @@ json baseline_json(const diagnose::Diagnosis& diagnosis) {
             {"parameters", parameters_with_units(fit.parameters)}};
 }
 
-/// Numbers of a failed fit are null: a rank by them would mean nothing.
-json ranking_json(const DiagnosisReport& report) {
+/// Models that were fitted, the likeliest first. Numbers of a failed fit are null.
+json probabilities_json(const std::vector<diagnose::ModelProbability>& models) {
+    std::vector<const diagnose::ModelProbability*> sorted;
+    for (const diagnose::ModelProbability& model : models)
+        sorted.push_back(&model);
+    std::ranges::stable_sort(sorted, std::greater{},
+                             [](const auto* model) { return model->probability; });
     json out = json::array();
-    for (const diagnose::RankedEffect& ranked : report.found.ranking) {
-        json entry{{"effect", ranked.effect},
-                   {"summary", report.summary_of(ranked.effect)},
-                   {"signature", ranked.signature},
-                   {"refitted", ranked.is_refitted},
-                   {"ended_early", ranked.fit.out_of_reach.has_value()},
-                   {"delta_bic", number(ranked.delta_bic)},
-                   {"p_value", number(ranked.p_value)},
-                   {"parameters", parameters_with_units(ranked.fit.parameters)},
-                   {"obstacle", ranked.obstacle},
-                   {"looks_like", ranked.looks_like}};
-        if (ranked.is_refitted && ranked.fit.failed()) {
-            entry["failure"] = ranked.fit.reason;
-            for (const char* key : {"delta_bic", "p_value"})
-                entry[key] = nullptr;
+    for (const diagnose::ModelProbability* model : sorted) {
+        json entry{{"effects", model->effects},
+                   {"log_evidence", number(model->log_evidence)},
+                   {"probability", number(model->probability)}};
+        if (!model->failure.empty()) {
+            entry["failure"] = model->failure;
+            entry["log_evidence"] = nullptr;
         }
         out.push_back(std::move(entry));
     }
     return out;
 }
 
-json failed_json(const std::vector<diagnose::RankedEffect>& ranking) {
+json explanations_json(const std::vector<diagnose::Explanation>& explanations) {
     json out = json::array();
-    for (const diagnose::RankedEffect& ranked : ranking)
-        if (const std::string reason = failure_of(ranked); !reason.empty())
-            out.push_back({{"effect", ranked.effect}, {"reason", reason}});
+    for (const diagnose::Explanation& explanation : explanations)
+        if (explanation.probability >= least_listed)
+            out.push_back({{"effects", explanation.effects},
+                           {"probability", number(explanation.probability)}});
     return out;
 }
 
-/// Readings are held out only where an effect might be accepted; elsewhere the numbers are null.
+json immaterial_json(const std::vector<diagnose::ImmaterialEffect>& effects) {
+    json out = json::array();
+    for (const diagnose::ImmaterialEffect& effect : effects)
+        out.push_back({{"effect", effect.effect}, {"over_noise", number(effect.over_noise)}});
+    return out;
+}
+
+json failed_json(const std::vector<diagnose::ModelProbability>& models) {
+    json out = json::array();
+    for (const diagnose::ModelProbability& model : models)
+        if (!model.failure.empty())
+            out.push_back({{"effects", model.effects}, {"reason", model.failure}});
+    return out;
+}
+
 json models_json(const std::vector<diagnose::SearchedModel>& ladder) {
     json out = json::array();
     for (const diagnose::SearchedModel& model : ladder) {
@@ -98,34 +115,29 @@ json models_json(const std::vector<diagnose::SearchedModel>& ladder) {
                    {"p_value", number(model.p_value)},
                    {"tests", model.tests},
                    {"parameters", parameters_with_units(model.stated.parameters)}};
-        if (!out.empty()) {
-            entry["delta_bic"] = number(model.delta_bic);
-            const bool is_computed = model.held_out > 0.0;
-            entry["held_out_over_noise"] = is_computed ? number(model.held_out) : json();
-            entry["held_out_before_over_noise"] =
-                is_computed ? number(model.held_out_before) : json();
-        }
+        if (!out.empty())
+            entry["log_evidence"] = number(model.log_evidence);
         out.push_back(std::move(entry));
     }
     return out;
 }
 
 /// What a small effect, if it were there, would do to the calibration.
-std::string bias_text(const diagnose::EffectScore& score) {
+std::string bias_text(const diagnose::DetectionLimit& score) {
     return fmt::format("at that size the calibrated Y would be off by {} and beta by {}",
                        present::percent_text(score.youngs_modulus_bias),
                        present::percent_text(score.damping_bias));
 }
 
-json blind_spots_json(const std::vector<diagnose::EffectScore>& scores) {
+json blind_spots_json(const std::vector<diagnose::DetectionLimit>& scores) {
     json out = json::array();
-    for (const diagnose::EffectScore& score : scores) {
+    for (const diagnose::DetectionLimit& score : scores) {
         json entry{{"effect", score.effect}};
         if (!score.failure.empty()) {
             entry["failure"] = score.failure;
         } else {
             entry["smallest_visible"] = {{"parameter", score.parameter},
-                                         {"value", number(score.smallest_visible)},
+                                         {"value", number(score.value)},
                                          {"unit", score.unit}};
             entry["beyond_bounds"] = score.is_beyond_bounds;
             entry["bias_if_present"] = bias_text(score);
@@ -139,14 +151,10 @@ json blind_spots_json(const std::vector<diagnose::EffectScore>& scores) {
 
 json experiments_json(const std::vector<diagnose::Experiment>& experiments) {
     json out = json::array();
-    for (const diagnose::Experiment& experiment : experiments) {
-        json pairs = json::array();
-        for (const auto& [one, other] : experiment.separates)
-            pairs.push_back({one, other});
+    for (const diagnose::Experiment& experiment : experiments)
         out.push_back({{"what", experiment.what},
-                       {"separates", std::move(pairs)},
+                       {"separates", {experiment.first_model, experiment.second_model}},
                        {"expected_gap", number(experiment.expected_gap)}});
-    }
     return out;
 }
 
@@ -204,21 +212,18 @@ json families_json(const std::vector<diagnose::NamedFamily>& families) {
     return out;
 }
 
-void add_ties(const std::vector<diagnose::TieGroup>& ties, json& document) {
-    json names = json::array();
-    json separate_by = json::array();
-    json differences = json::array();
-    for (const diagnose::TieGroup& tie : ties) {
-        json gaps = json::array();
-        for (const double gap : tie.delta_bic)
-            gaps.push_back(number(gap));
-        names.push_back(tie.names);
-        separate_by.push_back(tie.separate_by);
-        differences.push_back(std::move(gaps));
-    }
-    document["ties"] = std::move(names);
-    document["ties_separate_by"] = std::move(separate_by);
-    document["ties_delta_bic"] = std::move(differences);
+json alternatives_json(const std::vector<diagnose::FamilyExplanation>& alternatives) {
+    json out = json::array();
+    for (const diagnose::FamilyExplanation& each : alternatives)
+        out.push_back({{"families", families_json(each.families)},
+                       {"probability", number(each.probability)}});
+    return out;
+}
+
+json largest_unvisited_json(const std::optional<diagnose::PredictedModel>& model) {
+    if (!model)
+        return nullptr;
+    return {{"effects", model->effects}, {"log_evidence", number(model->log_evidence)}};
 }
 
 void add_recordings(const DiagnosisReport& report, json& document) {
@@ -249,29 +254,29 @@ json diagnosis_json(const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = report.found;
     json document{
         {"format", "culm-diagnosis"},
-        {"version", 1},
+        {"version", 2},
         {"verdict", diagnose::to_string(found.conclusion)},
         {"reason", found.reason},
         {"sentences", diagnosis_sentences(report)},
-        {"policy", {{"naming_gain", found.policy.naming_gain}}},
         {"effects", found.effects},
+        {"probability", number(found.probability)},
         {"families", families_json(found.families)},
+        {"alternatives", alternatives_json(found.alternatives)},
         {"explained", number(found.explained)},
+        {"unexplained_mm", number(1e3 * found.unexplained)},
+        {"unexplained_share_of_swing", number(found.unexplained_share)},
         {"baseline", baseline_json(found)},
         {"parameters", parameters_with_units(report.parameters())},
-        {"ranking", ranking_json(report)},
-        {"failed", failed_json(found.ranking)},
+        {"models", probabilities_json(found.posterior.models)},
+        {"explanations", explanations_json(found.posterior.explanations)},
+        {"immaterial", immaterial_json(found.posterior.immaterial)},
+        {"largest_unvisited", largest_unvisited_json(found.largest_unvisited)},
+        {"failed", failed_json(found.posterior.models)},
         {"ladder", models_json(found.ladder)},
         {"blind_spots", blind_spots_json(found.blind_spots)},
         {"next_experiment", experiments_json(found.next_experiments)},
-        {"false_naming_rate", number(found.false_naming.rate)},
-        {"false_naming",
-         {{"rate", number(found.false_naming.rate)},
-          {"upper_bound", number(found.false_naming.upper_bound)},
-          {"draws", found.false_naming.draws}}},
         {"missing_force", found.missing_force ? missing_force_json(*found.missing_force) : json()},
         {"runs", found.runs}};
-    add_ties(found.ties, document);
     add_recordings(report, document);
     return document;
 }

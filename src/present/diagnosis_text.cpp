@@ -21,9 +21,8 @@ using diagnose::Conclusion;
 constexpr std::size_t diagnosis_width = 96; ///< characters of a line of running text
 
 /// Is there a size from which on the effect would be detected?
-bool is_detectable(const diagnose::EffectScore& blind_spot) {
-    return blind_spot.failure.empty() && !blind_spot.is_beyond_bounds &&
-           std::isfinite(blind_spot.smallest_visible);
+bool is_detectable(const diagnose::DetectionLimit& limit) {
+    return limit.failure.empty() && !limit.is_beyond_bounds && std::isfinite(limit.value);
 }
 
 std::string diagnosis_header(const DiagnosisReport& report) {
@@ -68,36 +67,57 @@ double bias_of(const DiagnosisReport& report, double physics::StemParameters<dou
     return value(report.found.stated_baseline) / value(report.best_fit()) - 1.0;
 }
 
-/// What the missing effects did to the calibration, and what they explain.
-std::string consequence_sentence(const DiagnosisReport& report) {
-    const fit::Fit& first = report.found.ladder.front().stated;
+/// What the answer does to the residual and to the calibration, and what it leaves.
+std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
+    const diagnose::Diagnosis& found = report.found;
+    const fit::Fit& first = found.ladder.front().stated;
     const fit::Fit& last = report.best_fit();
-    std::string text =
-        fmt::format("The residual falls from {} mm (rms) to {} mm; the noise is {} mm.",
-                    number_cell(1e3 * first.rmse, 4), number_cell(1e3 * last.rmse, 4),
-                    number_cell(1e3 * report.noise(), 4));
-    const double modulus = bias_of(report, &physics::StemParameters<double>::bond_youngs_modulus);
-    const double damping = bias_of(report, &physics::StemParameters<double>::bond_damping);
-    // With known effects the first model is not the baseline, whose numbers these are.
-    if (first.names.size() == 1 && first.moves() && std::isfinite(modulus) &&
-        std::isfinite(damping))
-        text += fmt::format(" Without {} the calibrated Y is off by {} and beta by {}.",
-                            report.found.effects.size() == 1 ? "it" : "them", percent_text(modulus),
-                            percent_text(damping));
-    return text;
+    std::vector<std::string> sentences;
+    if (found.ladder.size() > 1) {
+        sentences.push_back(
+            fmt::format("Residual (rms): {} mm before, {} mm after; the noise is {} mm.",
+                        number_cell(1e3 * first.rmse, 4), number_cell(1e3 * last.rmse, 4),
+                        number_cell(1e3 * report.noise(), 4)));
+        const double modulus =
+            bias_of(report, &physics::StemParameters<double>::bond_youngs_modulus);
+        const double damping = bias_of(report, &physics::StemParameters<double>::bond_damping);
+        // With known effects the first model is not the baseline, whose numbers these are.
+        if (first.names.size() == 1 && first.moves() && std::isfinite(modulus) &&
+            std::isfinite(damping))
+            sentences.push_back(
+                fmt::format("Without {} the calibrated Y is off by {} and beta "
+                            "by {}.",
+                            found.ladder.back().fit.names.size() == 2 ? "it" : "them",
+                            percent_text(modulus), percent_text(damping)));
+    } else {
+        sentences.push_back(fmt::format("Residual (rms): {} mm; the noise is {} mm.",
+                                        number_cell(1e3 * first.rmse, 4),
+                                        number_cell(1e3 * report.noise(), 4)));
+    }
+    sentences.push_back(fmt::format("Not explained: {} mm, {:.2g} % of the swing.",
+                                    number_cell(1e3 * found.unexplained, 2),
+                                    100.0 * found.unexplained_share));
+    for (const diagnose::ImmaterialEffect& effect : found.posterior.immaterial)
+        sentences.push_back(fmt::format("Detectable, immaterial: {} explains {:.2g} times the "
+                                        "noise.",
+                                        effect.effect, effect.over_noise));
+    return sentences;
 }
 
-std::vector<std::string> sentences_on_named(const DiagnosisReport& report) {
-    std::vector<std::string> sentences;
-    for (const diagnose::TieGroup& tie : report.found.ties) {
-        sentences.push_back(fmt::format(
-            "This recording cannot distinguish between {}{}.", fmt::join(tie.names, " and "),
-            tie.is_of_one_family ? "; the numbers are those of the first, as an estimate" : ""));
-        if (!tie.separate_by.empty())
-            sentences.push_back("To separate them: " + tie.separate_by);
-    }
-    sentences.push_back(consequence_sentence(report));
-    return sentences;
+/// "quadratic_drag", "material damping (relaxation or hysteretic_damping)".
+std::string family_name(const diagnose::NamedFamily& named) {
+    return named.members.size() == 1 ? named.members.front()
+                                     : fmt::format("{} ({})", physics::to_string(named.family),
+                                                   fmt::join(named.members, " or "));
+}
+
+/// The effects of one explanation.
+std::string explanation_name(const std::vector<diagnose::NamedFamily>& families) {
+    std::vector<std::string> names;
+    for (const diagnose::NamedFamily& named : families)
+        names.push_back(family_name(named));
+    return names.empty() ? std::string("the published chain")
+                         : fmt::format("{}", fmt::join(names, " with "));
 }
 
 std::vector<std::string> sentences_on_unknown(const diagnose::Diagnosis& found) {
@@ -114,69 +134,55 @@ std::vector<std::string> sentences_on_unknown(const diagnose::Diagnosis& found) 
             force.form};
 }
 
-std::string adequate_sentence(const DiagnosisReport& report) {
-    const diagnose::Diagnosis& found = report.found;
-    return fmt::format("The residual is {} mm (rms), the noise {} mm. {} of {} other effects would "
-                       "be detected from the sizes below on.",
-                       number_cell(1e3 * found.ladder.front().stated.rmse, 4),
-                       number_cell(1e3 * report.noise(), 4),
-                       std::ranges::count_if(found.blind_spots, is_detectable),
-                       found.blind_spots.size());
-}
-
-/// "quadratic_drag", "material damping (relaxation or hysteretic_damping)".
-std::vector<std::string> named_families(const diagnose::Diagnosis& found) {
-    std::vector<std::string> names;
-    for (const diagnose::NamedFamily& named : found.families)
-        names.push_back(named.members.size() == 1
-                            ? named.members.front()
-                            : fmt::format("{} ({})", physics::to_string(named.family),
-                                          fmt::join(named.members, " or ")));
-    return names;
-}
-
 std::string diagnosis_headline(const diagnose::Diagnosis& found) {
+    const std::string probability = fmt::format("probability {:.2f}", found.probability);
     switch (found.conclusion) {
     case Conclusion::Adequate:
-        return fmt::format("ADEQUATE: {} explains the recording.", first_model(found));
+        return fmt::format("ADEQUATE: {} explains the recording ({}).", first_model(found),
+                           probability);
     case Conclusion::Unknown:
-        return found.ladder.back().finding == diagnose::Finding::Undecided
+        return found.ladder.front().finding == diagnose::Finding::Undecided &&
+                       found.ladder.size() == 1
                    ? std::string("UNKNOWN: this recording cannot decide whether the model is "
                                  "adequate.")
-                   : fmt::format("UNKNOWN: the model is inadequate, and none of the {} candidates "
-                                 "explains the misfit.",
-                                 found.ranking.size());
+                   : std::string("UNKNOWN: the model is inadequate, and no known effect explains "
+                                 "the misfit.");
     case Conclusion::Effect:
+        return fmt::format("EFFECT: {} {} missing from {} ({}).",
+                           explanation_name(found.alternatives.front().families),
+                           found.effects.size() == 1 ? "is" : "are", first_model(found),
+                           probability);
     case Conclusion::Tie:
         break;
     }
-    std::vector<std::string> missing = named_families(found);
-    for (const diagnose::TieGroup& tie : found.ties)
-        if (!tie.is_of_one_family)
-            missing.push_back(fmt::format("either {}", fmt::join(tie.names, " or ")));
-    return fmt::format(
-        "{}: {} {} missing from {}.", found.conclusion == Conclusion::Tie ? "TIE" : "EFFECT",
-        fmt::join(missing, " and "), missing.size() == 1 ? "is" : "are", first_model(found));
+    return fmt::format("TIE: {} explanations of what is missing from {} hold 95 % of the "
+                       "probability.",
+                       found.alternatives.size(), first_model(found));
 }
 
 /// What stands below the headline and the sizes of the effects.
 std::vector<std::string> explanations(const DiagnosisReport& report) {
+    const diagnose::Diagnosis& found = report.found;
     std::vector<std::string> sentences;
-    switch (report.found.conclusion) {
-    case Conclusion::Adequate:
-        sentences = {adequate_sentence(report)};
-        break;
-    case Conclusion::Unknown:
-        sentences = sentences_on_unknown(report.found);
-        break;
-    case Conclusion::Effect:
-    case Conclusion::Tie:
-        sentences = sentences_on_named(report);
-        break;
+    if (found.conclusion == Conclusion::Tie) {
+        for (const diagnose::FamilyExplanation& each : found.alternatives)
+            sentences.push_back(
+                fmt::format("{:.2f}  {}", each.probability, explanation_name(each.families)));
+        if (!found.families.empty())
+            sentences.push_back(fmt::format("Certain: {}.", explanation_name(found.families)));
     }
-    if (!report.found.reason.empty())
-        sentences.push_back(fmt::format("Why: {}.", report.found.reason));
-    if (std::string said = contradiction_sentence(report.found.final_fit.parameters); !said.empty())
+    if (found.conclusion == Conclusion::Unknown && found.ladder.size() > 1)
+        sentences.push_back(fmt::format(
+            "The best explanation, {}, accounts for {:.0f} % of the misfit.",
+            explanation_name(found.alternatives.front().families), 100.0 * found.explained));
+    for (std::string& sentence : consequence_sentences(report))
+        sentences.push_back(std::move(sentence));
+    if (found.conclusion == Conclusion::Unknown) {
+        sentences.push_back(fmt::format("Why: {}.", found.reason));
+        for (std::string& sentence : sentences_on_unknown(found))
+            sentences.push_back(std::move(sentence));
+    }
+    if (std::string said = contradiction_sentence(found.final_fit.parameters); !said.empty())
         sentences.push_back(std::move(said));
     return sentences;
 }
@@ -192,20 +198,7 @@ std::string effect_lines(const DiagnosisReport& report) {
     return text;
 }
 
-constexpr std::size_t listed_candidates = 5;
-constexpr std::size_t listed_experiments = 3;
-
-/// Below 1e-12 the asymptotic distributions of the tests mean nothing.
-std::string probability(double p_value) {
-    return !std::isfinite(p_value) ? "-"
-           : p_value < 1e-12       ? "<1e-12"
-                                   : fmt::format("{:.1e}", p_value);
-}
-
-/// A change of BIC; empty where there is none.
-std::string change_cell(double delta_bic) {
-    return std::isfinite(delta_bic) ? fmt::format("{:+.0f}", delta_bic) : std::string();
-}
+constexpr std::size_t listed_experiments = 1;
 
 /// Root mean square of residual over noise in all recordings.
 double over_noise(const fit::Fit& fit) {
@@ -224,111 +217,52 @@ std::string model_lines(const std::vector<diagnose::SearchedModel>& ladder,
     for (const diagnose::SearchedModel& model : ladder)
         width = std::max(width, model_name(model.fit.names).size());
     std::string text =
-        fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>10} {:>13}  {}\n", "residual by model", width,
-                    "rms mm", "/noise", "red. chi2*", "BIC*", "held out*", "verdict*");
-    for (const diagnose::SearchedModel& model : ladder) {
-        const bool is_first = &model == &ladder.front();
-        const bool has_held_out =
-            !is_first && model.held_out > 0.0 && std::isfinite(model.held_out);
+        fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13}  {}\n", "residual by model", width, "rms mm",
+                    "/noise", "red. chi2*", "log evidence*", "verdict*");
+    for (const diagnose::SearchedModel& model : ladder)
         text += fmt::format(
-            "{:<{}} {:>9} {:>7} {:>10} {:>10} {:>13}  {}\n", model_name(model.fit.names), width,
+            "{:<{}} {:>9} {:>7} {:>10} {:>13}  {}\n", model_name(model.fit.names), width,
             number_cell(1e3 * model.stated.rmse, 4), number_cell(over_noise(model.stated), 2),
             number_cell(model.fit.reduced_chi_squared, 3),
-            is_first ? std::string() : change_cell(model.delta_bic),
-            has_held_out ? fmt::format("{} > {}", number_cell(model.held_out_before, 2),
-                                       number_cell(model.held_out, 2))
-                         : std::string(),
+            &model == &ladder.front() ? std::string() : fmt::format("{:+.0f}", model.log_evidence),
             finding_text(model.finding, style));
-    }
     return text + "* with the inputs free within their uncertainties; all else with every input as "
-                  "stated\n\n";
+                  "stated\n";
 }
 
-std::string remark_of(const diagnose::RankedEffect& ranked) {
-    if (!ranked.obstacle.empty())
-        return ranked.obstacle;
-    return ranked.looks_like.empty()
-               ? std::string()
-               : fmt::format("hard to distinguish from {}", fmt::join(ranked.looks_like, ", "));
-}
-
-std::string candidate_line(const diagnose::RankedEffect& ranked) {
-    return fmt::format("{:<24} {:>10} {:>9}  {}\n", ranked.effect,
-                       (ranked.is_refitted ? "" : "~") + change_cell(ranked.delta_bic),
-                       probability(ranked.p_value), remark_of(ranked));
-}
-
-/// The best candidates; all of them are in the JSON.
-std::string candidate_lines(const std::vector<diagnose::RankedEffect>& ranking) {
-    std::string text = fmt::format("{:<24} {:>10} {:>9}\n", "candidates, best first", "BIC*", "p*");
-    std::size_t fitted = 0;
-    std::string failed;
-    for (const diagnose::RankedEffect& ranked : ranking) {
-        const bool has_fit_failed = ranked.is_refitted && ranked.fit.failed();
-        if (!has_fit_failed && ++fitted <= listed_candidates)
-            text += candidate_line(ranked);
-        if (const std::string reason = failure_of(ranked); !reason.empty())
-            failed +=
-                wrapped(fmt::format("failed: {}: ", ranked.effect), reason, diagnosis_width - 20);
-    }
-    if (fitted > listed_candidates)
-        text += fmt::format("and {} more\n", fitted - listed_candidates);
-    return text + failed + '\n';
-}
-
-std::string blind_spot_line(const diagnose::EffectScore& spot) {
-    return fmt::format("{:<24} {:<38} {:>9} {:>9}\n", spot.effect,
-                       fmt::format("{} {:.2g}{}{}", spot.parameter, spot.smallest_visible,
-                                   spot.unit.empty() ? "" : " ", spot.unit),
-                       percent_text(spot.youngs_modulus_bias), percent_text(spot.damping_bias));
-}
-
-/// Bias: what an effect at its detection limit does to the calibrated Y and β.
-std::string blind_spot_lines(const std::vector<diagnose::EffectScore>& spots) {
-    if (spots.empty())
-        return {};
-    std::string text = fmt::format("{:<24} {:<38} {:>9} {:>9}\n", "blind spots",
-                                   "detection limit (3 sigma)", "bias of Y", "of beta");
-    std::vector<std::string> hidden;
-    std::string failed;
-    for (const diagnose::EffectScore& spot : spots) {
-        if (is_detectable(spot))
-            text += blind_spot_line(spot);
-        else if (!spot.failure.empty())
-            failed += wrapped(fmt::format("detection limit unknown: {}: ", spot.effect),
-                              spot.failure, diagnosis_width - 20);
+/// From which sizes on the effects that are not in the answer would have been detected.
+std::string detection_lines(const std::vector<diagnose::DetectionLimit>& limits) {
+    std::vector<std::string> sizes;
+    std::vector<std::string> unknown;
+    for (const diagnose::DetectionLimit& limit : limits)
+        if (is_detectable(limit))
+            sizes.push_back(fmt::format("{} {:.2g}{}{}", limit.effect, limit.value,
+                                        limit.unit.empty() ? "" : " ", limit.unit));
         else
-            hidden.push_back(spot.effect);
-    }
-    if (!hidden.empty())
-        text += fmt::format("undetectable at any size: {}\n", fmt::join(hidden, ", "));
-    return text + failed + '\n';
+            unknown.push_back(limit.effect);
+    std::string text;
+    if (!sizes.empty())
+        text += wrapped("detection limits (3 sigma): ", fmt::format("{}", fmt::join(sizes, ", ")),
+                        diagnosis_width - 28);
+    if (!unknown.empty())
+        text += wrapped("not detectable: ", fmt::format("{}", fmt::join(unknown, ", ")),
+                        diagnosis_width - 16);
+    return text;
 }
 
-/// With the upper end of the 95 % interval: no false positive in 200 draws does not mean never.
-std::string false_positive_line(const diagnose::FalseNaming& naming) {
-    if (naming.draws == 0)
-        return "false-positive rate: not estimated\n";
-    return fmt::format(
-        "false-positive rate: {:.0f} of {} recordings simulated from this fit without "
-        "any other effect ({:.1f} %, 95 %: at most {:.1f} %)\n",
-        naming.rate * naming.draws, naming.draws, 100.0 * naming.rate, 100.0 * naming.upper_bound);
+/// Models whose fit failed.
+std::string failure_lines(const std::vector<diagnose::ModelProbability>& models) {
+    std::string text;
+    for (const diagnose::ModelProbability& model : models)
+        if (!model.failure.empty())
+            text += wrapped(fmt::format("failed: {}: ", fmt::join(model.effects, ", ")),
+                            model.failure, diagnosis_width - 20);
+    return text;
 }
 
-/// Effects of one model that the other does not have; models are names with " + " between them.
-std::vector<std::string> only_in(const std::string& model, const std::string& other) {
-    constexpr std::string_view between = " + ";
-    const auto parts = [&between](const std::string& text) {
-        std::vector<std::string> names;
-        std::size_t begin = 0;
-        for (std::size_t end = 0; end != std::string::npos; begin = end + between.size()) {
-            end = text.find(between, begin);
-            names.push_back(text.substr(begin, end - begin));
-        }
-        return names;
-    };
-    std::vector<std::string> names = parts(model);
-    const std::vector<std::string> others = parts(other);
+/// Effects of one model that the other does not have.
+std::vector<std::string> only_in(std::vector<std::string> names,
+                                 const std::vector<std::string>& others) {
     std::erase_if(names, [&others](const std::string& name) {
         return std::ranges::find(others, name) != others.end();
     });
@@ -337,30 +271,18 @@ std::vector<std::string> only_in(const std::string& model, const std::string& ot
 
 /// "would distinguish viscous_drag from hysteretic_damping", "would reveal taper …".
 std::string what_it_shows(const diagnose::Experiment& experiment) {
-    std::vector<std::string> distinguished;
-    std::vector<std::string> revealed;
-    for (const auto& [model, rival] : experiment.separates) {
-        const std::vector<std::string> one = only_in(model, rival);
-        const std::vector<std::string> other = only_in(rival, model);
-        if (one.empty() || other.empty())
-            revealed.push_back(fmt::format("{}", fmt::join(one.empty() ? other : one, " with ")));
-        else
-            distinguished.push_back(
-                fmt::format("{} from {}", fmt::join(one, " with "), fmt::join(other, " with ")));
-    }
-    std::string text;
-    if (!distinguished.empty())
-        text = fmt::format("would distinguish {}", fmt::join(distinguished, ", "));
-    if (!revealed.empty())
-        text += fmt::format("{}would reveal {} at today's detection limit",
-                            distinguished.empty() ? "" : "; ", fmt::join(revealed, ", "));
-    return text;
+    const std::vector<std::string> one = only_in(experiment.first_model, experiment.second_model);
+    const std::vector<std::string> other = only_in(experiment.second_model, experiment.first_model);
+    if (one.empty() || other.empty())
+        return fmt::format("would reveal {} at today's detection limit",
+                           fmt::join(one.empty() ? other : one, " with "));
+    return fmt::format("would distinguish {} from {}", fmt::join(one, " with "),
+                       fmt::join(other, " with "));
 }
 
 /// The expected gap is the square of the distance in standard deviations.
 std::string experiment_lines(const std::vector<diagnose::Experiment>& experiments) {
-    std::string text =
-        experiments.empty() ? "" : "suggested experiments, most informative first:\n";
+    std::string text = experiments.empty() ? "" : "next experiment:\n";
     for (std::size_t k = 0; k < std::min(listed_experiments, experiments.size()); ++k)
         text += wrapped("  - ",
                         fmt::format("{}: {} with {:.0f} sigma", experiments[k].what,
@@ -382,12 +304,6 @@ std::string trimmed_lines(const std::string& text) {
 }
 
 } // namespace
-
-std::string failure_of(const diagnose::RankedEffect& ranked) {
-    if (ranked.is_refitted)
-        return ranked.fit.failed() ? ranked.fit.reason : std::string();
-    return ranked.obstacle; // without a fit it says why there is no score
-}
 
 double DiagnosisReport::noise() const {
     double sum = 0.0;
@@ -415,10 +331,9 @@ std::string diagnosis_text(const DiagnosisReport& report, const TextStyle& style
                        effect_lines(report);
     for (const std::string& sentence : explanations(report))
         text += wrapped("  ", sentence, diagnosis_width);
-    return trimmed_lines(text + '\n' + model_lines(found.ladder, style) +
-                         candidate_lines(found.ranking) + blind_spot_lines(found.blind_spots) +
-                         false_positive_line(found.false_naming) +
-                         experiment_lines(found.next_experiments));
+    return trimmed_lines(
+        text + '\n' + model_lines(found.ladder, style) + detection_lines(found.blind_spots) +
+        failure_lines(found.posterior.models) + experiment_lines(found.next_experiments));
 }
 
 } // namespace culm::present

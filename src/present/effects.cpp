@@ -93,8 +93,6 @@ std::string effect_card(const physics::Effect& effect) {
     if (!effect.excludes().empty())
         out += labelled("contains", fmt::format("{}, which cannot be added beside it",
                                                 fmt::join(effect.excludes(), ", ")));
-    if (!effect.is_default_candidate())
-        out += labelled("tried", "only when named");
     for (const EffectParameter& parameter : effect.parameters())
         out += '\n' + parameter_text(parameter);
     return out;
@@ -114,8 +112,6 @@ std::string effects_markdown(std::span<const physics::EffectPointer> effects) {
         if (!effect->excludes().empty())
             out += fmt::format("* Contains {}, which cannot be added beside it.\n",
                                fmt::join(effect->excludes(), ", "));
-        if (!effect->is_default_candidate())
-            out += "* Tried only when named.\n";
         out += markdown_parameters(*effect);
     }
     return out;
@@ -137,7 +133,6 @@ nlohmann::json effects_json(std::span<const physics::EffectPointer> effects) {
                          {"energy", effect->energy()},
                          {"dimensions", effect->dimensions()},
                          {"excludes", effect->excludes()},
-                         {"is_default_candidate", effect->is_default_candidate()},
                          {"parameters", parameters}});
     }
     return {{"format", "culm-effects"}, {"version", 1}, {"effects", cards}};

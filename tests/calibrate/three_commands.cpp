@@ -60,7 +60,6 @@ diagnose::Diagnosis diagnosed(const Case& each) {
     options.candidate = few_spheres();
     options.candidates =
         physics::parse_effects(each.effect.empty() ? "quadratic_drag" : each.effect, {});
-    options.null_draws = 0;
     const measure::Measurement measurement = recording(each);
     return diagnose::diagnose({&measurement, 1}, options);
 }

@@ -37,9 +37,6 @@ LEFT_OUT = {
         "-DCULM_BUILD_TESTS=OFF": BUILDS,
     },
     "cluster.md": {"sbatch study.sbatch": INSIDE_SLURM},
-    "diagnosis.md": {
-        "mpirun -n 2 bench_diagnosis --kind null --cases 30 --seed 2 --results kept": MINUTES,
-    },
     "uncertainty.md": {
         "bench_uncertainty_coverage 2001 500 coverage.json":
             MINUTES,

@@ -34,7 +34,6 @@ class FlawedRecording : public testing::TestWithParam<std::string> {
         diagnose::DiagnosisOptions options = quick_diagnosis(
             "taper,bending_nonlinearity,relaxation,clamp_compliance,quadratic_drag,camera_tilt");
         options.candidate.chain.spheres = 28;
-        options.null_draws = 0;
         return diagnose::diagnose(recordings, options);
     }
 };

@@ -18,9 +18,7 @@ using diagnose::Conclusion;
 using Names = std::vector<std::string>;
 
 diagnose::Diagnosis diagnosis_of(const std::vector<measure::Measurement>& recordings) {
-    diagnose::DiagnosisOptions options;
-    options.null_draws = 0;
-    return diagnose::diagnose(recordings, options);
+    return diagnose::diagnose(recordings);
 }
 
 struct KnownAnswer {

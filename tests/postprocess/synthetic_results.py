@@ -159,8 +159,7 @@ def diagnosis(name="T2", verdict="effect"):
     rung = {"model": ["baseline"], "rmse_mm": 0.2, "reduced_chi2": 25.0, "finding": "inadequate",
             "contradicted_inputs": [{"name": "scale", "pull": -3.1}], "finding_text": "finding: inadequate", "p_value": 0.0, "tests": "size", "parameters": united}
     better = {**rung, "model": ["baseline", "quadratic_drag"], "rmse_mm": NOISE_MM,
-              "contradicted_inputs": [], "finding": "adequate", "finding_text": "finding: adequate", "delta_bic": -4000.0, "held_out_over_noise": 1.0,
-              "held_out_before_over_noise": 4.0}
+              "contradicted_inputs": [], "finding": "adequate", "finding_text": "finding: adequate", "log_evidence": 2000.0}
     named = verdict in ("effect", "tie")
     force = {"kind": "force_per_length", "form": "(-0.002)*v*abs(v)", "character": "dissipative",
              "terms": [{"term": "v*abs(v)", "coefficient": -0.002, "stderr": 1e-5,
@@ -171,18 +170,13 @@ def diagnosis(name="T2", verdict="effect"):
              "against_velocity": [{"displacement_mm": 0.0, "velocity_m_s": v,
                                    "force_n_per_m": -0.002 * v * abs(v)}
                                   for v in (-9.0, 0.0, 9.0)]}
-    ranked = {"effect": "quadratic_drag", "summary": "air drag", "signature": "faster decay",
-              "refitted": True, "delta_bic": -4000.0, "p_value": 0.0,
-              "parameters": united, "obstacle": "", "looks_like": []}
-    others = [{**ranked, "effect": "taper", "delta_bic": 5.0, "refitted": False},
-              {**ranked, "effect": "tip_mass", "delta_bic": -20.0, "obstacle": "at a bound"},
-              {**ranked, "effect": "relaxation", "delta_bic": None,
-               "failure": "no"}]
+    explanations = [{"effects": ["quadratic_drag"] if named else [], "probability": 0.97},
+                    {"effects": ["taper"], "probability": 0.03}]
     spot = {"effect": "taper", "beyond_bounds": False, "bias_if_present": "…",
             "smallest_visible": {"parameter": "relative_change", "value": 0.008, "unit": ""},
             "bias": {"bond_youngs_modulus": -0.015, "bond_damping": None}}
     return {
-        "format": "culm-diagnosis", "version": 1, "measurement": name, "noise_mm": NOISE_MM,
+        "format": "culm-diagnosis", "version": 2, "measurement": name, "noise_mm": NOISE_MM,
         "recordings": [{"id": name, "folder": f"data/{name}", "frames": TIME.size,
                         "heights": len(HEIGHTS_MM), "noise_mm": NOISE_MM,
                         "noise_source": "stated", "noise_known": True}],
@@ -190,23 +184,25 @@ def diagnosis(name="T2", verdict="effect"):
                      "parameters": united},
         "verdict": verdict, "reason": "with it the residuals are noise",
         "sentences": [f"{verdict.upper()}: the verdict.", "Why: with it the residuals are noise."],
-        "policy": {"naming_gain": 7.0},
+        "probability": 0.97, "unexplained_mm": 0.01, "unexplained_share_of_swing": 0.002,
+        "alternatives": [{"families": [], "probability": 0.97}],
+        "models": [{"effects": ["quadratic_drag"], "log_evidence": 0.0, "probability": 0.97},
+                   {"effects": ["relaxation"], "log_evidence": None, "probability": 0.0,
+                    "failure": "no"}],
+        "explanations": explanations,
+        "immaterial": [{"effect": "rolling_shutter", "over_noise": 0.06}],
+        "largest_unvisited": {"effects": ["taper"], "log_evidence": -5.5},
         "effects": ["quadratic_drag"] if named else [], "explained": 0.99, "parameters": united,
         "families": [{"family": "air", "members": ["quadratic_drag"]}] if verdict == "effect" else [],
-        "ties": [["quadratic_drag", "relaxation"]] if verdict == "tie" else [],
-        "ties_separate_by": ["Release in a vacuum."] if verdict == "tie" else [],
-        "ties_delta_bic": [[3.0]] if verdict == "tie" else [],
-        "ranking": [ranked, *others], "ladder": [rung, better] if named else [rung],
+        "ladder": [rung, better] if named else [rung],
         "blind_spots": [spot, {"effect": "gravity", "failure": "no"},
                         {**spot, "effect": "camera_tilt", "beyond_bounds": True}],
         "next_experiment": [{"what": "release in a vacuum", "expected_gap": 16.0,
-                             "separates": [["baseline", "baseline + quadratic_drag"]]}],
-        "false_naming_rate": 0.0,
-        "false_naming": {"rate": 0.0, "upper_bound": 0.018, "draws": 200},
+                             "separates": [["baseline"], ["baseline", "quadratic_drag"]]}],
         "where": {**where(PREDICTED["baseline"], -0.2), "frequency_vs_amplitude": [],
                   "decay_vs_amplitude": []},
         "missing_force": force if verdict == "unknown" else None,
-        "failed": [{"effect": "relaxation", "reason": "no"}], "runs": 99, "remarks": [],
+        "failed": [{"effects": ["relaxation"], "reason": "no"}], "runs": 99, "remarks": [],
         "options": {"law": "consistent", "spheres": None, "window_s": None, "max_effects": 3,
                     "candidates": ["quadratic_drag", "taper"], "known": []},
     }

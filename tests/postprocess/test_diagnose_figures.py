@@ -12,10 +12,6 @@ from command_results import Diagnosis, DiagnosisError
 from figure_style import FigureSkipped
 
 
-def ranked(effect, change, refitted=True, obstacle=""):
-    return {"effect": effect, "delta_bic": change, "refitted": refitted, "obstacle": obstacle}
-
-
 def spot(effect, value, modulus, damping):
     return {"effect": effect, "beyond_bounds": value is None,
             "smallest_visible": {"parameter": "size", "value": value, "unit": "kg"},
@@ -36,17 +32,16 @@ class DiagnoseFigures(unittest.TestCase):
         self.addCleanup(place.cleanup)
         self.folder = Path(place.name)
         self.content = {
-            "format": "culm-diagnosis", "version": 1, "measurement": "T2", "verdict": "effect",
+            "format": "culm-diagnosis", "version": 2, "measurement": "T2", "verdict": "effect",
             "effects": ["quadratic_drag"], "noise_mm": 0.04,
             "ladder": [{"model": ["baseline"], "rmse_mm": 0.2},
                        {"model": ["baseline", "quadratic_drag"], "rmse_mm": 0.0403}],
-            "ranking": [ranked("quadratic_drag", -5000.0),
-                        ranked("taper", -20.0, obstacle="at its bound"),
-                        ranked("gravity", 5.0, refitted=False), ranked("relaxation", None)],
+            "explanations": [{"effects": ["quadratic_drag"], "probability": 0.9},
+                             {"effects": [], "probability": 0.1}],
             "blind_spots": [spot("tip_mass", 2e-6, -0.07, 0.0), spot("taper", 0.01, 0.02, 0.01),
                             spot("camera_tilt", None, 0.0, 0.0),
                             {"effect": "gravity", "failure": "no"}],
-            "missing_force": None, "policy": {"naming_gain": 7.0},
+            "missing_force": None,
         }
         self.write()
 
@@ -63,13 +58,11 @@ class DiagnoseFigures(unittest.TestCase):
         self.assertEqual([label.get_text() for label in axes.get_yticklabels()],
                          ["baseline", "baseline +\nquadratic_drag"])
 
-    def test_ranking_tells_fits_from_scores_and_leaves_failures_out(self):
-        axes = self.figure("ranking").axes[0]
-        widths = [[bar.get_width() for bar in group] for group in axes.containers]
-        self.assertEqual(widths, [[-5000.0], [-20.0], [5.0]])
-        self.assertEqual(list(axes.lines[0].get_xdata()), [-7.0, -7.0])
-        self.assertEqual([text.get_text() for text in axes.get_legend().get_texts()],
-                         ["fitted", "fitted; cannot be named, or stopped", "score only"])
+    def test_explanations_show_their_probability_likeliest_on_top(self):
+        axes = self.figure("explanations").axes[0]
+        self.assertEqual([bar.get_width() for bar in axes.containers[0]], [0.9, 0.1])
+        self.assertEqual([label.get_text() for label in axes.get_yticklabels()],
+                         ["quadratic_drag", "published chain"])
 
     def test_blind_spots_show_what_is_visible_at_some_size_the_worst_on_top(self):
         modulus, damping = self.figure("blind_spots").axes
@@ -101,7 +94,7 @@ class DiagnoseFigures(unittest.TestCase):
         with contextlib.redirect_stdout(io.StringIO()) as printed:
             self.assertEqual(diagnose_figures.main([str(self.folder)]), 0)
         names = [Path(line).name for line in printed.getvalue().splitlines()]
-        self.assertEqual(names, ["error_ladder.png", "ranking.png", "blind_spots.png",
+        self.assertEqual(names, ["error_ladder.png", "explanations.png", "blind_spots.png",
                                  "missing_force.png"])
         for line in printed.getvalue().splitlines():
             self.assertGreater(Path(line).stat().st_size, 1000)

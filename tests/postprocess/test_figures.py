@@ -314,7 +314,7 @@ class Command(FigureTest):
         names = {Path(line).stem for line in out.split()}
         self.assertLessEqual({"regression", "design", "residuals", "calibration_motion-001",
                               "comparison_residuals", "comparison_ladder",
-                              "diagnosis_error_ladder", "diagnosis_ranking"}, names)
+                              "diagnosis_error_ladder", "diagnosis_explanations"}, names)
         self.assertIn("calibration_motion-002 is left out: broken was not calibrated: no motion", err)
 
     def test_bad_input_ends_with_2_and_one_sentence(self):

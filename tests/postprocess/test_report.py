@@ -276,17 +276,11 @@ class OfMeasurements(ReportTest):
                 self.assertEqual("diagnosis-force-against-velocity" in page.drawings(),
                                  verdict == "unknown")
 
-    def test_diagnosis_ranks_on_a_symmetric_logarithmic_scale(self):
+    def test_diagnosis_draws_the_probability_of_every_explanation(self):
         synthetic_results.write(self.folder, "diagnosis.json", synthetic_results.diagnosis())
-        traces = self.page().drawings()["diagnosis-ranking"]["data"]
-        by_name = {trace["name"]: trace["x"] for trace in traces}
-        self.assertEqual(by_name["fitted"], [-3.60206])  # 4000 is 2.6 decades beyond 10
-        self.assertEqual(by_name["score only"], [0.5])
-
-    def test_diagnosis_draws_the_gain_that_its_file_states(self):
-        synthetic_results.write(self.folder, "diagnosis.json", synthetic_results.diagnosis())
-        shapes = self.page().drawings()["diagnosis-ranking"]["layout"]["shapes"]
-        self.assertEqual(shapes[0]["x0"], -0.7)  # 7 on the symmetric scale
+        drawing = self.page().drawings()["diagnosis-explanations"]
+        self.assertEqual(drawing["data"][0]["x"], [0.97, 0.03])
+        self.assertEqual(drawing["layout"]["shapes"][0]["x0"], 0.95)
 
     def test_missing_numbers_are_dashes(self):
         document = synthetic_results.comparison()

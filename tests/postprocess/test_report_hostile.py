@@ -159,9 +159,9 @@ class TextWhereANumberBelongs(ReportTest):
         code, out, _ = self.run_report("--plotly-js", self.library)
         return Path(out.strip()).read_text("utf-8") if code == 0 else ""
 
-    def test_in_the_rate_of_false_naming_stays_text(self):
+    def test_in_a_failure_stays_text(self):
         document = synthetic_results.diagnosis()
-        document["false_naming"]["draws"] = NASTY
+        document["models"][1]["failure"] = NASTY
         synthetic_results.write(self.folder, "diagnosis.json", document)
         page = self.page()
         self.assertNotIn(NASTY, page.text)
@@ -197,9 +197,10 @@ class Figures(ReportTest):
             figure(Comparison(self.folder)).savefig(io.BytesIO())
         document = synthetic_results.diagnosis(name)
         document["ladder"][0]["model"] = document["effects"] = [name]
-        document["ranking"][0]["effect"] = document["blind_spots"][0]["effect"] = name
+        document["explanations"][0]["effects"] = [name]
+        document["blind_spots"][0]["effect"] = name
         synthetic_results.write(self.folder, "diagnosis.json", document)
-        for make_figure in ("error_ladder", "ranking", "blind_spots"):
+        for make_figure in ("error_ladder", "explanations", "blind_spots"):
             figure = diagnose_figures.FIGURES[make_figure](Diagnosis(self.folder))
             figure.savefig(io.BytesIO())
 

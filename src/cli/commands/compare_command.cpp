@@ -151,10 +151,9 @@ struct TableModel {
 std::vector<TableModel> table_models(const CompareArguments& arguments) {
     std::vector<TableModel> models{{"baseline", {}}};
     for (const physics::EffectPointer& effect : physics::all_effects())
-        if (effect->is_default_candidate())
-            models.push_back(
-                {effect->name(),
-                 {{effect, std::vector<std::optional<double>>(effect->parameters().size())}}});
+        models.push_back(
+            {effect->name(),
+             {{effect, std::vector<std::optional<double>>(effect->parameters().size())}}});
     for (const std::string& text : arguments.with) {
         const fit::SelectedEffects effects = fit::in_library_order(study::effects_from(text));
         std::vector<std::string> names = fit::model_names(effects);

@@ -249,7 +249,7 @@ core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& p
                                            style_of(stdout)),
                    next_step(next_command(arguments, plan, found)));
     const bool any_failed = std::ranges::any_of(
-        found.ranking, [](const auto& ranked) { return !present::failure_of(ranked).empty(); });
+        found.posterior.models, [](const auto& model) { return !model.failure.empty(); });
     return any_failed ? core::ExitCode::PointsFailed : core::ExitCode::Done;
 }
 

@@ -7,12 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <fmt/core.h>
-#include <fmt/ranges.h>
 
 namespace culm::diagnose {
 namespace {
@@ -77,13 +75,11 @@ Change revealing(const std::string& what) {
 }
 
 /// The first is the experiment at hand.
-std::vector<Change> changes_for(const std::vector<std::pair<Rival, Rival>>& pairs,
-                                const run::CaseSpec& spec) {
+std::vector<Change> changes_for(const std::pair<Rival, Rival>& pair, const run::CaseSpec& spec) {
     std::vector<physics::EffectPointer> effects;
-    for (const auto& [truth, other] : pairs)
-        for (const Rival* rival : {&truth, &other})
-            for (const physics::SelectedEffect& selected : rival->fit.effects)
-                effects.push_back(selected.effect);
+    for (const Rival* rival : {&pair.first, &pair.second})
+        for (const physics::SelectedEffect& selected : rival->fit.effects)
+            effects.push_back(selected.effect);
     std::vector<Change> changes{{"release again as before", [](run::CaseSpec&) {}},
                                 known_mass(spec, 0.1),
                                 known_mass(spec, 0.5),
@@ -231,46 +227,29 @@ double gap(const fit::RecordingFit& truth, const fit::RecordingFit& other, const
 
 } // namespace
 
-std::vector<Experiment> next_experiments(const std::vector<std::pair<Rival, Rival>>& pairs,
+std::vector<Experiment> next_experiments(const std::pair<Rival, Rival>& pair,
                                          std::span<const fit::ObservedRecording> recordings,
                                          const fit::FitOptions& options, const core::ItemMap& map) {
-    std::vector<Rival> rivals;
-    rivals.reserve(2 * pairs.size());
-    for (const auto& [truth, other] : pairs) {
-        rivals.push_back(truth);
-        rivals.push_back(other);
-    }
     const std::span<const fit::ObservedRecording> alone = recordings.first(1);
-    const std::vector<fit::Fit> summaries = refitted(rivals, alone, options, map);
-    std::vector<fit::RecordingFit> sides; // two for each pair
-    for (std::size_t k = 0; k < rivals.size(); ++k)
-        sides.push_back(std::move(fit::restored(summaries[k], alone, options).parts.front()));
-    const std::vector<Change> changes = changes_for(pairs, sides.front().model.spec);
+    std::vector<fit::RecordingFit> sides;
+    for (const fit::Fit& numbers : refitted({pair.first, pair.second}, alone, options, map))
+        sides.push_back(std::move(fit::restored(numbers, alone, options).parts.front()));
+    const std::vector<Change> changes = changes_for(pair, sides.front().model.spec);
     const auto work = [&](std::size_t item,
                           const run::Heartbeat& heartbeat) -> std::optional<double> {
-        const std::size_t pair = item % pairs.size();
         try {
-            return gap(sides[2 * pair], sides[2 * pair + 1], changes[item / pairs.size()],
-                       heartbeat);
+            return gap(sides[0], sides[1], changes[item], heartbeat);
         } catch (const core::NumericalError&) { // that experiment cannot be predicted
             return std::nullopt;
         }
     };
-    const auto answers = map.values(std::vector<double>(changes.size() * pairs.size(), 1.0), work);
+    const auto answers = map.values(std::vector<double>(changes.size(), 1.0), work);
     std::vector<Experiment> experiments;
-    for (std::size_t c = 0; c < changes.size(); ++c) {
-        Experiment experiment{changes[c].what, {}, std::numeric_limits<double>::infinity()};
-        for (std::size_t k = 0; k < pairs.size(); ++k)
-            if (const auto gap = answers[c * pairs.size() + k].value_or(std::nullopt)) {
-                experiment.expected_gap = std::min(experiment.expected_gap, *gap);
-                experiment.separates.emplace_back(
-                    fmt::format("{}", fmt::join(pairs[k].first.fit.names, " + ")),
-                    fmt::format("{}", fmt::join(pairs[k].second.fit.names, " + ")));
-            }
-        if (!experiment.separates.empty())
-            experiments.push_back(std::move(experiment));
-    }
-    // What tells no more than another release of the same kind is no advice.
+    for (std::size_t c = 0; c < changes.size(); ++c)
+        if (const auto gap = answers[c].value_or(std::nullopt))
+            experiments.push_back(
+                {changes[c].what, pair.first.fit.names, pair.second.fit.names, *gap});
+    // What distinguishes no better than another release of the same kind is no advice.
     const double again = experiments.empty() ? 0.0 : experiments.front().expected_gap;
     std::erase_if(experiments, [again](const Experiment& experiment) {
         return experiment.expected_gap <= worthwhile * again;

@@ -13,10 +13,11 @@
 namespace culm::diagnose {
 
 struct Experiment {
-    std::string what;                                           ///< one sentence, an instruction
-    std::vector<std::pair<std::string, std::string>> separates; ///< models it tells apart, as names
+    std::string what;                     ///< one sentence, an instruction
+    std::vector<std::string> first_model; ///< names, as Fit's, of the models that it distinguishes
+    std::vector<std::string> second_model;
     /// Square of the distance, in standard deviations, by which the best that one model can do
-    /// misses what the other predicts; the smallest over the pairs. Above 25: five sigma.
+    /// misses what the other predicts. Above 25: five sigma.
     double expected_gap = 0.0;
 };
 
@@ -29,10 +30,10 @@ struct Rival {
 
 /// Simulates each experiment of a list (a known mass at the tip, half and one and a half times the
 /// deflection, a shorter stem, a faster camera, a longer record, a vacuum, the stem turned end for
-/// end …) with both models of each pair and asks how far the second, its numbers within what the
+/// end …) with both models and asks how far the second, its numbers within what the
 /// recording at hand allows and its release free, stays away from the first. Best first.
 [[nodiscard]] std::vector<Experiment>
-next_experiments(const std::vector<std::pair<Rival, Rival>>& pairs,
+next_experiments(const std::pair<Rival, Rival>& pair,
                  std::span<const fit::ObservedRecording> recordings, const fit::FitOptions& options,
                  const core::ItemMap& map);
 

@@ -2,9 +2,9 @@
 #include "diagnose/missing_force/missing_force.hpp"
 
 #include "core/error.hpp"
+#include "diagnose/evidence/stacked_readings.hpp"
 #include "diagnose/missing_force/force_terms.hpp"
 #include "diagnose/missing_force/term_selection.hpp"
-#include "diagnose/score/stacked_readings.hpp"
 #include "physics/effects/stem_scales.hpp"
 
 #include <algorithm>
@@ -74,19 +74,18 @@ Regression regress(UserLawKind kind, const fit::Fit& base,
     const StackedReadings stacked = stacked_readings(models, recordings, base, options.heartbeat);
     const StackedReadings fitted = stacked_readings(base, recordings);
 
+    // Both sides without what the fitted numbers can take up (Frisch, Waugh and Lovell): the
+    // coefficients are those of a regression in which these numbers are free as well.
+    const Projector own(fitted.jacobian);
     Eigen::MatrixXd columns(stacked.readings(), static_cast<Eigen::Index>(terms.size()));
     for (std::size_t k = 0; k < terms.size(); ++k) {
         const auto found = std::ranges::find(stacked.ids, coefficient(k));
         // In units of the scale, so that the sums of products stay of one size.
         columns.col(static_cast<Eigen::Index>(k)) =
-            scales[k] *
-            project_off(fitted.jacobian, stacked.jacobian.col(found - stacked.ids.begin()))
-                .standing_out.head(stacked.readings());
+            scales[k] * own.remainder(stacked.jacobian.col(found - stacked.ids.begin()))
+                            .topRows(stacked.readings());
     }
-    const Eigen::VectorXd residual =
-        project_off(fitted.jacobian, fitted.residual).standing_out.head(stacked.readings());
-    // Both sides without what the fitted numbers can take up (Frisch, Waugh and Lovell): the
-    // coefficients are those of a regression in which these numbers are free as well.
+    const Eigen::VectorXd residual = own.remainder(fitted.residual).topRows(stacked.readings());
     Regression out;
     out.kind = kind;
     out.selected = select_terms(columns, residual, blocks_of(base), most_terms);

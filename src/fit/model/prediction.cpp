@@ -7,6 +7,7 @@
 #include "measure/folder/observation.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "physics/node_load.hpp"
+#include "run/case_lanes.hpp"
 #include "run/case_model.hpp"
 
 #include <algorithm>
@@ -135,18 +136,20 @@ run::CaseSpec case_until(const StemModel& model, double last_time) {
     return spec;
 }
 
+template <class Outcome>
+auto result_or_throw(Outcome outcome) {
+    if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
+        throw core::NumericalError(failure->kind, failure->reason);
+    return std::get<0>(std::move(outcome));
+}
+
 /// Lanes are filled for derivatives only. Throws core::NumericalError.
 run::CaseWithSensitivities simulate(const run::CaseSpec& spec,
                                     std::span<const run::CaseParameter> parameters,
                                     const run::Heartbeat& heartbeat) {
-    const auto or_throw = [](auto outcome) {
-        if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
-            throw core::NumericalError(failure->kind, failure->reason);
-        return std::get<0>(std::move(outcome));
-    };
     if (parameters.empty())
-        return {or_throw(run::simulate(spec, heartbeat)), {}};
-    return or_throw(run::simulate_with_sensitivities(spec, parameters, heartbeat));
+        return {result_or_throw(run::simulate(spec, heartbeat)), {}};
+    return result_or_throw(run::simulate_with_sensitivities(spec, parameters, heartbeat));
 }
 
 /// What a frame shows, a mean over its exposure about its time, by Gauss's rule of four points:
@@ -281,19 +284,11 @@ void add_errors(const StemModel& model, const run::CaseSpec& computed,
     }
 }
 
-} // namespace
-
-ChainPrediction predict_readings(const StemModel& model, std::span<const double> times,
-                                 const run::Heartbeat& heartbeat) {
-    const run::CaseSpec spec = case_until(model, times.empty() ? 0.0 : times.back());
-    std::vector<run::CaseParameter> accesses;
-    std::vector<double> values;
-    for (const FreeParameter& parameter : model.parameters) {
-        accesses.push_back(differentiated_by(parameter));
-        values.push_back(parameter.access.get(spec));
-    }
-    const run::CaseWithSensitivities simulated = simulate(spec, accesses, heartbeat);
-
+/// The readings that a simulated case gives; `values`: those of the model's parameters.
+ChainPrediction readings_of(const StemModel& model, const run::CaseSpec& spec,
+                            std::span<const double> values,
+                            const run::CaseWithSensitivities& simulated,
+                            std::span<const double> times) {
     ChainPrediction prediction;
     prediction.frames = times.size();
     prediction.rows = spec.heights.size();
@@ -310,6 +305,37 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
     if (model.errors)
         add_errors(model, spec, times, prediction);
     return prediction;
+}
+
+} // namespace
+
+ChainPrediction predict_readings(const StemModel& model, std::span<const double> times,
+                                 const run::Heartbeat& heartbeat) {
+    const run::CaseSpec spec = case_until(model, times.empty() ? 0.0 : times.back());
+    std::vector<run::CaseParameter> accesses;
+    std::vector<double> values;
+    for (const FreeParameter& parameter : model.parameters) {
+        accesses.push_back(differentiated_by(parameter));
+        values.push_back(parameter.access.get(spec));
+    }
+    return readings_of(model, spec, values, simulate(spec, accesses, heartbeat), times);
+}
+
+std::vector<ChainPrediction> predict_together(std::span<const StemModel> models,
+                                              std::span<const double> times,
+                                              const run::Heartbeat& heartbeat) {
+    std::vector<run::CaseSpec> specs;
+    for (const StemModel& model : models)
+        specs.push_back(case_until(model, times.empty() ? 0.0 : times.back()));
+    std::vector<run::CaseOutcome> outcomes = run::simulate_on_common_steps(specs, heartbeat);
+    std::vector<ChainPrediction> predictions;
+    for (std::size_t k = 0; k < models.size(); ++k) {
+        StemModel model = models[k];
+        model.parameters.clear(); // no derivatives
+        predictions.push_back(
+            readings_of(model, specs[k], {}, {result_or_throw(std::move(outcomes[k])), {}}, times));
+    }
+    return predictions;
 }
 
 } // namespace culm::fit

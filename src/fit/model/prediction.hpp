@@ -27,4 +27,11 @@ struct ChainPrediction {
                                                std::span<const double> times,
                                                const run::Heartbeat& heartbeat = {});
 
+/// Readings of several models of one recording at the same times, without derivatives. The models
+/// differ in their numbers alone, so at most core::lane_count of them share SIMD lanes and time
+/// steps: their differences are smooth in these numbers. Throws as predict_readings().
+[[nodiscard]] std::vector<ChainPrediction> predict_together(std::span<const StemModel> models,
+                                                            std::span<const double> times,
+                                                            const run::Heartbeat& heartbeat = {});
+
 } // namespace culm::fit

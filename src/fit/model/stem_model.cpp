@@ -373,8 +373,7 @@ SelectedEffects candidate_effects(std::span<const measure::Measurement> recordin
     };
     SelectedEffects candidates;
     for (const physics::EffectPointer& effect : physics::all_effects()) {
-        if (!effect->is_default_candidate() ||
-            (effect->is_of_the_release() && std::ranges::any_of(recordings, is_moving)))
+        if (effect->is_of_the_release() && std::ranges::any_of(recordings, is_moving))
             continue;
         const bool needs_direction = std::ranges::any_of(effect->parameters(), [](const auto& of) {
             return of.stated_by == physics::StatedBy::AxialGravity ||

@@ -206,11 +206,7 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
                                  ? search(problem, starts, measurements, last_times)
                                  : problem.solve(starts, last_times, Purpose::Final);
     Fit fit;
-    fit.status = !solution.has_converged ? FitStatus::NotConverged
-                 : solution.is_cut_short ? FitStatus::Stopped
-                                         : FitStatus::Fitted;
-    if (solution.is_cut_short)
-        fit.out_of_reach = options.chain.wanted_chi_squared;
+    fit.status = solution.has_converged ? FitStatus::Fitted : FitStatus::NotConverged;
     if (!solution.has_converged)
         fit.reason = fmt::format("not converged: {}", solution.message);
     for (std::size_t m = 0; m < measurements.size(); ++m) {

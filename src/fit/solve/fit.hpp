@@ -104,7 +104,6 @@ struct JointOptions {
 
 enum class FitStatus {
     Fitted,
-    Stopped,      ///< given up on the way: it could not have matched what was wanted
     Motionless,   ///< nothing in the model moves the stem: the readings are its residuals
     NotConverged, ///< of a solution; a fit that ends like that is Failed
     Failed
@@ -136,7 +135,6 @@ struct Fit {
     /// Readings that count as independent where a mean is concerned; by numbers_of().
     double effective_readings = 0.0;
     std::vector<RecordingMisfit> misfits; ///< (recordings)
-    std::optional<double> out_of_reach;   ///< Stopped: χ² to which its pace would not have led
     int starts = 0;
     int runs = 0; ///< of chains with all their derivatives
 
@@ -160,9 +158,7 @@ struct Fit {
         return std::ranges::all_of(misfits, &RecordingMisfit::is_noise_known);
     }
     /// Were its numbers fitted?
-    [[nodiscard]] bool is_fitted() const {
-        return status == FitStatus::Fitted || status == FitStatus::Stopped;
-    }
+    [[nodiscard]] bool is_fitted() const { return status == FitStatus::Fitted; }
 };
 
 /// One model for each recording.
@@ -176,7 +172,6 @@ struct FitOptions {
     ChainOptions chain;
     std::optional<double> window; ///< only frames up to here, s after the release; empty: all
     run::Heartbeat heartbeat;
-    std::optional<double> wanted_chi_squared = std::nullopt; ///< as SolveOptions'
 };
 
 /// `options` with this heartbeat; with its own if this one is empty.

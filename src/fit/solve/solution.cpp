@@ -273,15 +273,11 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
     const double improvement = purpose == Purpose::Final ? final_improvement : passing_improvement;
     const auto count = static_cast<double>(std::max<std::size_t>(readings, 1));
     EnoughGained enough_gained(count, improvement);
-    const bool has_goal = purpose == Purpose::Final && options_.wanted_chi_squared;
-    OutOfReach out_of_reach(has_goal ? 0.5 * *options_.wanted_chi_squared
-                                     : std::numeric_limits<double>::infinity(),
-                            options_.largest_iterations);
     FLAGS_minloglevel = google::GLOG_FATAL; // what fails comes back as a reason
     const auto solved_within = [&](double trust_region) {
         ceres::Solver::Options settings =
             solver_settings(options_.largest_iterations, trust_region);
-        settings.callbacks = {&enough_gained, &out_of_reach};
+        settings.callbacks = {&enough_gained};
         ceres::Solver::Summary summary;
         ceres::Solve(settings, &problem, &summary);
         return summary;
@@ -297,9 +293,8 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
     }
     ceres::Solver::Summary summary = solved_within(first_trust_region);
     const bool is_solved = has_converged(summary);
-    for (int again = 0;
-         again < most_refinements && purpose == Purpose::Final && !out_of_reach.is_so() &&
-         is_far_from_the_end(summary, is_held_, count, residuals);
+    for (int again = 0; again < most_refinements && purpose == Purpose::Final &&
+                        is_far_from_the_end(summary, is_held_, count, residuals);
          ++again) {
         summary = solved_within(last_trust_region);
         if (!(summary.final_cost < summary.initial_cost))
@@ -308,7 +303,6 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
     JointSolution solution = solution_of(residuals);
     solution.cost = summary.final_cost;
     solution.has_converged = is_solved;
-    solution.is_cut_short = out_of_reach.is_so();
     solution.message = summary.message;
     return solution;
 }

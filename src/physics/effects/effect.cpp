@@ -76,7 +76,14 @@ class CardEffect final : public Effect {
     }
     [[nodiscard]] bool spans_the_stem() const override { return card_.spans_the_stem; }
     [[nodiscard]] bool is_of_the_release() const override { return card_.is_of_the_release; }
-    [[nodiscard]] bool is_default_candidate() const override { return card_.is_default_candidate; }
+    [[nodiscard]] std::vector<PlanarPart>
+    planar_parts(std::span<const double> values) const override {
+        return card_.planar_parts == nullptr ? std::vector<PlanarPart>()
+                                             : card_.planar_parts(values);
+    }
+    [[nodiscard]] std::vector<SpecialCase> special_cases() const override {
+        return card_.special_cases;
+    }
     void apply(std::span<const double> values, EffectTarget& target) const override {
         apply_(values, target);
     }

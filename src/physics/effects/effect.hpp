@@ -136,6 +136,19 @@ struct RevealingExperiment {
     std::vector<double> factors; ///< of the effect's parameters, in their order
 };
 
+/// A planar chain whose weighted motion is a part of what is seen of a spatial one.
+struct PlanarPart {
+    double weight = 1.0;
+    double modulus_factor = 1.0; ///< of Y
+};
+
+/// A value at which a law is another one of the library.
+struct SpecialCase {
+    std::string effect;
+    std::string parameter; ///< of the more general law
+    double value = 0.0;
+};
+
 /// A point mass on the stem.
 struct AttachedMass {
     double position = 0.0; ///< from the clamp along the stem, m; beyond the tip it is the tip's
@@ -195,12 +208,18 @@ class Effect {
     [[nodiscard]] virtual std::vector<RevealingExperiment> revealed_by() const { return {}; }
     /// Is its law stated over the whole length, so that a part of the stem would need another one?
     [[nodiscard]] virtual bool spans_the_stem() const { return false; }
-    /// Is it tried wherever no effects are named? Others are tried only when named.
-    [[nodiscard]] virtual bool is_default_candidate() const { return true; }
     /// Does it act while the stem is let go, and at no other time?
     [[nodiscard]] virtual bool is_of_the_release() const { return false; }
     /// 3: it leaves the plane of the pull.
     [[nodiscard]] virtual int dimensions() const { return 2; }
+    /// Planar chains that together show what the camera sees of a small motion out of the plane;
+    /// none: the effect acts in the plane.
+    [[nodiscard]] virtual std::vector<PlanarPart>
+    planar_parts(std::span<const double> /*values*/) const {
+        return {};
+    }
+    /// Laws of the library that it contains.
+    [[nodiscard]] virtual std::vector<SpecialCase> special_cases() const { return {}; }
     /// Adds the effect; `values` in the order of parameters().
     virtual void apply(std::span<const double> values, EffectTarget& target) const = 0;
 };
@@ -230,7 +249,8 @@ struct EffectCard {
     std::vector<RevealingExperiment> revealed_by = {};
     bool spans_the_stem = false;
     bool is_of_the_release = false;
-    bool is_default_candidate = true;
+    std::vector<PlanarPart> (*planar_parts)(std::span<const double> values) = nullptr;
+    std::vector<SpecialCase> special_cases = {};
 };
 
 using ApplyEffect = void (*)(std::span<const double> values, EffectTarget& target);

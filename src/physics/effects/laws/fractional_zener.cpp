@@ -87,7 +87,8 @@ EffectPointer fractional_zener() {
          .excludes = {"relaxation", "hysteretic_damping"},
          .revealed_by = {{"hold the stem ten times as long before the release",
                           {1.0, 1.0, 1.0, 10.0}}},
-         .is_default_candidate = false},
+         .special_cases = {{"hysteretic_damping", "exponent", 0.0},
+                           {"relaxation", "exponent", 1.0}}},
         apply);
 }
 

@@ -2,6 +2,7 @@
 // A slightly elliptic section: two planes of bending with different frequencies.
 #include "physics/effects/effect.hpp"
 
+#include <cmath>
 #include <numbers>
 
 namespace culm::physics {
@@ -13,6 +14,13 @@ void apply(std::span<const double> values, EffectTarget& target) {
         target.model.bending.emplace();
     target.model.bending->split = values[0];
     target.model.bending->angle = values[1] * std::numbers::pi / 180.0;
+}
+
+/// Exact for small deflections: bending about one principal axis does not act on the other.
+std::vector<PlanarPart> planar_parts(std::span<const double> values) {
+    const double angle = values[1] * std::numbers::pi / 180.0;
+    const double along = std::pow(std::cos(angle), 2);
+    return {{along, 1.0 + 0.5 * values[0]}, {1.0 - along, 1.0 - 0.5 * values[0]}};
 }
 
 /// A fit stays away from motion in one plane: steps that are chosen for it are too long for the
@@ -70,7 +78,8 @@ EffectPointer out_of_plane() {
                              [](const ObservedBeat& beat) {
                                  return beat.angle * 180.0 / std::numbers::pi;
                              }}},
-         .dimensions = 3},
+         .dimensions = 3,
+         .planar_parts = planar_parts},
         apply, suit);
 }
 

@@ -60,13 +60,13 @@ EffectPointer power_drag() {
                              {.default_value = 1.2, .lower = 0.0, .upper = 100.0, .scale = 1.0}),
               place_parameter("exponent", "",
                               "p: 1 at low Reynolds numbers, 2 where the flow separates at an edge",
-                              {.default_value = 1.5, .lower = 1.0, .upper = 2.0, .scale = 0.5},
+                              {.default_value = 1.5, .lower = 0.8, .upper = 2.4, .scale = 0.5},
                               [](const StartScales& /*of*/) {
                                   return std::vector{1.2, 1.8};
                               })},
          .belongs_to = BelongsTo::Rig,
          .revealed_by = {{"release in a vacuum", {0.0, 1.0}}},
-         .is_default_candidate = false},
+         .special_cases = {{"viscous_drag", "exponent", 1.0}, {"quadratic_drag", "exponent", 2.0}}},
         apply);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/score/stacked_readings.hpp"
+#include "diagnose/evidence/stacked_readings.hpp"
 
 #include "fit/model/parameter.hpp"
 #include "fit/solve/residual_statistics.hpp"
@@ -17,17 +17,6 @@ namespace {
 /// differ by 1e-6 of a parameter and are good to about 1e-5 (run/sensitivities.hpp); a column that
 /// stands out by less than a tenth of that is rounding.
 constexpr double least_independence = 1e-6;
-
-/// Least squares with columns of length one; dependent columns get zero.
-Eigen::VectorXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted) {
-    Eigen::VectorXd scale = matrix.colwise().norm().transpose();
-    for (double& entry : scale)
-        entry = entry > 0.0 ? entry : 1.0;
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver;
-    solver.setThreshold(least_independence);
-    solver.compute(matrix * scale.cwiseInverse().asDiagonal());
-    return solver.solve(wanted).cwiseQuotient(scale);
-}
 
 class Stack {
   public:
@@ -159,26 +148,38 @@ fit::StartModels moved(fit::StartModels models, const fit::JointLayout& layout,
     return models;
 }
 
-LinearSolution solve_linear(const StackedReadings& stacked, const std::vector<bool>& is_held) {
-    std::vector<Eigen::Index> free;
-    for (std::size_t k = 0; k < is_held.size(); ++k)
-        if (!is_held[k])
-            free.push_back(static_cast<Eigen::Index>(k));
-    const Eigen::MatrixXd columns = stacked.jacobian(Eigen::all, free);
-    const Eigen::VectorXd change = least_squares(columns, stacked.residual);
-    LinearSolution out{Eigen::VectorXd::Zero(stacked.jacobian.cols()),
-                       (stacked.residual - columns * change).squaredNorm()};
-    for (std::size_t k = 0; k < free.size(); ++k)
-        out.change(free[k]) = change(static_cast<Eigen::Index>(k));
-    return out;
+Projector::Projector(const Eigen::MatrixXd& columns)
+    : columns_(columns), scale_(columns.colwise().norm().transpose()) {
+    for (double& entry : scale_)
+        entry = entry > 0.0 ? entry : 1.0;
+    solver_.setThreshold(least_independence);
+    solver_.compute(columns * scale_.cwiseInverse().asDiagonal());
 }
 
-// By the Frisch-Waugh-Lovell theorem: what stands out of the fitted columns is what a joint fit
-// would see of the new one, and the imitation is how the fitted numbers hide it meanwhile.
-Projection project_off(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& column) {
-    Projection out;
-    out.imitation = least_squares(jacobian, column);
-    out.standing_out = column - jacobian * out.imitation;
+Eigen::MatrixXd Projector::coefficients(const Eigen::MatrixXd& wanted) const {
+    if (columns_.cols() == 0)
+        return Eigen::MatrixXd::Zero(0, wanted.cols());
+    return scale_.cwiseInverse().asDiagonal() * Eigen::MatrixXd(solver_.solve(wanted));
+}
+
+Eigen::MatrixXd Projector::remainder(const Eigen::MatrixXd& wanted) const {
+    return wanted - columns_ * coefficients(wanted);
+}
+
+Eigen::VectorXd stacked_predictions(std::span<const fit::ChainPrediction> predictions,
+                                    const StackedReadings& like, const fit::Fit& base) {
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(like.residual.size());
+    Eigen::Index row = 0;
+    for (std::size_t m = 0; m < predictions.size(); ++m) {
+        const Eigen::Index first = row;
+        const fit::RecordingFit& part = base.parts[m];
+        for (std::size_t k = 0; k < predictions[m].readings.size(); ++k, ++row)
+            if (std::isfinite(predictions[m].readings[k]) && std::isfinite(part.residuals[k]))
+                out(row) = predictions[m].readings[k] / part.noise[k % predictions[m].rows];
+        if (part.noise_model)
+            fit::whitening_of(part).apply(
+                {out.data() + first, static_cast<std::size_t>(row - first)});
+    }
     return out;
 }
 

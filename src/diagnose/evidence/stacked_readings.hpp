@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/QR>
 
 namespace culm::diagnose {
 
@@ -39,22 +40,26 @@ struct StackedReadings {
 [[nodiscard]] fit::StartModels moved(fit::StartModels models, const fit::JointLayout& layout,
                                      const Eigen::VectorXd& change);
 
-/// Change of the parameters that minimises the square of what is left.
-struct LinearSolution {
-    Eigen::VectorXd change;
-    double left = 0.0; ///< square of the residual that remains
+/// Least squares onto the columns of a matrix. By the Frisch-Waugh-Lovell theorem the remainder of
+/// a new column is what a joint fit would see of it, and the coefficients are how the fitted
+/// numbers hide the rest. Columns count as independent down to 1e-6 of their length.
+class Projector {
+  public:
+    explicit Projector(const Eigen::MatrixXd& columns);
+
+    [[nodiscard]] Eigen::MatrixXd coefficients(const Eigen::MatrixXd& wanted) const;
+    [[nodiscard]] Eigen::MatrixXd remainder(const Eigen::MatrixXd& wanted) const;
+
+  private:
+    Eigen::MatrixXd columns_;
+    Eigen::VectorXd scale_;
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver_;
 };
 
-/// Columns count as independent down to 1e-6 of their length; `is_held` columns do not change.
-[[nodiscard]] LinearSolution solve_linear(const StackedReadings& stacked,
-                                          const std::vector<bool>& is_held);
-
-/// What of `column` the columns of `jacobian` cannot imitate, and the imitation's coefficients.
-struct Projection {
-    Eigen::VectorXd standing_out;
-    Eigen::VectorXd imitation;
-};
-[[nodiscard]] Projection project_off(const Eigen::MatrixXd& jacobian,
-                                     const Eigen::VectorXd& column);
+/// Predicted readings of all recordings over their noise, whitened, in the rows of
+/// stacked_readings(); 0 for the constraints.
+[[nodiscard]] Eigen::VectorXd stacked_predictions(std::span<const fit::ChainPrediction> predictions,
+                                                  const StackedReadings& like,
+                                                  const fit::Fit& base);
 
 } // namespace culm::diagnose

@@ -1,0 +1,392 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/evidence/effect_columns.hpp"
+
+#include "core/error.hpp"
+#include "core/lanes.hpp"
+#include "diagnose/evidence/log_evidence.hpp"
+#include "fit/start/starts.hpp"
+#include "run/case_model.hpp"
+#include "run/modes.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace culm::diagnose {
+namespace {
+
+/// Of the prior's standard deviation: a swing of N cycles is linear in a change of its frequency up
+/// to 1/N of that, and the runs have rounding errors of 1e-10.
+constexpr double small_change = 1e-5;
+/// Change of Y that keeps the first mode, above which a location alone changes the model.
+constexpr double least_offset = 1e-6;
+/// Points of a grid of locations up to which secants are computed beside derivatives.
+constexpr std::size_t most_secants = 3;
+
+/// Absent, and up to the standard deviation of the prior: as many as there are lanes.
+constexpr std::array tried_sizes{0.0, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0};
+
+class ColumnsOfEffect {
+  public:
+    ColumnsOfEffect(const fit::Fit& base, const StackedReadings& stacked,
+                    const physics::SelectedEffect& effect,
+                    std::span<const fit::ObservedRecording> recordings,
+                    const fit::FitOptions& options)
+        : base_(base), stacked_(stacked), effect_(effect), recordings_(recordings),
+          options_(options) {
+        for (std::size_t m = 0; m < recordings.size(); ++m)
+            models_.push_back(candidate_model(base.parts[m].model, {effect}, recordings[m]));
+        // The recording in which the effect acts.
+        while (first_ + 1 < models_.size() &&
+               models_[first_].spec.effects.size() == base.parts[first_].model.spec.effects.size())
+            ++first_;
+        for (const fit::FreeParameter& parameter : models_[first_].parameters)
+            if (parameter.access.id.effect == effect.effect->name())
+                own_.push_back(parameter);
+        belongs_to_recording_ = !own_.empty() && fit::belongs_to_recording(own_.front().access.id);
+    }
+
+    [[nodiscard]] EffectColumns compute() {
+        EffectColumns out;
+        if (own_.empty()) {
+            EffectNode node;
+            node.columns.push_back({difference(read({models_}).front(), stacked_.predicted)});
+            node.columns.back().is_certain = true;
+            out.nodes.push_back(std::move(node));
+            return out;
+        }
+        const std::vector<fit::StemModel> absent =
+            fit_starts(models_[first_], base_.parts[first_], fit::StartSize::Absent);
+        std::vector<Group> groups;
+        is_seen_as_planar_ = run::dimensions_of(base_.parts[first_].model.spec) == 2 &&
+                             !effect_.effect->planar_parts(effect_values(models_[first_])).empty();
+        // Its derivative where it is absent is that of Y.
+        for (std::size_t k = 0; !is_seen_as_planar_ && k < absent.size(); ++k)
+            groups.push_back(derivatives_at(node_at(absent[k])));
+        if (absent.size() <= most_secants || has_own_sizes(models_[first_], base_.parts[first_]))
+            for (const fit::StemModel& start :
+                 fit_starts(models_[first_], base_.parts[first_], fit::StartSize::Default))
+                if (std::optional<Group> group = secant_to(node_at(start)))
+                    groups.push_back(*std::move(group));
+        compute(groups);
+        for (Group& group : groups)
+            if (!group.readings.empty())
+                out.nodes.push_back(finished(std::move(group)));
+        if (out.nodes.empty())
+            out.failure = failure_.empty() ? "no run shows what it does" : failure_;
+        return out;
+    }
+
+    [[nodiscard]] SizedEffects at_sizes() {
+        SizedEffects out;
+        if (own_.empty()) {
+            out.sizes.push_back({1.0, 1.0, 1.0, read({models_}).front() - stacked_.predicted});
+            return out;
+        }
+        is_seen_as_planar_ = run::dimensions_of(base_.parts[first_].model.spec) == 2 &&
+                             !effect_.effect->planar_parts(effect_values(models_[first_])).empty();
+        const std::optional<Group> usual = secant_to(node_at(models_[first_]));
+        if (!usual)
+            return out;
+        const std::size_t largest = usual->sizes.front();
+        out.parameter = own_[largest].access.id.name;
+        const auto modes = run::chain_modes(base_.parts[first_].model.spec, 1);
+        std::vector<Group> groups;
+        for (const double size : tried_sizes) {
+            fit::StemModel start = models_[first_];
+            const double coordinate =
+                usual->priors.front().absent + size * usual->priors.front().deviation;
+            own_[largest].access.set(
+                start.spec, std::clamp(from_coordinate(own_[largest].fitted_as, coordinate),
+                                       own_[largest].lower, own_[largest].upper));
+            if (!modes.empty() && recordings_.size() == 1 && !is_seen_as_planar_)
+                fit::keep_first_mode(modes.front(), start);
+            // Linearised, dry friction damps as it never does in a swing.
+            start.spec.stem.bond_damping = base_.parts[first_].model.spec.stem.bond_damping;
+            Group& group = groups.emplace_back();
+            group.node = node_at(start);
+            group.runs.push_back(models_at(group.node));
+            group.secant = size;
+            if (is_seen_as_planar_)
+                use_planar_parts(group);
+        }
+        compute(groups);
+        for (std::size_t k = 1; k < groups.size(); ++k)
+            if (!groups[k].readings.empty() && !groups.front().readings.empty())
+                out.sizes.push_back({tried_sizes[k], groups[k].node.modulus_ratio,
+                                     groups[k].node.damping_ratio,
+                                     groups[k].readings.front() - groups.front().readings.front()});
+        return out;
+    }
+
+  private:
+    [[nodiscard]] EffectNode node_at(const fit::StemModel& start) const {
+        EffectNode node;
+        for (const fit::FreeParameter& parameter : own_)
+            node.values.push_back(parameter.access.get(start.spec));
+        const physics::StemParameters<double>& stem = base_.parts[first_].model.spec.stem;
+        node.modulus_ratio = start.spec.stem.bond_youngs_modulus / stem.bond_youngs_modulus;
+        node.damping_ratio = start.spec.stem.bond_damping / stem.bond_damping;
+        return node;
+    }
+
+    /// The models of the recordings at the node.
+    [[nodiscard]] fit::StartModels models_at(const EffectNode& node) const {
+        fit::StartModels models = models_;
+        for (fit::StemModel& model : models) {
+            model.spec.stem.bond_youngs_modulus *= node.modulus_ratio;
+            model.spec.stem.bond_damping *= node.damping_ratio;
+            for (const fit::FreeParameter& parameter : model.parameters)
+                for (std::size_t k = 0; k < own_.size(); ++k)
+                    if (parameter.access.id == own_[k].access.id)
+                        parameter.access.set(model.spec, node.values[k]);
+        }
+        return models;
+    }
+
+    /// One point of the grid: the runs that it needs, and what they give.
+    struct Group {
+        EffectNode node;
+        std::vector<std::size_t> sizes;     ///< parameters
+        std::vector<ParameterPrior> priors; ///< (sizes)
+        std::vector<double> weights; ///< (runs) of planar chains; empty: the runs are the models
+        double secant = 0.0; ///< size at the node over the prior's deviation; 0: derivatives
+        std::vector<fit::StartModels> runs;    ///< of derivatives: the node, then each size changed
+        std::vector<Eigen::VectorXd> readings; ///< (runs); empty: could not be computed
+    };
+
+    /// Readings of models side by side in lanes.
+    [[nodiscard]] std::vector<Eigen::VectorXd>
+    read(const std::vector<fit::StartModels>& runs) const {
+        std::vector<std::vector<fit::ChainPrediction>> lanes; // (recordings)(runs)
+        for (std::size_t m = 0; m < recordings_.size(); ++m) {
+            std::vector<fit::StemModel> models;
+            for (const fit::StartModels& run : runs)
+                models.push_back(run[m]);
+            lanes.push_back(
+                fit::predict_together(models, base_.parts[m].times, options_.heartbeat));
+        }
+        std::vector<Eigen::VectorXd> readings;
+        for (std::size_t k = 0; k < runs.size(); ++k) {
+            std::vector<fit::ChainPrediction> predictions;
+            for (std::vector<fit::ChainPrediction>& each : lanes)
+                predictions.push_back(std::move(each[k]));
+            readings.push_back(stacked_predictions(predictions, stacked_, base_));
+        }
+        return readings;
+    }
+
+    /// As many groups at once as the lanes hold; each by itself if one of them cannot be computed.
+    void compute(std::vector<Group>& groups) {
+        for (std::size_t begin = 0; begin < groups.size();) {
+            std::size_t end = begin;
+            std::vector<fit::StartModels> runs;
+            while (end < groups.size() &&
+                   (end == begin || runs.size() + groups[end].runs.size() <= core::lane_count)) {
+                runs.insert(runs.end(), groups[end].runs.begin(), groups[end].runs.end());
+                ++end;
+            }
+            if (!try_groups({&groups[begin], end - begin}, runs) && end > begin + 1)
+                for (std::size_t k = begin; k < end; ++k)
+                    try_groups({&groups[k], 1}, groups[k].runs);
+            begin = end;
+        }
+    }
+
+    bool try_groups(std::span<Group> groups, const std::vector<fit::StartModels>& runs) {
+        try {
+            std::vector<Eigen::VectorXd> readings = read(runs);
+            auto next = readings.begin();
+            for (Group& group : groups) {
+                for (std::size_t k = 0; k < group.runs.size(); ++k)
+                    group.readings.push_back(std::move(*next++));
+                if (group.weights.empty())
+                    continue;
+                Eigen::VectorXd sum = Eigen::VectorXd::Zero(stacked_.residual.size());
+                for (std::size_t k = 0; k < group.runs.size(); ++k)
+                    sum += group.weights[k] * group.readings[k];
+                group.readings = {std::move(sum)};
+            }
+            return true;
+        } catch (const core::NumericalError& error) {
+            failure_ = error.what();
+            return false;
+        }
+    }
+
+    [[nodiscard]] static std::vector<double>
+    difference(const Eigen::VectorXd& changed, const Eigen::VectorXd& from, double factor = 1.0) {
+        const Eigen::VectorXd column = factor * (changed - from);
+        return {column.data(), column.data() + column.size()};
+    }
+
+    /// Changes of the readings by each size from the node on.
+    [[nodiscard]] Group derivatives_at(EffectNode node) const {
+        Group group;
+        group.node = std::move(node);
+        group.runs.push_back(models_at(group.node));
+        for (std::size_t k = 0; k < own_.size(); ++k) {
+            if (own_[k].is_place)
+                continue;
+            group.sizes.push_back(k);
+            group.priors.push_back(prior_of(own_[k], group.runs.front()[first_]));
+            fit::StartModels& changed = group.runs.emplace_back(group.runs.front());
+            for (fit::StemModel& model : changed)
+                model =
+                    moved(std::move(model), own_[k], small_change * group.priors.back().deviation);
+        }
+        return group;
+    }
+
+    /// The whole way from the model without the effect, by the size that is largest against what
+    /// is usual; none if the effect has no size there.
+    [[nodiscard]] std::optional<Group> secant_to(EffectNode node) const {
+        if (recordings_.size() > 1) {
+            node.modulus_ratio = 1.0; // one material cannot keep the first mode of each
+            node.damping_ratio = 1.0;
+        }
+        Group group;
+        group.node = std::move(node);
+        group.runs.push_back(models_at(group.node));
+        group.sizes.push_back(0);
+        group.priors.emplace_back();
+        for (std::size_t k = 0; k < own_.size(); ++k) {
+            if (own_[k].is_place)
+                continue;
+            const ParameterPrior prior = prior_of(own_[k], group.runs.front()[first_]);
+            const double size =
+                (to_coordinate(own_[k].fitted_as, group.node.values[k]) - prior.absent) /
+                prior.deviation;
+            if (std::abs(size) <= std::abs(group.secant))
+                continue;
+            group.secant = size;
+            group.sizes.front() = k;
+            group.priors.front() = prior;
+        }
+        if (group.secant == 0.0)
+            return std::nullopt;
+        if (is_seen_as_planar_)
+            use_planar_parts(group);
+        return group;
+    }
+
+    [[nodiscard]] std::vector<double> effect_values(const fit::StemModel& model) const {
+        for (const physics::ActiveEffect& active : model.spec.effects)
+            if (active.effect == effect_.effect)
+                return active.values;
+        return {};
+    }
+
+    void use_planar_parts(Group& group) const {
+        const std::vector<double> values = effect_values(group.runs.front()[first_]);
+        fit::StartModels without = std::move(group.runs.front());
+        for (fit::StemModel& model : without)
+            std::erase_if(model.spec.effects, [&](const physics::ActiveEffect& active) {
+                return active.effect == effect_.effect;
+            });
+        group.runs.clear();
+        for (const physics::PlanarPart& part : effect_.effect->planar_parts(values)) {
+            fit::StartModels& run = group.runs.emplace_back(without);
+            for (fit::StemModel& model : run)
+                model.spec.stem.bond_youngs_modulus *= part.modulus_factor;
+            group.weights.push_back(part.weight);
+        }
+    }
+
+    [[nodiscard]] EffectNode finished(Group group) const {
+        EffectNode node = std::move(group.node);
+        const Eigen::VectorXd& here = group.readings.front();
+        if (group.secant != 0.0) {
+            EffectColumn column{difference(here, stacked_.predicted, 1.0 / group.secant)};
+            column.parameter = group.sizes.front();
+            column.is_one_sided = group.priors.front().is_one_sided;
+            column.secant = group.secant;
+            node.columns.push_back(std::move(column));
+            return node;
+        }
+        if (std::abs(node.modulus_ratio - 1.0) > least_offset) {
+            EffectColumn column{difference(here, stacked_.predicted)};
+            column.is_one_sided = true;
+            node.columns.push_back(std::move(column));
+        }
+        for (std::size_t s = 0; s < group.sizes.size(); ++s)
+            add_derivative(group.readings[s + 1], here, group.sizes[s],
+                           group.priors[s].is_one_sided, node);
+        return node;
+    }
+
+    /// The column of a size; one for each recording where these have sizes of their own.
+    void add_derivative(const Eigen::VectorXd& changed, const Eigen::VectorXd& from,
+                        std::size_t parameter, bool is_one_sided, EffectNode& node) const {
+        EffectColumn column{difference(changed, from, 1.0 / small_change)};
+        column.parameter = parameter;
+        column.is_one_sided = is_one_sided;
+        if (!belongs_to_recording_ || recordings_.size() == 1) {
+            node.columns.push_back(std::move(column));
+            return;
+        }
+        std::size_t begin = 0;
+        for (const fit::RecordingFit& part : base_.parts) {
+            EffectColumn own = column;
+            for (std::size_t k = 0; k < own.readings.size(); ++k)
+                if (k < begin || k >= begin + part.residuals.size())
+                    own.readings[k] = 0.0;
+            begin += part.residuals.size();
+            node.columns.push_back(std::move(own));
+        }
+    }
+
+    /// The model with one of the effect's numbers changed; the same where the effect does not act.
+    [[nodiscard]] static fit::StemModel moved(fit::StemModel model,
+                                              const fit::FreeParameter& parameter, double change) {
+        if (std::ranges::none_of(model.spec.effects, [&](const physics::ActiveEffect& active) {
+                return active.effect->name() == parameter.access.id.effect;
+            }))
+            return model;
+        const double value = parameter.access.get(model.spec);
+        parameter.access.set(model.spec,
+                             from_coordinate(parameter.fitted_as,
+                                             to_coordinate(parameter.fitted_as, value) + change));
+        return model;
+    }
+
+    const fit::Fit& base_;
+    const StackedReadings& stacked_;
+    const physics::SelectedEffect& effect_;
+    std::span<const fit::ObservedRecording> recordings_;
+    const fit::FitOptions& options_;
+    bool is_seen_as_planar_ = false;
+    fit::StartModels models_;
+    std::size_t first_ = 0;
+    std::vector<fit::FreeParameter> own_;
+    bool belongs_to_recording_ = false;
+    std::string failure_;
+};
+
+} // namespace
+
+SizedEffects effect_at_sizes(const fit::Fit& base, const StackedReadings& stacked,
+                             const physics::SelectedEffect& effect,
+                             std::span<const fit::ObservedRecording> recordings,
+                             const fit::FitOptions& options) {
+    return ColumnsOfEffect(base, stacked, effect, recordings, options).at_sizes();
+}
+
+EffectColumns effect_columns(const fit::Fit& base, const StackedReadings& stacked,
+                             const physics::SelectedEffect& effect,
+                             std::span<const fit::ObservedRecording> recordings,
+                             const fit::FitOptions& options) {
+    EffectColumns failed;
+    try {
+        return ColumnsOfEffect(base, stacked, effect, recordings, options).compute();
+    } catch (const core::InputError& error) {
+        failed.failure = error.what();
+    } catch (const core::NumericalError& error) {
+        failed.failure = error.what();
+    }
+    return failed;
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/evidence/linear_evidence.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include <Eigen/Cholesky>
+
+namespace culm::diagnose {
+namespace {
+
+constexpr Eigen::Index most_columns = 24; ///< of one set: three effects, a few columns each
+using SmallMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_columns, most_columns>;
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_columns, 1>;
+
+/// Size, in standard deviations of the prior, to which a derivative is trusted, and a secant in
+/// units of its length.
+constexpr double largest_of_derivative = 3.0;
+constexpr double extrapolation = 2.0;
+
+} // namespace
+
+/// log Σ exp over the points of the grids, and the likeliest point.
+struct LinearEvidence::Sum {
+    double largest = -std::numeric_limits<double>::infinity();
+    double total = 0.0; ///< over exp(largest)
+    double points = 0.0;
+    std::vector<std::size_t> nodes;
+    std::vector<std::vector<double>> amounts;
+    std::vector<double> falls;
+
+    /// True if it is the largest so far.
+    bool add(double log_value) {
+        const bool is_largest = log_value > largest;
+        if (is_largest) {
+            total = total * std::exp(largest - log_value) + 1.0;
+            largest = log_value;
+        } else {
+            total += std::exp(log_value - largest);
+        }
+        return is_largest;
+    }
+};
+
+LinearEvidence::LinearEvidence(const StackedReadings& stacked,
+                               const std::vector<EffectColumns>& columns)
+    : own_(stacked.jacobian) {
+    Eigen::Index count = 0;
+    for (const EffectColumns& each : columns)
+        for (const EffectNode& node : each.nodes)
+            count += static_cast<Eigen::Index>(node.columns.size());
+    raw_.resize(stacked.residual.size(), count);
+    Eigen::Index k = 0;
+    for (const EffectColumns& each : columns)
+        for (const EffectNode& node : each.nodes)
+            for (const EffectColumn& column : node.columns)
+                raw_.col(k++) =
+                    Eigen::Map<const Eigen::VectorXd>(column.readings.data(), raw_.rows());
+    remainder_ = own_.remainder(raw_);
+    residual_ = own_.remainder(stacked.residual);
+    gram_ = remainder_.transpose() * remainder_;
+    overlap_ = remainder_.transpose() * residual_;
+    for (const EffectColumns& each : columns)
+        add_nodes(each);
+}
+
+void LinearEvidence::add_nodes(const EffectColumns& columns) {
+    std::vector<Node>& nodes = nodes_.emplace_back();
+    for (std::size_t k = 0; k < columns.nodes.size(); ++k) {
+        Node& node = nodes.emplace_back();
+        node.first = k;
+        for (const EffectColumn& column : columns.nodes[k].columns) {
+            node.columns.push_back(static_cast<Eigen::Index>(columns_.size()));
+            columns_.push_back({column.is_one_sided, column.is_certain,
+                                column.secant == 0.0 ? largest_of_derivative
+                                                     : extrapolation * std::abs(column.secant)});
+        }
+    }
+    // Between two points of the grid the readings are nearly a mean of those at the points.
+    const std::size_t points = nodes.size();
+    for (std::size_t a = 0; a < points; ++a)
+        for (std::size_t b = a + 1; b < points; ++b)
+            if (nodes[a].columns.size() == 1 && nodes[b].columns.size() == 1)
+                nodes.push_back({{nodes[a].columns.front(), nodes[b].columns.front()}, a, true});
+}
+
+PredictedGain LinearEvidence::gain(std::span<const std::size_t> candidates) const {
+    Sum sum;
+    std::vector<std::size_t> chosen;
+    add(candidates, chosen, sum);
+    PredictedGain out;
+    out.log_evidence = sum.largest == -std::numeric_limits<double>::infinity()
+                           ? sum.largest
+                           : sum.largest + std::log(sum.total / sum.points) +
+                                 static_cast<double>(candidates.size()) * log_prior_odds();
+    for (std::size_t k = 0; k < sum.nodes.size(); ++k)
+        out.nodes.push_back(sum.nodes[k]);
+    out.amounts = std::move(sum.amounts);
+    out.falls = std::move(sum.falls);
+    return out;
+}
+
+void LinearEvidence::add(std::span<const std::size_t> candidates, std::vector<std::size_t>& chosen,
+                         Sum& sum) const {
+    if (chosen.size() == candidates.size())
+        return add_point(candidates, chosen, sum);
+    const std::vector<Node>& nodes = nodes_[candidates[chosen.size()]];
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        chosen.push_back(k);
+        add(candidates, chosen, sum);
+        chosen.pop_back();
+    }
+}
+
+/// Amounts of the columns that maximise the posterior, and the logarithm of its integral.
+double LinearEvidence::solve(const std::vector<Eigen::Index>& sizes,
+                             const std::vector<Eigen::Index>& certain,
+                             std::map<Eigen::Index, double>& amounts) const {
+    double log_value = 0.0;
+    SmallVector right = overlap_(sizes);
+    for (const Eigen::Index f : certain) {
+        amounts[f] = 1.0;
+        right -= gram_(sizes, f);
+        log_value += overlap_(f);
+        for (const Eigen::Index g : certain)
+            log_value -= 0.5 * gram_(f, g);
+    }
+    if (sizes.empty())
+        return log_value;
+    SmallMatrix hessian = gram_(sizes, sizes);
+    hessian.diagonal().array() += 1.0;
+    const Eigen::LLT<SmallMatrix> factors(hessian);
+    SmallVector amount = factors.solve(right);
+    // A step to where the columns are no longer known to be linear ends there.
+    double step = 1.0;
+    for (std::size_t k = 0; k < sizes.size(); ++k)
+        step = std::min(step,
+                        column(sizes[k]).largest / std::abs(amount(static_cast<Eigen::Index>(k))));
+    log_value += right.dot(amount) * (step - 0.5 * step * step);
+    const SmallMatrix lower = factors.matrixL();
+    for (std::size_t k = 0; k < sizes.size(); ++k) {
+        const auto at = static_cast<Eigen::Index>(k);
+        amounts[sizes[k]] = step * amount(at);
+        log_value -= std::log(lower(at, at));
+        if (column(sizes[k]).is_one_sided)
+            log_value += std::numbers::ln2;
+    }
+    return log_value;
+}
+
+void LinearEvidence::add_point(std::span<const std::size_t> candidates,
+                               const std::vector<std::size_t>& chosen, Sum& sum) const {
+    sum.points += 1.0;
+    std::vector<Eigen::Index> sizes;
+    std::vector<Eigen::Index> certain;
+    std::vector<const Node*> nodes;
+    for (std::size_t e = 0; e < candidates.size(); ++e) {
+        nodes.push_back(&nodes_[candidates[e]][chosen[e]]);
+        for (const Eigen::Index each : nodes.back()->columns)
+            (column(each).is_certain ? certain : sizes).push_back(each);
+    }
+    if (static_cast<Eigen::Index>(sizes.size()) > most_columns)
+        return;
+    // A size with the forbidden sign is absent, and the others are solved for again. Of several
+    // recordings one may well have none.
+    std::map<Eigen::Index, double> amounts;
+    double log_value = 0.0;
+    for (bool is_allowed = false; !is_allowed;) {
+        amounts.clear();
+        log_value = solve(sizes, certain, amounts);
+        is_allowed = std::erase_if(sizes, [&](Eigen::Index each) {
+                         return column(each).is_one_sided && amounts[each] < 0.0;
+                     }) == 0;
+        for (const Node* node : nodes) // has an effect lost all of its sizes?
+            if (std::ranges::none_of(node->columns, [&](Eigen::Index each) {
+                    return column(each).is_certain || std::ranges::find(sizes, each) != sizes.end();
+                }))
+                return;
+    }
+    if (std::ranges::any_of(nodes, [&](const Node* node) {
+            return node->is_between &&
+                   amounts[node->columns.front()] * amounts[node->columns.back()] <= 0.0;
+        }))
+        return;
+    if (sum.add(log_value))
+        keep(candidates, nodes, amounts, sum);
+}
+
+/// As the likeliest point.
+void LinearEvidence::keep(std::span<const std::size_t> candidates,
+                          const std::vector<const Node*>& nodes,
+                          std::map<Eigen::Index, double>& amounts, Sum& sum) const {
+    sum.nodes.clear();
+    sum.falls.clear();
+    sum.amounts.clear();
+    for (std::size_t e = 0; e < nodes.size(); ++e) {
+        const Node& node = *nodes[e];
+        std::size_t nearest = node.first;
+        if (node.is_between &&
+            std::abs(amounts[node.columns.back()]) > std::abs(amounts[node.columns.front()]))
+            nearest = std::ranges::find_if(nodes_[candidates[e]], [&](const Node& each) {
+                          return !each.is_between && each.columns.front() == node.columns.back();
+                      })->first;
+        std::vector<double>& own = sum.amounts.emplace_back();
+        // aᵀ G a of its columns: what it explains in addition to the others is at most this.
+        double fall = 0.0;
+        for (const Eigen::Index i : node.columns) {
+            own.push_back(amounts[i]);
+            for (const Eigen::Index j : node.columns)
+                fall += amounts[i] * gram_(i, j) * amounts[j];
+        }
+        if (node.is_between)
+            own = {own.front() + own.back()};
+        sum.falls.push_back(fall);
+        sum.nodes.push_back(nearest);
+    }
+}
+
+Eigen::VectorXd LinearEvidence::own_change(std::span<const std::size_t> candidates,
+                                           const PredictedGain& gain) const {
+    Eigen::VectorXd change = Eigen::VectorXd::Zero(raw_.rows());
+    for (std::size_t e = 0; e < candidates.size(); ++e) {
+        const Node& node = nodes_[candidates[e]][gain.nodes[e]];
+        for (std::size_t k = 0; k < node.columns.size(); ++k)
+            change -= gain.amounts[e][k] * raw_.col(node.columns[k]);
+    }
+    return own_.coefficients(change);
+}
+
+} // namespace culm::diagnose

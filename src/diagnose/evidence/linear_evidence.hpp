@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Predicted log evidence of the models that add effects to a fitted one, without a fit.
+#pragma once
+
+#include "diagnose/evidence/effect_columns.hpp"
+#include "diagnose/evidence/log_evidence.hpp"
+
+#include <map>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace culm::diagnose {
+
+/// A set of effects that may join the fitted model.
+struct PredictedGain {
+    double log_evidence = 0.0; ///< over that of the fitted model; −infinity: no allowed sizes
+    std::vector<std::size_t> nodes;           ///< (effects) the likeliest point of each one's grid
+    std::vector<std::vector<double>> amounts; ///< (effects)(columns of the node)
+    std::vector<double> falls;                ///< (effects) of χ² by each alone
+};
+
+/// The columns of all candidates, freed of what the model's own parameters can do: for a set with
+/// columns S, log Z changes by ½ bᵀ (G + I)⁻¹ b − ½ log|G + I| + log P(S), G = SᵀS, b = Sᵀ r.
+class LinearEvidence {
+  public:
+    /// `columns`: of the candidates, with or without failures.
+    LinearEvidence(const StackedReadings& stacked, const std::vector<EffectColumns>& columns);
+
+    /// Sum over the points of the grids, each equally probable; sizes with a forbidden sign are
+    /// left out. Two points of one grid together stand for those between them.
+    [[nodiscard]] PredictedGain gain(std::span<const std::size_t> candidates) const;
+
+    /// Change of the model's own parameters that goes with the columns' amounts.
+    [[nodiscard]] Eigen::VectorXd own_change(std::span<const std::size_t> candidates,
+                                             const PredictedGain& gain) const;
+
+  private:
+    struct Column {
+        bool is_one_sided = false;
+        bool is_certain = false;
+        double largest = 0.0;
+    };
+    struct Node {
+        std::vector<Eigen::Index> columns;
+        std::size_t first = 0;   ///< place among the candidate's nodes
+        bool is_between = false; ///< two points of the grid: their amounts have one sign
+    };
+    struct Sum;
+
+    void add_nodes(const EffectColumns& columns);
+    void add(std::span<const std::size_t> candidates, std::vector<std::size_t>& chosen,
+             Sum& sum) const;
+    void add_point(std::span<const std::size_t> candidates, const std::vector<std::size_t>& chosen,
+                   Sum& sum) const;
+    void keep(std::span<const std::size_t> candidates, const std::vector<const Node*>& nodes,
+              std::map<Eigen::Index, double>& amounts, Sum& sum) const;
+    [[nodiscard]] double solve(const std::vector<Eigen::Index>& sizes,
+                               const std::vector<Eigen::Index>& certain,
+                               std::map<Eigen::Index, double>& amounts) const;
+    [[nodiscard]] const Column& column(Eigen::Index k) const {
+        return columns_[static_cast<std::size_t>(k)];
+    }
+
+    Projector own_;
+    std::vector<std::vector<Node>> nodes_; ///< (candidates)
+    std::vector<Column> columns_;
+    Eigen::MatrixXd raw_;       ///< (rows, columns)
+    Eigen::MatrixXd remainder_; ///< (rows, columns) without what the parameters imitate
+    Eigen::MatrixXd gram_;      ///< (columns, columns)
+    Eigen::VectorXd overlap_;   ///< (columns) with the residual
+    Eigen::VectorXd residual_;
+};
+
+} // namespace culm::diagnose

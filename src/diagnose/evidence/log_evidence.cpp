@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/evidence/log_evidence.hpp"
+
+#include "diagnose/evidence/stacked_readings.hpp"
+#include "diagnose/policy.hpp"
+#include "fit/solve/layout.hpp"
+#include "physics/effects/stem_scales.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+namespace culm::diagnose {
+namespace {
+
+using physics::FittedAs;
+
+/// Standard deviation of a size over the default of its card: a default is a size that a careful
+/// laboratory meets, and others meet some times more.
+constexpr double deviation_over_default = 3.0;
+
+/// The parameter as the effect describes it for this stem.
+std::optional<physics::EffectParameter> described(const fit::FreeParameter& parameter,
+                                                  const fit::StemModel& model) {
+    for (const physics::ActiveEffect& active : model.spec.effects)
+        if (active.effect->name() == parameter.access.id.effect)
+            for (physics::EffectParameter& each : active.effect->parameters_for(model.spec.stem))
+                if (each.name == parameter.access.id.name)
+                    return std::move(each);
+    return std::nullopt;
+}
+
+/// Signed distance of the usual size from the absence of the effect, as a coordinate.
+double usual_size(const physics::EffectParameter& card, const fit::StemModel& model,
+                  double absent) {
+    const double of_default = to_coordinate(card.fitted_as, card.default_value) - absent;
+    double largest = deviation_over_default * of_default;
+    if (card.start_values == nullptr)
+        return largest;
+    physics::StartScales scales;
+    scales.length = model.spec.stem.free_length();
+    scales.duration = model.spec.duration;
+    scales.first_frequency = physics::first_frequency(model.spec.stem);
+    scales.mass = physics::mass_per_length(model.spec.stem) * scales.length;
+    scales.stiffness = physics::stiffness_scale(model.spec.stem);
+    scales.residual_peaks = [] { return std::vector<double>(); };
+    for (const double value : card.start_values(scales))
+        if (const double size = to_coordinate(card.fitted_as, value) - absent;
+            std::abs(size) > std::abs(largest))
+            largest = size;
+    return largest;
+}
+
+/// Adds the priors of the effects' numbers; returns their columns in units of their coordinates.
+Eigen::MatrixXd add_priors(const StackedReadings& stacked, const fit::JointLayout& layout,
+                           const fit::StartModels& models, const fit::SelectedEffects& known,
+                           std::vector<Eigen::Index>& others, ModelEvidence& out) {
+    std::vector<Eigen::VectorXd> columns;
+    for (std::size_t k = 0; k < layout.ids.size(); ++k) {
+        const fit::JointLayout::Owner& owner = layout.owners[k];
+        const fit::StemModel& model = models[owner.model];
+        const bool is_known = std::ranges::any_of(
+            known, [&](const auto& each) { return each.effect->name() == layout.ids[k].effect; });
+        if (owner.parameter >= model.parameters.size() || !layout.ids[k].is_of_effect() ||
+            is_known) {
+            others.push_back(static_cast<Eigen::Index>(k));
+            continue;
+        }
+        const fit::FreeParameter& parameter = model.parameters[owner.parameter];
+        const ParameterPrior prior = prior_of(parameter, model);
+        const double value = model.value(owner.parameter);
+        out.log_prior += prior.log_density(to_coordinate(parameter.fitted_as, value));
+        out.prior_precision.push_back(prior.precision());
+        columns.emplace_back(stacked.jacobian.col(static_cast<Eigen::Index>(k)) /
+                             coordinate_slope(parameter.fitted_as, value));
+    }
+    Eigen::MatrixXd out_columns(stacked.jacobian.rows(), static_cast<Eigen::Index>(columns.size()));
+    for (std::size_t k = 0; k < columns.size(); ++k)
+        out_columns.col(static_cast<Eigen::Index>(k)) = columns[k];
+    return out_columns;
+}
+
+/// Is a parameter at the bound where its effect is absent?
+bool is_at_absence(const fit::FittedParameter& parameter) {
+    if (!parameter.is_at_bound)
+        return false;
+    const double absent = parameter.fitted_as == physics::FittedAs::Inverse
+                              ? parameter.upper
+                              : std::clamp(parameter.absent, parameter.lower, parameter.upper);
+    const double far =
+        absent - parameter.lower > parameter.upper - absent ? parameter.lower : parameter.upper;
+    return std::abs(parameter.value - absent) < std::abs(parameter.value - far);
+}
+
+/// Has every size of one of the effects ended at its absence?
+bool has_absent_effect(const fit::Fit& fit, const fit::SelectedEffects& known) {
+    return std::ranges::any_of(fit.effects, [&](const physics::SelectedEffect& selected) {
+        if (fit::contains(known, selected))
+            return false;
+        bool has_size = false;
+        bool is_there = false;
+        for (const fit::FittedParameter& parameter : fit.parameters) {
+            if (parameter.id.effect != selected.effect->name() || parameter.is_place)
+                continue;
+            has_size = true;
+            is_there = is_there || !is_at_absence(parameter);
+        }
+        return has_size && !is_there;
+    });
+}
+
+} // namespace
+
+double to_coordinate(FittedAs fitted_as, double value) {
+    switch (fitted_as) {
+    case FittedAs::Logarithm:
+        return std::log(value);
+    case FittedAs::Inverse:
+        return 1.0 / value;
+    case FittedAs::Itself:
+        break;
+    }
+    return value;
+}
+
+double from_coordinate(FittedAs fitted_as, double coordinate) {
+    return fitted_as == FittedAs::Logarithm ? std::exp(coordinate)
+           : fitted_as == FittedAs::Inverse ? 1.0 / coordinate
+                                            : coordinate;
+}
+
+double coordinate_slope(FittedAs fitted_as, double value) {
+    switch (fitted_as) {
+    case FittedAs::Logarithm:
+        return 1.0 / value;
+    case FittedAs::Inverse:
+        return -1.0 / (value * value);
+    case FittedAs::Itself:
+        break;
+    }
+    return 1.0;
+}
+
+double ParameterPrior::log_density(double coordinate) const {
+    if (is_place)
+        return -std::log(range);
+    const double distance = (coordinate - absent) / deviation;
+    const double normal = -0.5 * distance * distance -
+                          std::log(std::abs(deviation) * std::sqrt(2.0 * std::numbers::pi));
+    return is_one_sided ? normal + std::numbers::ln2 : normal;
+}
+
+double ParameterPrior::precision() const {
+    return is_place ? 2.0 * std::numbers::pi / (range * range) : 1.0 / (deviation * deviation);
+}
+
+ParameterPrior prior_of(const fit::FreeParameter& parameter, const fit::StemModel& model) {
+    ParameterPrior prior;
+    prior.is_place = parameter.is_place;
+    const double lower = to_coordinate(parameter.fitted_as, parameter.lower);
+    const double upper = to_coordinate(parameter.fitted_as, parameter.upper);
+    prior.range = std::max(std::abs(upper - lower), 1e-300);
+    if (prior.is_place)
+        return prior;
+    const bool is_inverse = parameter.fitted_as == FittedAs::Inverse;
+    prior.absent = is_inverse ? 0.0 : to_coordinate(parameter.fitted_as, parameter.absent);
+    prior.is_one_sided =
+        is_inverse || !(parameter.lower < parameter.absent && parameter.absent < parameter.upper);
+    if (const auto card = described(parameter, model))
+        prior.deviation = usual_size(*card, model, prior.absent);
+    if (prior.deviation == 0.0)
+        prior.deviation = parameter.access.scale > 0.0 ? parameter.access.scale : prior.range;
+    return prior;
+}
+
+double log_prior_odds() {
+    const double probability = Policy().effect_probability;
+    return std::log(probability / (1.0 - probability));
+}
+
+double NoiseScale::mean_known() const {
+    double sum = 0.0;
+    double count = 0.0;
+    for (std::size_t m = 0; m < variance.size(); ++m)
+        if (is_noise_known[m]) {
+            sum += variance[m] * static_cast<double>(readings[m]);
+            count += static_cast<double>(readings[m]);
+        }
+    return count > 0.0 ? sum / count : 1.0;
+}
+
+NoiseScale noise_scale_of(const fit::Fit& best) {
+    NoiseScale scale;
+    for (const fit::RecordingMisfit& misfit : best.misfits) {
+        const auto readings = static_cast<double>(std::max<std::size_t>(misfit.readings, 1));
+        scale.variance.push_back(misfit.is_noise_known
+                                     ? std::max(1.0, misfit.chi_squared / readings)
+                                     : misfit.rmse * misfit.rmse);
+        scale.is_noise_known.push_back(misfit.is_noise_known);
+        scale.readings.push_back(misfit.readings);
+    }
+    return scale;
+}
+
+NoiseScale noise_as_assumed(const fit::Fit& first) {
+    NoiseScale scale = noise_scale_of(first);
+    for (std::size_t m = 0; m < scale.variance.size(); ++m)
+        if (scale.is_noise_known[m])
+            scale.variance[m] = 1.0;
+    return scale;
+}
+
+ModelEvidence evidence_of(const fit::Fit& fit, std::span<const fit::ObservedRecording> recordings,
+                          const fit::SelectedEffects& known) {
+    ModelEvidence out;
+    const StackedReadings stacked = stacked_readings(fit, recordings);
+    Eigen::Index row = 0;
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        const auto rows = static_cast<Eigen::Index>(fit.parts[m].residuals.size());
+        const fit::RecordingMisfit& misfit = fit.misfits[m];
+        out.misfits.push_back(misfit.is_noise_known
+                                  ? stacked.residual.segment(row, rows).squaredNorm()
+                                  : misfit.rmse * misfit.rmse *
+                                        static_cast<double>(misfit.readings));
+        row += rows;
+    }
+    out.squared_pulls = stacked.residual.tail(stacked.constraints).squaredNorm();
+    for (const physics::SelectedEffect& effect : fit.effects)
+        out.effects += fit::contains(known, effect) ? 0 : 1;
+    if (out.effects == 0)
+        return out;
+    out.has_absent_effect = has_absent_effect(fit, known);
+    const fit::StartModels models = fit::start_from(fit);
+    const fit::JointLayout layout =
+        fit::joint_layout(models, recordings, fit::belongs_to_recording);
+    std::vector<Eigen::Index> others;
+    const Eigen::MatrixXd own = add_priors(stacked, layout, models, known, others, out);
+    out.numbers = static_cast<std::size_t>(own.cols());
+    const Projector nuisance(stacked.jacobian(Eigen::all, others));
+    const Eigen::MatrixXd left = nuisance.remainder(own);
+    const Eigen::MatrixXd information = left.transpose() * left;
+    out.information.assign(information.data(), information.data() + information.size());
+    return out;
+}
+
+double log_evidence(const ModelEvidence& evidence, const NoiseScale& noise) {
+    double log_likelihood = -0.5 * evidence.squared_pulls;
+    for (std::size_t m = 0; m < evidence.misfits.size(); ++m) {
+        const double ratio = evidence.misfits[m] / noise.variance[m];
+        const auto readings = static_cast<double>(std::max<std::size_t>(noise.readings[m], 1));
+        // Of unknown noise the size is eliminated too: −n log(rms).
+        log_likelihood -=
+            noise.is_noise_known[m] ? 0.5 * ratio : 0.5 * readings * std::log(ratio / readings);
+    }
+    const auto d = static_cast<Eigen::Index>(evidence.numbers);
+    double log_volume = 0.0;
+    if (d > 0) {
+        Eigen::MatrixXd hessian =
+            Eigen::Map<const Eigen::MatrixXd>(evidence.information.data(), d, d) /
+            noise.mean_known();
+        // With a unit diagonal, because the units of the coordinates differ by decades.
+        Eigen::VectorXd size(d);
+        for (Eigen::Index k = 0; k < d; ++k) {
+            hessian(k, k) += evidence.prior_precision[static_cast<std::size_t>(k)];
+            size(k) = std::sqrt(hessian(k, k));
+            log_volume -= std::log(size(k));
+        }
+        hessian = size.cwiseInverse().asDiagonal() * hessian * size.cwiseInverse().asDiagonal();
+        const Eigen::LDLT<Eigen::MatrixXd> factors(hessian);
+        for (Eigen::Index k = 0; k < d; ++k)
+            log_volume -= 0.5 * std::log(std::max(factors.vectorD()(k), 1e-12));
+        log_volume += 0.5 * static_cast<double>(d) * std::log(2.0 * std::numbers::pi);
+    }
+    return log_likelihood + evidence.log_prior + log_volume +
+           static_cast<double>(evidence.effects) * log_prior_odds();
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The logarithm of the probability of the readings by a fitted model: the score of the search.
+#pragma once
+
+#include "fit/model/stem_model.hpp"
+#include "fit/solve/fit.hpp"
+
+#include <span>
+#include <vector>
+
+namespace culm::diagnose {
+
+/// The prior of a free number of an effect, in its coordinate: the number itself, its logarithm or
+/// its inverse (physics::FittedAs). A size is normal about its absence. A location, an angle or a
+/// time constant is uniform within its bounds.
+struct ParameterPrior {
+    bool is_place = false;
+    bool is_one_sided = false; ///< of a size: it has one sign, and the prior is half-normal
+    double absent = 0.0;       ///< of a size: its coordinate where the effect is absent
+    double deviation = 1.0;    ///< of a size: standard deviation; negative where it points down
+    double range = 1.0;        ///< of a place: distance between its bounds
+
+    /// Logarithm of the density at a coordinate.
+    [[nodiscard]] double log_density(double coordinate) const;
+    /// What the prior adds to the second derivative of −log posterior. That of a place makes the
+    /// Laplace integral over a flat likelihood equal to one.
+    [[nodiscard]] double precision() const;
+};
+
+/// `parameter` is one of an effect's in `model`, whose stem gives the usual size.
+[[nodiscard]] ParameterPrior prior_of(const fit::FreeParameter& parameter,
+                                      const fit::StemModel& model);
+
+[[nodiscard]] double to_coordinate(physics::FittedAs fitted_as, double value);
+[[nodiscard]] double from_coordinate(physics::FittedAs fitted_as, double coordinate);
+/// d coordinate/d value.
+[[nodiscard]] double coordinate_slope(physics::FittedAs fitted_as, double value);
+
+/// What log_evidence() needs of a fitted model, whatever the noise turns out to be.
+struct ModelEvidence {
+    std::vector<double> misfits; ///< (recordings) χ²; m² where the noise is not known
+    double squared_pulls = 0.0;  ///< of the error terms
+    std::size_t numbers = 0;     ///< d: of the effects
+    double log_prior = 0.0;      ///< log density of these at the fit, for all effects
+    /// (d · d) Hessian of ½ χ² by these numbers with all others eliminated.
+    std::vector<double> information;
+    std::vector<double> prior_precision; ///< (d)
+    std::size_t effects = 0;             ///< that may or may not act
+    bool has_absent_effect = false;      ///< one of them ended where it is absent
+};
+
+template <class Wire>
+void fields(Wire& wire, ModelEvidence& evidence) {
+    wire(evidence.misfits, evidence.squared_pulls, evidence.numbers, evidence.log_prior,
+         evidence.information, evidence.prior_precision, evidence.effects,
+         evidence.has_absent_effect);
+}
+
+/// Variance of the noise over what the fits assume, for each recording.
+struct NoiseScale {
+    std::vector<double> variance;      ///< (recordings); of unknown noise: m²
+    std::vector<bool> is_noise_known;  ///< (recordings)
+    std::vector<std::size_t> readings; ///< (recordings)
+
+    /// Mean over the readings whose noise is known; 1 if there are none.
+    [[nodiscard]] double mean_known() const;
+};
+
+/// The noise that the fits assume; of a recording that states none, as this model leaves it.
+[[nodiscard]] NoiseScale noise_as_assumed(const fit::Fit& first);
+
+/// From the model that fits best: its reduced χ² where that exceeds 1, because what the best model
+/// lacks is noise to all; the mean square of its residuals where no noise is known.
+[[nodiscard]] NoiseScale noise_scale_of(const fit::Fit& best);
+
+/// `known`: effects that act for certain and have no prior probability.
+[[nodiscard]] ModelEvidence evidence_of(const fit::Fit& fit,
+                                        std::span<const fit::ObservedRecording> recordings,
+                                        const fit::SelectedEffects& known);
+
+/// log Z = −½ rᵀ Σ⁻¹ r + log π(numbers) + ½ d log 2π − ½ log|H| + log P(effects), the Laplace
+/// approximation (MacKay 1992, Neural Comput. 4:415-447), up to what all models share.
+[[nodiscard]] double log_evidence(const ModelEvidence& evidence, const NoiseScale& noise);
+
+/// Of one effect, before a recording is seen, to act over not to act: 0.05/0.95.
+[[nodiscard]] double log_prior_odds();
+
+} // namespace culm::diagnose

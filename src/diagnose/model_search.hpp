@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which models explain recordings: log evidence predicted for all sets of effects, computed for the
+// few that matter.
+#pragma once
+
+#include "core/item_map.hpp"
+#include "diagnose/evidence/linear_evidence.hpp"
+#include "diagnose/evidence/log_evidence.hpp"
+#include "diagnose/policy.hpp"
+#include "fit/fit_model.hpp"
+
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::diagnose {
+
+struct SearchOptions {
+    fit::FitOptions candidate;
+    fit::SelectedEffects known;      ///< that act for certain; part of every model
+    fit::SelectedEffects candidates; ///< in the library's order
+    std::size_t most_effects = 3;
+    core::ItemMap map;
+    std::function<void(const std::string&)> progress; ///< told what is done next; may be empty
+};
+
+/// A model that was fitted.
+struct VisitedModel {
+    fit::Fit fit; ///< its numbers, with the error terms of the readings
+    ModelEvidence evidence;
+    double log_evidence = -std::numeric_limits<double>::infinity();
+    double predicted = std::numeric_limits<double>::quiet_NaN(); ///< before it was fitted
+};
+
+/// A model whose log evidence was only predicted.
+struct UnvisitedModel {
+    fit::SelectedEffects effects;
+    double log_evidence = 0.0;
+    std::size_t base = 0;           ///< the visited model about which it was predicted
+    std::vector<std::string> added; ///< effects that it adds to that
+    std::vector<double> falls;      ///< (added) of χ² by each of them alone
+};
+
+struct SearchResult {
+    std::vector<fit::ObservedRecording> recordings;
+    fit::Fit baseline;                     ///< the published chain with the error terms
+    fit::Fit stated_baseline;              ///< the same with every input as stated
+    std::vector<VisitedModel> visited;     ///< the published chain (with what is known) first
+    std::vector<UnvisitedModel> unvisited; ///< the largest log evidence first
+    std::size_t best = 0;                  ///< of the visited models
+    NoiseScale noise;                      ///< about the best model
+    fit::Fit best_fit;                     ///< with residuals and derivatives
+    fit::Fit stated_best;                  ///< the same with every input as stated
+    std::vector<CandidateView> views;      ///< candidates about the best model
+    std::shared_ptr<const LinearEvidence> linear; ///< of `views`; null: none could be computed
+    StackedReadings stacked;                      ///< of the best model
+    int runs = 0; ///< of the chain with all its derivatives, for the fits of models
+};
+
+/// 1. The published chain is fitted.
+/// 2. About the best model (first the chain), one batch of runs gives the change of the readings
+///    by every candidate. From it the log evidence of all sets of at most `most_effects` effects
+///    follows (linear_evidence.hpp). Where the best model misses by more than
+///    Policy::rough_misfit, only single additions are predicted.
+/// 3. If the best model has several effects, the models with one effect less are fitted. Else those
+///    with the largest predicted log evidence are fitted, until none that is left comes within
+///    Policy::unvisited_margin of the best.
+/// 4. Where the noise about the best model is another than about the chain, the likeliest models
+///    are fitted again with that noise, and the search goes on.
+///
+/// The result does not depend on the ranks or on the order of the candidates. Throws
+/// core::NumericalError if the published chain cannot be fitted. run::Abandoned if the heartbeat
+/// says so.
+[[nodiscard]] SearchResult search_models(std::span<const measure::Measurement> recordings,
+                                         const SearchOptions& options, const Policy& policy = {});
+
+} // namespace culm::diagnose

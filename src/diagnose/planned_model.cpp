@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/planned_model.hpp"
+
+#include "core/error.hpp"
+#include "fit/solve/layout.hpp"
+#include "physics/effects/library.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+namespace culm::diagnose {
+
+namespace {
+
+/// How far along the way from the model without the effect to the node.
+double way_to(const EffectNode& node, const std::vector<double>& amounts) {
+    const double secant = node.columns.front().secant;
+    return secant == 0.0 ? 1.0 : amounts.front() / secant;
+}
+
+/// Size `k` among the effect's parameters, as a coordinate; `value` if the node has no column of
+/// it. Recordings that have sizes of their own have a column each.
+double size_of(const EffectNode& node, const std::vector<double>& amounts, std::size_t k,
+               std::size_t recording, const ParameterPrior& prior, double value) {
+    const bool has_own = std::ranges::count(node.columns, k, &EffectColumn::parameter) > 1;
+    double coordinate = prior.absent;
+    std::size_t seen = 0;
+    for (std::size_t c = 0; c < node.columns.size(); ++c) {
+        if (node.columns[c].parameter != k)
+            continue;
+        if (!has_own || seen == recording)
+            coordinate += amounts[c] * prior.deviation;
+        ++seen;
+    }
+    return seen > 0 ? coordinate : value;
+}
+
+void place_effect(const CandidateView& view, const EffectNode& node,
+                  const std::vector<double>& amounts, std::size_t recording,
+                  fit::StemModel& model) {
+    const std::string name = view.effect.effect->name();
+    std::size_t k = 0;
+    for (const fit::FreeParameter& parameter : model.parameters) {
+        if (parameter.access.id.effect != name)
+            continue;
+        double value = node.values[k];
+        if (!parameter.is_place)
+            value = from_coordinate(parameter.fitted_as,
+                                    size_of(node, amounts, k, recording, prior_of(parameter, model),
+                                            to_coordinate(parameter.fitted_as, value)));
+        if (!std::isfinite(value)) // a stiffness without compliance
+            value = parameter.upper;
+        parameter.access.set(model.spec, std::clamp(value, parameter.lower, parameter.upper));
+        ++k;
+    }
+}
+
+} // namespace
+
+ModelKey key_of(const fit::SelectedEffects& effects) {
+    ModelKey key;
+    for (const physics::SelectedEffect& selected : effects) {
+        std::string& text = key.emplace_back(physics::to_string(selected));
+        for (const std::string& recording : selected.absent_from)
+            text += " without " + recording;
+    }
+    std::ranges::sort(key);
+    return key;
+}
+
+bool can_be_combined(const fit::SelectedEffects& effects) {
+    std::vector<physics::EffectPointer> pointers;
+    std::set<physics::Family> laws;
+    for (const physics::SelectedEffect& selected : effects) {
+        pointers.push_back(selected.effect);
+        if (physics::is_one_law(selected.effect->family()) &&
+            !laws.insert(selected.effect->family()).second)
+            return false;
+    }
+    try {
+        physics::check_combination(pointers);
+    } catch (const core::InputError&) {
+        return false;
+    }
+    return true;
+}
+
+fit::StartModels
+start_at_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
+                  const std::vector<CandidateView>& views, const LinearEvidence& linear,
+                  const std::vector<std::size_t>& chosen, const PredictedGain& gain) {
+    fit::StartModels models = fit::start_from(base);
+    const fit::JointLayout layout =
+        fit::joint_layout(models, recordings, fit::belongs_to_recording);
+    models = moved(std::move(models), layout, linear.own_change(chosen, gain));
+    for (std::size_t e = 0; e < chosen.size(); ++e) {
+        const CandidateView& view = views[chosen[e]];
+        const EffectNode& node = view.columns.nodes[gain.nodes[e]];
+        const double share = way_to(node, gain.amounts[e]);
+        for (std::size_t m = 0; m < models.size(); ++m) {
+            models[m] = candidate_model(models[m], {view.effect}, recordings[m]);
+            models[m].spec.stem.bond_youngs_modulus *= std::pow(node.modulus_ratio, share);
+            models[m].spec.stem.bond_damping *= std::pow(node.damping_ratio, share);
+            place_effect(view, node, gain.amounts[e], m, models[m]);
+        }
+    }
+    return models;
+}
+
+std::string special_case_of(const physics::Effect& general, const fit::Fit& fit) {
+    std::string name = general.name();
+    std::size_t count = 0;
+    for (const physics::SpecialCase& special : general.special_cases()) {
+        const auto found = std::ranges::find_if(fit.parameters, [&](const auto& parameter) {
+            return parameter.id.effect == general.name() && parameter.id.name == special.parameter;
+        });
+        if (found == fit.parameters.end())
+            continue;
+        const double half_width = interval_half_width(*found);
+        const bool is_beyond_bound =
+            (special.value > found->upper && found->value + half_width >= found->upper) ||
+            (special.value < found->lower && found->value - half_width <= found->lower);
+        if (is_beyond_bound || std::abs(found->value - special.value) <= half_width) {
+            ++count;
+            name = special.effect;
+        }
+    }
+    return count == 1 ? name : general.name();
+}
+
+FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
+                        std::span<const fit::ObservedRecording> recordings,
+                        const fit::SelectedEffects& known, const fit::FitOptions& options) {
+    fit::Fit fit;
+    int runs = 0;
+    if (planned.start && smaller.moves()) {
+        fit = fit::refined(*planned.start, planned.effects, smaller, recordings, options);
+        runs = fit.runs;
+    }
+    if (fit.failed()) {
+        fit = fit::fit_with_parts(planned.effects, smaller, recordings, options);
+        runs += fit.runs;
+    }
+    fit.runs = runs;
+    FittedModel out;
+    if (!fit.failed())
+        out.evidence = evidence_of(fit, recordings, known);
+    out.fit = fit::numbers_of(fit);
+    return out;
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One model of a search: its identity, its plan and its fit.
+#pragma once
+
+#include "diagnose/evidence/linear_evidence.hpp"
+#include "diagnose/evidence/log_evidence.hpp"
+#include "fit/fit_model.hpp"
+#include "fit/fit_numbers.hpp"
+
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::diagnose {
+
+/// Names of the effects, with fixed values and the recordings where they are absent, sorted.
+using ModelKey = std::vector<std::string>;
+[[nodiscard]] ModelKey key_of(const fit::SelectedEffects& effects);
+
+/// Can the effects act together? At most one of a family whose laws are one law.
+[[nodiscard]] bool can_be_combined(const fit::SelectedEffects& effects);
+
+/// The only law that the general one's 95 % interval in `fit` contains; the name of the general law
+/// if it contains none or several. A bound that keeps away from a law is part of the interval.
+[[nodiscard]] std::string special_case_of(const physics::Effect& general, const fit::Fit& fit);
+
+inline constexpr double not_predicted = std::numeric_limits<double>::quiet_NaN();
+
+/// What a rank returns of a model.
+struct FittedModel {
+    fit::Fit fit;
+    ModelEvidence evidence;
+};
+template <class Wire>
+void fields(Wire& wire, FittedModel& model) {
+    fields(wire, model.fit);
+    wire(model.evidence);
+}
+
+/// A model to be fitted.
+struct PlannedModel {
+    fit::SelectedEffects effects;
+    double predicted = not_predicted;
+    std::optional<fit::StartModels> start; ///< where the linear estimate leads; none: all starts
+};
+
+/// The models of the recordings with the effects `chosen` among `views`, of the sizes and at the
+/// locations of `gain`, and the other numbers of `base` changed as these require.
+[[nodiscard]] fit::StartModels
+start_at_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
+                  const std::vector<CandidateView>& views, const LinearEvidence& linear,
+                  const std::vector<std::size_t>& chosen, const PredictedGain& gain);
+
+/// From the plan's start or, without one or if that fails, from all starts of fit_with_parts().
+/// `smaller`: a fitted model with some of the effects.
+[[nodiscard]] FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
+                                      std::span<const fit::ObservedRecording> recordings,
+                                      const fit::SelectedEffects& known,
+                                      const fit::FitOptions& options);
+
+} // namespace culm::diagnose

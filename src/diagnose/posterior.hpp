@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Probabilities of the models of a search, and of the effects and families in them.
+#pragma once
+
+#include "diagnose/model_search.hpp"
+#include "physics/effects/effect.hpp"
+
+#include <string>
+#include <vector>
+
+namespace culm::diagnose {
+
+/// An effect of the library, or its family where the recording does not determine the law.
+struct NamedFamily {
+    physics::Family family = physics::Family::Own;
+    std::vector<std::string> members; ///< one: it is this effect; several: one of them
+
+    friend bool operator==(const NamedFamily&, const NamedFamily&) = default;
+};
+
+/// A set of effects that matter, with all models whose other effects do not.
+struct Explanation {
+    std::vector<std::string> effects; ///< in the library's order; none: the published chain
+    double probability = 0.0;
+    std::size_t model = 0; ///< its likeliest visited model, without other effects if there is one
+    bool is_exact = false; ///< that model has no other effects
+};
+
+/// Explanations whose effects are of the same families.
+struct FamilyExplanation {
+    std::vector<NamedFamily> families;
+    double probability = 0.0;
+    std::size_t model = 0; ///< that of its likeliest explanation
+    double largest = 0.0;  ///< probability of that
+};
+
+/// A model that was fitted.
+struct ModelProbability {
+    std::vector<std::string> effects;
+    double log_evidence = 0.0; ///< over that of the best model
+    double probability = 0.0;
+    std::string failure; ///< why it has none; empty if it has
+};
+
+/// An effect that the data call for and that is too small to matter.
+struct ImmaterialEffect {
+    std::string effect;
+    double over_noise = 0.0; ///< root mean square that it explains
+};
+
+struct Posterior {
+    std::vector<ModelProbability> models;     ///< (visited models), in their order
+    std::vector<Explanation> explanations;    ///< likeliest first
+    std::vector<FamilyExplanation> by_family; ///< likeliest first
+    std::vector<ImmaterialEffect> immaterial; ///< of the best model
+    double unvisited = 0.0;                   ///< probability of all models that were not fitted
+};
+
+/// P(m) ∝ exp(log Z(m)/T) over all models that were visited and the predictions of the others. An
+/// effect counts if the rms that it explains exceeds the larger of Policy::immaterial_noise and
+/// Policy::immaterial_share of what the larger ones explain, or if Y or β leaves its 95 % interval
+/// without it. A law that contains others counts as one of these if its interval contains that one
+/// alone.
+///
+/// `leaves_structure`: the best model leaves more than noise. Then what decides between two models
+/// is what neither explains, and all that leave at most Policy::unexplained_share of the misfit are
+/// equally probable.
+[[nodiscard]] Posterior posterior_of(const SearchResult& search, const SearchOptions& options,
+                                     bool leaves_structure, const Policy& policy = {});
+
+} // namespace culm::diagnose

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/evidence/linear_evidence.hpp"
+#include "diagnose/evidence/log_evidence.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+/// A model with one own parameter and this residual.
+diagnose::StackedReadings stacked(const Eigen::VectorXd& own, const Eigen::VectorXd& residual) {
+    diagnose::StackedReadings out;
+    out.jacobian = own;
+    out.residual = residual;
+    out.predicted = Eigen::VectorXd::Zero(residual.size());
+    return out;
+}
+
+diagnose::EffectColumns effect(const Eigen::VectorXd& column, bool is_one_sided) {
+    diagnose::EffectColumn one;
+    one.readings.assign(column.data(), column.data() + column.size());
+    one.parameter = 0;
+    one.is_one_sided = is_one_sided;
+    diagnose::EffectColumns out;
+    out.nodes.push_back({{0.0}, 1.0, 1.0, {one}});
+    return out;
+}
+
+// Against the integral itself: log of ∫ exp(-|r - a s|²/2) N(a; 0, 1) da over exp(-|r|²/2).
+TEST(LinearEvidence, IsTheIntegralOverTheSize) {
+    const Eigen::Vector3d own(1.0, 0.0, 0.0);
+    const Eigen::Vector3d residual(0.3, 2.0, -1.0);
+    const Eigen::Vector3d column(5.0, 1.5, 0.5);
+    const diagnose::LinearEvidence linear(stacked(own, residual), {effect(column, false)});
+    const std::vector<std::size_t> set{0};
+    const diagnose::PredictedGain gain = linear.gain(set);
+    // Without what the own parameter imitates.
+    const Eigen::Vector3d seen(0.0, 1.5, 0.5);
+    const Eigen::Vector3d left(0.0, 2.0, -1.0);
+    double sum = 0.0;
+    constexpr double step = 1e-3;
+    for (double a = -10.0; a < 10.0; a += step)
+        sum += step *
+               std::exp(-0.5 * (left - a * seen).squaredNorm() + 0.5 * left.squaredNorm() -
+                        0.5 * a * a) /
+               std::sqrt(2.0 * std::numbers::pi);
+    EXPECT_NEAR(gain.log_evidence, std::log(sum) + diagnose::log_prior_odds(), 1e-6);
+    // The own parameter makes room for what it imitates.
+    const Eigen::VectorXd change = linear.own_change(set, gain);
+    EXPECT_NEAR(change(0), -5.0 * gain.amounts.front().front(), 1e-12);
+}
+
+TEST(LinearEvidence, LeavesOutASizeWithTheForbiddenSign) {
+    const Eigen::Vector3d own(1.0, 0.0, 0.0);
+    const Eigen::Vector3d residual(0.0, 2.0, 0.0);
+    const std::vector<std::size_t> set{0};
+    const Eigen::Vector3d column(0.0, -3.0, 0.0);
+    const diagnose::LinearEvidence either(stacked(own, residual), {effect(column, false)});
+    EXPECT_TRUE(std::isfinite(either.gain(set).log_evidence));
+    const diagnose::LinearEvidence one_sided(stacked(own, residual), {effect(column, true)});
+    EXPECT_EQ(one_sided.gain(set).log_evidence, -HUGE_VAL);
+}
+
+TEST(LinearEvidence, OfTwoEffectsThatDoTheSameIsNoBetterThanOfOne) {
+    const Eigen::Vector3d own(1.0, 0.0, 0.0);
+    const Eigen::Vector3d residual(0.0, 4.0, 0.0);
+    const Eigen::Vector3d column(0.0, 3.0, 0.0);
+    const diagnose::LinearEvidence linear(stacked(own, residual),
+                                          {effect(column, false), effect(column, false)});
+    const std::vector<std::size_t> one{0};
+    const std::vector<std::size_t> both{0, 1};
+    EXPECT_LT(linear.gain(both).log_evidence, linear.gain(one).log_evidence - 2.0);
+}
+
+// A likelihood that says nothing of a place changes nothing; nor does it of a size.
+TEST(LogEvidence, OfAnUndeterminedNumberIsThatOfTheSmallerModel) {
+    diagnose::ParameterPrior size;
+    size.deviation = 0.3;
+    diagnose::ParameterPrior place;
+    place.is_place = true;
+    place.range = 7.0;
+    diagnose::ModelEvidence smaller;
+    smaller.misfits = {1000.0};
+    diagnose::ModelEvidence larger = smaller;
+    larger.numbers = 2;
+    larger.information.assign(4, 0.0);
+    larger.log_prior = size.log_density(0.0) + place.log_density(2.0);
+    larger.prior_precision = {size.precision(), place.precision()};
+    const diagnose::NoiseScale noise{{1.0}, {true}, {1000}};
+    EXPECT_NEAR(log_evidence(larger, noise), log_evidence(smaller, noise), 1e-9);
+}
+
+TEST(LogEvidence, OfUnknownNoiseFollowsTheMeanSquare) {
+    diagnose::ModelEvidence one;
+    one.misfits = {1000.0 * 4e-8};
+    diagnose::ModelEvidence other;
+    other.misfits = {1000.0 * 1e-8};
+    const diagnose::NoiseScale noise{{1e-8}, {false}, {1000}};
+    EXPECT_NEAR(log_evidence(other, noise) - log_evidence(one, noise), 500.0 * std::log(4.0), 1e-9);
+}
+
+} // namespace
+} // namespace culm::tests
