@@ -276,6 +276,7 @@ class Probabilities {
             }
             std::ranges::sort(members);
             std::vector<physics::Family> key;
+            key.reserve(members.size());
             for (const auto& [family, name] : members)
                 key.push_back(family);
             FamilyExplanation& entry = families[key];

@@ -61,6 +61,7 @@ json baseline_json(const diagnose::Diagnosis& diagnosis) {
 /// Models that were fitted, the likeliest first. Numbers of a failed fit are null.
 json probabilities_json(const std::vector<diagnose::ModelProbability>& models) {
     std::vector<const diagnose::ModelProbability*> sorted;
+    sorted.reserve(models.size());
     for (const diagnose::ModelProbability& model : models)
         sorted.push_back(&model);
     std::ranges::stable_sort(sorted, std::greater{},

@@ -42,11 +42,13 @@ TEST(LinearEvidence, IsTheIntegralOverTheSize) {
     const Eigen::Vector3d left(0.0, 2.0, -1.0);
     double sum = 0.0;
     constexpr double step = 1e-3;
-    for (double a = -10.0; a < 10.0; a += step)
+    for (int k = -10000; k < 10000; ++k) {
+        const double a = k * step;
         sum += step *
                std::exp(-0.5 * (left - a * seen).squaredNorm() + 0.5 * left.squaredNorm() -
                         0.5 * a * a) /
                std::sqrt(2.0 * std::numbers::pi);
+    }
     EXPECT_NEAR(gain.log_evidence, std::log(sum) + diagnose::log_prior_odds(), 1e-6);
     // The own parameter makes room for what it imitates.
     const Eigen::VectorXd change = linear.own_change(set, gain);

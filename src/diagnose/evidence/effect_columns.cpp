@@ -163,6 +163,7 @@ class ColumnsOfEffect {
         std::vector<std::vector<fit::ChainPrediction>> lanes; // (recordings)(runs)
         for (std::size_t m = 0; m < recordings_.size(); ++m) {
             std::vector<fit::StemModel> models;
+            models.reserve(runs.size());
             for (const fit::StartModels& run : runs)
                 models.push_back(run[m]);
             lanes.push_back(
@@ -171,6 +172,7 @@ class ColumnsOfEffect {
         std::vector<Eigen::VectorXd> readings;
         for (std::size_t k = 0; k < runs.size(); ++k) {
             std::vector<fit::ChainPrediction> predictions;
+            predictions.reserve(lanes.size());
             for (std::vector<fit::ChainPrediction>& each : lanes)
                 predictions.push_back(std::move(each[k]));
             readings.push_back(stacked_predictions(predictions, stacked_, base_));
