@@ -34,17 +34,6 @@ double misfit(const fit::Fit& model, const Criterion& criterion) {
     return known / criterion.inflation + unknown;
 }
 
-/// −2 ln L of the readings, less a constant.
-double deviance(const fit::Fit& model) {
-    if (model.misfits.empty())
-        return model.chi_squared;
-    double sum = 0.0;
-    for (const fit::RecordingMisfit& own : model.misfits)
-        sum += own.is_noise_known ? own.chi_squared
-                                  : 2.0 * static_cast<double>(own.readings) * std::log(own.rmse);
-    return sum;
-}
-
 const fit::Fit* better(const fit::Fit* best, const fit::Fit& model) {
     return model.is_fitted() && (best == nullptr || deviance(model) < deviance(*best)) ? &model
                                                                                        : best;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -37,15 +38,6 @@ struct Prediction {
     PredictedGain gain;
     std::size_t base = 0; ///< that model, among the visited ones
 };
-
-/// −2 log likelihood, less a constant.
-double deviance_of(const fit::Fit& model) {
-    double sum = 0.0;
-    for (const fit::RecordingMisfit& own : model.misfits)
-        sum += own.is_noise_known ? own.chi_squared
-                                  : 2.0 * static_cast<double>(own.readings) * std::log(own.rmse);
-    return sum;
-}
 
 class Search {
   public:
@@ -94,7 +86,7 @@ class Search {
             visited_, [&](const VisitedModel& each) { return key_of(each.fit.effects) == key; });
         if (known != visited_.end() &&
             !(!model.fit.failed() &&
-              (known->fit.failed() || deviance_of(model.fit) < deviance_of(known->fit))))
+              (known->fit.failed() || fit::deviance(model.fit) < fit::deviance(known->fit))))
             return;
         VisitedModel& added = known != visited_.end() ? *known : visited_.emplace_back();
         added.fit = std::move(model.fit);
@@ -262,14 +254,12 @@ class Search {
                                       baseline_.recordings,
                                       with_heartbeat(options_.candidate, heartbeat));
             });
-        std::vector<EffectColumns> columns;
         for (std::size_t k = 0; k < views_.size(); ++k) {
             EffectColumns lost;
             lost.failure = "the rank that computed it was lost";
-            columns.push_back(std::move(answers[k]).value_or(std::move(lost)));
-            views_[k].columns = columns.back();
+            views_[k].columns = std::move(answers[k]).value_or(std::move(lost));
         }
-        linear_ = std::make_shared<LinearEvidence>(stacked_, columns);
+        linear_.emplace(stacked_, views_);
     }
 
     void predict() {
@@ -455,7 +445,6 @@ class Search {
         out.best_fit = std::move(base_fit_);
         out.stated_best = *std::move(stated_best_);
         out.views = std::move(views_);
-        out.linear = std::move(linear_);
         out.stacked = std::move(stacked_);
         out.runs = runs_;
         return out;
@@ -473,7 +462,7 @@ class Search {
     fit::Fit base_fit_;
     StackedReadings stacked_;
     std::vector<CandidateView> views_;
-    std::shared_ptr<const LinearEvidence> linear_; ///< null: not computed about this model
+    std::optional<LinearEvidence> linear_; ///< of `views_`; empty: not computed about this model
     std::optional<fit::Fit> stated_best_;
     int runs_ = 0;
 };

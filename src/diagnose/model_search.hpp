@@ -4,15 +4,13 @@
 #pragma once
 
 #include "core/item_map.hpp"
-#include "diagnose/evidence/linear_evidence.hpp"
+#include "diagnose/evidence/effect_columns.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
 #include "diagnose/policy.hpp"
 #include "fit/fit_model.hpp"
 
 #include <functional>
 #include <limits>
-#include <map>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -56,8 +54,7 @@ struct SearchResult {
     fit::Fit best_fit;                     ///< with residuals and derivatives
     fit::Fit stated_best;                  ///< the same with every input as stated
     std::vector<CandidateView> views;      ///< candidates about the best model
-    std::shared_ptr<const LinearEvidence> linear; ///< of `views`; null: none could be computed
-    StackedReadings stacked;                      ///< of the best model
+    StackedReadings stacked;               ///< of the best model
     int runs = 0; ///< of the chain with all its derivatives, for the fits of models
 };
 

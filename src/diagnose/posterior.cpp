@@ -9,8 +9,6 @@
 #include <map>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 namespace culm::diagnose {
 namespace {
 
@@ -192,14 +190,11 @@ class Probabilities {
         for (std::size_t k = 0; k < search_.visited.size(); ++k)
             add_visited(k, out);
         for (const UnvisitedModel& model : search_.unvisited)
-            add_unvisited(model, out);
+            add_unvisited(model);
         for (ModelProbability& model : out.models)
             model.probability /= total_;
-        out.unvisited /= total_;
         finish(out);
-        std::vector<ImmaterialEffect> rest;
-        (void)judgement_.material(search_.best, &rest);
-        out.immaterial = std::move(rest);
+        (void)judgement_.material(search_.best, &out.immaterial);
         return out;
     }
 
@@ -234,12 +229,11 @@ class Probabilities {
                policy_.unexplained_share * judgement_.excess(search_.visited.front());
     }
 
-    void add_unvisited(const UnvisitedModel& model, Posterior& out) {
+    void add_unvisited(const UnvisitedModel& model) {
         const double probability =
             std::exp((model.log_evidence - search_.visited[search_.best].log_evidence) /
                      (policy_.temperature * search_.noise.mean_known()));
         total_ += probability;
-        out.unvisited += probability;
         add(resolved_in(judgement_.material(model), search_.visited[model.base].fit), probability,
             search_.best, false);
     }
@@ -270,20 +264,11 @@ class Probabilities {
         std::map<std::vector<physics::Family>, FamilyExplanation> families;
         for (auto& [names, explanation] : sets_) {
             explanation.probability /= total_;
-            std::vector<std::pair<physics::Family, std::string>> members;
-            for (const std::string& name : names) {
-                members.emplace_back(family_named(name), name);
-            }
-            std::ranges::sort(members);
-            std::vector<physics::Family> key;
-            key.reserve(members.size());
-            for (const auto& [family, name] : members)
-                key.push_back(family);
-            FamilyExplanation& entry = families[key];
-            if (entry.families.empty()) {
-                for (const auto& [family, name] : members)
-                    entry.families.push_back({family, {}});
-            }
+            const std::vector<NamedFamily> named = named_families(names);
+            FamilyExplanation& entry = families[families_of(named)];
+            if (entry.families.empty())
+                for (const NamedFamily& each : named)
+                    entry.families.push_back({each.family, {}});
             entry.probability += explanation.probability;
             if (explanation.probability > entry.largest) {
                 entry.largest = explanation.probability;
@@ -295,42 +280,47 @@ class Probabilities {
         for (auto& [key, entry] : families)
             out.by_family.push_back(std::move(entry));
         std::ranges::stable_sort(out.by_family, std::greater{}, &FamilyExplanation::probability);
-        name_members(out);
+        for (FamilyExplanation& entry : out.by_family)
+            name_members(out.explanations, entry);
     }
 
-    /// The members that hold the probability of each family set.
-    void name_members(Posterior& out) const {
-        for (FamilyExplanation& entry : out.by_family) {
-            double held = 0.0;
-            for (const Explanation& explanation : out.explanations) {
-                if (!is_of(explanation, entry))
-                    continue;
-                if (held >= policy_.held_probability * entry.probability)
-                    break;
-                held += explanation.probability;
-                std::vector<std::pair<physics::Family, std::string>> members;
-                for (const std::string& name : explanation.effects)
-                    members.emplace_back(family_named(name), name);
-                std::ranges::sort(members);
-                for (std::size_t k = 0; k < members.size(); ++k)
-                    if (std::ranges::find(entry.families[k].members, members[k].second) ==
-                        entry.families[k].members.end())
-                        entry.families[k].members.push_back(members[k].second);
+    /// The members that hold the probability of a family set.
+    void name_members(const std::vector<Explanation>& explanations,
+                      FamilyExplanation& entry) const {
+        double held = 0.0;
+        for (const Explanation& explanation : explanations) {
+            if (held >= policy_.held_probability * entry.probability)
+                return;
+            const std::vector<NamedFamily> named = named_families(explanation.effects);
+            if (families_of(named) != families_of(entry.families))
+                continue;
+            held += explanation.probability;
+            for (std::size_t k = 0; k < named.size(); ++k) {
+                std::vector<std::string>& members = entry.families[k].members;
+                if (std::ranges::find(members, named[k].members.front()) == members.end())
+                    members.push_back(named[k].members.front());
             }
         }
     }
 
-    [[nodiscard]] bool is_of(const Explanation& explanation, const FamilyExplanation& entry) const {
-        if (explanation.effects.size() != entry.families.size())
-            return false;
-        std::vector<physics::Family> own;
-        for (const std::string& name : explanation.effects)
-            own.push_back(family_named(name));
-        std::ranges::sort(own);
-        for (std::size_t k = 0; k < own.size(); ++k)
-            if (own[k] != entry.families[k].family)
-                return false;
-        return true;
+    /// Each effect with its family, in the order of families and names.
+    [[nodiscard]] std::vector<NamedFamily> named_families(const Names& names) const {
+        std::vector<NamedFamily> named;
+        for (const std::string& name : names)
+            named.push_back({family_named(name), {name}});
+        std::ranges::sort(named, {}, [](const NamedFamily& each) {
+            return std::pair(each.family, each.members.front());
+        });
+        return named;
+    }
+
+    [[nodiscard]] static std::vector<physics::Family>
+    families_of(const std::vector<NamedFamily>& named) {
+        std::vector<physics::Family> families;
+        families.reserve(named.size());
+        for (const NamedFamily& each : named)
+            families.push_back(each.family);
+        return families;
     }
 
     [[nodiscard]] physics::Family family_named(const std::string& name) const {

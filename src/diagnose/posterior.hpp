@@ -14,8 +14,6 @@ namespace culm::diagnose {
 struct NamedFamily {
     physics::Family family = physics::Family::Own;
     std::vector<std::string> members; ///< one: it is this effect; several: one of them
-
-    friend bool operator==(const NamedFamily&, const NamedFamily&) = default;
 };
 
 /// A set of effects that matter, with all models whose other effects do not.
@@ -53,7 +51,6 @@ struct Posterior {
     std::vector<Explanation> explanations;    ///< likeliest first
     std::vector<FamilyExplanation> by_family; ///< likeliest first
     std::vector<ImmaterialEffect> immaterial; ///< of the best model
-    double unvisited = 0.0;                   ///< probability of all models that were not fitted
 };
 
 /// P(m) ∝ exp(log Z(m)/T) over all models that were visited and the predictions of the others. An

@@ -45,6 +45,16 @@ Fit numbers_of(const Fit& fit) {
     return out;
 }
 
+double deviance(const Fit& fit) {
+    if (fit.misfits.empty())
+        return fit.chi_squared;
+    double sum = 0.0;
+    for (const RecordingMisfit& own : fit.misfits)
+        sum += own.is_noise_known ? own.chi_squared
+                                  : 2.0 * static_cast<double>(own.readings) * std::log(own.rmse);
+    return sum;
+}
+
 Fit arrived(std::optional<Fit> numbers, const SelectedEffects& effects) {
     Fit fit;
     fit.reason = "the rank that computed it was lost";

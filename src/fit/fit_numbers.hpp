@@ -13,6 +13,10 @@ namespace culm::fit {
 /// The fit without what its parts hold; counts its effective readings.
 [[nodiscard]] Fit numbers_of(const Fit& fit);
 
+/// −2 log likelihood of the readings, less a constant. Recordings of unknown noise count by
+/// n log(rms²).
+[[nodiscard]] double deviance(const Fit& fit);
+
 template <class Wire>
 void fields(Wire& wire, RecordingMisfit& misfit) {
     wire(misfit.readings, misfit.chi_squared, misfit.rmse, misfit.is_noise_known);

@@ -94,6 +94,21 @@ TEST(RecordingFit, JacobianIsTheDifferenceOfPredictions) {
     EXPECT_LT(error, 0.02 * largest);
 }
 
+// More models than a processor has lanes, and an odd number.
+TEST(ChainPrediction, OfManyModelsDoesNotDependOnTheBatch) {
+    const measure::Measurement measurement = tests::empty_measurement();
+    std::vector<fit::StemModel> models(19, tests::true_model(measurement, {}));
+    for (std::size_t k = 0; k < models.size(); ++k)
+        models[k].spec.stem.bond_youngs_modulus *= 1.0 + 1e-4 * static_cast<double>(k);
+    const auto together = fit::predict_together(models, measurement.times);
+    ASSERT_EQ(together.size(), models.size());
+    for (std::size_t k = 1; k < models.size(); ++k) {
+        const std::vector<fit::StemModel> pair{models.front(), models[k]};
+        EXPECT_EQ(fit::predict_together(pair, measurement.times)[1].readings, together[k].readings)
+            << k;
+    }
+}
+
 TEST(RecordingFit, DerivativeByTheReleaseTimeIsMinusTheVelocity) {
     const measure::Measurement measurement = tests::empty_measurement();
     fit::StemModel model = tests::true_model(measurement, {});

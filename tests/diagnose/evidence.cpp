@@ -19,13 +19,13 @@ diagnose::StackedReadings stacked(const Eigen::VectorXd& own, const Eigen::Vecto
     return out;
 }
 
-diagnose::EffectColumns effect(const Eigen::VectorXd& column, bool is_one_sided) {
+diagnose::CandidateView effect(const Eigen::VectorXd& column, bool is_one_sided) {
     diagnose::EffectColumn one;
     one.readings.assign(column.data(), column.data() + column.size());
     one.parameter = 0;
     one.is_one_sided = is_one_sided;
-    diagnose::EffectColumns out;
-    out.nodes.push_back({{0.0}, 1.0, 1.0, {one}});
+    diagnose::CandidateView out;
+    out.columns.nodes.push_back({{0.0}, 1.0, 1.0, {one}});
     return out;
 }
 

@@ -28,7 +28,7 @@ MOST_IN_FOLDER = 25
 # Files and lines of src/: what is wanted, and the most that is allowed until then. Whoever makes
 # src/ smaller lowers the latter; at the aim they are the same.
 AIM_FILES, AIM_LINES = 450, 50_000
-MOST_FILES, MOST_LINES = 454, 59_921
+MOST_FILES, MOST_LINES = 454, 59_906
 
 
 def name_faults(place: Path) -> list[str]:

@@ -25,7 +25,7 @@ constexpr double least_offset = 1e-6;
 /// Points of a grid of locations up to which secants are computed beside derivatives.
 constexpr std::size_t most_secants = 3;
 
-/// Absent, and up to the standard deviation of the prior: as many as there are lanes.
+/// Absent, and up to the standard deviation of the prior: eight lanes.
 constexpr std::array tried_sizes{0.0, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0};
 
 class ColumnsOfEffect {
@@ -45,6 +45,8 @@ class ColumnsOfEffect {
         for (const fit::FreeParameter& parameter : models_[first_].parameters)
             if (parameter.access.id.effect == effect.effect->name())
                 own_.push_back(parameter);
+        is_seen_as_planar_ = run::dimensions_of(base.parts[first_].model.spec) == 2 &&
+                             !effect.effect->planar_parts(effect_values(models_[first_])).empty();
         belongs_to_recording_ = !own_.empty() && fit::belongs_to_recording(own_.front().access.id);
     }
 
@@ -60,8 +62,6 @@ class ColumnsOfEffect {
         const std::vector<fit::StemModel> absent =
             fit_starts(models_[first_], base_.parts[first_], fit::StartSize::Absent);
         std::vector<Group> groups;
-        is_seen_as_planar_ = run::dimensions_of(base_.parts[first_].model.spec) == 2 &&
-                             !effect_.effect->planar_parts(effect_values(models_[first_])).empty();
         // Its derivative where it is absent is that of Y.
         for (std::size_t k = 0; !is_seen_as_planar_ && k < absent.size(); ++k)
             groups.push_back(derivatives_at(node_at(absent[k])));
@@ -85,8 +85,6 @@ class ColumnsOfEffect {
             out.sizes.push_back({1.0, 1.0, 1.0, read({models_}).front() - stacked_.predicted});
             return out;
         }
-        is_seen_as_planar_ = run::dimensions_of(base_.parts[first_].model.spec) == 2 &&
-                             !effect_.effect->planar_parts(effect_values(models_[first_])).empty();
         const std::optional<Group> usual = secant_to(node_at(models_[first_]));
         if (!usual)
             return out;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <optional>
 
 #include <Eigen/Cholesky>
 
@@ -47,16 +46,16 @@ struct LinearEvidence::Sum {
 };
 
 LinearEvidence::LinearEvidence(const StackedReadings& stacked,
-                               const std::vector<EffectColumns>& columns)
+                               const std::vector<CandidateView>& candidates)
     : own_(stacked.jacobian) {
     Eigen::Index count = 0;
-    for (const EffectColumns& each : columns)
-        for (const EffectNode& node : each.nodes)
+    for (const CandidateView& each : candidates)
+        for (const EffectNode& node : each.columns.nodes)
             count += static_cast<Eigen::Index>(node.columns.size());
     raw_.resize(stacked.residual.size(), count);
     Eigen::Index k = 0;
-    for (const EffectColumns& each : columns)
-        for (const EffectNode& node : each.nodes)
+    for (const CandidateView& each : candidates)
+        for (const EffectNode& node : each.columns.nodes)
             for (const EffectColumn& column : node.columns)
                 raw_.col(k++) =
                     Eigen::Map<const Eigen::VectorXd>(column.readings.data(), raw_.rows());
@@ -64,8 +63,8 @@ LinearEvidence::LinearEvidence(const StackedReadings& stacked,
     residual_ = own_.remainder(stacked.residual);
     gram_ = remainder_.transpose() * remainder_;
     overlap_ = remainder_.transpose() * residual_;
-    for (const EffectColumns& each : columns)
-        add_nodes(each);
+    for (const CandidateView& each : candidates)
+        add_nodes(each.columns);
 }
 
 void LinearEvidence::add_nodes(const EffectColumns& columns) {
@@ -97,8 +96,7 @@ PredictedGain LinearEvidence::gain(std::span<const std::size_t> candidates) cons
                            ? sum.largest
                            : sum.largest + std::log(sum.total / sum.points) +
                                  static_cast<double>(candidates.size()) * log_prior_odds();
-    for (std::size_t k = 0; k < sum.nodes.size(); ++k)
-        out.nodes.push_back(sum.nodes[k]);
+    out.nodes = std::move(sum.nodes);
     out.amounts = std::move(sum.amounts);
     out.falls = std::move(sum.falls);
     return out;

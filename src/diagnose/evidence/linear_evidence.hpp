@@ -25,8 +25,8 @@ struct PredictedGain {
 /// columns S, log Z changes by ½ bᵀ (G + I)⁻¹ b − ½ log|G + I| + log P(S), G = SᵀS, b = Sᵀ r.
 class LinearEvidence {
   public:
-    /// `columns`: of the candidates, with or without failures.
-    LinearEvidence(const StackedReadings& stacked, const std::vector<EffectColumns>& columns);
+    /// `candidates`: with or without failures.
+    LinearEvidence(const StackedReadings& stacked, const std::vector<CandidateView>& candidates);
 
     /// Sum over the points of the grids, each equally probable; sizes with a forbidden sign are
     /// left out. Two points of one grid together stand for those between them.

@@ -4,7 +4,7 @@
 #include "diagnose/evidence/stacked_readings.hpp"
 #include "diagnose/policy.hpp"
 #include "fit/solve/layout.hpp"
-#include "physics/effects/stem_scales.hpp"
+#include "fit/start/starts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -42,13 +42,8 @@ double usual_size(const physics::EffectParameter& card, const fit::StemModel& mo
     double largest = deviation_over_default * of_default;
     if (card.start_values == nullptr)
         return largest;
-    physics::StartScales scales;
-    scales.length = model.spec.stem.free_length();
-    scales.duration = model.spec.duration;
-    scales.first_frequency = physics::first_frequency(model.spec.stem);
-    scales.mass = physics::mass_per_length(model.spec.stem) * scales.length;
-    scales.stiffness = physics::stiffness_scale(model.spec.stem);
-    scales.residual_peaks = [] { return std::vector<double>(); };
+    const physics::StartScales scales =
+        fit::stem_start_scales(model.spec.stem, model.spec.duration);
     for (const double value : card.start_values(scales))
         if (const double size = to_coordinate(card.fitted_as, value) - absent;
             std::abs(size) > std::abs(largest))

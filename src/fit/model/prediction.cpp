@@ -2,6 +2,7 @@
 #include "fit/model/prediction.hpp"
 
 #include "core/error.hpp"
+#include "core/lanes.hpp"
 #include "fit/model/stem_chain.hpp"
 #include "fit/model/stem_model.hpp"
 #include "measure/folder/observation.hpp"
@@ -324,16 +325,24 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
 std::vector<ChainPrediction> predict_together(std::span<const StemModel> models,
                                               std::span<const double> times,
                                               const run::Heartbeat& heartbeat) {
-    std::vector<run::CaseSpec> specs;
-    for (const StemModel& model : models)
-        specs.push_back(case_until(model, times.empty() ? 0.0 : times.back()));
-    std::vector<run::CaseOutcome> outcomes = run::simulate_on_common_steps(specs, heartbeat);
+    const double last_time = times.empty() ? 0.0 : times.back();
     std::vector<ChainPrediction> predictions;
-    for (std::size_t k = 0; k < models.size(); ++k) {
-        StemModel model = models[k];
-        model.parameters.clear(); // no derivatives
-        predictions.push_back(
-            readings_of(model, specs[k], {}, {result_or_throw(std::move(outcomes[k])), {}}, times));
+    while (predictions.size() < models.size()) {
+        // Every batch begins with the first model, whose steps all of them take.
+        const std::size_t done = predictions.size();
+        const std::size_t repeated = done == 0 ? 0 : 1;
+        std::vector<run::CaseSpec> specs;
+        if (repeated > 0)
+            specs.push_back(case_until(models.front(), last_time));
+        for (std::size_t k = done; k < models.size() && specs.size() < core::lane_count; ++k)
+            specs.push_back(case_until(models[k], last_time));
+        std::vector<run::CaseOutcome> outcomes = run::simulate_on_common_steps(specs, heartbeat);
+        for (std::size_t lane = repeated; lane < specs.size(); ++lane) {
+            StemModel model = models[done + lane - repeated];
+            model.parameters.clear(); // no derivatives
+            predictions.push_back(readings_of(
+                model, specs[lane], {}, {result_or_throw(std::move(outcomes[lane])), {}}, times));
+        }
     }
     return predictions;
 }

@@ -28,8 +28,8 @@ struct ChainPrediction {
                                                const run::Heartbeat& heartbeat = {});
 
 /// Readings of several models of one recording at the same times, without derivatives. The models
-/// differ in their numbers alone, so at most core::lane_count of them share SIMD lanes and time
-/// steps: their differences are smooth in these numbers. Throws as predict_readings().
+/// differ in their numbers alone, so they share SIMD lanes and all take the steps of the first one:
+/// their differences are smooth in these numbers. Throws as predict_readings().
 [[nodiscard]] std::vector<ChainPrediction> predict_together(std::span<const StemModel> models,
                                                             std::span<const double> times,
                                                             const run::Heartbeat& heartbeat = {});

@@ -30,17 +30,24 @@ std::optional<physics::EffectParameter> described(const StemModel& model,
 }
 
 physics::StartScales scales_of(const RecordingFit& fit) {
-    physics::StartScales scales;
-    scales.length = fit.model.spec.stem.free_length();
-    scales.duration = fit.times.back();
-    scales.first_frequency = physics::first_frequency(fit.model.spec.stem);
-    scales.mass = physics::mass_per_length(fit.model.spec.stem) * scales.length;
-    scales.stiffness = physics::stiffness_scale(fit.model.spec.stem);
+    physics::StartScales scales = stem_start_scales(fit.model.spec.stem, fit.times.back());
     scales.residual_peaks = [&fit] { return residual_peaks(fit, 2); };
     return scales;
 }
 
 } // namespace
+
+physics::StartScales stem_start_scales(const physics::StemParameters<double>& stem,
+                                       double duration) {
+    physics::StartScales scales;
+    scales.length = stem.free_length();
+    scales.duration = duration;
+    scales.first_frequency = physics::first_frequency(stem);
+    scales.mass = physics::mass_per_length(stem) * scales.length;
+    scales.stiffness = physics::stiffness_scale(stem);
+    scales.residual_peaks = [] { return std::vector<double>(); };
+    return scales;
+}
 
 void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& start) {
     physics::StemParameters<double>& stem = start.spec.stem;
@@ -132,8 +139,7 @@ std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& sm
             return of && !of->is_place && of->start_from_beat != nullptr &&
                    smaller.find(parameter.access.id) == nullptr;
         }))
-        if (auto starts = beat_starts(first, smaller, modes.front());
-            !starts.empty() || size == StartSize::Told)
+        if (auto starts = beat_starts(first, smaller, modes.front()); !starts.empty())
             return starts;
     const physics::StartScales scales = scales_of(smaller);
     std::vector<StemModel> starts{first};

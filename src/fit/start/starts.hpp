@@ -17,22 +17,25 @@ namespace culm::fit {
 /// The value of a size at which its effect is absent, within the bounds.
 [[nodiscard]] double absent_value(const FreeParameter& parameter);
 
+/// The scales of a stem in a recording of this duration (s), without peaks of residuals.
+[[nodiscard]] physics::StartScales stem_start_scales(const physics::StemParameters<double>& stem,
+                                                     double duration);
+
 /// Changes Y and β until the first mode of `start` has the frequency and decay of `wanted`.
 void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& start);
 
 enum class StartSize {
     Absent, ///< the fit of the smaller model is the start; no derivative leads away from it for
             ///< effects whose first order vanishes
-    Default,
-    Told ///< the same, but of what leaves the plane only as far as the readings show beats
+    Default
 };
 
 /// Starts for a fit of `model` that contains what `smaller` was fitted with. Values of parameters
 /// that both have come from `smaller`. Places, angles and time scales of the others start from
 /// several values each, sizes as `size` says. In every start Y and β are changed so that the first
 /// mode keeps its frequency and decay: what shifts the frequency would otherwise begin cycles away.
-/// A stem that leaves the plane starts from the beats that the readings show (recorded_beats());
-/// there is none if only those are wanted and they show none.
+/// A stem that leaves the plane starts from the beats that the readings show (recorded_beats()), if
+/// they show any.
 [[nodiscard]] std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& smaller,
                                                 StartSize size);
 
