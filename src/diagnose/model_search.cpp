@@ -54,8 +54,6 @@ class Search {
 
     [[nodiscard]] SearchResult run() {
         explore();
-        for (int k = 0; k < most_noise_estimates && estimate_noise_again(); ++k)
-            explore();
         return result();
     }
 
@@ -127,16 +125,26 @@ class Search {
             }
             if (planned.empty())
                 planned = special_case();
+            // What is not expected to be the best model is judged by the noise about that one.
+            if (!is_better_expected(planned) && estimate_noise_again())
+                continue;
             if (planned.empty())
                 return;
             visit(planned);
         }
     }
 
+    [[nodiscard]] bool is_better_expected(const std::vector<PlannedModel>& planned) const {
+        return std::ranges::any_of(planned, [&](const PlannedModel& each) {
+            return !(each.predicted <= visited_[base_].log_evidence); // or is not predicted
+        });
+    }
+
     void set_base(std::size_t place, fit::Fit fit) {
         base_ = place;
         base_fit_ = std::move(fit);
         linear_.reset();
+        stated_best_.reset();
     }
 
     // --- Models that may have ended in a wrong minimum
@@ -146,10 +154,15 @@ class Search {
         std::vector<PlannedModel> planned;
         const double least = least_wanted();
         for (const VisitedModel& model : visited_)
-            if (model.predicted > least && model.log_evidence < model.predicted - disappointing &&
+            if (model.predicted > least && reached(model) < model.predicted - disappointing &&
                 !is_at_noise(model.fit) && repeated_.insert(key_of(model.fit.effects)).second)
                 planned.push_back({model.fit.effects, model.predicted, {}});
         return planned;
+    }
+
+    /// Log evidence of the fit, even if one of its effects ended where it is absent.
+    [[nodiscard]] double reached(const VisitedModel& model) const {
+        return model.fit.failed() ? model.log_evidence : log_evidence(model.evidence, noise_);
     }
 
     /// Log evidence from which a model is worth a fit. What the best model lacks is noise to all;
@@ -382,8 +395,11 @@ class Search {
     /// The likeliest models fitted again with the noise about the best one; false if that is the
     /// same.
     [[nodiscard]] bool estimate_noise_again() {
-        if (base_fit_.effects.empty())
+        if (base_fit_.effects.empty() || noise_estimates_ == most_noise_estimates ||
+            key_of(base_fit_.effects) == noise_about_)
             return false;
+        noise_about_ = key_of(base_fit_.effects);
+        ++noise_estimates_;
         stated_best_ =
             fit::as_stated(base_fit_, baseline_.stated, baseline_.recordings, options_.candidate);
         std::optional<fit::BaselineFit> again =
@@ -397,7 +413,6 @@ class Search {
                 likely.push_back(visited_[k]);
         const double before = visited_.front().log_evidence;
         baseline_ = *std::move(again);
-        stated_best_.reset();
         repeated_.clear();
         visit_first();
         // About the chain they change with the noise as the chain itself does, nearly.
@@ -464,6 +479,8 @@ class Search {
     std::vector<CandidateView> views_;
     std::optional<LinearEvidence> linear_; ///< of `views_`; empty: not computed about this model
     std::optional<fit::Fit> stated_best_;
+    ModelKey noise_about_; ///< the model about which the noise was estimated last
+    int noise_estimates_ = 0;
     int runs_ = 0;
 };
 

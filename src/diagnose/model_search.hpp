@@ -66,8 +66,8 @@ struct SearchResult {
 /// 3. If the best model has several effects, the models with one effect less are fitted. Else those
 ///    with the largest predicted log evidence are fitted, until none that is left comes within
 ///    Policy::unvisited_margin of the best.
-/// 4. Where the noise about the best model is another than about the chain, the likeliest models
-///    are fitted again with that noise, and the search goes on.
+/// 4. Once no model is predicted above the best one, the noise is estimated about that. If it is
+///    another than about the chain, the likeliest models are fitted again with it.
 ///
 /// The result does not depend on the ranks or on the order of the candidates. Throws
 /// core::NumericalError if the published chain cannot be fitted. run::Abandoned if the heartbeat

@@ -57,6 +57,50 @@ void place_effect(const CandidateView& view, const EffectNode& node,
     }
 }
 
+fit::StartModels with_superposition(fit::StartModels models, bool is_superposed) {
+    for (fit::StemModel& model : models)
+        model.is_superposed = is_superposed;
+    return models;
+}
+
+PlannedModel superposed(PlannedModel planned) {
+    if (planned.start)
+        planned.start = with_superposition(*std::move(planned.start), true);
+    return planned;
+}
+
+/// Models that start from the fit are superposed too.
+fit::Fit superposed(fit::Fit fit) {
+    for (fit::RecordingFit& part : fit.parts)
+        part.model.is_superposed = true;
+    return fit;
+}
+
+bool is_superposable(const fit::SelectedEffects& effects) {
+    return std::ranges::any_of(effects, [](const physics::SelectedEffect& selected) {
+        std::vector<double> values;
+        for (const physics::EffectParameter& each : selected.effect->parameters())
+            values.push_back(each.default_value);
+        return !selected.effect->planar_parts(values).empty();
+    });
+}
+
+fit::Fit fitted(const PlannedModel& planned, const fit::Fit& smaller,
+                std::span<const fit::ObservedRecording> recordings,
+                const fit::FitOptions& options) {
+    fit::Fit fit;
+    int runs = 0;
+    if (planned.start && smaller.moves()) {
+        fit = fit::refined(*planned.start, planned.effects, smaller, recordings, options);
+        runs = fit.runs;
+    }
+    if (fit.failed()) {
+        fit = fit::fit_with_parts(planned.effects, smaller, recordings, options);
+        fit.runs += runs;
+    }
+    return fit;
+}
+
 } // namespace
 
 ModelKey key_of(const fit::SelectedEffects& effects) {
@@ -134,16 +178,19 @@ FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
                         std::span<const fit::ObservedRecording> recordings,
                         const fit::SelectedEffects& known, const fit::FitOptions& options) {
     fit::Fit fit;
-    int runs = 0;
-    if (planned.start && smaller.moves()) {
-        fit = fit::refined(*planned.start, planned.effects, smaller, recordings, options);
-        runs = fit.runs;
+    if (is_superposable(planned.effects) && smaller.moves()) {
+        fit::Fit near = fitted(superposed(planned), superposed(smaller), recordings, options);
+        if (!near.failed()) {
+            fit = fit::refined(with_superposition(fit::start_from(near), false), planned.effects,
+                               smaller, recordings, options);
+            fit.runs += near.runs;
+        }
     }
     if (fit.failed()) {
-        fit = fit::fit_with_parts(planned.effects, smaller, recordings, options);
-        runs += fit.runs;
+        const int runs = fit.runs;
+        fit = fitted(planned, smaller, recordings, options);
+        fit.runs += runs;
     }
-    fit.runs = runs;
     FittedModel out;
     if (!fit.failed())
         out.evidence = evidence_of(fit, recordings, known);

@@ -53,7 +53,8 @@ start_at_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording> 
                   const std::vector<CandidateView>& views, const LinearEvidence& linear,
                   const std::vector<std::size_t>& chosen, const PredictedGain& gain);
 
-/// From the plan's start or, without one or if that fails, from all starts of fit_with_parts().
+/// From the plan's start or, without one or if that fails, from all starts of fit_with_parts(). A
+/// model that leaves the plane is first fitted by planar chains (fit/model/superposition.hpp).
 /// `smaller`: a fitted model with some of the effects.
 [[nodiscard]] FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
                                       std::span<const fit::ObservedRecording> recordings,

@@ -90,6 +90,18 @@ beam::RecordingSpec beating_recording() {
     return spec;
 }
 
+/// Root mean square of the difference over that of the second.
+double relative_difference(const std::vector<double>& one, const std::vector<double>& other,
+                           std::size_t first = 0, std::size_t stride = 1) {
+    double difference = 0.0;
+    double size = 0.0;
+    for (std::size_t i = first; i < other.size(); i += stride) {
+        difference += std::pow(one[i] - other[i], 2);
+        size += std::pow(other[i], 2);
+    }
+    return std::sqrt(difference / size);
+}
+
 // Differences of neighbours that take the same steps: with steps too long for the stem's twist they
 // would be the integrator's errors.
 TEST(SpatialPrediction, HasTheDerivativesThatShorterStepsGive) {
@@ -100,15 +112,33 @@ TEST(SpatialPrediction, HasTheDerivativesThatShorterStepsGive) {
     const auto usual = fit::predict_readings(model, recording.times, {});
     model.spec.integrator.relative_tolerance = 1e-8;
     const auto exact = fit::predict_readings(model, recording.times, {});
-    for (std::size_t k = 0; k < usual.parameters; ++k) {
-        double difference = 0.0;
-        double size = 0.0;
-        for (std::size_t i = k; i < usual.jacobian.size(); i += usual.parameters) {
-            difference += std::pow(usual.jacobian[i] - exact.jacobian[i], 2);
-            size += std::pow(exact.jacobian[i], 2);
-        }
-        EXPECT_LT(std::sqrt(difference / size), 0.03) << to_string(model.free_ids()[k]);
-    }
+    for (std::size_t k = 0; k < usual.parameters; ++k)
+        EXPECT_LT(relative_difference(usual.jacobian, exact.jacobian, k, usual.parameters), 0.03)
+            << to_string(model.free_ids()[k]);
+}
+
+TEST(Superposition, OfASmallSwingIsTheSpatialChain) {
+    beam::RecordingSpec small = beating_recording();
+    small.tip_deflection = 0.5e-3;
+    small.errors.noise = 1e-6;
+    const measure::Measurement recording = beam::record(small);
+    fit::StemModel model = fit::candidate_model(
+        fit::baseline_model(recording, {}), physics::parse_effects("out_of_plane", {}), recording);
+    fit::StemModel exact = model;
+    exact.spec.integrator.relative_tolerance = 1e-8;
+    const auto spatial = fit::predict_readings(exact, recording.times, {});
+    model.is_superposed = true;
+    const auto planar = fit::predict_readings(model, recording.times, {});
+    ASSERT_EQ(planar.parameters, spatial.parameters);
+    EXPECT_LT(relative_difference(planar.readings, spatial.readings), 1e-3);
+    // The damping of a planar part grows with its stiffness; the split of the spatial chain does
+    // not change the damping.
+    for (std::size_t k = 0; k < planar.parameters; ++k)
+        EXPECT_LT(relative_difference(planar.jacobian, spatial.jacobian, k, planar.parameters), 0.1)
+            << to_string(model.free_ids()[k]);
+    const auto together =
+        fit::predict_together(std::vector<fit::StemModel>{model, model}, recording.times, {});
+    EXPECT_LT(relative_difference(together[1].readings, planar.readings), 1e-5);
 }
 
 // From the fit of the plain chain, of which the beat left most.

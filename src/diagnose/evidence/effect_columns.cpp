@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "core/lanes.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
+#include "fit/model/superposition.hpp"
 #include "fit/start/starts.hpp"
 #include "run/case_model.hpp"
 #include "run/modes.hpp"
@@ -37,7 +38,8 @@ class ColumnsOfEffect {
         : base_(base), stacked_(stacked), effect_(effect), recordings_(recordings),
           options_(options) {
         for (std::size_t m = 0; m < recordings.size(); ++m)
-            models_.push_back(candidate_model(base.parts[m].model, {effect}, recordings[m]));
+            models_.push_back(
+                superposed(candidate_model(base.parts[m].model, {effect}, recordings[m])));
         // The recording in which the effect acts.
         while (first_ + 1 < models_.size() &&
                models_[first_].spec.effects.size() == base.parts[first_].model.spec.effects.size())
@@ -45,8 +47,8 @@ class ColumnsOfEffect {
         for (const fit::FreeParameter& parameter : models_[first_].parameters)
             if (parameter.access.id.effect == effect.effect->name())
                 own_.push_back(parameter);
-        is_seen_as_planar_ = run::dimensions_of(base.parts[first_].model.spec) == 2 &&
-                             !effect.effect->planar_parts(effect_values(models_[first_])).empty();
+        is_planar_base_ = run::dimensions_of(base.parts[first_].model.spec) == 2;
+        is_seen_as_planar_ = is_planar_base_ && !fit::planar_models(models_[first_]).empty();
         belongs_to_recording_ = !own_.empty() && fit::belongs_to_recording(own_.front().access.id);
     }
 
@@ -54,7 +56,7 @@ class ColumnsOfEffect {
         EffectColumns out;
         if (own_.empty()) {
             EffectNode node;
-            node.columns.push_back({difference(read({models_}).front(), stacked_.predicted)});
+            node.columns.push_back({difference(read({models_}).front(), reading_of_base())});
             node.columns.back().is_certain = true;
             out.nodes.push_back(std::move(node));
             return out;
@@ -82,7 +84,7 @@ class ColumnsOfEffect {
     [[nodiscard]] SizedEffects at_sizes() {
         SizedEffects out;
         if (own_.empty()) {
-            out.sizes.push_back({1.0, 1.0, 1.0, read({models_}).front() - stacked_.predicted});
+            out.sizes.push_back({1.0, 1.0, 1.0, read({models_}).front() - reading_of_base()});
             return out;
         }
         const std::optional<Group> usual = secant_to(node_at(models_[first_]));
@@ -107,8 +109,6 @@ class ColumnsOfEffect {
             group.node = node_at(start);
             group.runs.push_back(models_at(group.node));
             group.secant = size;
-            if (is_seen_as_planar_)
-                use_planar_parts(group);
         }
         compute(groups);
         for (std::size_t k = 1; k < groups.size(); ++k)
@@ -120,6 +120,24 @@ class ColumnsOfEffect {
     }
 
   private:
+    [[nodiscard]] static fit::StemModel superposed(fit::StemModel model) {
+        model.is_superposed = true;
+        return model;
+    }
+
+    /// Computed as the runs that are compared with it.
+    [[nodiscard]] const Eigen::VectorXd& reading_of_base() const {
+        if (is_planar_base_)
+            return stacked_.predicted;
+        if (reading_of_base_.size() == 0) {
+            fit::StartModels models;
+            for (const fit::RecordingFit& part : base_.parts)
+                models.push_back(superposed(part.model));
+            reading_of_base_ = read({models}).front();
+        }
+        return reading_of_base_;
+    }
+
     [[nodiscard]] EffectNode node_at(const fit::StemModel& start) const {
         EffectNode node;
         for (const fit::FreeParameter& parameter : own_)
@@ -149,7 +167,6 @@ class ColumnsOfEffect {
         EffectNode node;
         std::vector<std::size_t> sizes;     ///< parameters
         std::vector<ParameterPrior> priors; ///< (sizes)
-        std::vector<double> weights; ///< (runs) of planar chains; empty: the runs are the models
         double secant = 0.0; ///< size at the node over the prior's deviation; 0: derivatives
         std::vector<fit::StartModels> runs;    ///< of derivatives: the node, then each size changed
         std::vector<Eigen::VectorXd> readings; ///< (runs); empty: could not be computed
@@ -202,12 +219,6 @@ class ColumnsOfEffect {
             for (Group& group : groups) {
                 for (std::size_t k = 0; k < group.runs.size(); ++k)
                     group.readings.push_back(std::move(*next++));
-                if (group.weights.empty())
-                    continue;
-                Eigen::VectorXd sum = Eigen::VectorXd::Zero(stacked_.residual.size());
-                for (std::size_t k = 0; k < group.runs.size(); ++k)
-                    sum += group.weights[k] * group.readings[k];
-                group.readings = {std::move(sum)};
             }
             return true;
         } catch (const core::NumericalError& error) {
@@ -267,39 +278,14 @@ class ColumnsOfEffect {
         }
         if (group.secant == 0.0)
             return std::nullopt;
-        if (is_seen_as_planar_)
-            use_planar_parts(group);
         return group;
-    }
-
-    [[nodiscard]] std::vector<double> effect_values(const fit::StemModel& model) const {
-        for (const physics::ActiveEffect& active : model.spec.effects)
-            if (active.effect == effect_.effect)
-                return active.values;
-        return {};
-    }
-
-    void use_planar_parts(Group& group) const {
-        const std::vector<double> values = effect_values(group.runs.front()[first_]);
-        fit::StartModels without = std::move(group.runs.front());
-        for (fit::StemModel& model : without)
-            std::erase_if(model.spec.effects, [&](const physics::ActiveEffect& active) {
-                return active.effect == effect_.effect;
-            });
-        group.runs.clear();
-        for (const physics::PlanarPart& part : effect_.effect->planar_parts(values)) {
-            fit::StartModels& run = group.runs.emplace_back(without);
-            for (fit::StemModel& model : run)
-                model.spec.stem.bond_youngs_modulus *= part.modulus_factor;
-            group.weights.push_back(part.weight);
-        }
     }
 
     [[nodiscard]] EffectNode finished(Group group) const {
         EffectNode node = std::move(group.node);
         const Eigen::VectorXd& here = group.readings.front();
         if (group.secant != 0.0) {
-            EffectColumn column{difference(here, stacked_.predicted, 1.0 / group.secant)};
+            EffectColumn column{difference(here, reading_of_base(), 1.0 / group.secant)};
             column.parameter = group.sizes.front();
             column.is_one_sided = group.priors.front().is_one_sided;
             column.secant = group.secant;
@@ -307,7 +293,7 @@ class ColumnsOfEffect {
             return node;
         }
         if (std::abs(node.modulus_ratio - 1.0) > least_offset) {
-            EffectColumn column{difference(here, stacked_.predicted)};
+            EffectColumn column{difference(here, reading_of_base())};
             column.is_one_sided = true;
             node.columns.push_back(std::move(column));
         }
@@ -357,7 +343,9 @@ class ColumnsOfEffect {
     const physics::SelectedEffect& effect_;
     std::span<const fit::ObservedRecording> recordings_;
     const fit::FitOptions& options_;
-    bool is_seen_as_planar_ = false;
+    bool is_planar_base_ = true;
+    bool is_seen_as_planar_ = false; ///< the effect, which leaves the plane
+    mutable Eigen::VectorXd reading_of_base_;
     fit::StartModels models_;
     std::size_t first_ = 0;
     std::vector<fit::FreeParameter> own_;

@@ -5,6 +5,7 @@
 #include "core/lanes.hpp"
 #include "fit/model/stem_chain.hpp"
 #include "fit/model/stem_model.hpp"
+#include "fit/model/superposition.hpp"
 #include "measure/folder/observation.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "physics/node_load.hpp"
@@ -308,10 +309,46 @@ ChainPrediction readings_of(const StemModel& model, const run::CaseSpec& spec,
     return prediction;
 }
 
+std::vector<PlanarModel> parts_to_compute(const StemModel& model) {
+    return model.is_superposed ? planar_models(model) : std::vector<PlanarModel>();
+}
+
+/// predict_together() of superposed models.
+std::vector<ChainPrediction> superposed_together(std::span<const StemModel> models,
+                                                 std::span<const double> times,
+                                                 const run::Heartbeat& heartbeat) {
+    std::vector<std::vector<PlanarModel>> parts; // (models)(parts)
+    parts.reserve(models.size());
+    for (const StemModel& model : models)
+        parts.push_back(planar_models(model));
+    std::vector<std::vector<ChainPrediction>> predictions(models.size()); // (models)(parts)
+    for (std::size_t k = 0; k < parts.front().size(); ++k) {
+        std::vector<StemModel> planar;
+        planar.reserve(models.size());
+        for (const std::vector<PlanarModel>& of_model : parts)
+            planar.push_back(of_model[k].model);
+        std::vector<ChainPrediction> of_part = predict_together(planar, times, heartbeat);
+        for (std::size_t m = 0; m < models.size(); ++m)
+            predictions[m].push_back(std::move(of_part[m]));
+    }
+    std::vector<ChainPrediction> out;
+    out.reserve(models.size());
+    for (std::size_t m = 0; m < models.size(); ++m)
+        out.push_back(superposed(models[m], parts[m], predictions[m]));
+    return out;
+}
+
 } // namespace
 
 ChainPrediction predict_readings(const StemModel& model, std::span<const double> times,
                                  const run::Heartbeat& heartbeat) {
+    if (const std::vector<PlanarModel> parts = parts_to_compute(model); !parts.empty()) {
+        std::vector<ChainPrediction> predictions;
+        predictions.reserve(parts.size());
+        for (const PlanarModel& part : parts)
+            predictions.push_back(predict_readings(part.model, times, heartbeat));
+        return superposed(model, parts, predictions);
+    }
     const run::CaseSpec spec = case_until(model, times.empty() ? 0.0 : times.back());
     std::vector<run::CaseParameter> accesses;
     std::vector<double> values;
@@ -325,6 +362,8 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
 std::vector<ChainPrediction> predict_together(std::span<const StemModel> models,
                                               std::span<const double> times,
                                               const run::Heartbeat& heartbeat) {
+    if (!parts_to_compute(models.front()).empty())
+        return superposed_together(models, times, heartbeat);
     const double last_time = times.empty() ? 0.0 : times.back();
     std::vector<ChainPrediction> predictions;
     while (predictions.size() < models.size()) {

@@ -10,18 +10,11 @@
 
 namespace culm::fit {
 
-struct ChainPrediction {
-    std::size_t frames = 0;
-    std::size_t rows = 0;
-    std::size_t parameters = 0;
-    std::vector<double> readings; ///< (frames, rows), m; NaN where the model's stem is not
-    std::vector<double> jacobian; ///< (frames, rows, parameters), m per unit of each free parameter
-};
-
 /// Readings at `times` (s, ascending, 0 about the release) and the case's heights: the chain is
 /// sampled in time and the readings are a cubic through four samples (measure::time_stencil), from
 /// which the derivative by the release time comes too. Before the release they are those of the
-/// held stem (HeldFrames). Throws core::NumericalError if the case cannot be computed;
+/// held stem (HeldFrames). A superposed model (superposition.hpp) is computed by its planar models;
+/// its Y has to be free. Throws core::NumericalError if the case cannot be computed;
 /// run::Abandoned if the heartbeat says so.
 [[nodiscard]] ChainPrediction predict_readings(const StemModel& model,
                                                std::span<const double> times,

@@ -28,6 +28,8 @@ struct StemModel {
     double exposure{};                             ///< over which a reading is a mean, s
     double expected_release{};                     ///< s; of a recording that shows it 0
     std::vector<double> error_values{};            ///< (terms of the errors)
+    /// Predict motion out of the plane by planar chains (superposition.hpp): a tenth of the time.
+    bool is_superposed = false;
 
     /// What is fitted: the parameters, the release time if that is free, then the terms of the
     /// reading errors, each with a Gaussian constraint of mean 0 and standard deviation 1.
@@ -40,6 +42,15 @@ struct StemModel {
     [[nodiscard]] bool is_error(std::size_t k) const { return k >= first_error(); }
     [[nodiscard]] double value(std::size_t k) const; ///< of what is fitted, SI units
     void set_value(std::size_t k, double value);
+};
+
+/// What a model predicts for a recording.
+struct ChainPrediction {
+    std::size_t frames = 0;
+    std::size_t rows = 0;
+    std::size_t parameters = 0;
+    std::vector<double> readings; ///< (frames, rows), m; NaN where the model's stem is not
+    std::vector<double> jacobian; ///< (frames, rows, parameters), m per unit of each free parameter
 };
 
 /// The case that is computed: that of the model with Y and β changed by its error terms.
