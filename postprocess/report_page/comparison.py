@@ -77,12 +77,12 @@ def _add_ladder(section: Section, comparison: Comparison):
                        axis(type="category", range=[len(rungs) - 0.5, -0.5]), left,
                        shapes=[level(1.0, along="x")]), 150 + 42 * len(rungs))
     rows = [[name_of(rung), rung["rmse_mm"], rung["rmse_over_noise"], rung["reduced_chi2"],
-             rung["bic"], rung.get("delta_bic"), _held_out(rung, "last_third"),
+             rung["log_evidence"], rung.get("log_evidence_gain"), _held_out(rung, "last_third"),
              _held_out(rung, "one_height"), contradictions(rung), rung["verdict"]["finding_text"],
              {True: "improves", False: "no improvement"}.get(rung.get("gain"), "")] for rung in rungs]
     section.add_plots([plot], "Every model from the published chain upward; predicted: of readings "
                               "that the fit did not see.")
-    section.add(table(["model", "rms, mm", "/ noise", "reduced chi²*", "BIC*", "change of BIC*",
+    section.add(table(["model", "rms, mm", "/ noise", "reduced chi²*", "log evidence*", "gain*",
                        "last third", "one height", "contradicted inputs", "verdict*", ""], rows,
                       WITH_FREE_INPUTS))
 
@@ -144,7 +144,6 @@ def _add_provenance(section: Section, comparison: Comparison):
     rows = [["recording", content["folder"]],
             ["frames, heights", f"{content['frames']}, {content['heights']}"],
             ["noise", f"{shown(content.get('noise_mm'), 3)} mm ({content.get('noise_source', '–')})"],
-            ["effective readings", content["effective_readings"]],
             ["runs of the chain", sum(rung["runs"] for rung in comparison.rungs)]]
     rows += [[name.replace("_", " "), "–" if value in (None, "") else value]
              for name, value in content["options"].items()]

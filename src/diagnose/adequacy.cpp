@@ -16,9 +16,17 @@
 namespace culm::diagnose {
 namespace {
 
-/// Why the record cannot tell; empty if it can.
-std::string what_is_too_little(const fit::RecordingFit& fit, const residuals::Swing& swing,
-                               const Policy& policy) {
+/// With less than two cycles the damping and the second mode cannot be distinguished.
+constexpr double fewest_cycles = 2.0;
+/// Below three times its noise the motion determines neither frequency nor damping.
+constexpr double smallest_swing_over_noise = 3.0;
+/// The tests' distributions are asymptotic: good to a few per cent from 30 readings on.
+constexpr std::size_t fewest_frames = 30;
+/// Excess of χ² over its mean, in standard deviations √(2n), that readings with motion have.
+constexpr double motion_over_noise = 5.0;
+
+/// Why the recording cannot decide; empty if it can.
+std::string what_is_too_little(const fit::RecordingFit& fit, const residuals::Swing& swing) {
     double squares = 0.0;
     std::size_t frames = 0;
     for (std::size_t i = 0; i < swing.times.size(); ++i)
@@ -26,14 +34,14 @@ std::string what_is_too_little(const fit::RecordingFit& fit, const residuals::Sw
             squares += swing.measured[i] * swing.measured[i];
             ++frames;
         }
-    if (frames < policy.fewest_frames)
+    if (frames < fewest_frames)
         return fmt::format("{} frames after the release are too few to tell; {} are needed", frames,
-                           policy.fewest_frames);
-    if (const double cycles = fit.times.back() * swing.frequency; cycles < policy.fewest_cycles)
+                           fewest_frames);
+    if (const double cycles = fit.times.back() * swing.frequency; cycles < fewest_cycles)
         return fmt::format("{:.1f} cycles after the release are too few to tell; {} are needed",
-                           cycles, policy.fewest_cycles);
+                           cycles, fewest_cycles);
     const double size = std::sqrt(squares / static_cast<double>(frames));
-    if (fit.is_noise_known && size < policy.smallest_swing_over_noise * swing.noise)
+    if (fit.is_noise_known && size < smallest_swing_over_noise * swing.noise)
         return fmt::format("the motion (rms {:.3g} mm) hardly stands out of the noise ({:.3g} mm "
                            "with all heights together)",
                            1e3 * size, 1e3 * swing.noise);
@@ -84,7 +92,7 @@ Verdict verdict_on(const fit::RecordingFit& fit, const residuals::Swing& swing,
     verdict.spatial_pattern = std::move(lack.spatial_pattern);
     // The tests are computed all the same, because the report shows them.
     adjust(verdict, policy);
-    if (std::string reason = what_is_too_little(fit, swing, policy); !reason.empty()) {
+    if (std::string reason = what_is_too_little(fit, swing); !reason.empty()) {
         verdict.finding = Finding::Undecided;
         verdict.reason = std::move(reason);
     }
@@ -122,8 +130,7 @@ SetVerdict verdict_on(const fit::Fit& fit, std::span<const fit::ObservedRecordin
     return out;
 }
 
-void refuse_without_motion(const measure::Measurement& measurement, std::optional<double> window,
-                           const Policy& policy) {
+void refuse_without_motion(const measure::Measurement& measurement, std::optional<double> window) {
     const double end = window.value_or(std::numeric_limits<double>::infinity());
     double chi_squared = 0.0;
     double squares = 0.0;
@@ -142,8 +149,7 @@ void refuse_without_motion(const measure::Measurement& measurement, std::optiona
             readings += 1.0;
         }
     // χ² of n readings that are noise alone has the mean n and the deviation √(2n).
-    if (readings > 0.0 &&
-        chi_squared - readings < policy.motion_over_noise * std::sqrt(2.0 * readings))
+    if (readings > 0.0 && chi_squared - readings < motion_over_noise * std::sqrt(2.0 * readings))
         throw core::InputError(fmt::format(
             "{}: the readings after the release (rms {:.3g} mm) cannot be told from their noise "
             "({:.3g} mm): there is no motion to compare with",

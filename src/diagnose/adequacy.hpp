@@ -55,7 +55,6 @@ struct SetVerdict {
 /// Throws core::InputError if the readings after the release, up to `window` seconds if given, are
 /// what their noise alone would give: their χ² is hardly above its mean n. A fit to them would
 /// wander without an end. Where no noise is known nothing is said.
-void refuse_without_motion(const measure::Measurement& measurement, std::optional<double> window,
-                           const Policy& policy = {});
+void refuse_without_motion(const measure::Measurement& measurement, std::optional<double> window);
 
 } // namespace culm::diagnose

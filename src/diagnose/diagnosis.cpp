@@ -14,19 +14,32 @@
 namespace culm::diagnose {
 namespace {
 
+/// χ² above the noise, of the readings with the error terms; of unknown noise m².
+double misfit(const fit::Fit& fit) {
+    return fit.is_noise_known_anywhere()
+               ? std::max(0.0, fit.chi_squared - static_cast<double>(fit.readings))
+               : fit.rmse * fit.rmse;
+}
+
+bool is_above_noise(const fit::Fit& fit, const Policy& policy) {
+    const auto readings = static_cast<double>(std::max<std::size_t>(fit.readings, 1));
+    return !fit.is_noise_known_anywhere() ||
+           std::sqrt(misfit(fit) / readings) > policy.immaterial_noise;
+}
+
 class Answer {
   public:
     Answer(SearchResult search, const DiagnosisOptions& options)
         : search_(std::move(search)), options_(options), policy_(options.policy) {
         out_.policy = policy_;
-        out_.posterior = posterior_of(search_, options, leaves_structure(), policy_);
+        out_.posterior =
+            posterior_of(search_, options, leaves_structure(search_, policy_), policy_);
         out_.runs = search_.runs;
     }
 
-    [[nodiscard]] Diagnosis compute() {
+    void decide() {
         add_alternatives();
-        const std::size_t answer = out_.alternatives.front().model;
-        climb_to(answer);
+        climb_to(out_.alternatives.front().model);
         add_residual();
         conclude();
         if (!search_.unvisited.empty()) {
@@ -35,6 +48,11 @@ class Answer {
                                       model.log_evidence -
                                           search_.visited[search_.best].log_evidence};
         }
+    }
+
+    /// What a user needs beyond the verdict.
+    void complete() {
+        const std::size_t answer = out_.alternatives.front().model;
         report("computing the detection limits of the other effects");
         out_.blind_spots = detection_limits(search_, options_);
         add_experiments(answer);
@@ -45,6 +63,9 @@ class Answer {
             out_.missing_force = reconstruct_missing_force(restored(0), options_.known,
                                                            search_.recordings, options_.candidate);
         }
+    }
+
+    [[nodiscard]] Diagnosis take() {
         out_.baseline = std::move(search_.baseline);
         out_.stated_baseline = std::move(search_.stated_baseline);
         return std::move(out_);
@@ -67,18 +88,6 @@ class Answer {
         return model == search_.best ? search_.best_fit
                                      : fit::restored(search_.visited[model].fit, search_.recordings,
                                                      options_.candidate);
-    }
-
-    /// Does the best model of all fail the tests by more than a user can ignore?
-    [[nodiscard]] bool leaves_structure() const {
-        const SetVerdict verdict = verdict_on(search_.best_fit, search_.recordings, policy_);
-        return verdict.finding == Finding::Inadequate && is_above_noise(search_.best_fit);
-    }
-
-    [[nodiscard]] bool is_above_noise(const fit::Fit& fit) const {
-        const auto readings = static_cast<double>(std::max<std::size_t>(fit.readings, 1));
-        return !fit.is_noise_known_anywhere() ||
-               std::sqrt(misfit(fit) / readings) > policy_.immaterial_noise;
     }
 
     /// The family sets that hold 95 %, and what they share.
@@ -137,13 +146,6 @@ class Answer {
         out_.final_fit = out_.ladder.back().fit;
     }
 
-    /// χ² above the noise, of the readings with the error terms; of unknown noise m².
-    [[nodiscard]] static double misfit(const fit::Fit& fit) {
-        return fit.is_noise_known_anywhere()
-                   ? std::max(0.0, fit.chi_squared - static_cast<double>(fit.readings))
-                   : fit.rmse * fit.rmse;
-    }
-
     void add_residual() {
         const double before = misfit(out_.ladder.front().fit);
         const double after = misfit(out_.final_fit);
@@ -177,7 +179,7 @@ class Answer {
     /// Does the answer leave structure that is too large to ignore?
     [[nodiscard]] bool leaves_too_much() const {
         const SearchedModel& last = out_.ladder.back();
-        return last.finding == Finding::Inadequate && is_above_noise(last.fit) &&
+        return last.finding == Finding::Inadequate && is_above_noise(last.fit, policy_) &&
                1.0 - out_.explained > policy_.unexplained_share;
     }
 
@@ -300,6 +302,17 @@ std::string_view to_string(Conclusion conclusion) {
     return "unknown";
 }
 
+bool leaves_structure(const SearchResult& search, const Policy& policy) {
+    const SetVerdict verdict = verdict_on(search.best_fit, search.recordings, policy);
+    return verdict.finding == Finding::Inadequate && is_above_noise(search.best_fit, policy);
+}
+
+Diagnosis decide(SearchResult search, const DiagnosisOptions& options) {
+    Answer answer(std::move(search), options);
+    answer.decide();
+    return answer.take();
+}
+
 Diagnosis diagnose(std::span<const measure::Measurement> recordings, DiagnosisOptions options) {
     if (options.candidates.empty())
         options.candidates = fit::candidate_effects(recordings);
@@ -307,8 +320,11 @@ Diagnosis diagnose(std::span<const measure::Measurement> recordings, DiagnosisOp
     std::erase_if(options.candidates,
                   [&](const auto& each) { return fit::contains(options.known, each); });
     for (const measure::Measurement& recording : recordings)
-        refuse_without_motion(recording, options.candidate.window, options.policy);
-    return Answer(search_models(recordings, options, options.policy), options).compute();
+        refuse_without_motion(recording, options.candidate.window);
+    Answer answer(search_models(recordings, options, options.policy), options);
+    answer.decide();
+    answer.complete();
+    return answer.take();
 }
 
 } // namespace culm::diagnose

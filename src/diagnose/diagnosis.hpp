@@ -72,10 +72,17 @@ struct DiagnosisOptions : SearchOptions {
     Policy policy;
 };
 
-/// The probabilities of the models of search_models() and the verdict that follows (Conclusion).
-/// No candidates: candidate_effects(). Throws core::InputError if a recording shows no motion,
-/// core::NumericalError if the published chain cannot be fitted; candidates that fail are listed.
-/// run::Abandoned if the heartbeat says so.
+/// Does the best model of all fail the tests by more than a user can ignore?
+[[nodiscard]] bool leaves_structure(const SearchResult& search, const Policy& policy);
+
+/// The verdict that follows from the models of search_models(), without detection limits, next
+/// experiments and missing force.
+[[nodiscard]] Diagnosis decide(SearchResult search, const DiagnosisOptions& options);
+
+/// decide() on the models of search_models(), detection limits, next experiments and, if the
+/// conclusion is Unknown, the missing force. No candidates: candidate_effects(). Throws
+/// core::InputError if a recording shows no motion, core::NumericalError if the published chain
+/// cannot be fitted; candidates that fail are listed. run::Abandoned if the heartbeat says so.
 [[nodiscard]] Diagnosis diagnose(std::span<const measure::Measurement> recordings,
                                  DiagnosisOptions options = {});
 

@@ -2,11 +2,16 @@
 #include "diagnose/ladder.hpp"
 
 #include "diagnose/adequacy.hpp"
-#include "diagnose/judge.hpp"
+#include "diagnose/evidence/log_evidence.hpp"
+#include "fit/fit_numbers.hpp"
 #include "fit/solve/reading_errors.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace culm::diagnose {
 namespace {
@@ -27,14 +32,6 @@ double relative_change(const fit::Fit& now, const fit::Fit& before,
            1.0;
 }
 
-/// The fitted models with their effective readings.
-std::vector<fit::Fit> numbers_of(const Ladder& ladder) {
-    std::vector<fit::Fit> numbers;
-    for (const LadderModel& model : ladder.models)
-        numbers.push_back(fit::numbers_of(model.fit));
-    return numbers;
-}
-
 /// The model whose residual is closest to the noise.
 const fit::Fit* best_fit(const Ladder& ladder) {
     const fit::Fit* best = nullptr;
@@ -50,51 +47,65 @@ HoldOut what_to_hold_out(const Ladder& ladder) {
     return best == nullptr ? HoldOut{} : HoldOut{ladder.left_out_row, best->parts.front().noise};
 }
 
-/// What model `k` is worth against `accepted`, the last that was a gain, and `below`, the last that
-/// was fitted. What was refused already is not asked for its size again.
-void judge_model(Ladder& ladder, std::size_t k, std::size_t accepted, std::size_t below,
-                 const std::vector<fit::Fit>& numbers, const Criterion& criterion,
-                 std::size_t tried, const Policy& policy) {
-    LadderModel& model = ladder.models[k];
-    const LadderModel& before = ladder.models[accepted];
-    model.compared_with = accepted;
-    model.added = difference(model.fit.names, before.fit.names);
-    const Judgement judgement =
-        judge({.smaller = numbers[accepted],
-               .larger = numbers[k],
-               .criterion = criterion,
-               .added = difference(model.fit.names, ladder.models[below].fit.names),
-               .tried = tried,
-               .refused = below == accepted ? nullptr : &numbers[below]},
-              policy);
-    model.is_gain = judgement.is_accepted();
-    model.why = in_words(judgement, policy);
-    if (model.fit.failed())
-        return;
-    model.delta_bic = -judgement.gain;
-    if (before.fit.moves()) {
-        model.modulus_change = relative_change(
-            model.stated, before.stated, &physics::StemParameters<double>::bond_youngs_modulus);
-        model.damping_change = relative_change(model.stated, before.stated,
-                                               &physics::StemParameters<double>::bond_damping);
+/// With the noise of the best model, as in a search: what that lacks is noise to all.
+void add_log_evidence(Ladder& ladder, std::span<const fit::ObservedRecording> recordings) {
+    std::vector<ModelEvidence> evidence;
+    const fit::Fit* best = nullptr;
+    for (const LadderModel& model : ladder.models) {
+        const bool is_usable = model.fit.is_fitted() || &model == &ladder.models.front();
+        evidence.push_back(is_usable && !model.fit.failed() ? evidence_of(model.fit, recordings, {})
+                                                            : ModelEvidence{});
+        if (!evidence.back().misfits.empty() &&
+            (best == nullptr || deviance(model.fit) < deviance(*best)))
+            best = &model.fit;
     }
+    if (best == nullptr)
+        return;
+    const NoiseScale noise = noise_scale_of(*best);
+    for (std::size_t k = 0; k < ladder.models.size(); ++k)
+        ladder.models[k].log_evidence =
+            evidence[k].misfits.empty() || evidence[k].has_absent_effect
+                ? -std::numeric_limits<double>::infinity()
+                : log_evidence(evidence[k], noise) - log_evidence(evidence.front(), noise);
 }
 
-void judge_models(Ladder& ladder, std::size_t tried, const Policy& policy) {
-    const std::vector<fit::Fit> numbers = numbers_of(ladder);
-    const Criterion by = criterion(numbers);
-    ladder.effective_readings = by.effective_readings;
-    for (std::size_t k = 0; k < ladder.models.size(); ++k)
-        if (!ladder.models[k].fit.failed())
-            ladder.models[k].bic = bic(numbers[k], by);
-    std::size_t accepted = 0;
-    std::size_t below = 0;
+std::string why(const LadderModel& model, double least_gain) {
+    if (model.fit.failed())
+        return "failed: " + model.fit.reason;
+    if (!model.fit.moves())
+        return "nothing moves the stem in this model";
+    if (!std::isfinite(model.log_evidence))
+        return "every size of an added effect is at the bound where the effect is absent";
+    const std::string change = fmt::format(
+        "the log evidence {} by {:.{}f}", model.log_evidence_gain < 0.0 ? "falls" : "rises",
+        std::abs(model.log_evidence_gain), std::abs(model.log_evidence_gain) < 10.0 ? 1 : 0);
+    return model.log_evidence_gain < 0.0 || model.is_gain
+               ? change
+               : fmt::format("{}, less than {:.1f}", change, least_gain);
+}
+
+void judge_models(Ladder& ladder, const Policy& policy) {
+    const double held = policy.held_probability;
+    const double least_gain = policy.temperature * std::log(held / (1.0 - held));
+    std::size_t best = 0;
     for (std::size_t k = 1; k < ladder.models.size(); ++k) {
-        judge_model(ladder, k, accepted, below, numbers, by, tried, policy);
-        if (!ladder.models[k].fit.failed())
-            below = k;
-        if (ladder.models[k].is_gain)
-            accepted = k;
+        LadderModel& model = ladder.models[k];
+        const LadderModel& before = ladder.models[best];
+        model.compared_with = best;
+        model.added = difference(model.fit.names, before.fit.names);
+        model.log_evidence_gain = model.log_evidence - before.log_evidence;
+        model.is_gain = model.fit.is_fitted() && model.log_evidence_gain >= least_gain;
+        model.why = why(model, least_gain);
+        if (model.fit.failed())
+            continue;
+        if (before.fit.moves()) {
+            model.modulus_change = relative_change(
+                model.stated, before.stated, &physics::StemParameters<double>::bond_youngs_modulus);
+            model.damping_change = relative_change(model.stated, before.stated,
+                                                   &physics::StemParameters<double>::bond_damping);
+        }
+        if (model.log_evidence > before.log_evidence)
+            best = k;
     }
 }
 
@@ -103,7 +114,7 @@ void judge_models(Ladder& ladder, std::size_t tried, const Policy& policy) {
 Ladder climb(const measure::Measurement& measurement,
              const std::vector<fit::SelectedEffects>& effect_sets, const fit::FitOptions& options,
              const Policy& policy) {
-    refuse_without_motion(measurement, options.window, policy);
+    refuse_without_motion(measurement, options.window);
     fit::NestedFits fits = fit::fit_nested({&measurement, 1}, effect_sets, options);
     Ladder ladder;
     for (fit::ModelFit& model : fits.models) {
@@ -123,8 +134,8 @@ Ladder climb(const measure::Measurement& measurement,
         ladder.comparison.back() = ladder.comparisons.size();
         ladder.comparisons.push_back(compare(model.stated, model.fit, measurement, policy));
     }
-    // By as many candidates as diagnose() has: a model is not accepted here and refused there.
-    judge_models(ladder, fit::candidate_effects({&measurement, 1}).size(), policy);
+    add_log_evidence(ladder, fits.recordings);
+    judge_models(ladder, policy);
     return ladder;
 }
 

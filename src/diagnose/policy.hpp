@@ -6,11 +6,9 @@
 
 namespace culm::diagnose {
 
-/// The rules that use these numbers are in adequacy.hpp (is a model adequate?), judge.hpp (is a
-/// larger model accepted by compare?) and posterior.hpp (which effects act?).
+/// Used by model_search.hpp, posterior.hpp, diagnosis.hpp, ladder.hpp (which effects act?) and
+/// adequacy.hpp (does a fitted model explain its recording?).
 struct Policy {
-    // --- The posterior (model_search.hpp, posterior.hpp, diagnosis.cpp)
-
     /// Prior probability of each effect of the library to act.
     double effect_probability = 0.05;
     /// T: log evidences are divided by it, because no law, noise and input of a model is exact.
@@ -27,27 +25,8 @@ struct Policy {
     double immaterial_share = 0.05;
     /// Of the misfit, that a model may leave which fails the tests.
     double unexplained_share = 0.02;
-
-    // --- Is a fitted model adequate? (adequacy.cpp)
-
     /// Of the tests for lack of fit, together: one recording of noise in a thousand fails.
     double lack_of_fit_level = 1e-3;
-    /// With less than two cycles the damping and the second mode cannot be told apart.
-    double fewest_cycles = 2.0;
-    /// Below three times its noise the motion determines neither frequency nor damping.
-    double smallest_swing_over_noise = 3.0;
-    /// The tests' distributions are asymptotic: good to a few per cent from 30 readings on.
-    std::size_t fewest_frames = 30;
-    /// Excess of χ² over its mean, in standard deviations √(2n), that readings with motion have.
-    double motion_over_noise = 5.0;
-
-    // --- Is a larger model accepted in place of a smaller one? (judge.cpp)
-
-    /// Fall of the information criterion: odds of e⁵ = 150 to 1 (Kass & Raftery 1995: "very
-    /// strong").
-    double naming_gain = 10.0;
-    /// Probability, for all candidates together (Bonferroni), of such a gain by noise.
-    double naming_level = 0.01;
 };
 
 } // namespace culm::diagnose

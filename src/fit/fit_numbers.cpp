@@ -37,11 +37,8 @@ Fit numbers_of(const Fit& fit) {
     out.places.clear();
     out.noise.clear();
     out.covariance.resize(0, 0);
-    out.effective_readings = 0.0;
     if (fit.failed() && fit.reason.empty())
         out.reason = "there is no fit";
-    for (const RecordingFit& part : fit.parts)
-        out.effective_readings += effective_readings(whitened_residuals(part));
     return out;
 }
 

@@ -26,8 +26,8 @@ void fields(Wire& wire, RecordingMisfit& misfit) {
 template <class Wire>
 void fields(Wire& wire, Fit& numbers) {
     wire(numbers.names, numbers.status, numbers.reason, numbers.parameters, numbers.chi_squared,
-         numbers.reduced_chi_squared, numbers.rmse, numbers.readings, numbers.effective_readings,
-         numbers.runs, numbers.misfits);
+         numbers.reduced_chi_squared, numbers.rmse, numbers.readings, numbers.runs,
+         numbers.misfits);
 }
 
 /// The fit of `effects` as a map over ranks returns it: a failed one where its rank was lost.

@@ -208,9 +208,9 @@ json ladder_model_json(const diagnose::Ladder& ladder, std::size_t k,
     out.update(compared_fit_json(model.stated.parts.front(), model.fit,
                                  ladder.comparisons[*ladder.comparison[k]]));
     out["moves"] = model.fit.moves();
-    out["bic"] = number(model.bic);
+    out["log_evidence"] = number(model.log_evidence);
     if (k > 0) {
-        out["delta_bic"] = number(model.delta_bic);
+        out["log_evidence_gain"] = number(model.log_evidence_gain);
         out["change"] = {{"bond_youngs_modulus", number(model.modulus_change)},
                          {"bond_damping", number(model.damping_change)}};
     }
@@ -273,7 +273,6 @@ json comparison_json(const diagnose::Ladder& ladder, const measure::Measurement&
              {"measurement", measurement.stem.id},
              {"frames", measurement.times.size()},
              {"heights", measurement.heights.size()},
-             {"effective_readings", number(ladder.effective_readings)},
              {"ladder", std::move(models)},
              {"headline", comparison_headline(ladder, measurement.stem.id)},
              {"best", best_model(ladder)},

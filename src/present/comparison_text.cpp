@@ -55,10 +55,11 @@ std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size
     const diagnose::Comparison& comparison = comparison_of(ladder, k);
     const diagnose::Verdict& verdict = comparison.verdict;
     const bool is_noise_known = model.stated.is_noise_known_everywhere();
-    return fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>10} {:>10} {:>10}  {}\n", name, width,
+    return fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13} {:>10} {:>10}  {}\n", name, width,
                        number_cell(1e3 * comparison.rmse, 4),
                        is_noise_known ? number_cell(comparison.over_noise, 2) : "-",
-                       number_cell(verdict.reduced_chi_squared, 3), number_cell(model.bic, 0),
+                       number_cell(verdict.reduced_chi_squared, 3),
+                       k == 0 ? std::string() : fmt::format("{:+.0f}", model.log_evidence),
                        held_out_cell(model.held_out->last_third),
                        held_out_cell(model.held_out->one_height),
                        finding_text(verdict.finding, style));
@@ -68,9 +69,9 @@ std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style)
     std::size_t width = 8;
     for (const diagnose::LadderModel& model : ladder.models)
         width = std::max(width, model_name(model.fit.names).size());
-    std::string text = fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>10} {:>10} {:>10}  {}\n", "model",
-                                   width, "rms mm", "/noise", "red. chi2*", "BIC*", "last third",
-                                   "one height", "verdict*");
+    std::string text = fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13} {:>10} {:>10}  {}\n", "model",
+                                   width, "rms mm", "/noise", "red. chi2*", "log evidence*",
+                                   "last third", "one height", "verdict*");
     for (std::size_t k = 0; k < ladder.models.size(); ++k)
         text += ladder_line(ladder, k, width, style);
     return text + "* with the inputs free within their uncertainties; all else with every input as "

@@ -50,7 +50,7 @@ class Compare(CulmTest):
         finished = self.culm("compare", DRAG, *QUICK, "--with", "quadratic_drag", "-o", "out")
         self.assert_exit(finished, DONE)
         self.assertRegex(finished.stdout, r"(?m)^baseline \+ quadratic_drag .* adequate$")
-        self.assertIn("quadratic_drag improves on the baseline: BIC falls by", finished.stdout)
+        self.assertIn("quadratic_drag improves on the baseline: the log evidence rises by", finished.stdout)
         found = json.loads((self.folder / "out" / "comparison.json").read_text("utf-8"))
         self.assertEqual(schema_faults(found, SCHEMA), [])
         before, after = found["ladder"]

@@ -31,15 +31,15 @@ diagnose::CandidateView effect(const Eigen::VectorXd& column, bool is_one_sided)
 
 // Against the integral itself: log of ∫ exp(-|r - a s|²/2) N(a; 0, 1) da over exp(-|r|²/2).
 TEST(LinearEvidence, IsTheIntegralOverTheSize) {
-    const Eigen::Vector3d own(1.0, 0.0, 0.0);
-    const Eigen::Vector3d residual(0.3, 2.0, -1.0);
-    const Eigen::Vector3d column(5.0, 1.5, 0.5);
+    const Eigen::VectorXd own{{1.0, 0.0, 0.0}};
+    const Eigen::VectorXd residual{{0.3, 2.0, -1.0}};
+    const Eigen::VectorXd column{{5.0, 1.5, 0.5}};
     const diagnose::LinearEvidence linear(stacked(own, residual), {effect(column, false)});
     const std::vector<std::size_t> set{0};
     const diagnose::PredictedGain gain = linear.gain(set);
     // Without what the own parameter imitates.
-    const Eigen::Vector3d seen(0.0, 1.5, 0.5);
-    const Eigen::Vector3d left(0.0, 2.0, -1.0);
+    const Eigen::VectorXd seen{{0.0, 1.5, 0.5}};
+    const Eigen::VectorXd left{{0.0, 2.0, -1.0}};
     double sum = 0.0;
     constexpr double step = 1e-3;
     for (int k = -10000; k < 10000; ++k) {
@@ -56,10 +56,10 @@ TEST(LinearEvidence, IsTheIntegralOverTheSize) {
 }
 
 TEST(LinearEvidence, LeavesOutASizeWithTheForbiddenSign) {
-    const Eigen::Vector3d own(1.0, 0.0, 0.0);
-    const Eigen::Vector3d residual(0.0, 2.0, 0.0);
+    const Eigen::VectorXd own{{1.0, 0.0, 0.0}};
+    const Eigen::VectorXd residual{{0.0, 2.0, 0.0}};
     const std::vector<std::size_t> set{0};
-    const Eigen::Vector3d column(0.0, -3.0, 0.0);
+    const Eigen::VectorXd column{{0.0, -3.0, 0.0}};
     const diagnose::LinearEvidence either(stacked(own, residual), {effect(column, false)});
     EXPECT_TRUE(std::isfinite(either.gain(set).log_evidence));
     const diagnose::LinearEvidence one_sided(stacked(own, residual), {effect(column, true)});
@@ -67,9 +67,9 @@ TEST(LinearEvidence, LeavesOutASizeWithTheForbiddenSign) {
 }
 
 TEST(LinearEvidence, OfTwoEffectsThatDoTheSameIsNoBetterThanOfOne) {
-    const Eigen::Vector3d own(1.0, 0.0, 0.0);
-    const Eigen::Vector3d residual(0.0, 4.0, 0.0);
-    const Eigen::Vector3d column(0.0, 3.0, 0.0);
+    const Eigen::VectorXd own{{1.0, 0.0, 0.0}};
+    const Eigen::VectorXd residual{{0.0, 4.0, 0.0}};
+    const Eigen::VectorXd column{{0.0, 3.0, 0.0}};
     const diagnose::LinearEvidence linear(stacked(own, residual),
                                           {effect(column, false), effect(column, false)});
     const std::vector<std::size_t> one{0};

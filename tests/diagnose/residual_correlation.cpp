@@ -10,7 +10,6 @@ namespace culm::tests {
 namespace {
 
 using fit::effective_degrees_of_freedom;
-using fit::effective_readings;
 using fit::spatial_pattern;
 
 /// First-order autoregressive columns of unit variance.
@@ -61,11 +60,6 @@ TEST(EffectiveDegreesOfFreedom, OfRowsThatAllShowTheSameAreThoseOfOne) {
     const Eigen::MatrixXd one = correlated_noise(500, 1, 0.0, 3);
     // One row is 500; equal rows add nothing, and white noise in it scatters the estimate by 5 %.
     EXPECT_NEAR(effective_degrees_of_freedom(one.replicate(1, 8), 12), 500.0, 25.0);
-}
-
-TEST(EffectiveReadings, FallWithTheCorrelationOfNeighbours) {
-    // (1 − 0.6)/(1 + 0.6) of 4000; the correlation is known to 1/√4000.
-    EXPECT_NEAR(effective_readings(correlated_noise(1000, 4, 0.6, 5)), 1000.0, 100.0);
 }
 
 TEST(SpatialPattern, IsFoundInWhiteNoiseAsOftenAsItsPValueSays) {

@@ -92,7 +92,7 @@ def comparison_rung(names, finding, predicted, decay):
         "rmse_mm": NOISE_MM * ratio, "rmse_over_noise": ratio, "reduced_chi2": ratio**2,
         "contradicted_inputs": [{"name": "clamp height", "pull": 44.2}] if ratio > 1.0 else [],
         "degrees_of_freedom": 170, "effective_degrees_of_freedom": 120.5,
-        "parameters": parameters(), "bic": 1000.0 * ratio, "sentences": [sentence, "And so on."],
+        "parameters": parameters(), "log_evidence": 2000.0 * (ratio == 1.0), "sentences": [sentence, "And so on."],
         "verdict": {"finding": finding, "finding_text": f"finding: {finding}",
                     "adequate": finding == "adequate", "p_value": 0.5,
                     "reason": "", "tests": [{"name": "size", "p_value": 0.5,
@@ -101,8 +101,9 @@ def comparison_rung(names, finding, predicted, decay):
         "held_out": {"last_third": held_out, "one_height": {"failure": "one"}},
     }
     if len(names) > 1:
-        rung |= {"compared_with": 0, "gain": True, "why": "BIC falls by 4000", "delta_bic": -4000.0,
-                 "step": "quadratic_drag improves on the baseline: BIC falls by 4000.",
+        rung |= {"compared_with": 0, "gain": True, "why": "the log evidence rises by 2000",
+                 "log_evidence_gain": 2000.0,
+                 "step": "quadratic_drag improves on the baseline: the log evidence rises by 2000.",
                  "change": {"bond_youngs_modulus": -0.01, "bond_damping": -0.4}}
     return rung
 
@@ -112,7 +113,7 @@ def comparison(name="T2"):
     return {
         "format": "culm-comparison", "version": 1, "measurement": name, "folder": f"data/{name}",
         "frames": TIME.size, "heights": len(HEIGHTS_MM), "noise_mm": NOISE_MM,
-        "noise_source": "stated", "noise_known": True, "effective_readings": 150.0, "remarks": [],
+        "noise_source": "stated", "noise_known": True, "remarks": [],
         "options": {"law": "consistent", "with": "quadratic_drag", "ladder": "", "window_s": None},
         "headline": f"With quadratic_drag the published chain explains {name}.", "best": 1,
         "ladder": [comparison_rung(["baseline"], "inadequate", predicted[0], -0.15),

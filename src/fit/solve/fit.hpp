@@ -132,8 +132,6 @@ struct Fit {
     double rmse = 0.0; ///< m, over all readings
     std::size_t readings = 0;
     std::size_t degrees_of_freedom = 0;
-    /// Readings that count as independent where a mean is concerned; by numbers_of().
-    double effective_readings = 0.0;
     std::vector<RecordingMisfit> misfits; ///< (recordings)
     int starts = 0;
     int runs = 0; ///< of chains with all their derivatives

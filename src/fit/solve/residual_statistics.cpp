@@ -224,8 +224,6 @@ double typical_noise(const RecordingFit& fit) {
 
 namespace {
 
-constexpr double largest_residual_correlation = 0.99;
-
 std::vector<double> column(const Eigen::MatrixXd& table, Eigen::Index j) {
     const Eigen::VectorXd values = table.col(j);
     return {values.begin(), values.end()};
@@ -272,21 +270,6 @@ double effective_degrees_of_freedom(const Eigen::MatrixXd& whitened, std::size_t
         std::min(static_cast<double>(rows), noise_spread * trace * trace / between.squaredNorm());
     return std::clamp(share / weights * static_cast<double>(frames) * independent_rows, 1.0,
                       std::max(entries, 1.0));
-}
-
-double effective_readings(const Eigen::MatrixXd& whitened) {
-    double sum = 0.0;
-    for (Eigen::Index j = 0; j < whitened.cols(); ++j) {
-        const std::vector<double> values = column(whitened, j);
-        const std::vector<double> covariance = reduce::autocovariance(values, 1);
-        const double correlation = covariance.front() > 0.0
-                                       ? std::clamp(covariance.back() / covariance.front(), 0.0,
-                                                    largest_residual_correlation)
-                                       : 0.0;
-        // The variance of a mean of AR(1) noise is that of n (1 − ρ)/(1 + ρ) independent readings.
-        sum += static_cast<double>(values.size()) * (1.0 - correlation) / (1.0 + correlation);
-    }
-    return sum;
 }
 
 SpatialPattern spatial_pattern(const Eigen::MatrixXd& whitened) {

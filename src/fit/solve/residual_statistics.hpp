@@ -82,10 +82,6 @@ struct ResidualGroup {
 [[nodiscard]] double effective_degrees_of_freedom(const Eigen::MatrixXd& whitened,
                                                   std::size_t lags);
 
-/// Sum over the rows of n (1 − ρ)/(1 + ρ), with ρ the correlation of neighbouring frames, from 0 to
-/// 0.99: independent readings as far as a mean is concerned. For information criteria.
-[[nodiscard]] double effective_readings(const Eigen::MatrixXd& whitened);
-
 struct SpatialPattern {
     double p_value = 1.0;  ///< of a first singular value at least as large, if all is white noise
     double share = 0.0;    ///< of the first singular value's square in the sum of all
