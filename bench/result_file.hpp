@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <mutex>
 #include <stdexcept>
 #include <string>
@@ -36,9 +37,12 @@ class ResultFile {
 
     /// Computes case_of(key) for the keys that the file does not hold yet, on `threads` threads,
     /// and calls print(case) for each. A key is what a case begins with, for example {"number": 3}.
+    /// No case is begun once `may_begin` says no.
     template <class CaseOf, class Print>
-    void add(const std::vector<nlohmann::json>& keys, const CaseOf& case_of, const Print& print,
-             unsigned threads = std::thread::hardware_concurrency()) {
+    void add(
+        const std::vector<nlohmann::json>& keys, const CaseOf& case_of, const Print& print,
+        const std::function<bool()>& may_begin = [] { return true; },
+        unsigned threads = std::thread::hardware_concurrency()) {
         std::vector<nlohmann::json> wanted;
         for (const nlohmann::json& key : keys)
             if (!holds(key))
@@ -47,7 +51,7 @@ class ResultFile {
         std::size_t next = 0;
         const auto work = [&] {
             std::unique_lock lock(mutex);
-            while (next < wanted.size()) {
+            while (next < wanted.size() && may_begin()) {
                 const nlohmann::json key = wanted[next++];
                 lock.unlock();
                 nlohmann::json one = key;

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bench/decision_grade.hpp"
+
+#include "physics/effects/library.hpp"
+
+#include <algorithm>
+
+namespace culm::bench {
+namespace {
+
+bool is_in_library(const std::string& name) {
+    const std::vector<std::string> names = physics::effect_names();
+    return std::ranges::find(names, name) != names.end();
+}
+
+/// Of a law that the library lacks, the family of the same kind; empty: it has none.
+std::string family_of(const std::string& hidden) {
+    if (hidden == "cubic_drag")
+        return std::string(physics::to_string(physics::Family::Air));
+    if (hidden == "curvature_damping")
+        return std::string(physics::to_string(physics::Family::MaterialDamping));
+    return {};
+}
+
+/// Is the law the effect, or a general one that contains it?
+bool covers(const std::string& law, const std::string& effect) {
+    const std::vector<physics::SpecialCase> special = physics::effect_named(law)->special_cases();
+    return law == effect ||
+           std::ranges::find(special, effect, &physics::SpecialCase::effect) != special.end();
+}
+
+bool stands_for(const NamedEffects& named, const std::string& hidden) {
+    if (is_in_library(hidden))
+        return std::ranges::any_of(named.members,
+                                   [&](const auto& member) { return covers(member, hidden); });
+    const bool is_open = named.members.size() > 1 ||
+                         !physics::effect_named(named.members.front())->special_cases().empty();
+    return named.family == family_of(hidden) && is_open;
+}
+
+bool names_no_other(const AnswerSet& named, const std::vector<HiddenTruth>& hidden) {
+    return std::ranges::all_of(named, [&](const NamedEffects& each) {
+        return std::ranges::any_of(
+            hidden, [&](const HiddenTruth& truth) { return stands_for(each, truth.effect); });
+    });
+}
+
+} // namespace
+
+bool is_truth(const AnswerSet& named, const std::vector<HiddenTruth>& hidden) {
+    return names_no_other(named, hidden) &&
+           std::ranges::all_of(hidden, [&](const HiddenTruth& truth) {
+               return !truth.is_material || std::ranges::any_of(named, [&](const auto& each) {
+                   return stands_for(each, truth.effect);
+               });
+           });
+}
+
+bool is_named(const Answered& answer, const HiddenTruth& hidden) {
+    return std::ranges::any_of(answer.certain,
+                               [&](const auto& each) { return stands_for(each, hidden.effect); });
+}
+
+std::string grade(const Answered& answer, const std::vector<HiddenTruth>& hidden) {
+    const bool is_outside = std::ranges::any_of(
+        hidden, [](const HiddenTruth& truth) { return !is_in_library(truth.effect); });
+    if (answer.verdict == "failed")
+        return "failed";
+    if (answer.verdict == "unknown")
+        return is_outside ? "right" : "unknown";
+    if (answer.verdict == "adequate")
+        return is_truth({}, hidden) ? "right" : "silent";
+    if (!names_no_other(answer.certain, hidden))
+        return "wrong";
+    if (answer.verdict == "effect")
+        return is_truth(answer.certain, hidden) ? "right" : "partly";
+    return std::ranges::any_of(answer.candidates,
+                               [&](const auto& each) { return is_truth(each, hidden); })
+               ? "tie"
+               : "wrong";
+}
+
+void to_json(nlohmann::json& json, const NamedEffects& named) {
+    json = {{"family", named.family}, {"members", named.members}};
+}
+
+void from_json(const nlohmann::json& json, NamedEffects& named) {
+    json.at("family").get_to(named.family);
+    json.at("members").get_to(named.members);
+}
+
+} // namespace culm::bench
