@@ -68,7 +68,7 @@ std::vector<HiddenTruth> truth_of(const bench::DecisionCase& drawn) {
         fit::SelectedEffects others;
         for (const beam::HiddenEffect& other : drawn.hidden)
             if (other.name != hidden.name)
-                others.push_back({physics::effect_named(other.name), {}});
+                others.push_back(physics::parse_effect(other.name, {}));
         truth.push_back({hidden.name, over_noise_with(others, drawn.exact)});
     }
     const diagnose::Policy policy;

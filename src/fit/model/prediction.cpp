@@ -362,7 +362,7 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
 std::vector<ChainPrediction> predict_together(std::span<const StemModel> models,
                                               std::span<const double> times,
                                               const run::Heartbeat& heartbeat) {
-    if (!parts_to_compute(models.front()).empty())
+    if (!models.empty() && !parts_to_compute(models.front()).empty())
         return superposed_together(models, times, heartbeat);
     const double last_time = times.empty() ? 0.0 : times.back();
     std::vector<ChainPrediction> predictions;
