@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bench/decision_cases.hpp"
 
+#include "bench/misstated_inputs.hpp"
 #include "bench/reading_noise.hpp"
-#include "fit/solve/reading_errors.hpp"
 #include "tests/beam_generator/random_case.hpp"
 #include "tests/beam_generator/random_effect.hpp"
 #include "tests/beam_generator/recording.hpp"
@@ -13,7 +13,6 @@
 #include <stdexcept>
 #include <string_view>
 #include <utility>
-#include <variant>
 
 #include <fmt/core.h>
 
@@ -63,32 +62,6 @@ double error_of(const std::string& input, std::uint64_t seed, std::uint64_t numb
     return std::normal_distribution<double>()(dice);
 }
 
-measure::Measurement misstated(measure::Measurement measurement, std::uint64_t seed,
-                               std::uint64_t number) {
-    for (const fit::StatedInput& input : fit::stated_inputs(measurement)) {
-        const double error = input.standard_uncertainty * error_of(input.name, seed, number);
-        if (input.name == "length")
-            measurement.stem.length += error;
-        else if (input.name == "diameter")
-            std::get<measure::CircularSection>(measurement.stem.section).diameter += error;
-        else if (input.name == "density")
-            measurement.stem.density += error;
-        else if (input.name == "clamp height")
-            for (double& height : measurement.heights)
-                height += error;
-        else if (input.name == "scale") {
-            for (double& height : measurement.heights)
-                height *= 1.0 + error;
-            for (double& reading : measurement.deflections)
-                reading *= 1.0 + error;
-        } else if (input.name.starts_with("mass at"))
-            measurement.stem.added_masses.front().mass += error;
-    }
-    for (measure::AddedMass& mass : measurement.stem.added_masses)
-        mass.height = measurement.stem.length;
-    return measurement;
-}
-
 } // namespace
 
 std::vector<json> decision_keys(std::uint64_t seed, std::size_t count) {
@@ -126,7 +99,10 @@ DecisionCase decision_case(const json& key) {
         std::mt19937_64 dice = dice_for(seed, number, fmt::format("{} {}", kind, k));
         Noise(family == 0 ? "white" : std::string(noise_families[family - 1]), dice())
             .add(noise, measurement);
-        out.recordings.push_back(misstated(std::move(measurement), seed, number));
+        out.recordings.push_back(
+            misstated(std::move(measurement), [=](const fit::StatedInput& input) {
+                return error_of(input.name, seed, number);
+            }));
     }
     return out;
 }

@@ -10,10 +10,10 @@
 // inputs misstated). Recordings are those of the beam generator. Adds the cases to FILE, prints how
 // often each answer was given. The truth of a case follows from its number and family alone.
 #include "bench/diagnosis_summary.hpp"
+#include "bench/misstated_inputs.hpp"
 #include "bench/reading_noise.hpp"
 #include "bench/result_file.hpp"
 #include "diagnose/diagnosis.hpp"
-#include "fit/solve/reading_errors.hpp"
 #include "tests/beam_generator/random_case.hpp"
 
 #include <chrono>
@@ -40,32 +40,6 @@ double error_of(const std::string& input, std::uint64_t number) {
     seed.generate(&of_name, &of_name + 1);
     std::mt19937_64 dice(0xe4404000 + number + (std::uint64_t{of_name} << 32U));
     return std::normal_distribution<double>()(dice);
-}
-
-/// The measurement as a person writes it whose ruler, calipers, balance and camera err: each by a
-/// normal number times the uncertainty that culm takes for it. What the rig and the specimen share
-/// errs alike in all recordings.
-measure::Measurement misstated(measure::Measurement measurement, std::uint64_t number) {
-    for (const fit::StatedInput& input : fit::stated_inputs(measurement)) {
-        const double error = input.standard_uncertainty * error_of(input.name, number);
-        if (input.name == "length")
-            measurement.stem.length += error;
-        else if (input.name == "diameter")
-            std::get<measure::CircularSection>(measurement.stem.section).diameter += error;
-        else if (input.name == "density")
-            measurement.stem.density += error;
-        else if (input.name == "clamp height")
-            for (double& height : measurement.heights)
-                height += error;
-        else if (input.name == "scale") {
-            for (double& height : measurement.heights)
-                height *= 1.0 + error;
-            for (double& reading : measurement.deflections)
-                reading *= 1.0 + error;
-        } else if (input.name.starts_with("mass at"))
-            measurement.stem.added_masses.front().mass += error;
-    }
-    return measurement;
 }
 
 std::vector<measure::Measurement> recordings_of(const std::string& family, std::uint64_t number,
@@ -96,11 +70,11 @@ std::vector<measure::Measurement> recordings_of(const std::string& family, std::
         bench::Noise(family, 0x401500 + 2 * number + static_cast<std::uint64_t>(k))
             .add(noise, measurement);
         measurement.stem.spheres = spheres;
-        if (errs) {
-            measurement = misstated(measurement, number);
-            if (k == 1)
-                measurement.stem.added_masses.front().height = measurement.stem.length;
-        }
+        if (errs)
+            measurement =
+                bench::misstated(std::move(measurement), [=](const fit::StatedInput& input) {
+                    return error_of(input.name, number);
+                });
         recordings.push_back(std::move(measurement));
     }
     return recordings;

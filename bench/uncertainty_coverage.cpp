@@ -5,6 +5,7 @@
 //   bench_uncertainty_coverage FIRST COUNT FILE     adds cases to FILE, prints the shares of all
 //
 // The truth of case n follows from n alone.
+#include "bench/misstated_inputs.hpp"
 #include "bench/result_file.hpp"
 #include "calibrate/calibration.hpp"
 #include "core/error.hpp"
@@ -63,37 +64,14 @@ Truth truth_of(std::uint64_t number) {
     return truth;
 }
 
-/// The measurement as a person writes it whose ruler, calipers, balance and camera err: each by a
-/// normal number times the uncertainty that culm takes for it.
-measure::Measurement misstated(measure::Measurement measurement, std::uint64_t number) {
-    std::mt19937_64 dice(0xe4404000 + number);
-    std::normal_distribution<double> normal;
-    for (const fit::StatedInput& input : fit::stated_inputs(measurement)) {
-        const double error = input.standard_uncertainty * normal(dice);
-        if (input.name == "length")
-            measurement.stem.length += error;
-        else if (input.name == "diameter")
-            std::get<measure::CircularSection>(measurement.stem.section).diameter += error;
-        else if (input.name == "density")
-            measurement.stem.density += error;
-        else if (input.name == "clamp height")
-            for (double& height : measurement.heights)
-                height += error;
-        else if (input.name == "scale") {
-            for (double& height : measurement.heights)
-                height *= 1.0 + error;
-            for (double& reading : measurement.deflections)
-                reading *= 1.0 + error;
-        }
-    }
-    return measurement;
-}
-
 json case_of(std::uint64_t number) {
     const Truth truth = truth_of(number);
     measure::Measurement real = beam::record(truth.spec);
     real.stem.spheres = spheres;
-    measure::Measurement measurement = misstated(real, number);
+    std::mt19937_64 dice(0xe4404000 + number);
+    std::normal_distribution<double> normal;
+    measure::Measurement measurement =
+        bench::misstated(real, [&](const fit::StatedInput&) { return normal(dice); });
     json out{{"number", number}};
     calibrate::CalibrationOptions options;
     options.effects = physics::parse_effects(effects, {});

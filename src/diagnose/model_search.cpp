@@ -248,7 +248,8 @@ class Search {
     // --- Models with more effects
 
     void compute_columns() {
-        stacked_ = stacked_readings(base_fit_, baseline_.recordings);
+        stacked_ =
+            readings_to_compare(base_fit_, baseline_.recordings, options_.candidate.heartbeat);
         views_.clear();
         std::vector<double> costs;
         for (const physics::SelectedEffect& candidate : options_.candidates) {

@@ -29,6 +29,12 @@ constexpr std::size_t most_secants = 3;
 /// Absent, and up to the standard deviation of the prior: eight lanes.
 constexpr std::array tried_sizes{0.0, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0};
 
+/// With motion out of the plane computed by planar chains.
+fit::StemModel superposed(fit::StemModel model) {
+    model.is_superposed = true;
+    return model;
+}
+
 class ColumnsOfEffect {
   public:
     ColumnsOfEffect(const fit::Fit& base, const StackedReadings& stacked,
@@ -47,8 +53,8 @@ class ColumnsOfEffect {
         for (const fit::FreeParameter& parameter : models_[first_].parameters)
             if (parameter.access.id.effect == effect.effect->name())
                 own_.push_back(parameter);
-        is_planar_base_ = run::dimensions_of(base.parts[first_].model.spec) == 2;
-        is_seen_as_planar_ = is_planar_base_ && !fit::planar_models(models_[first_]).empty();
+        is_seen_as_planar_ = run::dimensions_of(base.parts[first_].model.spec) == 2 &&
+                             !fit::planar_models(models_[first_]).empty();
         belongs_to_recording_ = !own_.empty() && fit::belongs_to_recording(own_.front().access.id);
     }
 
@@ -56,7 +62,7 @@ class ColumnsOfEffect {
         EffectColumns out;
         if (own_.empty()) {
             EffectNode node;
-            node.columns.push_back({difference(read({models_}).front(), reading_of_base())});
+            node.columns.push_back({difference(read({models_}).front(), stacked_.predicted)});
             node.columns.back().is_certain = true;
             out.nodes.push_back(std::move(node));
             return out;
@@ -84,7 +90,7 @@ class ColumnsOfEffect {
     [[nodiscard]] SizedEffects at_sizes() {
         SizedEffects out;
         if (own_.empty()) {
-            out.sizes.push_back({1.0, 1.0, 1.0, read({models_}).front() - reading_of_base()});
+            out.sizes.push_back({1.0, 1.0, 1.0, read({models_}).front() - stacked_.predicted});
             return out;
         }
         const std::optional<Group> usual = secant_to(node_at(models_[first_]));
@@ -120,24 +126,6 @@ class ColumnsOfEffect {
     }
 
   private:
-    [[nodiscard]] static fit::StemModel superposed(fit::StemModel model) {
-        model.is_superposed = true;
-        return model;
-    }
-
-    /// Computed as the runs that are compared with it.
-    [[nodiscard]] const Eigen::VectorXd& reading_of_base() const {
-        if (is_planar_base_)
-            return stacked_.predicted;
-        if (reading_of_base_.size() == 0) {
-            fit::StartModels models;
-            for (const fit::RecordingFit& part : base_.parts)
-                models.push_back(superposed(part.model));
-            reading_of_base_ = read({models}).front();
-        }
-        return reading_of_base_;
-    }
-
     [[nodiscard]] EffectNode node_at(const fit::StemModel& start) const {
         EffectNode node;
         for (const fit::FreeParameter& parameter : own_)
@@ -216,10 +204,9 @@ class ColumnsOfEffect {
         try {
             std::vector<Eigen::VectorXd> readings = read(runs);
             auto next = readings.begin();
-            for (Group& group : groups) {
+            for (Group& group : groups)
                 for (std::size_t k = 0; k < group.runs.size(); ++k)
                     group.readings.push_back(std::move(*next++));
-            }
             return true;
         } catch (const core::NumericalError& error) {
             failure_ = error.what();
@@ -285,7 +272,7 @@ class ColumnsOfEffect {
         EffectNode node = std::move(group.node);
         const Eigen::VectorXd& here = group.readings.front();
         if (group.secant != 0.0) {
-            EffectColumn column{difference(here, reading_of_base(), 1.0 / group.secant)};
+            EffectColumn column{difference(here, stacked_.predicted, 1.0 / group.secant)};
             column.parameter = group.sizes.front();
             column.is_one_sided = group.priors.front().is_one_sided;
             column.secant = group.secant;
@@ -293,7 +280,7 @@ class ColumnsOfEffect {
             return node;
         }
         if (std::abs(node.modulus_ratio - 1.0) > least_offset) {
-            EffectColumn column{difference(here, reading_of_base())};
+            EffectColumn column{difference(here, stacked_.predicted)};
             column.is_one_sided = true;
             node.columns.push_back(std::move(column));
         }
@@ -343,9 +330,7 @@ class ColumnsOfEffect {
     const physics::SelectedEffect& effect_;
     std::span<const fit::ObservedRecording> recordings_;
     const fit::FitOptions& options_;
-    bool is_planar_base_ = true;
     bool is_seen_as_planar_ = false; ///< the effect, which leaves the plane
-    mutable Eigen::VectorXd reading_of_base_;
     fit::StartModels models_;
     std::size_t first_ = 0;
     std::vector<fit::FreeParameter> own_;
@@ -354,6 +339,21 @@ class ColumnsOfEffect {
 };
 
 } // namespace
+
+StackedReadings readings_to_compare(const fit::Fit& base,
+                                    std::span<const fit::ObservedRecording> recordings,
+                                    const run::Heartbeat& heartbeat) {
+    StackedReadings stacked = stacked_readings(base, recordings);
+    if (run::dimensions_of(base.parts.front().model.spec) == 2)
+        return stacked;
+    std::vector<fit::ChainPrediction> predictions;
+    for (const fit::RecordingFit& part : base.parts)
+        predictions.push_back(std::move(
+            fit::predict_together(std::vector{superposed(part.model)}, part.times, heartbeat)
+                .front()));
+    stacked.predicted = stacked_predictions(predictions, stacked, base);
+    return stacked;
+}
 
 SizedEffects effect_at_sizes(const fit::Fit& base, const StackedReadings& stacked,
                              const physics::SelectedEffect& effect,

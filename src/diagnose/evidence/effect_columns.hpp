@@ -58,9 +58,15 @@ struct CandidateView {
     EffectColumns columns;
 };
 
+/// stacked_readings() of the fit. If it leaves the plane, `predicted` is computed by planar chains,
+/// as the runs that are compared with it. Throws core::NumericalError.
+[[nodiscard]] StackedReadings
+readings_to_compare(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
+                    const run::Heartbeat& heartbeat);
+
 /// For every point of the effect's grid: derivatives by its sizes where it is absent, and, where a
 /// first derivative may say little (a soft clamp, an elliptic section, a slow release), secants to
-/// its usual sizes with the first mode kept. `stacked`: stacked_readings(base).
+/// its usual sizes with the first mode kept. `stacked`: readings_to_compare(base).
 [[nodiscard]] EffectColumns effect_columns(const fit::Fit& base, const StackedReadings& stacked,
                                            const physics::SelectedEffect& effect,
                                            std::span<const fit::ObservedRecording> recordings,
