@@ -64,7 +64,7 @@ void add_log_evidence(Ladder& ladder, std::span<const fit::ObservedRecording> re
     const NoiseScale noise = noise_scale_of(*best);
     for (std::size_t k = 0; k < ladder.models.size(); ++k)
         ladder.models[k].log_evidence =
-            evidence[k].misfits.empty() || evidence[k].has_absent_effect
+            evidence[k].misfits.empty() || !evidence[k].absent_effects.empty()
                 ? -std::numeric_limits<double>::infinity()
                 : log_evidence(evidence[k], noise) - log_evidence(evidence.front(), noise);
 }

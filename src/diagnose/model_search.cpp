@@ -31,6 +31,16 @@ constexpr double disappointing = 10.0;
 constexpr double hopeless = 40.0;
 constexpr int most_noise_estimates = 2;
 
+/// The numbers of the fit, without those of the effects `names`.
+fit::Fit without(fit::Fit fit, const std::vector<std::string>& names) {
+    const auto is_one = [&](const std::string& name) {
+        return std::ranges::find(names, name) != names.end();
+    };
+    std::erase_if(fit.effects, [&](const auto& each) { return is_one(each.effect->name()); });
+    std::erase_if(fit.parameters, [&](const auto& each) { return is_one(each.id.effect); });
+    return fit;
+}
+
 struct Prediction {
     fit::SelectedEffects effects;
     double log_evidence = 0.0;
@@ -97,7 +107,7 @@ class Search {
     }
 
     [[nodiscard]] static bool is_eligible(const VisitedModel& model) {
-        return !model.fit.failed() && !model.evidence.has_absent_effect;
+        return !model.fit.failed() && model.evidence.absent_effects.empty();
     }
 
     [[nodiscard]] std::size_t best() const {
@@ -116,7 +126,9 @@ class Search {
             if (const std::size_t now = best(); now != base_)
                 set_base(now, fit::restored(visited_[now].fit, baseline_.recordings,
                                             options_.candidate));
-            std::vector<PlannedModel> planned = disappointing_models();
+            std::vector<PlannedModel> planned = models_found_by_larger_ones();
+            if (planned.empty())
+                planned = disappointing_models();
             if (planned.empty())
                 planned = smaller_models();
             if (planned.empty()) {
@@ -125,8 +137,10 @@ class Search {
             }
             if (planned.empty())
                 planned = special_case();
-            // What is not expected to be the best model is judged by the noise about that one.
-            if (!is_better_expected(planned) && estimate_noise_again())
+            // What is not expected to be the best model is judged by the noise about that one. So
+            // is what would explain a residual that is noise already.
+            if ((!is_better_expected(planned) || is_at_noise(visited_[base_].fit)) &&
+                estimate_noise_again())
                 continue;
             if (planned.empty())
                 return;
@@ -148,6 +162,27 @@ class Search {
     }
 
     // --- Models that may have ended in a wrong minimum
+
+    /// A model whose fit ended where some of its effects are absent is a fit of the model without
+    /// these. It is their start where their own fit ended far below or was not made.
+    [[nodiscard]] std::vector<PlannedModel> models_found_by_larger_ones() {
+        std::vector<PlannedModel> planned;
+        for (const VisitedModel& larger : visited_) {
+            if (larger.evidence.absent_effects.empty() || larger.fit.failed())
+                continue;
+            const fit::Fit smaller = without(larger.fit, larger.evidence.absent_effects);
+            const ModelKey key = key_of(smaller.effects);
+            const double expected = log_evidence(larger.evidence, noise_);
+            const bool is_near = std::ranges::any_of(visited_, [&](const VisitedModel& each) {
+                return key_of(each.fit.effects) == key && reached(each) > expected - disappointing;
+            });
+            if (!is_near && expected > least_wanted() && inherited_.insert(key).second)
+                planned.push_back(
+                    {smaller.effects, expected,
+                     fit::models_of(smaller, baseline_.recordings, options_.candidate)});
+        }
+        return planned;
+    }
 
     /// Those far below their prediction, if that is still near the best.
     [[nodiscard]] std::vector<PlannedModel> disappointing_models() {
@@ -190,8 +225,13 @@ class Search {
         const fit::SelectedEffects& effects = visited_[base_].fit.effects;
         std::vector<PlannedModel> planned;
         const auto plan = [&](fit::SelectedEffects smaller) {
-            if (!is_visited(smaller))
-                planned.push_back({std::move(smaller), not_predicted, {}});
+            if (is_visited(smaller))
+                return;
+            fit::Fit start = visited_[base_].fit;
+            start.effects = smaller;
+            const double expected = predicted(smaller);
+            planned.push_back({std::move(smaller), expected,
+                               fit::models_of(start, baseline_.recordings, options_.candidate)});
         };
         for (std::size_t k = options_.known.size(); k < effects.size(); ++k) {
             if (effects.size() > options_.known.size() + 1) {
@@ -209,6 +249,11 @@ class Search {
                 }
         }
         return planned;
+    }
+
+    [[nodiscard]] double predicted(const fit::SelectedEffects& effects) const {
+        const auto found = predictions_.find(key_of(effects));
+        return found == predictions_.end() ? not_predicted : found->second.log_evidence;
     }
 
     /// Is the effect absent from the recording, as far as its size there says?
@@ -413,13 +458,17 @@ class Search {
             if (k == base_ || visited_[k].log_evidence > least_wanted() - hopeless)
                 likely.push_back(visited_[k]);
         const double before = visited_.front().log_evidence;
+        const double chi_squared = baseline_.fit.chi_squared;
         baseline_ = *std::move(again);
         repeated_.clear();
+        inherited_.clear();
         visit_first();
-        // About the chain they change with the noise as the chain itself does, nearly.
+        // What was predicted about the chain falls in χ² as the chain itself does, nearly.
+        const double ratio = baseline_.fit.chi_squared / chi_squared;
         std::erase_if(predictions_, [](const auto& entry) { return entry.second.base != 0; });
         for (auto& [key, prediction] : predictions_)
-            prediction.log_evidence += visited_.front().log_evidence - before;
+            prediction.log_evidence =
+                visited_.front().log_evidence + ratio * (prediction.log_evidence - before);
         std::vector<PlannedModel> planned;
         for (const VisitedModel& model : likely)
             if (!model.fit.failed())
@@ -472,7 +521,8 @@ class Search {
     fit::BaselineFit baseline_;
     std::vector<VisitedModel> visited_;
     std::map<ModelKey, Prediction> predictions_;
-    std::set<ModelKey> repeated_; ///< from all starts
+    std::set<ModelKey> repeated_;  ///< from all starts
+    std::set<ModelKey> inherited_; ///< from a larger model
     NoiseScale noise_;
     std::size_t base_ = 0; ///< the model about which everything is predicted
     fit::Fit base_fit_;

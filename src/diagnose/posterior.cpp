@@ -209,7 +209,7 @@ class Probabilities {
             return;
         }
         model.log_evidence = log_evidence(visited.evidence, search_.noise) - best_;
-        if (visited.evidence.has_absent_effect)
+        if (!visited.evidence.absent_effects.empty())
             return; // it is a smaller model
         model.probability =
             is_rival(visited) ? 1.0 : std::exp(model.log_evidence / policy_.temperature);

@@ -92,11 +92,12 @@ bool is_at_absence(const fit::FittedParameter& parameter) {
     return std::abs(parameter.value - absent) < std::abs(parameter.value - far);
 }
 
-/// Has every size of one of the effects ended at its absence?
-bool has_absent_effect(const fit::Fit& fit, const fit::SelectedEffects& known) {
-    return std::ranges::any_of(fit.effects, [&](const physics::SelectedEffect& selected) {
+/// Names of the effects of which every size ended at its absence.
+std::vector<std::string> absent_effects(const fit::Fit& fit, const fit::SelectedEffects& known) {
+    std::vector<std::string> absent;
+    for (const physics::SelectedEffect& selected : fit.effects) {
         if (fit::contains(known, selected))
-            return false;
+            continue;
         bool has_size = false;
         bool is_there = false;
         for (const fit::FittedParameter& parameter : fit.parameters) {
@@ -105,8 +106,10 @@ bool has_absent_effect(const fit::Fit& fit, const fit::SelectedEffects& known) {
             has_size = true;
             is_there = is_there || !is_at_absence(parameter);
         }
-        return has_size && !is_there;
-    });
+        if (has_size && !is_there)
+            absent.emplace_back(selected.effect->name());
+    }
+    return absent;
 }
 
 } // namespace
@@ -229,7 +232,7 @@ ModelEvidence evidence_of(const fit::Fit& fit, std::span<const fit::ObservedReco
         out.effects += fit::contains(known, effect) ? 0 : 1;
     if (out.effects == 0)
         return out;
-    out.has_absent_effect = has_absent_effect(fit, known);
+    out.absent_effects = absent_effects(fit, known);
     const fit::StartModels models = fit::start_from(fit);
     const fit::JointLayout layout =
         fit::joint_layout(models, recordings, fit::belongs_to_recording);

@@ -6,6 +6,7 @@
 #include "fit/solve/fit.hpp"
 
 #include <span>
+#include <string>
 #include <vector>
 
 namespace culm::diagnose {
@@ -44,16 +45,15 @@ struct ModelEvidence {
     double log_prior = 0.0;      ///< log density of these at the fit, for all effects
     /// (d · d) Hessian of ½ χ² by these numbers with all others eliminated.
     std::vector<double> information;
-    std::vector<double> prior_precision; ///< (d)
-    std::size_t effects = 0;             ///< that may or may not act
-    bool has_absent_effect = false;      ///< one of them ended where it is absent
+    std::vector<double> prior_precision;     ///< (d)
+    std::size_t effects = 0;                 ///< that may or may not act
+    std::vector<std::string> absent_effects; ///< those of them that ended where they are absent
 };
 
 template <class Wire>
 void fields(Wire& wire, ModelEvidence& evidence) {
     wire(evidence.misfits, evidence.squared_pulls, evidence.numbers, evidence.log_prior,
-         evidence.information, evidence.prior_precision, evidence.effects,
-         evidence.has_absent_effect);
+         evidence.information, evidence.prior_precision, evidence.effects, evidence.absent_effects);
 }
 
 /// Variance of the noise over what the fits assume, for each recording.
