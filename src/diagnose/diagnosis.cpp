@@ -114,6 +114,10 @@ class Answer {
         added.stated = is_best ? search_.stated_best
                                : fit::as_stated(added.fit, search_.stated_baseline,
                                                 search_.recordings, options_.candidate);
+        if (!added.stated.failed() && !absent_effects(added.stated, options_.known).empty()) {
+            added.stated = added.fit;
+            added.has_free_inputs = true;
+        }
         const SetVerdict verdict = verdict_on(added.fit, search_.recordings, policy_);
         added.finding = verdict.finding;
         added.p_value = verdict.p_value;

@@ -33,6 +33,7 @@ enum class Conclusion {
 struct SearchedModel {
     fit::Fit fit;    ///< with the error terms of the readings: it is tested and compared
     fit::Fit stated; ///< with every input as stated: its numbers and residuals are shown
+    bool has_free_inputs = false; ///< stated inputs contradict its effects: `stated` is `fit`
     Finding finding = Finding::Undecided;
     double p_value = 1.0;      ///< smallest adjusted one of the tests for lack of fit
     std::string tests;         ///< which of them object

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <ranges>
 #include <set>
 #include <utility>
 
@@ -27,26 +28,11 @@ constexpr double close_share = 0.9;
 constexpr std::size_t most_visited = 40;
 /// Log evidence below its prediction from which a fit may have ended in a wrong minimum.
 constexpr double disappointing = 10.0;
-/// Log evidence below what is wanted from which a model is not fitted again with another noise.
-constexpr double hopeless = 40.0;
 constexpr int most_noise_estimates = 2;
 
-/// The numbers of the fit, without those of the effects `names`.
-fit::Fit without(fit::Fit fit, const std::vector<std::string>& names) {
-    const auto is_one = [&](const std::string& name) {
-        return std::ranges::find(names, name) != names.end();
-    };
-    std::erase_if(fit.effects, [&](const auto& each) { return is_one(each.effect->name()); });
-    std::erase_if(fit.parameters, [&](const auto& each) { return is_one(each.id.effect); });
-    return fit;
-}
-
-struct Prediction {
-    fit::SelectedEffects effects;
-    double log_evidence = 0.0;
+struct Prediction : UnvisitedModel {
     std::vector<std::size_t> candidates; ///< added to the model about which it was made
     PredictedGain gain;
-    std::size_t base = 0; ///< that model, among the visited ones
 };
 
 class Search {
@@ -89,41 +75,38 @@ class Search {
     }
 
     void add_visited(FittedModel model, double predicted = not_predicted) {
-        const ModelKey key = key_of(model.fit.effects);
-        const auto known = std::ranges::find_if(
-            visited_, [&](const VisitedModel& each) { return key_of(each.fit.effects) == key; });
-        if (known != visited_.end() &&
-            !(!model.fit.failed() &&
-              (known->fit.failed() || fit::deviance(model.fit) < fit::deviance(known->fit))))
+        const auto known = visited(model.fit.effects);
+        const bool is_new = known == visited_.end();
+        if (!is_new &&
+            (model.fit.failed() ||
+             (!known->fit.failed() && fit::deviance(model.fit) >= fit::deviance(known->fit))))
             return;
-        VisitedModel& added = known != visited_.end() ? *known : visited_.emplace_back();
+        VisitedModel& added = is_new ? visited_.emplace_back() : *known;
         added.fit = std::move(model.fit);
         added.evidence = std::move(model.evidence);
         added.predicted = predicted;
         if (visited_.size() == 1)
             noise_ = noise_as_assumed(added.fit);
-        added.log_evidence = is_eligible(added) ? log_evidence(added.evidence, noise_)
-                                                : -std::numeric_limits<double>::infinity();
+        const bool is_eligible = !added.fit.failed() && added.evidence.absent_effects.empty();
+        added.log_evidence = is_eligible ? log_evidence(added.evidence, noise_)
+                                         : -std::numeric_limits<double>::infinity();
     }
 
-    [[nodiscard]] static bool is_eligible(const VisitedModel& model) {
-        return !model.fit.failed() && model.evidence.absent_effects.empty();
+    [[nodiscard]] std::vector<VisitedModel>::iterator visited(const fit::SelectedEffects& effects) {
+        return std::ranges::find(visited_, key_of(effects),
+                                 [](const VisitedModel& each) { return key_of(each.fit.effects); });
     }
 
-    [[nodiscard]] std::size_t best() const {
-        return static_cast<std::size_t>(
-            std::ranges::max_element(visited_, {}, &VisitedModel::log_evidence) - visited_.begin());
-    }
-
-    [[nodiscard]] bool is_visited(const fit::SelectedEffects& effects) const {
-        const ModelKey key = key_of(effects);
-        return std::ranges::any_of(
-            visited_, [&](const auto& each) { return key_of(each.fit.effects) == key; });
+    [[nodiscard]] bool is_visited(const fit::SelectedEffects& effects) {
+        return visited(effects) != visited_.end();
     }
 
     void explore() {
         while (visited_.size() < most_visited) {
-            if (const std::size_t now = best(); now != base_)
+            const auto likeliest =
+                std::ranges::max_element(visited_, {}, &VisitedModel::log_evidence);
+            if (const auto now = static_cast<std::size_t>(likeliest - visited_.begin());
+                now != base_)
                 set_base(now, fit::restored(visited_[now].fit, baseline_.recordings,
                                             options_.candidate));
             std::vector<PlannedModel> planned = models_found_by_larger_ones();
@@ -135,8 +118,6 @@ class Search {
                 predict();
                 planned = likeliest_unvisited();
             }
-            if (planned.empty())
-                planned = special_case();
             // What is not expected to be the best model is judged by the noise about that one. So
             // is what would explain a residual that is noise already.
             if ((!is_better_expected(planned) || is_at_noise(visited_[base_].fit)) &&
@@ -158,7 +139,6 @@ class Search {
         base_ = place;
         base_fit_ = std::move(fit);
         linear_.reset();
-        stated_best_.reset();
     }
 
     // --- Models that may have ended in a wrong minimum
@@ -171,12 +151,11 @@ class Search {
             if (larger.evidence.absent_effects.empty() || larger.fit.failed())
                 continue;
             const fit::Fit smaller = without(larger.fit, larger.evidence.absent_effects);
-            const ModelKey key = key_of(smaller.effects);
-            const double expected = log_evidence(larger.evidence, noise_);
-            const bool is_near = std::ranges::any_of(visited_, [&](const VisitedModel& each) {
-                return key_of(each.fit.effects) == key && reached(each) > expected - disappointing;
-            });
-            if (!is_near && expected > least_wanted() && inherited_.insert(key).second)
+            const double expected = reached(larger);
+            const auto own = visited(smaller.effects);
+            const bool is_near = own != visited_.end() && reached(*own) > expected - disappointing;
+            if (!is_near && expected > least_wanted(smaller.effects) &&
+                repeated_.insert(key_of(smaller.effects)).second)
                 planned.push_back(
                     {smaller.effects, expected,
                      fit::models_of(smaller, baseline_.recordings, options_.candidate)});
@@ -187,10 +166,10 @@ class Search {
     /// Those far below their prediction, if that is still near the best.
     [[nodiscard]] std::vector<PlannedModel> disappointing_models() {
         std::vector<PlannedModel> planned;
-        const double least = least_wanted();
         for (const VisitedModel& model : visited_)
-            if (model.predicted > least && reached(model) < model.predicted - disappointing &&
-                !is_at_noise(model.fit) && repeated_.insert(key_of(model.fit.effects)).second)
+            if (model.predicted > least_wanted(model.fit.effects) &&
+                reached(model) < model.predicted - disappointing && !is_at_noise(model.fit) &&
+                repeated_.insert(key_of(model.fit.effects)).second)
                 planned.push_back({model.fit.effects, model.predicted, {}});
         return planned;
     }
@@ -201,93 +180,72 @@ class Search {
     }
 
     /// Log evidence from which a model is worth a fit. What the best model lacks is noise to all;
-    /// where that is structure, models that explain nearly as much are rivals.
-    [[nodiscard]] double least_wanted() const {
-        const double best = visited_[base_].log_evidence;
-        const double rivals =
-            is_at_noise(visited_[base_].fit)
-                ? 0.0
-                : (1.0 - close_share) * std::max(0.0, best - visited_.front().log_evidence);
-        return best - rivals -
-               policy_.unvisited_margin * noise_scale_of(visited_[base_].fit).mean_known();
-    }
-
-    /// Within three standard deviations of χ² for noise alone.
-    [[nodiscard]] static bool is_at_noise(const fit::Fit& fit) {
-        const auto readings = static_cast<double>(fit.readings);
-        return fit.is_noise_known_everywhere() && !fit.failed() &&
-               fit.chi_squared < readings + 3.0 * std::sqrt(2.0 * readings);
+    /// where that is structure, models that explain nearly as much are rivals. A model with all
+    /// effects of the best one is none: what it adds has to be worth it by itself.
+    [[nodiscard]] double least_wanted(const fit::SelectedEffects& effects) const {
+        const VisitedModel& best = visited_[base_];
+        // Far from every model that was fitted no rival of the best one is an answer.
+        if (is_rough() &&
+            best.fit.chi_squared > policy_.unexplained_share * visited_.front().fit.chi_squared)
+            return best.log_evidence;
+        if (!best.fit.effects.empty() && contains_all(effects, best.fit.effects))
+            return best.log_evidence - policy_.unvisited_margin;
+        const double gain = std::max(0.0, best.log_evidence - visited_.front().log_evidence);
+        return best.log_evidence - (is_at_noise(best.fit) ? 0.0 : (1.0 - close_share) * gain) -
+               policy_.unvisited_margin * noise_scale_of(best.fit).mean_known();
     }
 
     // --- Models with one effect less
 
-    [[nodiscard]] std::vector<PlannedModel> smaller_models() const {
+    [[nodiscard]] std::vector<PlannedModel> smaller_models() {
         const fit::SelectedEffects& effects = visited_[base_].fit.effects;
         std::vector<PlannedModel> planned;
-        const auto plan = [&](fit::SelectedEffects smaller) {
-            if (is_visited(smaller))
-                return;
-            fit::Fit start = visited_[base_].fit;
-            start.effects = smaller;
-            const double expected = predicted(smaller);
-            planned.push_back({std::move(smaller), expected,
-                               fit::models_of(start, baseline_.recordings, options_.candidate)});
+        const auto plan = [&](const fit::SelectedEffects& smaller) {
+            if (!is_visited(smaller))
+                planned.push_back(plan_for(smaller));
         };
         for (std::size_t k = options_.known.size(); k < effects.size(); ++k) {
             if (effects.size() > options_.known.size() + 1) {
                 fit::SelectedEffects smaller = effects;
                 smaller.erase(smaller.begin() + static_cast<std::ptrdiff_t>(k));
-                plan(std::move(smaller));
+                plan(smaller);
             }
+            // A general law may turn out to be a special one.
+            const std::string law = special_case_of(*effects[k].effect, visited_[base_].fit);
+            for (const physics::SelectedEffect& special : options_.candidates)
+                if (special.effect->name() == law && law != effects[k].effect->name()) {
+                    fit::SelectedEffects replaced = effects;
+                    replaced[k] = {special.effect, special.fixed, effects[k].absent_from};
+                    plan(replaced);
+                }
             // What belongs to a recording (a mass at its tip) need not be in all of them.
             for (const measure::Measurement& recording : baseline_.recordings)
-                if (may_leave(effects[k], recording.stem.id)) {
+                if (may_be_absent(visited_[base_].fit, k, recording.stem.id)) {
                     fit::SelectedEffects smaller = effects;
                     smaller[k].absent_from.push_back(recording.stem.id);
                     std::ranges::sort(smaller[k].absent_from);
-                    plan(std::move(smaller));
+                    plan(smaller);
                 }
         }
         return planned;
     }
 
-    [[nodiscard]] double predicted(const fit::SelectedEffects& effects) const {
-        const auto found = predictions_.find(key_of(effects));
-        return found == predictions_.end() ? not_predicted : found->second.log_evidence;
-    }
-
-    /// Is the effect absent from the recording, as far as its size there says?
-    [[nodiscard]] bool may_leave(const physics::SelectedEffect& effect,
-                                 const std::string& recording) const {
-        if (!fit::belongs_to_recording({effect.effect->name(), {}, {}}) ||
-            effect.absent_from.size() + 1 >= baseline_.recordings.size())
-            return false;
-        return std::ranges::any_of(
-            visited_[base_].fit.parameters, [&](const fit::FittedParameter& parameter) {
-                return parameter.id.effect == effect.effect->name() &&
-                       parameter.id.recording == recording && !parameter.is_place &&
-                       (is_absent(parameter) || parameter.is_at_bound);
-            });
-    }
-
-    /// The best model with the law that a general one turned out to be.
-    [[nodiscard]] std::vector<PlannedModel> special_case() const {
-        fit::SelectedEffects effects = visited_[base_].fit.effects;
-        for (physics::SelectedEffect& selected : effects) {
-            const std::string name = special_case_of(*selected.effect, visited_[base_].fit);
-            const auto found =
-                std::ranges::find_if(options_.candidates, [&](const auto& candidate) {
-                    return candidate.effect->name() == name;
-                });
-            if (found == options_.candidates.end() || found->effect == selected.effect)
-                continue;
-            const std::vector<std::string> absent_from = selected.absent_from;
-            selected = *found;
-            selected.absent_from = absent_from;
+    /// From where its fit with another noise ended, or from where the linear estimate leads; from
+    /// all starts if that was made about another model.
+    [[nodiscard]] PlannedModel plan_for(const fit::SelectedEffects& effects) const {
+        const ModelKey key = key_of(effects);
+        PlannedModel plan{effects, not_predicted, {}};
+        if (const auto found = predictions_.find(key); found != predictions_.end()) {
+            const Prediction& prediction = found->second;
+            plan.predicted = prediction.log_evidence;
+            if (prediction.base == base_ && linear_)
+                plan.start = start_at_estimate(base_fit_, baseline_.recordings, views_, *linear_,
+                                               prediction.candidates, prediction.gain);
         }
-        if (is_visited(effects))
-            return {};
-        return {{std::move(effects), not_predicted, {}}};
+        for (const VisitedModel& before : visited_before_)
+            if (key_of(before.fit.effects) == key && !before.fit.failed())
+                plan.start = fit::models_of(before.fit, baseline_.recordings, options_.candidate);
+        return plan;
     }
 
     // --- Models with more effects
@@ -313,12 +271,18 @@ class Search {
                                       baseline_.recordings,
                                       with_heartbeat(options_.candidate, heartbeat));
             });
-        for (std::size_t k = 0; k < views_.size(); ++k) {
-            EffectColumns lost;
-            lost.failure = "the rank that computed it was lost";
-            views_[k].columns = std::move(answers[k]).value_or(std::move(lost));
-        }
+        for (std::size_t k = 0; k < views_.size(); ++k)
+            views_[k].columns =
+                std::move(answers[k])
+                    .value_or(EffectColumns{"the rank that computed it was lost", {}});
         linear_.emplace(stacked_, views_);
+    }
+
+    /// Does the best model miss by so much that its residual is no noise, and that predictions
+    /// about it are rough?
+    [[nodiscard]] bool is_rough() const {
+        const auto readings = static_cast<double>(std::max<std::size_t>(base_fit_.readings, 1));
+        return base_fit_.chi_squared > policy_.rough_misfit * readings;
     }
 
     void predict() {
@@ -331,11 +295,8 @@ class Search {
         });
         const double here = visited_[base_].log_evidence;
         const std::size_t added = base_fit_.effects.size() - options_.known.size();
-        const bool is_rough = base_fit_.chi_squared >
-                              policy_.rough_misfit *
-                                  static_cast<double>(std::max<std::size_t>(base_fit_.readings, 1));
         std::size_t room = options_.most_effects > added ? options_.most_effects - added : 0;
-        if (is_rough)
+        if (is_rough())
             room = std::min<std::size_t>(room, 1);
         std::vector<std::size_t> set;
         predict_sets(here, room, 0, set);
@@ -349,20 +310,24 @@ class Search {
             if (!views_[k].columns.failure.empty())
                 continue;
             set.push_back(k);
-            fit::SelectedEffects effects = base_fit_.effects;
-            for (const std::size_t each : set)
-                effects.push_back(views_[each].effect);
-            if (can_be_combined(effects)) {
+            UnvisitedModel model{base_fit_.effects, here, base_, {}, {}};
+            for (const std::size_t each : set) {
+                model.effects.push_back(views_[each].effect);
+                model.added.push_back(views_[each].effect.effect->name());
+            }
+            if (can_be_combined(model.effects)) {
                 PredictedGain gain = linear_->gain(set);
-                Prediction& entry = predictions_[key_of(effects)];
-                entry = {std::move(effects), here + gain.log_evidence, set, std::move(gain), base_};
+                model.log_evidence += gain.log_evidence;
+                model.falls = gain.falls;
+                Prediction& entry = predictions_[key_of(model.effects)];
+                entry = {std::move(model), set, std::move(gain)};
                 predict_sets(here, room, k + 1, set);
             }
             set.pop_back();
         }
     }
 
-    /// Those within the margin of the best visited model. A candidate of which no run could be
+    /// Those that may be as likely as the best visited model. A candidate of which no run could be
     /// computed has to be fitted to be judged.
     [[nodiscard]] std::vector<PlannedModel> likeliest_unvisited() {
         std::vector<PlannedModel> planned;
@@ -373,41 +338,55 @@ class Search {
                 if (!is_visited(effects))
                     planned.push_back({std::move(effects), not_predicted, {}});
             }
-        const double least = least_wanted();
         std::vector<const Prediction*> likely;
         for (const auto& [key, prediction] : predictions_)
-            if (prediction.log_evidence > least && !is_visited(prediction.effects))
+            if (prediction.log_evidence > least_wanted(prediction.effects) &&
+                !is_visited(prediction.effects))
                 likely.push_back(&prediction);
         std::ranges::stable_sort(likely, std::greater{},
                                  [](const Prediction* each) { return each->log_evidence; });
-        for (std::size_t k = 0; k < std::min(models_per_round, likely.size()); ++k)
-            if (k == 0 || is_close(*likely[k], *likely.front()))
-                planned.push_back(
-                    {likely[k]->effects, likely[k]->log_evidence, start_of(*likely[k])});
+        const double here = visited_[base_].log_evidence;
+        for (const Prediction* each : likely | std::views::take(models_per_round)) {
+            const fit::SelectedEffects& next = first_to_fit(*each).effects;
+            const bool is_close =
+                each->log_evidence - here >
+                close_share * (likely.front()->log_evidence - here) - policy_.unvisited_margin;
+            if (planned.empty() || (is_close && key_of(planned.front().effects) != key_of(next)))
+                planned.push_back(plan_for(next));
+        }
         return planned;
     }
 
-    /// Does a prediction promise nearly as much as the best one?
-    [[nodiscard]] bool is_close(const Prediction& one, const Prediction& best) const {
-        const double here = visited_[base_].log_evidence;
-        return one.log_evidence - here > close_share * (best.log_evidence - here) ||
-               one.log_evidence > best.log_evidence - policy_.unvisited_margin;
-    }
-
-    /// The models that the linear estimate leads to; none if it was made about another model.
-    [[nodiscard]] std::optional<fit::StartModels> start_of(const Prediction& prediction) const {
-        if (prediction.base != base_ || !linear_)
-            return std::nullopt;
-        return start_at_estimate(base_fit_, baseline_.recordings, views_, *linear_,
-                                 prediction.candidates, prediction.gain);
+    /// The model itself, if one with one effect less was fitted; else the likeliest of these. A fit
+    /// that adds several effects at once from a linear estimate may follow a wrong valley.
+    [[nodiscard]] const Prediction& first_to_fit(const Prediction& model) {
+        const Prediction* likeliest = nullptr;
+        for (const std::string& name : model.added) {
+            fit::SelectedEffects part = model.effects;
+            std::erase_if(part, [&](const auto& each) { return each.effect->name() == name; });
+            if (is_visited(part))
+                return model;
+            const auto found = predictions_.find(key_of(part));
+            if (found != predictions_.end() &&
+                (likeliest == nullptr || found->second.log_evidence > likeliest->log_evidence))
+                likeliest = &found->second;
+        }
+        return likeliest == nullptr ? model : first_to_fit(*likeliest);
     }
 
     // --- Fits
 
-    [[nodiscard]] const fit::Fit& largest_within(const fit::SelectedEffects& effects) const {
-        const bool is_within = std::ranges::all_of(
-            base_fit_.effects, [&](const auto& each) { return fit::contains(effects, each); });
-        return is_within ? base_fit_ : baseline_.fit;
+    /// The likeliest model that was fitted and has some of the effects.
+    [[nodiscard]] fit::Fit likeliest_within(const fit::SelectedEffects& effects) const {
+        const VisitedModel* likeliest = &visited_.front();
+        for (const VisitedModel& each : visited_)
+            if (each.fit.effects.size() < effects.size() &&
+                each.log_evidence > likeliest->log_evidence &&
+                contains_all(effects, each.fit.effects))
+                likeliest = &each;
+        return likeliest == &visited_.front() && options_.known.empty()
+                   ? baseline_.fit
+                   : fit::restored(likeliest->fit, baseline_.recordings, options_.candidate);
     }
 
     void visit(const std::vector<PlannedModel>& planned) {
@@ -421,7 +400,7 @@ class Search {
         report(fmt::format("fitting {}", fmt::join(names, "; ")));
         std::vector<std::optional<FittedModel>> answers =
             options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
-                return fit_planned(planned[item], largest_within(planned[item].effects),
+                return fit_planned(planned[item], likeliest_within(planned[item].effects),
                                    baseline_.recordings, options_.known,
                                    with_heartbeat(options_.candidate, heartbeat));
             });
@@ -441,27 +420,22 @@ class Search {
     /// The likeliest models fitted again with the noise about the best one; false if that is the
     /// same.
     [[nodiscard]] bool estimate_noise_again() {
-        if (base_fit_.effects.empty() || noise_estimates_ == most_noise_estimates ||
+        if (base_fit_.effects.empty() || is_rough() || noise_estimates_ == most_noise_estimates ||
             key_of(base_fit_.effects) == noise_about_)
             return false;
         noise_about_ = key_of(base_fit_.effects);
         ++noise_estimates_;
-        stated_best_ =
-            fit::as_stated(base_fit_, baseline_.stated, baseline_.recordings, options_.candidate);
         std::optional<fit::BaselineFit> again =
-            fit::baseline_beside_noise_of(*stated_best_, baseline_, measured_, options_.candidate);
+            fit::baseline_beside_noise_of(base_fit_, baseline_, measured_, options_.candidate);
         if (!again || again->fit.failed())
             return false;
-        report("fitting the likeliest models with the noise about the best one");
-        std::vector<VisitedModel> likely;
-        for (std::size_t k = 1; k < visited_.size(); ++k)
-            if (k == base_ || visited_[k].log_evidence > least_wanted() - hopeless)
-                likely.push_back(visited_[k]);
+        report("fitting the best model with the noise about it");
+        const fit::SelectedEffects effects = base_fit_.effects;
+        visited_before_ = visited_;
         const double before = visited_.front().log_evidence;
         const double chi_squared = baseline_.fit.chi_squared;
         baseline_ = *std::move(again);
         repeated_.clear();
-        inherited_.clear();
         visit_first();
         // What was predicted about the chain falls in χ² as the chain itself does, nearly.
         const double ratio = baseline_.fit.chi_squared / chi_squared;
@@ -469,26 +443,10 @@ class Search {
         for (auto& [key, prediction] : predictions_)
             prediction.log_evidence =
                 visited_.front().log_evidence + ratio * (prediction.log_evidence - before);
-        std::vector<PlannedModel> planned;
-        for (const VisitedModel& model : likely)
-            if (!model.fit.failed())
-                planned.push_back(
-                    {model.fit.effects, not_predicted,
-                     fit::models_of(model.fit, baseline_.recordings, options_.candidate)});
-        visit(planned);
+        PlannedModel best = plan_for(effects);
+        best.predicted = not_predicted;
+        visit({best});
         return true;
-    }
-
-    [[nodiscard]] static UnvisitedModel unvisited(Prediction prediction) {
-        UnvisitedModel model;
-        const std::size_t before = prediction.effects.size() - prediction.candidates.size();
-        for (std::size_t k = before; k < prediction.effects.size(); ++k)
-            model.added.push_back(prediction.effects[k].effect->name());
-        model.effects = std::move(prediction.effects);
-        model.log_evidence = prediction.log_evidence;
-        model.base = prediction.base;
-        model.falls = std::move(prediction.gain.falls);
-        return model;
     }
 
     [[nodiscard]] SearchResult result() {
@@ -496,11 +454,10 @@ class Search {
         predict();
         for (auto& [key, prediction] : predictions_)
             if (std::isfinite(prediction.log_evidence) && !is_visited(prediction.effects))
-                out.unvisited.push_back(unvisited(std::move(prediction)));
+                out.unvisited.push_back(std::move(prediction));
         std::ranges::stable_sort(out.unvisited, std::greater{}, &UnvisitedModel::log_evidence);
-        if (!stated_best_)
-            stated_best_ = fit::as_stated(base_fit_, baseline_.stated, baseline_.recordings,
-                                          options_.candidate);
+        out.stated_best =
+            fit::as_stated(base_fit_, baseline_.stated, baseline_.recordings, options_.candidate);
         out.recordings = std::move(baseline_.recordings);
         out.baseline = std::move(baseline_.fit);
         out.stated_baseline = std::move(baseline_.stated);
@@ -508,7 +465,6 @@ class Search {
         out.visited = std::move(visited_);
         out.noise = noise_scale_of(out.visited[base_].fit);
         out.best_fit = std::move(base_fit_);
-        out.stated_best = *std::move(stated_best_);
         out.views = std::move(views_);
         out.stacked = std::move(stacked_);
         out.runs = runs_;
@@ -520,17 +476,16 @@ class Search {
     const Policy& policy_;
     fit::BaselineFit baseline_;
     std::vector<VisitedModel> visited_;
+    std::vector<VisitedModel> visited_before_; ///< with another noise
     std::map<ModelKey, Prediction> predictions_;
-    std::set<ModelKey> repeated_;  ///< from all starts
-    std::set<ModelKey> inherited_; ///< from a larger model
+    std::set<ModelKey> repeated_; ///< fitted from all starts, or from a larger model
     NoiseScale noise_;
     std::size_t base_ = 0; ///< the model about which everything is predicted
     fit::Fit base_fit_;
     StackedReadings stacked_;
     std::vector<CandidateView> views_;
     std::optional<LinearEvidence> linear_; ///< of `views_`; empty: not computed about this model
-    std::optional<fit::Fit> stated_best_;
-    ModelKey noise_about_; ///< the model about which the noise was estimated last
+    ModelKey noise_about_;                 ///< the model about which the noise was estimated last
     int noise_estimates_ = 0;
     int runs_ = 0;
 };

@@ -58,16 +58,8 @@ struct SearchResult {
     int runs = 0; ///< of the chain with all its derivatives, for the fits of models
 };
 
-/// 1. The published chain is fitted.
-/// 2. About the best model (first the chain), one batch of runs gives the change of the readings
-///    by every candidate. From it the log evidence of all sets of at most `most_effects` effects
-///    follows (linear_evidence.hpp). Where the best model misses by more than
-///    Policy::rough_misfit, only single additions are predicted.
-/// 3. If the best model has several effects, the models with one effect less are fitted. Else those
-///    with the largest predicted log evidence are fitted, until none that is left comes within
-///    Policy::unvisited_margin of the best.
-/// 4. Once no model is predicted above the best one, the noise is estimated about that. If it is
-///    another than about the chain, the likeliest models are fitted again with it.
+/// Steps 1 to 5 of docs/diagnosis.md, "How it decides". The log evidence of models is predicted
+/// about the best one so far (linear_evidence.hpp), and those that may be as likely are fitted.
 ///
 /// The result does not depend on the ranks or on the order of the candidates. Throws
 /// core::NumericalError if the published chain cannot be fitted. run::Abandoned if the heartbeat

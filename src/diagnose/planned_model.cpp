@@ -174,6 +174,31 @@ std::string special_case_of(const physics::Effect& general, const fit::Fit& fit)
     return count == 1 ? name : general.name();
 }
 
+bool contains_all(const fit::SelectedEffects& effects, const fit::SelectedEffects& some) {
+    return std::ranges::all_of(some,
+                               [&](const auto& each) { return fit::contains(effects, each); });
+}
+
+bool may_be_absent(const fit::Fit& fit, std::size_t place, const std::string& recording) {
+    const physics::SelectedEffect& effect = fit.effects[place];
+    return fit::belongs_to_recording({effect.effect->name(), {}, {}}) &&
+           effect.absent_from.size() + 1 < fit.misfits.size() &&
+           std::ranges::any_of(fit.parameters, [&](const fit::FittedParameter& parameter) {
+               return parameter.id.effect == effect.effect->name() &&
+                      parameter.id.recording == recording && !parameter.is_place &&
+                      (is_absent(parameter) || parameter.is_at_bound);
+           });
+}
+
+fit::Fit without(fit::Fit fit, const std::vector<std::string>& names) {
+    const auto is_one = [&](const std::string& name) {
+        return std::ranges::find(names, name) != names.end();
+    };
+    std::erase_if(fit.effects, [&](const auto& each) { return is_one(each.effect->name()); });
+    std::erase_if(fit.parameters, [&](const auto& each) { return is_one(each.id.effect); });
+    return fit;
+}
+
 FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
                         std::span<const fit::ObservedRecording> recordings,
                         const fit::SelectedEffects& known, const fit::FitOptions& options) {

@@ -26,6 +26,17 @@ using ModelKey = std::vector<std::string>;
 /// if it contains none or several. A bound that keeps away from a law is part of the interval.
 [[nodiscard]] std::string special_case_of(const physics::Effect& general, const fit::Fit& fit);
 
+[[nodiscard]] bool contains_all(const fit::SelectedEffects& effects,
+                                const fit::SelectedEffects& some);
+
+/// Is effect number `place` of the fit absent from the recording, as far as its size there says? An
+/// effect acts in one recording at least.
+[[nodiscard]] bool may_be_absent(const fit::Fit& fit, std::size_t place,
+                                 const std::string& recording);
+
+/// The numbers of the fit, without those of the effects `names`.
+[[nodiscard]] fit::Fit without(fit::Fit fit, const std::vector<std::string>& names);
+
 inline constexpr double not_predicted = std::numeric_limits<double>::quiet_NaN();
 
 /// What a rank returns of a model.

@@ -53,15 +53,9 @@ struct Posterior {
     std::vector<ImmaterialEffect> immaterial; ///< of the best model
 };
 
-/// P(m) ∝ exp(log Z(m)/T) over all models that were visited and the predictions of the others. An
-/// effect counts if the rms that it explains exceeds the larger of Policy::immaterial_noise and
-/// Policy::immaterial_share of what the larger ones explain, or if Y or β leaves its 95 % interval
-/// without it. A law that contains others counts as one of these if its interval contains that one
-/// alone.
-///
-/// `leaves_structure`: the best model leaves more than noise. Then what decides between two models
-/// is what neither explains, and all that leave at most Policy::unexplained_share of the misfit are
-/// equally probable.
+/// P(m) ∝ exp(log Z(m)/T) over all models that were visited and the predictions of the others:
+/// steps 6 to 8 of docs/diagnosis.md. `leaves_structure`: the best model leaves more than noise;
+/// then all models that leave at most Policy::unexplained_share of the misfit are equally probable.
 [[nodiscard]] Posterior posterior_of(const SearchResult& search, const SearchOptions& options,
                                      bool leaves_structure, const Policy& policy = {});
 

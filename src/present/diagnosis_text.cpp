@@ -6,7 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <functional>
+#include <ranges>
 #include <string_view>
 #include <vector>
 
@@ -57,14 +58,15 @@ std::string strength_lines(const DiagnosisReport& report, const std::string& eff
     return text;
 }
 
-/// Relative error of a number of the baseline; NaN if one of the fits is missing.
-double bias_of(const DiagnosisReport& report, double physics::StemParameters<double>::*member) {
-    if (report.found.stated_baseline.parts.empty() || report.best_fit().parts.empty())
-        return std::numeric_limits<double>::quiet_NaN();
-    const auto value = [member](const fit::Fit& fit) {
-        return fit.parts.front().model.spec.stem.*member;
-    };
-    return value(report.found.stated_baseline) / value(report.best_fit()) - 1.0;
+/// "1.901 ± 0.013 GPa before, 1.900 ± 0.013 GPa after, a change of -0.039 %".
+std::string before_and_after(const physics::ParameterId& id, const fit::Fit& before,
+                             const fit::Fit& after) {
+    const auto first = std::ranges::find(before.parameters, id, &fit::FittedParameter::id);
+    const auto last = std::ranges::find(after.parameters, id, &fit::FittedParameter::id);
+    if (before.names == after.names)
+        return value_text(*first);
+    return fmt::format("{} before, {} after, a change of {}", value_text(*first), value_text(*last),
+                       percent_text(last->value / first->value - 1.0));
 }
 
 /// What the answer does to the residual and to the calibration, and what it leaves.
@@ -72,28 +74,18 @@ std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = report.found;
     const fit::Fit& first = found.ladder.front().stated;
     const fit::Fit& last = report.best_fit();
-    std::vector<std::string> sentences;
-    if (found.ladder.size() > 1) {
-        sentences.push_back(
-            fmt::format("Residual (rms): {} mm before, {} mm after; the noise is {} mm.",
-                        number_cell(1e3 * first.rmse, 4), number_cell(1e3 * last.rmse, 4),
-                        number_cell(1e3 * report.noise(), 4)));
-        const double modulus =
-            bias_of(report, &physics::StemParameters<double>::bond_youngs_modulus);
-        const double damping = bias_of(report, &physics::StemParameters<double>::bond_damping);
-        // With known effects the first model is not the baseline, whose numbers these are.
-        if (first.names.size() == 1 && first.moves() && std::isfinite(modulus) &&
-            std::isfinite(damping))
-            sentences.push_back(
-                fmt::format("Without {} the calibrated Y is off by {} and beta "
-                            "by {}.",
-                            found.ladder.back().fit.names.size() == 2 ? "it" : "them",
-                            percent_text(modulus), percent_text(damping)));
-    } else {
-        sentences.push_back(fmt::format("Residual (rms): {} mm; the noise is {} mm.",
-                                        number_cell(1e3 * first.rmse, 4),
-                                        number_cell(1e3 * report.noise(), 4)));
+    std::string residual = number_cell(1e3 * first.rmse, 4) + " mm";
+    if (found.ladder.size() > 1)
+        residual += fmt::format(" before, {} mm after", number_cell(1e3 * last.rmse, 4));
+    std::vector<std::string> sentences{fmt::format("Residual (rms): {}; the noise is {} mm.",
+                                                   residual, number_cell(1e3 * report.noise(), 4))};
+    if (first.moves()) {
+        sentences.push_back("Y: " + before_and_after(physics::bond_youngs_modulus, first, last));
+        sentences.push_back("beta: " + before_and_after(physics::bond_damping, first, last));
     }
+    if (found.ladder.back().has_free_inputs)
+        sentences.emplace_back("With every input as stated the fit has no such effect: all numbers "
+                               "are those with the inputs free within their uncertainties.");
     sentences.push_back(fmt::format("Not explained: {} mm, {:.2g} % of the swing.",
                                     number_cell(1e3 * found.unexplained, 2),
                                     100.0 * found.unexplained_share));
@@ -118,7 +110,7 @@ std::string explanation_name(const std::vector<diagnose::NamedFamily>& families)
     for (const diagnose::NamedFamily& named : families)
         names.push_back(family_name(named));
     return names.empty() ? std::string("the published chain")
-                         : fmt::format("{}", fmt::join(names, " with "));
+                         : fmt::format("{}", fmt::join(names, " and "));
 }
 
 std::vector<std::string> sentences_on_unknown(const diagnose::Diagnosis& found) {
@@ -192,14 +184,18 @@ std::vector<std::string> explanations(const DiagnosisReport& report) {
 std::string effect_lines(const DiagnosisReport& report) {
     std::string text;
     for (const std::string& effect : report.found.effects) {
-        if (const std::string summary = report.summary_of(effect); !summary.empty())
-            text += wrapped("  " + effect + ": ", summary, diagnosis_width - effect.size());
+        double probability = 0.0;
+        for (const diagnose::Explanation& each : report.found.posterior.explanations)
+            if (std::ranges::find(each.effects, effect) != each.effects.end())
+                probability += each.probability;
+        text += wrapped("  ",
+                        fmt::format("{}, probability {:.2f}: {}", effect, probability,
+                                    report.summary_of(effect)),
+                        diagnosis_width);
         text += strength_lines(report, effect);
     }
     return text;
 }
-
-constexpr std::size_t listed_experiments = 1;
 
 /// Root mean square of residual over noise in all recordings.
 double over_noise(const fit::Fit& fit) {
@@ -231,16 +227,27 @@ std::string model_lines(const std::vector<diagnose::SearchedModel>& ladder,
                   "stated\n";
 }
 
-/// From which sizes on the effects that are not in the answer would have been detected.
+constexpr std::size_t listed_limits = 4;
+
+/// From which sizes on the effects that are not in the answer would have been detected: those that
+/// bias Y or β most.
 std::string detection_lines(const std::vector<diagnose::DetectionLimit>& limits) {
-    std::vector<std::string> sizes;
+    std::vector<const diagnose::DetectionLimit*> detectable;
     std::vector<std::string> unknown;
     for (const diagnose::DetectionLimit& limit : limits)
         if (is_detectable(limit))
-            sizes.push_back(fmt::format("{} {:.2g}{}{}", limit.effect, limit.value,
-                                        limit.unit.empty() ? "" : " ", limit.unit));
+            detectable.push_back(&limit);
         else
             unknown.push_back(limit.effect);
+    std::ranges::stable_sort(detectable, std::greater{}, [](const auto* limit) {
+        return std::max(std::abs(limit->youngs_modulus_bias), std::abs(limit->damping_bias));
+    });
+    std::vector<std::string> sizes;
+    for (const auto* limit : detectable | std::views::take(listed_limits))
+        sizes.push_back(fmt::format("{} {:.2g}{}{} (Y {}, beta {})", limit->effect, limit->value,
+                                    limit->unit.empty() ? "" : " ", limit->unit,
+                                    percent_text(limit->youngs_modulus_bias),
+                                    percent_text(limit->damping_bias)));
     std::string text;
     if (!sizes.empty())
         text += wrapped("detection limits (3 sigma): ", fmt::format("{}", fmt::join(sizes, ", ")),
@@ -281,16 +288,15 @@ std::string what_it_shows(const diagnose::Experiment& experiment) {
                        fmt::join(other, " with "));
 }
 
-/// The expected gap is the square of the distance in standard deviations.
+/// The most informative one. The expected gap is the square of the distance in standard deviations.
 std::string experiment_lines(const std::vector<diagnose::Experiment>& experiments) {
-    std::string text = experiments.empty() ? "" : "next experiment:\n";
-    for (std::size_t k = 0; k < std::min(listed_experiments, experiments.size()); ++k)
-        text += wrapped("  - ",
-                        fmt::format("{}: {} with {:.0f} sigma", experiments[k].what,
-                                    what_it_shows(experiments[k]),
-                                    std::sqrt(experiments[k].expected_gap)),
-                        diagnosis_width);
-    return text;
+    if (experiments.empty())
+        return {};
+    const diagnose::Experiment& best = experiments.front();
+    return wrapped("next experiment: ",
+                   fmt::format("{}: {} with {:.0f} sigma", best.what, what_it_shows(best),
+                               std::sqrt(best.expected_gap)),
+                   diagnosis_width - 17);
 }
 
 /// Without blanks at the ends of lines.

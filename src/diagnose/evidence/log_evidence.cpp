@@ -92,26 +92,6 @@ bool is_at_absence(const fit::FittedParameter& parameter) {
     return std::abs(parameter.value - absent) < std::abs(parameter.value - far);
 }
 
-/// Names of the effects of which every size ended at its absence.
-std::vector<std::string> absent_effects(const fit::Fit& fit, const fit::SelectedEffects& known) {
-    std::vector<std::string> absent;
-    for (const physics::SelectedEffect& selected : fit.effects) {
-        if (fit::contains(known, selected))
-            continue;
-        bool has_size = false;
-        bool is_there = false;
-        for (const fit::FittedParameter& parameter : fit.parameters) {
-            if (parameter.id.effect != selected.effect->name() || parameter.is_place)
-                continue;
-            has_size = true;
-            is_there = is_there || !is_at_absence(parameter);
-        }
-        if (has_size && !is_there)
-            absent.emplace_back(selected.effect->name());
-    }
-    return absent;
-}
-
 } // namespace
 
 double to_coordinate(FittedAs fitted_as, double value) {
@@ -211,6 +191,31 @@ NoiseScale noise_as_assumed(const fit::Fit& first) {
         if (scale.is_noise_known[m])
             scale.variance[m] = 1.0;
     return scale;
+}
+
+std::vector<std::string> absent_effects(const fit::Fit& fit, const fit::SelectedEffects& known) {
+    std::vector<std::string> absent;
+    for (const physics::SelectedEffect& selected : fit.effects) {
+        if (fit::contains(known, selected))
+            continue;
+        bool has_size = false;
+        bool is_there = false;
+        for (const fit::FittedParameter& parameter : fit.parameters) {
+            if (parameter.id.effect != selected.effect->name() || parameter.is_place)
+                continue;
+            has_size = true;
+            is_there = is_there || !is_at_absence(parameter);
+        }
+        if (has_size && !is_there)
+            absent.emplace_back(selected.effect->name());
+    }
+    return absent;
+}
+
+bool is_at_noise(const fit::Fit& fit) {
+    const auto readings = static_cast<double>(fit.readings);
+    return fit.is_noise_known_everywhere() && !fit.failed() &&
+           fit.chi_squared < readings + 3.0 * std::sqrt(2.0 * readings);
 }
 
 ModelEvidence evidence_of(const fit::Fit& fit, std::span<const fit::ObservedRecording> recordings,

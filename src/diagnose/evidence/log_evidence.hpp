@@ -73,6 +73,13 @@ struct NoiseScale {
 /// lacks is noise to all; the mean square of its residuals where no noise is known.
 [[nodiscard]] NoiseScale noise_scale_of(const fit::Fit& best);
 
+/// Names of the effects, but for the `known` ones, of which every size ended at its absence.
+[[nodiscard]] std::vector<std::string> absent_effects(const fit::Fit& fit,
+                                                      const fit::SelectedEffects& known);
+
+/// Within three standard deviations of χ² for noise alone.
+[[nodiscard]] bool is_at_noise(const fit::Fit& fit);
+
 /// `known`: effects that act for certain and have no prior probability.
 [[nodiscard]] ModelEvidence evidence_of(const fit::Fit& fit,
                                         std::span<const fit::ObservedRecording> recordings,
