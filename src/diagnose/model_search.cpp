@@ -22,9 +22,9 @@ namespace {
 
 /// Models that are fitted at once: it keeps two ranks busy, and a third of them wait for nothing.
 constexpr std::size_t models_per_round = 2;
-/// Of the best gain: predictions across a large misfit are good to a tenth.
+/// Share of the best gain: predictions across a large misfit are good to a tenth.
 constexpr double close_share = 0.9;
-/// A search that has fitted so many models ends; what it left is recorded.
+/// The search ends after this number of models; the rest is recorded.
 constexpr std::size_t most_visited = 40;
 /// Log evidence below its prediction from which a fit may have ended in a wrong minimum.
 constexpr double disappointing = 10.0;
@@ -179,9 +179,9 @@ class Search {
         return model.fit.failed() ? model.log_evidence : log_evidence(model.evidence, noise_);
     }
 
-    /// Log evidence from which a model is worth a fit. What the best model lacks is noise to all;
-    /// where that is structure, models that explain nearly as much are rivals. A model with all
-    /// effects of the best one is none: what it adds has to be worth it by itself.
+    /// Log evidence from which a model is worth a fit. The residual of the best model is noise to
+    /// all models. If it has structure, models that explain nearly as much are rivals, but not the
+    /// larger ones that contain the best one.
     [[nodiscard]] double least_wanted(const fit::SelectedEffects& effects) const {
         const VisitedModel& best = visited_[base_];
         // Far from every model that was fitted no rival of the best one is an answer.
@@ -218,7 +218,7 @@ class Search {
                     replaced[k] = {special.effect, special.fixed, effects[k].absent_from};
                     plan(replaced);
                 }
-            // What belongs to a recording (a mass at its tip) need not be in all of them.
+            // An effect of one recording (a mass at its tip) need not act in all.
             for (const measure::Measurement& recording : baseline_.recordings)
                 if (may_be_absent(visited_[base_].fit, k, recording.stem.id)) {
                     fit::SelectedEffects smaller = effects;
@@ -263,7 +263,7 @@ class Search {
             views_.push_back({candidate, {}});
             costs.push_back(fit::relative_cost(larger));
         }
-        report(fmt::format("computing the effects of {} candidates beside {}", views_.size(),
+        report(fmt::format("computing the effects of {} candidates about {}", views_.size(),
                            fmt::join(base_fit_.names, " + ")));
         std::vector<std::optional<EffectColumns>> answers =
             options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
@@ -278,7 +278,7 @@ class Search {
         linear_.emplace(stacked_, views_);
     }
 
-    /// Does the best model miss by so much that its residual is no noise, and that predictions
+    /// Does the best model miss by so much that its residual is not noise, and that predictions
     /// about it are rough?
     [[nodiscard]] bool is_rough() const {
         const auto readings = static_cast<double>(std::max<std::size_t>(base_fit_.readings, 1));
@@ -437,7 +437,7 @@ class Search {
         baseline_ = *std::move(again);
         repeated_.clear();
         visit_first();
-        // What was predicted about the chain falls in χ² as the chain itself does, nearly.
+        // The χ² of predictions about the chain falls in proportion to its own, nearly.
         const double ratio = baseline_.fit.chi_squared / chi_squared;
         std::erase_if(predictions_, [](const auto& entry) { return entry.second.base != 0; });
         for (auto& [key, prediction] : predictions_)

@@ -39,7 +39,7 @@ using ModelKey = std::vector<std::string>;
 
 inline constexpr double not_predicted = std::numeric_limits<double>::quiet_NaN();
 
-/// What a rank returns of a model.
+/// A fitted model as a rank returns it.
 struct FittedModel {
     fit::Fit fit;
     ModelEvidence evidence;

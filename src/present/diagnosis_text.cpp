@@ -69,7 +69,7 @@ std::string before_and_after(const physics::ParameterId& id, const fit::Fit& bef
                        percent_text(last->value / first->value - 1.0));
 }
 
-/// What the answer does to the residual and to the calibration, and what it leaves.
+/// The residual, Y and β before and after, and the unexplained rest.
 std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = report.found;
     const fit::Fit& first = found.ladder.front().stated;
@@ -153,7 +153,7 @@ std::string diagnosis_headline(const diagnose::Diagnosis& found) {
                        found.alternatives.size(), first_model(found));
 }
 
-/// What stands below the headline and the sizes of the effects.
+/// The sentences below the headline and the sizes of the effects.
 std::vector<std::string> explanations(const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = report.found;
     std::vector<std::string> sentences;
@@ -290,7 +290,7 @@ std::string what_it_shows(const diagnose::Experiment& experiment) {
 
 /// The most informative one. The expected gap is the square of the distance in standard deviations.
 std::string experiment_lines(const std::vector<diagnose::Experiment>& experiments) {
-    if (experiments.empty())
+    if (experiments.empty() || experiments.front().expected_gap < 1.0)
         return {};
     const diagnose::Experiment& best = experiments.front();
     return wrapped("next experiment: ",
