@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # Every table of docs/performance.md, one file each, in the page's order. Half an hour on an idle
-# machine with two cores; on a busy one the efficiencies mean nothing.
+# machine with two cores; on a busy one the efficiencies are meaningless.
 #
 #   bench/all.sh BUILD_FOLDER OUTPUT_FOLDER
 set -euo pipefail
@@ -18,7 +18,7 @@ if [[ $(id -u) -eq 0 ]]; then
     launch+=(--allow-run-as-root)
 fi
 
-# table NAME COMMAND...: what it prints, between the load averages before and after.
+# table NAME COMMAND...: its output, between the load averages before and after.
 table() {
     local name=$1
     shift

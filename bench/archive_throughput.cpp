@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What committing a point and writing the study file cost, without any computation.
+// The cost of committing a point and of writing the study file, without any computation.
 #include "archive/journal/read.hpp"
 #include "archive/journal/writer.hpp"
 #include "archive/study/writer.hpp"
@@ -23,7 +23,7 @@ constexpr std::size_t samples = 2001;
 constexpr std::size_t spheres = 56;
 const char* const identity = "bench";
 
-/// What a study stores of each point.
+/// The data that a study stores for each point.
 struct Level {
     const char* name;
     std::int64_t points;
@@ -48,7 +48,7 @@ archive::StudyDescription description_of(const Level& level) {
     return description;
 }
 
-/// A ring-down as it comes out of the integrators: no two values share their last bits.
+/// A ring-down like that of an integrator: no two values share their last bits.
 double deflection(std::size_t sample, double place) {
     const double time = 5e-5 * static_cast<double>(sample);
     return 15e-3 * place * place * std::exp(-9.0 * time) * std::cos(358.0 * time + 0.1 * place);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What cases cost beside what src/study/plan.cpp expects, and the numbers that its constants need.
+// The cost of cases compared with the estimates of src/study/plan.cpp, and data for its constants.
 #include "bench/cpu_time.hpp"
 #include "bench/run_program.hpp"
 #include "core/error.hpp"
@@ -19,7 +19,7 @@ namespace {
 
 constexpr int repeats = 3;
 
-/// Cases run together: what one of them took.
+/// Time of one of several cases that run together.
 struct Measured {
     std::int64_t steps = 0;
     double seconds = 0.0; ///< processor time of a case, least of the repeats
@@ -98,7 +98,7 @@ void print_explicit_row(int dimensions, std::size_t lanes) {
     spec.dimensions = dimensions;
     spec.integrator.method = run::IntegrationMethod::Explicit;
     spec.integrator.timestep = 1e-10;
-    spec.duration = 1e-4; // long enough for the static start to cost little beside it
+    spec.duration = 1e-4; // long enough to make the cost of the static start negligible
     spec.sample_interval = 1e-6;
     const Measured measured = measure(std::vector<run::CaseSpec>(lanes, spec));
     const double bond_steps = static_cast<double>(measured.steps) * (spec.stem.sphere_count - 1);

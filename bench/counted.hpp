@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A number that counts the operations done with it: what an algorithm computes, whatever a compiler
-// makes of it. To be included before the headers of the algorithm.
+// A number that counts its operations: the work of an algorithm, independent of the compiler. It
+// must be included before the headers of the algorithm.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Processor time of this process, what a shared machine's other users disturb least; wall time.
+// Processor time of this process, which other users of the machine disturb least; wall time.
 #pragma once
 
 #include <algorithm>
@@ -8,22 +8,22 @@
 
 namespace culm::bench {
 
-/// Seconds that this process has computed so far. Time during which another process held the core
-/// does not count; what it did to the caches does.
+/// Seconds that this process has computed so far. Time during which another process used the core
+/// does not count, but its effect on the caches does.
 [[nodiscard]] inline double cpu_seconds() {
     std::timespec now{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Seconds on a clock that only moves forward.
+/// Seconds on a monotonic clock.
 [[nodiscard]] inline double wall_seconds() {
     std::timespec now{};
     clock_gettime(CLOCK_MONOTONIC, &now);
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Seconds of processor time, one per repeat, and what is made of them.
+/// Seconds of processor time, one per repeat, and their statistics.
 struct Timings {
     std::vector<double> seconds;
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Are the answers of `culm diagnose` right, and its probabilities? Simulated recordings with known
-// hidden effects (decision_cases.hpp) are diagnosed, two at a time.
+// Tests the answers of `culm diagnose` and their probabilities: diagnoses simulated recordings with
+// known hidden effects (decision_cases.hpp), two at a time.
 //
 //   bench_decision SEED COUNT FILE [SECONDS]
 //   bench_decision --write SEED KIND NUMBER FOLDER
 //
 // Adds the recordings that FILE does not hold yet, prints a line for each and, if all are there,
-// the summary. After SECONDS no further recording is begun: the same command continues. Seed 60
+// the summary. After SECONDS no further recording is begun; the same command continues. Seed 60
 // with 60 recordings is the fixed list; any other seed is a fresh one. The second form writes the
 // recordings of one line as measurement folders for `culm diagnose`.
 #include "bench/decision_cases.hpp"
@@ -41,7 +41,7 @@ using nlohmann::json;
 
 /// T of Policy::temperature that are compared.
 constexpr std::array temperatures{1.0, 1.5, 2.0, 3.0, 4.0};
-/// Of wall time; a diagnosis that takes longer has failed.
+/// Limit of the wall time; a diagnosis that takes longer has failed.
 constexpr double longest_s = 400.0;
 /// Rms of the published chain over the noise from which an effect should be named.
 constexpr double clearly_visible = 1.5;
@@ -52,7 +52,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 // --- The truth of a case
 
-/// Rms that the model with these effects leaves of the exact recordings, over the noise.
+/// Rms residual of the exact recordings with these effects, over the noise.
 double over_noise_with(const fit::SelectedEffects& effects,
                        const std::vector<measure::Measurement>& exact) {
     std::vector<fit::SelectedEffects> sets;
@@ -228,7 +228,7 @@ struct Rate {
     }
 };
 
-/// How often explanations of about the same probability are the truth.
+/// Prints how often explanations of similar probability are the truth.
 void print_reliability(const json& cases) {
     constexpr std::array edges{0.0, 0.05, 0.2, 0.5, 0.8, 0.95, 1.01};
     fmt::print("\n| T | mean log probability of the truth |");
@@ -241,7 +241,7 @@ void print_reliability(const json& cases) {
         double score = 0.0;
         int scored = 0;
         for (const json& each : cases) {
-            // A law that the library lacks is no explanation of it.
+            // No explanation of the library is the truth if the library lacks the law.
             if (each["kind"] == "unknown" || !each.contains("explanations"))
                 continue;
             double of_truth = 0.0;

@@ -25,7 +25,7 @@ using nlohmann::json;
 constexpr std::array<std::pair<std::string_view, std::size_t>, 5> kinds{
     {{"null", 20}, {"single", 20}, {"pair", 8}, {"loaded", 6}, {"unknown", 6}}};
 constexpr std::size_t kinds_total = 60;
-/// Of the stem's own mass.
+/// Known mass, as a share of the stem's own mass.
 constexpr double known_mass = 0.6;
 
 /// An independent random generator for each use.
@@ -42,8 +42,8 @@ beam::RecordingSpec drawn_spec(const json& key) {
     const std::string kind = key.at("kind");
     if (kind != "loaded")
         return beam::random_case(seed, beam::case_kind(kind), number).spec;
-    // Of the effects of the library all but the mass, which is known here; 5 is prime to their
-    // number, so that few recordings show unlike effects.
+    // All effects of the library except the mass, which is known here; 5 is prime to their number,
+    // so that few recordings show unlike effects.
     beam::RecordingSpec spec =
         beam::random_case(seed, beam::CaseKind::Null, 1'000'000 + number).spec;
     std::vector<std::string> names = beam::library_effects();
@@ -55,8 +55,8 @@ beam::RecordingSpec drawn_spec(const json& key) {
     return spec;
 }
 
-/// By how many standard uncertainties an input is wrong. The name decides, not the order: what
-/// recordings share is wrong alike in all of them.
+/// By how many standard uncertainties an input is wrong. The error depends on the name, not
+/// on the order: an input that recordings share has the same error in all of them.
 double error_of(const std::string& input, std::uint64_t seed, std::uint64_t number) {
     std::mt19937_64 dice = dice_for(seed, number, input);
     return std::normal_distribution<double>()(dice);

@@ -26,8 +26,8 @@ struct DecisionCase {
 
 /// The recordings of a key, the same on every machine. Stems, rigs and sizes of effects are those
 /// of beam::random_case(). Every recording states a noise and has errors of that size: white ones,
-/// and in seven of eight numbers one of noise_families. Length, diameter, density, heights, scale
-/// and the known mass are wrong by normal numbers with the standard uncertainties that culm
+/// and for seven of eight numbers one of noise_families. Length, diameter, density, heights, scale
+/// and the known mass have normal errors with the standard uncertainties that culm
 /// assumes.
 [[nodiscard]] DecisionCase decision_case(const nlohmann::json& key);
 

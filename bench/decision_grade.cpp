@@ -13,7 +13,7 @@ bool is_in_library(const std::string& name) {
     return std::ranges::find(names, name) != names.end();
 }
 
-/// Of a law that the library lacks, the family of the same kind; empty: it has none.
+/// The library's family of the same kind as a law that it lacks; empty if there is none.
 std::string family_of(const std::string& hidden) {
     if (hidden == "cubic_drag")
         return std::string(physics::to_string(physics::Family::Air));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an answer of the diagnosis is worth, given what is hidden in the recording.
+// Grades an answer of the diagnosis, given the effects hidden in the recording.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace culm::bench {
 
-/// A hidden effect, and the rms over the noise that models without it leave of an exact recording.
+/// A hidden effect, and the rms residual of an exact recording without it, over the noise.
 struct HiddenTruth {
     std::string effect;
     double over_noise = 0.0;
@@ -25,19 +25,19 @@ using AnswerSet = std::vector<NamedEffects>;
 
 struct Answered {
     std::string verdict;               ///< "adequate", "effect", "tie", "unknown", "failed"
-    AnswerSet certain;                 ///< what is named
+    AnswerSet certain;                 ///< effects that are named
     std::vector<AnswerSet> candidates; ///< explanations that hold 95 % of the probability
 };
 
-/// Does the explanation name every material hidden effect, by member or family, and no other?
+/// Whether the explanation names every material hidden effect, by member or family, and no other.
 [[nodiscard]] bool is_truth(const AnswerSet& named, const std::vector<HiddenTruth>& hidden);
 
-/// Is the effect among those that the answer names as certain?
+/// Whether the answer names the effect as certain.
 [[nodiscard]] bool is_named(const Answered& answer, const HiddenTruth& hidden);
 
-/// "right": the truth is named, or nothing where nothing is material; "tie": several explanations,
-/// the truth among them; "partly": of the hidden effects not all, and no other; "silent": nothing
-/// although something is material; "unknown"; "wrong": an effect or family that is not hidden, or
+/// "right": the truth is named, or nothing if nothing is material; "tie": several explanations,
+/// including the truth; "partly": some of the hidden effects and no other; "silent": nothing
+/// although an effect is material; "unknown"; "wrong": an effect or family that is not hidden, or
 /// only explanations that are not the truth; "failed". A law that the library lacks is rightly
 /// called unknown; or, where its family has general laws, by one of these or an open family.
 [[nodiscard]] std::string grade(const Answered& answer, const std::vector<HiddenTruth>& hidden);

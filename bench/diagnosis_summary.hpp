@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a diagnosis said, in few words, for benches that ask many.
+// A short summary of a diagnosis, for benches with many of them.
 #pragma once
 
 #include "diagnose/diagnosis.hpp"
@@ -17,7 +17,7 @@ namespace culm::bench {
     return fmt::format("{} {}", to_string(found.conclusion), fmt::join(found.effects, "+"));
 }
 
-/// Answer and reason, what the baseline and the final model leave, which tests object to the
+/// Answer and reason, residuals of the baseline and the final model, the tests that reject the
 /// baseline, and the noise of the first recording.
 [[nodiscard]] inline nlohmann::json diagnosis_summary(const diagnose::Diagnosis& found) {
     return {{"answer", answer_of(found)},

@@ -21,7 +21,7 @@ namespace {
 using core::Lanes;
 
 /// LIGGGHTS with flexible fibres, the public code of Schramm et al. (2019), -O3 and native, on one
-/// core of a comparable machine: 6.83 µs a step of 56 spheres. A figure from elsewhere.
+/// core of a comparable machine: 6.83 µs a step of 56 spheres. Measured elsewhere.
 constexpr double authors_code_ns = 124.0;
 /// The published time step, s.
 constexpr double timestep = 1e-10;
@@ -69,7 +69,7 @@ void print_row(std::string_view name, std::size_t lanes) {
     for (std::size_t lane = 0; lane < lanes; ++lane)
         if (!std::isfinite(lane_of(verlet.position(tip)[1], lane)))
             throw core::NumericalError(core::FailureKind::NotANumber,
-                                       fmt::format("{}: the tip is nowhere", name));
+                                       fmt::format("{}: the tip's position is not finite", name));
 
     const double bond_steps = static_cast<double>(steps_per_repeat) * chain.layout().bond_count();
     const double median = 1e9 * timings.median() / bond_steps;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the farm and the archive cost: efficiency on two ranks, share of HDF5, points per second.
-// For mpirun -n 2; bench/farm.sh starts it.
+// The cost of the farm and the archive: efficiency on two ranks, share of HDF5, points per second.
+// Runs with mpirun -n 2; bench/farm.sh starts it.
 #include "bench/cpu_time.hpp"
 #include "bench/farm_synthetic.hpp"
 #include "bench/run_program.hpp"
@@ -31,7 +31,7 @@ struct Run {
 
 using Task = std::function<Run(const farm::Communicator* communicator)>;
 
-/// The task on rank 0 alone; the other ranks sleep meanwhile, as ranks without work do.
+/// Runs the task on rank 0 alone; the other ranks sleep, like ranks without work.
 Run run_alone(const farm::Communicator& communicator, const Task& task) {
     Run run;
     const std::vector<farm::Batch> all(1);
@@ -70,7 +70,7 @@ Run measured(const farm::Summary& summary, double start) {
     return run;
 }
 
-/// Work of known length, in processor time: what the farm itself loses.
+/// Work of known processor time, which shows the loss of the farm itself.
 Run synthetic(const farm::Communicator* communicator) {
     const SyntheticWork work = synthetic_work();
     const double start = wall_seconds();

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Everything about farm and archive: trivial points per second, share of the archive in a study,
+# Benches of farm and archive: trivial points per second, share of the archive in a study,
 # efficiency of two ranks, cost of a point in the archive, efficiency predicted for many ranks.
 #
 #   bench/farm.sh BUILD_FOLDER [SCRATCH_FOLDER]

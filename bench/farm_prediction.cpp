@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Efficiency of the farm on many ranks, predicted: the real scheduler, run times measured here, and
+// Predicts the efficiency of the farm on many ranks from the real scheduler, measured run times and
 // a stated network.
 #include "bench/cpu_time.hpp"
 #include "bench/run_program.hpp"
@@ -71,7 +71,7 @@ DrawnStudy draw(const std::vector<MeasuredBatch>& measured, std::size_t count, d
     return study;
 }
 
-/// What every rank does at the start of a map, s of processor time: order, digest, opening hand.
+/// Processor time of a rank at the start of a map, s: order, digest, initial ranges.
 double opening_seconds(const DrawnStudy& study, int ranks) {
     std::vector<farm::Batch> batches;
     for (const double cost : study.costs)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The work that bench_farm farms out: spinning of known length, trivial points, real studies.
+// The work that bench_farm distributes: busy waiting of known length, trivial points, real studies.
 #pragma once
 
 #include "archive/point_record.hpp"
@@ -23,17 +23,17 @@ struct SyntheticWork {
 
 [[nodiscard]] std::vector<farm::Batch> trivial_batches(std::int64_t points);
 
-/// Points of the range of the published design (Sobol), as many as make about so many seconds of
-/// work on one rank of this machine.
+/// A study of Sobol points in the range of the published design, with about `seconds` of work on
+/// one rank of this machine.
 [[nodiscard]] std::string study_text(const std::string& store, double seconds);
 
-/// A study of so many points that stores fits.
+/// A study of `points` points that stores fits.
 [[nodiscard]] std::string trivial_study_text(std::int64_t points);
 
-/// A completed point of such a study, with so many results.
+/// A completed point of such a study, with `columns` results.
 [[nodiscard]] archive::PointRecord trivial_record(const run::CaseSpec& spec, std::size_t columns);
 
-/// The most memory that this process has had in the machine so far.
+/// The largest resident set of this process so far.
 [[nodiscard]] double largest_resident_megabytes();
 
 } // namespace culm::bench

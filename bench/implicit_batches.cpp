@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a stem costs alone, in a batch of SIMD lanes, and with derivatives by its parameters.
+// The cost of a stem alone, in a batch of SIMD lanes, and with derivatives by its parameters.
 #include "bench/cpu_time.hpp"
 #include "bench/run_program.hpp"
 #include "core/error.hpp"
@@ -53,7 +53,7 @@ double seconds_of(Work&& work) {
     return time_repeats(repeats, work).least();
 }
 
-/// As many stems as there are lanes, of the same β, or of β from 25 to 200 as in the design.
+/// One stem per lane, of the same β, or of β from 25 to 200 as in the design.
 std::vector<run::CaseSpec> batch_of(const run::CaseSpec& first, bool is_design) {
     std::vector<run::CaseSpec> specs(run::lanes_per_batch(), first);
     for (std::size_t k = 0; k < specs.size(); ++k) {
@@ -77,7 +77,7 @@ double static_start_seconds(int dimensions) {
     return dimensions == 2 ? static_start_seconds<2>() : static_start_seconds<3>();
 }
 
-/// Of stems together, ms per cycle and stem.
+/// Cost of stems that run together, ms per cycle and stem.
 struct CycleCost {
     double all = 0.0;       ///< static start included
     double vibration = 0.0; ///< without it

@@ -16,7 +16,7 @@ struct Kernels {
     double rate = 0.0;      ///< d(state)/dt
     double jacobian = 0.0;  ///< every bond's, by dual numbers
     double factorise = 0.0; ///< condensation and block-tridiagonal elimination
-    double solve = 0.0;     ///< right-hand side, substitution, recovery of what was condensed
+    double solve = 0.0;     ///< right-hand side, substitution, recovery of condensed variables
     double step = 0.0;
 
     [[nodiscard]] double stages() const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Accuracy and cost of implicit methods on ring-downs of the published stem: Rosenbrock methods of
-// our own, the best of ARKODE's diagonally implicit ones, and CVODE.
+// Accuracy and cost of implicit methods on ring-downs of the published stem: culm's Rosenbrock
+// methods, the best of ARKODE's diagonally implicit ones, and CVODE.
 #include "bench/implicit_probe.hpp"
 #include "bench/run_program.hpp"
 #include "core/error.hpp"
@@ -54,7 +54,7 @@ constexpr std::array cases{Case{0.4e9, 1.0}, Case{1e9, 1.0},   Case{1e9, 25.0}, 
 /// The fitted b1 and b2 must be this close to the reference.
 constexpr double accuracy_wanted = 1e-3;
 
-/// One method at one tolerance on one stem, beside the reference.
+/// One method at one tolerance on one stem, compared with the reference.
 struct Outcome {
     bool is_complete = false;
     double steps_per_cycle = 0.0;
@@ -87,7 +87,7 @@ struct Reference {
     Probe probe;
 };
 
-/// The method in use at 1e-11, and how far ARKODE is from it.
+/// The default method at 1e-11, and its difference from ARKODE.
 Reference make_reference(const Case& stem) {
     StartedStem released = released_stem(stem.youngs_modulus, stem.damping);
     const std::optional<Probe> reference = probe_ring_down(

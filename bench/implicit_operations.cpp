@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Counts the operations of an implicit step. Apart from the program that times them: beside these
-// instantiations the compiler makes the timed ones three times slower.
+// Counts the operations of an implicit step. It is a separate source, because in one source with
+// these instantiations the timed ones become three times slower.
 #include "bench/counted.hpp"
 #include "bench/implicit_kernels.hpp"
 
@@ -18,7 +18,7 @@ Kernels count_kernels() {
         return static_cast<double>(counted_operations - before);
     };
     Kernels kernels = each_kernel<Dim, Counted>(chain, state, operations_of_call);
-    // Sums over the stages before: U_j times a_ij and c_ij, and what a stage does once.
+    // Sums over the previous stages: U_j times a_ij and c_ij, and the operations once per stage.
     constexpr auto stages = static_cast<double>(integrate::Rodas5::stages);
     const auto size = static_cast<double>(state.size());
     const double vectors = size * (2.0 * stages * (stages - 1.0) + 3.0 * stages + 4.0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the time of an implicit step goes: its kernels timed alone, for one stem and for one stem
-// per SIMD lane, beside the operations that they consist of.
+// Times the kernels of an implicit step separately, for one stem and for one stem per SIMD lane,
+// and compares them with their numbers of operations.
 #include "bench/cpu_time.hpp"
 #include "bench/implicit_kernels.hpp"
 #include "bench/run_program.hpp"
@@ -22,7 +22,7 @@ namespace {
 
 using core::Lanes;
 
-constexpr int rounds = 10; ///< over all kernels, so that a slow moment hits none of them always
+constexpr int rounds = 10; ///< over all kernels, so that a slow moment affects all of them
 constexpr int repeats = 5;
 
 /// Seconds of processor time a call, least of the repeats.
@@ -62,8 +62,8 @@ Kernels time_kernels() {
     return least;
 }
 
-/// Operations per second of fused multiply-adds in registers, two operations each: what no program
-/// exceeds on this core.
+/// Operations per second of fused multiply-adds in registers, two operations each: the upper
+/// bound of any program on this core.
 template <class T>
 double peak_operations_per_second() {
     constexpr int chains = 8; // two units with a latency of four cycles

@@ -28,10 +28,10 @@ struct StartedStem {
 };
 [[nodiscard]] physics::StemParameters<double> published_stem(double bond_youngs_modulus,
                                                              double bond_damping);
-/// In its equilibrium under a force at the tip.
+/// A stem in its equilibrium under a force at the tip.
 [[nodiscard]] StartedStem released_stem(double bond_youngs_modulus, double bond_damping);
 
-/// What an integrator is given.
+/// The problem that an integrator solves.
 struct Problem {
     const physics::Chain<2, double>& chain;
     std::vector<double> state;
@@ -42,7 +42,7 @@ struct Problem {
 };
 using Method = std::function<integrate::SolveSummary(Problem&)>;
 
-/// The one that studies use.
+/// The method that studies use.
 [[nodiscard]] Method method_in_use();
 /// SUNDIALS' ARKODE with one of its DIRK tables, or with the usual one if the name is empty.
 [[nodiscard]] Method arkode_method(const std::string& table = {});
@@ -71,7 +71,7 @@ template <class Coefficients>
 
 struct ProbeOptions {
     double tolerance = integrate::ImplicitOptions{}.relative_tolerance;
-    double cpu_budget = 2.0; ///< s; beyond it the run is given up
+    double cpu_budget = 2.0; ///< s; a longer run is stopped
     int repeats = 3;         ///< runs above a quarter of the budget are not repeated
 };
 
@@ -85,7 +85,7 @@ struct Probe {
     [[nodiscard]] double cycles() const { return frequency * record_length; }
 };
 
-/// Nothing if the method stalls (budget used up), fails, or yields no vibration that can be fitted.
+/// Empty if the method stalls (budget used up), fails, or yields no vibration that can be fitted.
 [[nodiscard]] std::optional<Probe> probe_ring_down(const StartedStem& start, const Method& method,
                                                    const ProbeOptions& options);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tolerance of the implicit integrator does to b1 and b2, and what it costs, over the
-// range of stems: the measurement behind its default.
+// The effect of the implicit integrator's tolerance on b1, b2 and the cost, over the range of
+// stems: the measurement behind its default.
 #include "bench/implicit_probe.hpp"
 #include "bench/run_program.hpp"
 #include "core/error.hpp"
@@ -22,7 +22,7 @@ constexpr std::array youngs_moduli{0.4e9, 1e9, 2e9, 4e9, 10e9};
 constexpr std::array dampings{1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 100.0, 200.0};
 constexpr std::array tolerances{1e-7, 3e-7, 1e-6, 2e-6, 3e-6, 5e-6, 1e-5};
 
-/// One stem of the range, started in both ways, and the b1 and b2 that it should have.
+/// One stem of the range, started in both ways, and the exact b1 and b2.
 struct Subject {
     double youngs_modulus;
     double damping;
@@ -59,7 +59,7 @@ Subject make_subject(double youngs_modulus, double damping) {
         std::move(released), *reference};
 }
 
-/// The largest value seen and the stem that it belongs to.
+/// The largest value so far and its stem.
 struct Worst {
     double value = 0.0;
     std::string stem;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a study of very many points costs around its computation: plan, resume, archive, verify,
-// merge, reduce. The points themselves cost nothing. One process; processor and wall time.
+// The cost of a study of very many points in addition to its computation: plan, resume, archive,
+// verify, merge, reduce. The points themselves cost nothing. One process; processor and wall time.
 #include "bench/cpu_time.hpp"
 #include "bench/farm_synthetic.hpp"
 #include "bench/run_program.hpp"
@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Runs `work` and prints what it took.
+/// Runs `work` and prints its time and memory.
 template <class Work>
 auto timed(const char* what, Work work) {
     const double wall = wall_seconds();
@@ -49,7 +49,7 @@ std::string population_text(std::int64_t points) {
         points);
 }
 
-/// The point's own numbers in all columns, so that fits exist and differ.
+/// A record with the point's own numbers in all columns, so that fits exist and differ.
 archive::PointRecord numbered_record(const run::CaseSpec& spec, std::size_t columns) {
     archive::PointRecord record = trivial_record(spec, columns);
     for (double& value : record.values)
@@ -57,7 +57,7 @@ archive::PointRecord numbered_record(const run::CaseSpec& spec, std::size_t colu
     return record;
 }
 
-/// Computes until so many points are done (0: all of them).
+/// Computes until the given number of points is done (0: all of them).
 study::ExecuteOutcome run_points(const study::Study& study, const study::StudyFolder& folder,
                                  std::int64_t most) {
     study::ExecuteOptions options;

@@ -10,9 +10,8 @@
 
 namespace culm::bench {
 
-/// The measurement as a person writes it whose ruler, calipers, balance and camera err: each by
-/// error_of(input) times the uncertainty that culm assumes for the input. A known mass stays at the
-/// tip.
+/// The measurement with errors of ruler, calipers, balance and camera: each input has an error of
+/// error_of(input) times the uncertainty that culm assumes for it. A known mass stays at the tip.
 template <class ErrorOf>
 [[nodiscard]] measure::Measurement misstated(measure::Measurement measurement, ErrorOf&& error_of) {
     for (const fit::StatedInput& input : fit::stated_inputs(measurement)) {

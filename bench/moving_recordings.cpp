@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Does a recording that begins while the stem swings tell the same as the complete one? The same
-// readings are diagnosed twice: as they are, and from an arbitrary moment on with a release that is
-// "moving".
+// Compares the diagnosis of a recording that begins while the stem swings with that of the complete
+// one. The same readings are diagnosed twice: as they are, and from an arbitrary moment on with a
+// release that is "moving".
 //
 //   bench_moving_recordings FIRST COUNT FILE
 //
-// Recordings are those of the beam generator, with white noise that is stated. In even cases
-// nothing is missing, in odd ones quadratic drag and a soft clamp in turn. The moment lies between
-// 10 % and 35 % of the record after the release. Of every case both answers are kept, and the
-// numbers of the baseline, or where an effect is hidden of the final fit: Young's modulus and
+// The beam generator makes the recordings, with white noise that is stated. Even cases have no
+// hidden effect, odd ones quadratic drag and a soft clamp in turn. The moment lies between
+// 10 % and 35 % of the record after the release. Both answers of every case are stored, and
+// the parameters of the baseline or, with a hidden effect, of the final fit: Young's modulus and
 // damping of the bonds and those of the effects.
 //
-// Stated inputs (length, diameter, …) are the same in both and, here, exact: what they add to the
-// standard errors explains no difference. A difference is compared with 1.96 times the larger of
-// the two standard errors, first by the noise of the readings alone, then with what the modes at
-// the start or the release add, which are not the same in both. Where a fit ends by a small part of
-// one standard error from its best point, differences are smaller than the noise would make them.
+// Stated inputs (length, diameter, …) are the same in both and, here, exact: their contribution to
+// the standard errors explains no difference. A difference is compared with 1.96 times the larger
+// of the two standard errors, first by the noise of the readings alone, then with the modes at the
+// start or the release, which are not the same in both. If a fit ends a small part of one standard
+// error from its minimum, differences are smaller than those from the noise.
 // Both are compared with the truth too.
 //
 // Adds the cases to FILE, prints a line for each, then how often both agree. A case follows from
@@ -51,7 +51,7 @@ using nlohmann::json;
 
 struct Case {
     beam::RecordingSpec spec; ///< with the hidden effect
-    double cut = 0.0;         ///< share of the record after the release that the cut one lacks
+    double cut = 0.0;         ///< share of the record after the release that is cut off
 };
 
 Case drawn_case(std::uint64_t number) {
@@ -71,7 +71,7 @@ Case drawn_case(std::uint64_t number) {
     return drawn;
 }
 
-/// The recording from the first frame after `start`, s, on: as if the camera had been late.
+/// The recording from the first frame after `start`, s, on, as by a camera that started late.
 measure::Measurement cut_at(measure::Measurement measurement, double start) {
     const auto first = std::ranges::lower_bound(measurement.times, start);
     const auto dropped = first - measurement.times.begin();
@@ -87,7 +87,7 @@ measure::Measurement cut_at(measure::Measurement measurement, double start) {
     return measurement;
 }
 
-/// By the names of the fitted numbers.
+/// True values by the names of the fitted numbers.
 std::map<std::string, double> truths(const beam::RecordingSpec& spec,
                                      const measure::Measurement& measurement) {
     run::CaseSpec unit = fit::chain_of(measurement).spec;
@@ -102,10 +102,10 @@ std::map<std::string, double> truths(const beam::RecordingSpec& spec,
     return expected;
 }
 
-/// A fitted number and what makes it uncertain.
+/// A fitted number and its uncertainties.
 struct Number {
     double value = 0.0;
-    double standard_error = 0.0; ///< by all that is uncertain
+    double standard_error = 0.0; ///< from all sources
     double by_noise = 0.0;       ///< by the readings' noise alone
     double by_own = 0.0;         ///< likewise, and by the modes at the start or the release
 };
@@ -144,7 +144,7 @@ std::map<std::string, Number> numbers_of(const fit::RecordingFit& fit,
     return numbers;
 }
 
-/// What was found in one of the two recordings.
+/// Results of one of the two recordings.
 struct Found {
     json summary;
     std::vector<std::string> model; ///< names of the fit that the numbers are of
@@ -181,8 +181,8 @@ Found found_in(const measure::Measurement& measurement, bool has_effect) {
     return found;
 }
 
-/// One number of the two recordings, beside each other and beside the truth. JSON has no infinity:
-/// what the readings do not tell is null there.
+/// Compares one number of the two recordings with each other and with the truth. JSON has no
+/// infinity: a number that the readings do not determine is null.
 json compared(const Number& complete, const Number& cut, std::optional<double> truth) {
     constexpr double limit = reduce::normal_quantile_95;
     const double difference = cut.value - complete.value;
@@ -257,7 +257,7 @@ void print(const json& out) {
     std::fflush(stdout);
 }
 
-/// Of the cases in which both recordings led to the same model, by number.
+/// Prints the agreement of each number over the cases whose two recordings have the same model.
 void print_agreement(const json& cases) {
     struct Counts {
         int all = 0, by_noise = 0, with_modes = 0, complete_covered = 0, cut_covered = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the noise model does to verdicts and intervals: 40 fixed recordings of the beam generator,
-// five truths with each of eight laws of noise.
+// The effect of the noise model on verdicts and intervals: 40 fixed recordings of the beam
+// generator, five truths with each of eight laws of noise.
 //
 //   bench_noise_rules FILE
 //

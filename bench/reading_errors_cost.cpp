@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the errors of the readings cost: processor time of a fit of the chain beside them over that
-// of a fit that takes inputs, noise, division and release as exact.
+// The cost of the readings' error terms: processor time of a fit of the chain with them over that
+// of a fit that treats inputs, noise, division and release as exact.
 //
 //   bench_reading_errors_cost MEASUREMENT...
 #include "bench/cpu_time.hpp"
@@ -13,7 +13,7 @@
 
 int main(int argc, char** argv) {
     using namespace culm;
-    fmt::print("| recording | exact, ms | beside its errors, ms | ratio | runs |\n"
+    fmt::print("| recording | exact, ms | with its errors, ms | ratio | runs |\n"
                "|---|---:|---:|---:|---:|\n");
     double logarithms = 0.0;
     for (int k = 1; k < argc; ++k) {

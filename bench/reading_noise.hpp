@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Noise of readings that is not what a fit assumes: correlated in time, common to the rows, with
-// long tails, rounded.
+// Noise of readings that a fit does not assume: correlated in time, common to the rows, with long
+// tails, rounded.
 #pragma once
 
 #include "measure/folder/measurement.hpp"
@@ -17,7 +17,7 @@
 
 namespace culm::bench {
 
-/// Those of Noise beside white noise.
+/// The families of Noise other than white noise.
 inline constexpr std::array<std::string_view, 7> noise_families{
     "ar05", "ar09", "ar05_common", "ar09_common", "student", "outliers", "quantised"};
 
@@ -27,7 +27,7 @@ inline constexpr std::array<std::string_view, 7> noise_families{
 /// * ar05, ar09: first-order autoregression with a correlation of 0.5 or 0.9 from frame to frame;
 ///   with _common half of the variance is one series that all rows share;
 /// * student: Student's t with three degrees of freedom (variance 3);
-/// * outliers: 3 % of the readings err by 15 more;
+/// * outliers: 3 % of the readings have an additional error of 15;
 /// * quantised: white, and readings are multiples of twice the size.
 class Noise {
   public:

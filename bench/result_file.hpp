@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A file of bench/results: the cases that answer one question, and the commit that computed them.
+// A file of bench/results: the cases for one question, and the commit that computed them.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@
 
 namespace culm::bench {
 
-/// Written after every case, so that a run that is stopped goes on where it was. All cases are of
+/// Written after every case, so that a stopped run can continue. All cases are of
 /// one commit: the constructor throws std::runtime_error if the file is of another.
 class ResultFile {
   public:
@@ -36,8 +36,8 @@ class ResultFile {
     [[nodiscard]] const nlohmann::json& cases() const { return document_["cases"]; }
 
     /// Computes case_of(key) for the keys that the file does not hold yet, on `threads` threads,
-    /// and calls print(case) for each. A key is what a case begins with, for example {"number": 3}.
-    /// No case is begun once `may_begin` says no.
+    /// and calls print(case) for each. A key is the start of a case, for example {"number": 3}.
+    /// No case is begun after `may_begin` returns false.
     template <class CaseOf, class Print>
     void add(
         const std::vector<nlohmann::json>& keys, const CaseOf& case_of, const Print& print,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a fit of Eq. 1 costs: all tip histories of an archived study, fitted again.
+// The cost of a fit of Eq. 1: all tip histories of an archived study are fitted again.
 #include "archive/study/file.hpp"
 #include "bench/cpu_time.hpp"
 #include "bench/run_program.hpp"
@@ -36,7 +36,7 @@ void fit_all(const char* folder) {
             fits[k] = reduce::fit_ring_down(times, histories[k]);
     });
 
-    // Against what the archive holds, which an earlier build may have written.
+    // Compares with the archive, which an earlier build may have written.
     const std::vector<double> frequency = file.result("frequency");
     const std::vector<double> decay = file.result("decay_per_cycle");
     const std::vector<double> error = file.result("frequency_standard_error");

@@ -16,7 +16,7 @@ template <class Program>
     } catch (const std::exception& error) {
         std::fprintf(stderr, "%s\n", error.what());
     } catch (...) {
-        std::fputs("stopped by something that is no std::exception\n", stderr);
+        std::fputs("stopped by something that is not a std::exception\n", stderr);
     }
     return 1;
 }

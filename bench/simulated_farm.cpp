@@ -32,7 +32,7 @@ struct Report {
     double arrival = 0.0;
 };
 
-/// As farm::Coordinator and farm::Worker work, their decisions made by the real scheduler.
+/// Behaves as farm::Coordinator and farm::Worker; the real scheduler makes the decisions.
 class SimulatedFarm {
   public:
     SimulatedFarm(std::span<const double> costs, std::span<const double> seconds,
@@ -62,7 +62,7 @@ class SimulatedFarm {
             now = event.time;
             handle(event);
         }
-        // Then rank 0 tells each worker the summary and waits for each farewell.
+        // Then rank 0 sends the summary to each worker and waits for each farewell.
         const double dismissal = 2.0 * (model_.ranks - 1) * model_.handling;
         prediction_.makespan = std::max(now, coordinator_free_) + dismissal +
                                (model_.ranks > 1 ? 2.0 * model_.latency : 0.0);
@@ -120,7 +120,7 @@ class SimulatedFarm {
             begin_next(event.rank, event.time);
             return;
         }
-        // What rank 0 spent on messages meanwhile, it has yet to compute.
+        // Messages have delayed the range of rank 0 by this time.
         if (interruptions_ > 0.0) {
             events_.push({event.time + std::exchange(interruptions_, 0.0), EventKind::RangeDone, 0,
                           event.range});
@@ -132,7 +132,7 @@ class SimulatedFarm {
         begin_next(0, std::max(event.time, coordinator_free_));
     }
 
-    /// A rank without work sleeps longer and longer, up to as long as it has been waiting.
+    /// A rank without work sleeps for growing times, at most as long as it has been waiting.
     double sleep(double waited) {
         return std::uniform_real_distribution(0.0, std::min(waited, model_.longest_sleep))(random_);
     }
@@ -183,7 +183,7 @@ class SimulatedFarm {
     std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
     std::deque<Report> inbox_; ///< of rank 0
     bool look_is_due_ = false;
-    double coordinator_free_ = 0.0; ///< when rank 0 is through with the messages it looked at
+    double coordinator_free_ = 0.0; ///< when rank 0 has answered the messages of its last poll
     double interruptions_ = 0.0;    ///< s, by messages during rank 0's range
     std::mt19937_64 random_{1};
     FarmPrediction prediction_;

@@ -8,15 +8,15 @@
 
 namespace culm::bench {
 
-/// What stands in for the network and for the other ranks' processors.
+/// Model of the network and of the other ranks' processors.
 struct FarmModel {
     int ranks = 1;
     double chunk_seconds = 0.01;   ///< FarmOptions::chunk_seconds
     double seconds_per_cost = 0.0; ///< FarmOptions::seconds_per_cost
     double latency = 50e-6;        ///< s, of a message
     double handling = 5e-6;        ///< s of rank 0's time for a report and its answer
-    double beat = 250e-6;          ///< s between two looks of a computing rank at its messages
-    double longest_sleep = 1e-3;   ///< s, of a rank without work between two looks
+    double beat = 250e-6;          ///< s between two polls for messages by a computing rank
+    double longest_sleep = 1e-3;   ///< s, of a rank without work between two polls
 };
 
 struct FarmPrediction {
@@ -28,8 +28,8 @@ struct FarmPrediction {
     std::int64_t messages = 0;      ///< reports to rank 0
 };
 
-/// Plays a map of batches that take `seconds` and were expected to cost `costs` (both in the order
-/// of the plan: costs fall).
+/// Simulates a map of batches that take `seconds` and were expected to cost `costs` (both in the
+/// order of the plan: costs descend).
 [[nodiscard]] FarmPrediction simulate_farm(std::span<const double> costs,
                                            std::span<const double> seconds, const FarmModel& model);
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# What a study costs beyond its bare computation: mpirun's start, the farm, the archive, the
-# regression. Every repeat runs all variants in turn, so that they share the machine's mood.
+# The cost of a study beyond its bare computation: mpirun's start, the farm, the archive, the
+# regression. Every repeat runs all variants in turn, so that they share the machine's state.
 #
 #   bench/study_overhead.sh BUILD_FOLDER [STUDY.toml [REPEATS]]
 set -euo pipefail

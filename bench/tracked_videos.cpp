@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What culm makes of videos in which nothing is missing: the beam generator's stem, drawn with
-// other light, thickness, noise, contrast, blur, exposure and pull in each, tracked, judged and
-// compared with the truth.
+// Results of culm for videos without hidden effects: the beam generator's stem, drawn with
+// different light, thickness, noise, contrast, blur, exposure and pull in each, is tracked,
+// diagnosed and compared with the truth.
 //
 //   bench_tracked_videos FIRST COUNT FILE     adds the cases to FILE, prints a line for each
 //
 // Video n follows from n alone. The picture is the mean over
-// each pixel and over the exposure, on a grid of its own, of a round stem lit from one side before
-// an uneven ground; it shares no code with the tracker. Y and β are compared with those of a fit
+// each pixel and over the exposure, on its own grid, of a round stem lit from one side in front
+// of an uneven ground; it shares no code with the tracker. Y and β are compared with those of a fit
 // to the true deflections at the same heights and times.
 #include "bench/diagnosis_summary.hpp"
 #include "bench/result_file.hpp"
@@ -123,12 +123,12 @@ class Video {
         return scene_.spec.frames_before +
                static_cast<int>(scene_.spec.duration * frames_per_second);
     }
-    /// Of the middle of a frame, from the release, s.
+    /// Time of the middle of a frame, from the release, s.
     [[nodiscard]] double time_of(double frame) const {
         return (frame - scene_.spec.frames_before + release_share) / frames_per_second;
     }
 
-    /// Over the exposure, from its middle, s.
+    /// Times over the exposure, from its middle, s.
     [[nodiscard]] std::vector<double> exposure_parts() const {
         std::vector<double> parts;
         for (int part = 0; part < part_times; ++part)
@@ -163,9 +163,9 @@ class Video {
     }
 
   private:
-    static constexpr double release_share = 0.37; ///< of a frame, before which it is let go
+    static constexpr double release_share = 0.37; ///< frame intervals from release to next frame
 
-    /// Of the tip, pixels.
+    /// Largest deflection of the tip, pixels.
     [[nodiscard]] double reach() const {
         return scene_.spec.tip_deflection / scene_.look.metres_per_pixel;
     }
@@ -290,7 +290,7 @@ json case_of(std::uint64_t number, const std::filesystem::path& folder) {
         const diagnose::Diagnosis found = diagnose::diagnose({&track.measurement, 1}, options);
         out.update(bench::diagnosis_summary(found));
         const fit::RecordingFit& fit = found.baseline.parts.front();
-        // Both with exact inputs: the difference is the tracker's.
+        // Both with exact inputs, so the difference is due to the tracker.
         const fit::Fit of_video = fit::fit_model({}, {}, fit::observed({&track.measurement, 1}));
         const fit::Fit of_truth = fit::fit_model({}, {}, fit::observed({&exact, 1}));
         for (const auto& [name, id] : {std::pair("youngs_modulus", physics::bond_youngs_modulus),
@@ -314,7 +314,7 @@ void print(const json& each) {
         fmt::print(" | readings {:.3f} px, stated {:.3f}", each["reading_error_px"].get<double>(),
                    each["stated_uncertainty_px"].get<double>());
         for (const char* const name : {"youngs_modulus", "damping"})
-            fmt::print(" | {} {:+.3f} %, beside errors {:+.3f} ± {:.3f} %", name,
+            fmt::print(" | {} {:+.3f} %, with errors {:+.3f} ± {:.3f} %", name,
                        1e2 * each[name]["trackers_error"].get<double>(),
                        1e2 * each[name]["error"].get<double>(),
                        1e2 * each[name]["standard_uncertainty"].get<double>());

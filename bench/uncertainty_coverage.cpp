@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Do the 95 % intervals of a calibration contain the truth? Recordings of the beam generator whose
-// stated inputs are wrong by their own uncertainties, each calibrated with three effects.
+// Tests whether the 95 % intervals of a calibration contain the truth: recordings of the beam
+// generator, with inputs misstated by their uncertainties, are calibrated with three effects.
 //
 //   bench_uncertainty_coverage FIRST COUNT FILE     adds cases to FILE, prints the shares of all
 //
@@ -85,7 +85,7 @@ json case_of(std::uint64_t number) {
     const fit::RecordingFit& part = stem.fit;
     const fit::UncertaintyBudget& budget = stem.budget;
     out["reduced_chi2"] = stem.judged.reduced_chi_squared;
-    // β is a number of the chain: that of the stem as it is, not as it was stated.
+    // β belongs to the chain of the true stem, not of the stated one.
     run::CaseSpec unit = fit::chain_of(real).spec;
     unit.stem.bond_youngs_modulus = truth.spec.stem.youngs_modulus;
     unit.stem.bond_damping = 1.0;
@@ -107,8 +107,8 @@ json case_of(std::uint64_t number) {
     return out;
 }
 
-/// Share of the cases whose 95 % interval holds the truth, by parameter, with all that is in the
-/// budget and with the noise of the readings alone.
+/// Share of the cases whose 95 % interval contains the truth, by parameter, with the whole budget
+/// and with the noise of the readings alone.
 void print_coverage(const json& cases) {
     std::map<std::string, std::array<int, 3>> counts;
     for (const json& each : cases)

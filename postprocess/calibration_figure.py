@@ -3,8 +3,8 @@
 """Draws measured and fitted motion from a folder of `culm calibrate -o DIR`:
 calibration_figure.py DIR [--stem N] [-o OUT].
 
-Of the N-th stem (from 1) the row that moves most, and what the chain leaves of it; to OUT (default:
-DIR). Prints the path. Exit codes: 0 done, 2 bad input.
+Draws the row of the N-th stem (from 1) that moves most, and its residual. Writes to OUT (default:
+DIR) and prints the path. Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ def stem_of(results: CalibrationResults, stem_number: int) -> dict:
 
 @styled
 def motion_figure(results: CalibrationResults, stem_number: int = 1):
-    """Above the motion, below what the chain leaves of it (measured − fitted), with two standard
-    deviations of the noise as a band."""
+    """The upper panel shows the motion, the lower one the residual (measured − fitted) with a band
+    of ± two standard deviations of the noise."""
     stem = stem_of(results, stem_number)
     times, heights, measured, predicted = results.prediction(stem_number)
     row = int(np.nanargmax(np.nanmax(np.abs(measured), axis=0)))
     title = (f"{stem['measurement']}, h = {heights[row]:g} mm: "
-             f"{number(stem['fit']['rmse_mm'], 3)} mm rms left, "
+             f"{number(stem['fit']['rmse_mm'], 3)} mm rms residual, "
              f"noise {number(stem['fit']['noise_mm'], 3)} mm")
     figure = new_figure(3.4, title)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
@@ -58,10 +58,10 @@ def motion_figure(results: CalibrationResults, stem_number: int = 1):
 
 @styled
 def population_figure(results: CalibrationResults):
-    """Histograms of Y and beta of all calibrated stems; between the dashed lines lie 90 %."""
+    """Histograms of Y and beta of all calibrated stems; 90 % lie between the dashed lines."""
     population = results.content.get("population")
     if not population:
-        raise FigureSkipped("one stem is no population.")
+        raise FigureSkipped("a population needs more than one stem.")
     stems = [stem["parameters"] for stem in results.stems if "failure" not in stem]
     figure = new_figure(2.6, f"{len(stems)} stems")
     panels = figure.subplots(1, 2)
@@ -80,7 +80,7 @@ def population_figure(results: CalibrationResults):
 
 
 def figures_of(results: CalibrationResults) -> dict:
-    """The functions that draw all that there is, by the names of their files."""
+    """The functions that draw all figures of these results, by the names of their files."""
     motions = {f"motion-{number:03}": functools.partial(motion_figure, stem_number=number)
                for number in range(1, len(results.stems) + 1)}
     return {"population": population_figure, **motions}

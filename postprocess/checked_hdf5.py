@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads the HDF5 files of culm so that damage is an error and never a number, and so that a file
-cannot make its reader open other files (docs/archive-format.md)."""
+"""Reads the HDF5 files of culm. Damage is reported as an error and never returned as a number, and
+a file cannot make its reader open other files (docs/archive-format.md)."""
 from __future__ import annotations
 
 import re
@@ -30,9 +30,9 @@ def sentence(error: Exception) -> str:
 def own_object(file: h5py.File, path: Path, name: str):
     """The group or dataset `name` of the file, None if it is missing.
 
-    A StudyError if its numbers or its name come from elsewhere. External links, soft links that
-    lead to one, virtual datasets and external storage let a file name any other file of this
-    machine, and a page made of it would publish that. culm writes hard links only.
+    Raises StudyError if its numbers or its name come from another file. External links, soft links
+    to them, virtual datasets and external storage can refer to any file of this machine, and a page
+    made from them would publish that file. culm writes hard links only.
     """
     place, way = file["/"], ""
     for part in (part for part in name.split("/") if part not in ("", ".")):
@@ -62,8 +62,8 @@ def _target_of(group: h5py.Group, name: bytes, kind: int) -> str:
 class CheckedFile:
     """An open study file. Every failure is a StudyError that names the file and the object.
 
-    The checksums of the chunks are HDF5's business; here are the checks that it does not make: the
-    format, chunks that are absent (HDF5 would read them as fill values), and the CRC-32 of texts.
+    HDF5 verifies the checksums of the chunks. This class verifies what HDF5 does not: the format,
+    that no chunk is absent (HDF5 would read it as fill values), and the CRC-32 of texts.
     """
 
     def __init__(self, path: Path):
@@ -114,7 +114,7 @@ class CheckedFile:
             raise StudyError(f"{self.path}: /{name} is damaged: {sentence(error)}") from error
 
     def text(self, name: str) -> str:
-        """A scalar text, compared with its CRC-32: HDF5 has no checksum for it."""
+        """A scalar text, verified by its CRC-32 because HDF5 has no checksum for it."""
         text = str(self.read(name))
         if zlib.crc32(text.encode("utf-8")) != int(self.attribute(name, "crc32")):
             raise StudyError(f"{self.path}: /{name} is damaged: its checksum is wrong.")

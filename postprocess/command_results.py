@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads what culm's commands leave: the JSON of calibrate, compare, diagnose, fit and track, and the
-tables beside it. What is wrong is an error of one sentence."""
+"""Reads the results of culm's commands: the JSON of calibrate, compare, diagnose, fit and track,
+and the tables in the same folder. Every error message is one sentence."""
 from __future__ import annotations
 
 import csv
@@ -12,7 +12,7 @@ import numpy as np
 
 def read_document(file: Path, command: str, name: str, error_type: type[Exception],
                   version: int = 1) -> dict:
-    """The document "culm-<name>" of `culm <command>`; error_type if it is none of this version."""
+    """The document "culm-<name>" of `culm <command>`; error_type if another version wrote it."""
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
@@ -26,11 +26,11 @@ def read_document(file: Path, command: str, name: str, error_type: type[Exceptio
 
 
 class CalibrationError(Exception):
-    """The folder does not hold what culm calibrate -o writes."""
+    """The folder does not contain the results of culm calibrate -o."""
 
 
 class CalibrationResults:
-    """calibration.json and the predictions beside it."""
+    """calibration.json and the predictions in the same folder."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -56,8 +56,8 @@ class ComparisonError(Exception):
 
 
 class Comparison:
-    """`content` is the document (docs/schemas/comparison.schema.json), `rungs` are those of its ladder
-    that could be fitted (docs/compare.md)."""
+    """`content` is the document (docs/schemas/comparison.schema.json), `rungs` are the models of
+    its ladder that could be fitted (docs/compare.md)."""
 
     def __init__(self, path):
         path = Path(path)
@@ -102,7 +102,7 @@ class Diagnosis:
 
     @property
     def visible_spots(self) -> list[dict]:
-        """Blind spots with a size from which on they would show."""
+        """Blind spots that have a detection limit."""
         return [spot for spot in self.content["blind_spots"]
                 if "failure" not in spot and not spot["beyond_bounds"]
                 and spot["smallest_visible"]["value"] is not None]
@@ -118,7 +118,7 @@ class FitError(Exception):
 
 
 class FitResults:
-    """`content` is fit.json, `stems` and `population` are its (docs/fit-format.md)."""
+    """`content` is fit.json; `stems` and `population` are its members (docs/fit-format.md)."""
 
     def __init__(self, directory):
         self.directory = Path(directory)
@@ -128,7 +128,7 @@ class FitResults:
         self.population = content["population"]
 
     def fitted(self) -> list[dict]:
-        """The stems of which some height could be fitted."""
+        """The stems with at least one height that could be fitted."""
         return [stem for stem in self.stems if "b2_hz" in stem]
 
     def normalised(self, number: int) -> tuple[list[float], dict[str, list[float]]]:
@@ -154,8 +154,8 @@ class TrackError(Exception):
 
 
 class TrackResults:
-    """`content` is track.json (docs/tracking.md); times in s from the release on, heights and
-    deflections (T, H) in mm, NaN where nothing was seen."""
+    """`content` is track.json (docs/tracking.md); times are in s from the release, heights and
+    deflections (T, H) in mm. Deflections are NaN where nothing was seen."""
 
     def __init__(self, directory):
         self.directory = Path(directory)

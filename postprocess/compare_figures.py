@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Draws where and how models fail: compare_figures.py FILE_OR_DIR [-o OUT].
 
-FILE is what `culm compare --json` wrote, DIR that of `culm compare -o`. Writes ladder, residuals
-(maps over height and time), spectrum, amplitude (frequency, decay and rest against amplitude) and
-heights (residuals, modes and b1 along the stem) to OUT (default: beside the file) and prints each
+FILE was written by `culm compare --json`, DIR by `culm compare -o`. Writes ladder, residuals (maps
+over height and time), spectrum, amplitude (frequency, decay and rest against amplitude) and heights
+(residuals, modes and b1 along the stem) to OUT (default: the folder of the file) and prints each
 path. Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
@@ -30,17 +30,17 @@ FIRST, LAST = BLUE, VERMILLION
 
 
 def first_and_last(comparison: Comparison) -> list[tuple[dict, str]]:
-    """The smallest and the largest model with their colours; one if there is only one."""
+    """The smallest and the largest model with their colours; a single model is listed once."""
     rungs = comparison.rungs
     return [(rungs[0], FIRST)] + ([(rungs[-1], LAST)] if len(rungs) > 1 else [])
 
 
 @styled
 def ladder_figure(comparison: Comparison):
-    """Residual over noise, and what was held out, of every rung."""
+    """Residual over noise of every model, for all readings and for the readings held out."""
     rungs = comparison.rungs
     if len(rungs) < 2:
-        raise FigureSkipped("one model is no ladder.")
+        raise FigureSkipped("a ladder needs more than one model.")
     figure = new_figure(1.0 + 0.5 * len(rungs), comparison.measurement)
     axes = figure.subplots()
     places = np.arange(len(rungs))[::-1]
@@ -71,12 +71,12 @@ def rung_label(rung: dict) -> str:
 
 @styled
 def residuals_figure(comparison: Comparison):
-    """Residuals over height and time, of the first models and the last on one scale."""
+    """Residuals of the first models and of the last one over height and time, on one scale."""
     rungs = comparison.rungs
     rungs = rungs if len(rungs) <= MOST_MAPS else [*rungs[:MOST_MAPS - 1], rungs[-1]]
     maps = [rung["where"]["residual_map"] for rung in rungs]
     if len(maps[0]["height_mm"]) < 2:
-        raise FigureSkipped("one height is no map.")
+        raise FigureSkipped("a map needs more than one height.")
     figure = new_figure(0.7 + 1.4 * len(rungs), comparison.measurement)
     panels = figure.subplots(len(rungs), 1, sharex=True, squeeze=False)[:, 0]
     values = [np.array([numbers(row) for row in shown["residual_mm"]]) for shown in maps]
@@ -96,7 +96,7 @@ def residuals_figure(comparison: Comparison):
 
 @styled
 def spectrum_figure(comparison: Comparison):
-    """Spectra of the residuals, with the fitted chain's modes."""
+    """Spectra of the residuals, with the modes of the fitted chain."""
     figure = new_figure(2.6, comparison.measurement)
     axes = figure.subplots()
     for rung, colour in first_and_last(comparison):
@@ -115,7 +115,7 @@ def spectrum_figure(comparison: Comparison):
 
 
 def draw_windows(axes, windows: list[dict], key: str, side: str, **style):
-    """A fitted number of every window against its amplitude."""
+    """The fitted number `key` of every window against the window's amplitude."""
     known = [window[side] for window in windows if window[side] and window["measured"]]
     if not known:
         return
@@ -150,7 +150,7 @@ def amplitude_figure(comparison: Comparison):
 
 @styled
 def heights_figure(comparison: Comparison):
-    """Along the stem: residuals, errors of the mode shapes, b1 per cycle."""
+    """Residuals, errors of the mode shapes and b1 per cycle along the stem."""
     figure = new_figure(2.8, comparison.measurement)
     residual, shape, decay = figure.subplots(1, 3, sharey=True)
     for rung, colour in first_and_last(comparison):
@@ -194,8 +194,8 @@ FIGURES = {
 def parse(arguments):
     parser = OneSentenceParser(prog="compare_figures.py", description="Where and how models fail.")
     parser.add_argument("path", metavar="FILE_OR_DIR", type=Path,
-                        help="of culm compare --json or -o")
-    add_output_options(parser, "beside the file")
+                        help="output of culm compare --json or -o")
+    add_output_options(parser, "the folder of the file")
     return parser.parse_args(arguments)
 
 

@@ -7,10 +7,10 @@
         study.factor_names                      # ['bond_damping', 'bond_youngs_modulus_gpa']
         frequency = study["frequency"]          # (points), Hz; NaN where there is no answer
         study.unit("frequency")                 # 'Hz'
-        study.table()                           # all of it as a pandas DataFrame
+        study.table()                           # all columns as a pandas DataFrame
         y = study.tip_deflection(0)             # (samples), m, at the times study.time
 
-Shapes: P points, S samples, H heights, N spheres. Arrays are read when asked for, as float64.
+Shapes: P points, S samples, H heights, N spheres. Arrays are read on access, as float64.
 """
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = ["Failure", "Study", "StudyError"]
 
 
 class Failure(NamedTuple):
-    """A point that was computed without an answer."""
+    """A point whose computation failed."""
 
     point: int
     kind: str
@@ -38,9 +38,9 @@ class Failure(NamedTuple):
 class Study:
     """The results of one study, open for reading; close it, or use it in a `with` statement.
 
-    `directory` is the result folder (or its study.h5). Raises StudyError if there is no archive in
-    it, or one of another format or of an unknown major version. Damaged data raise StudyError when
-    they are read: the checksums of the file turn them into errors, never into wrong numbers.
+    `directory` is the result folder (or its study.h5). Raises StudyError if the folder contains no
+    archive, or one of another format or of an unknown major version. Reading damaged data raises
+    StudyError: the checksums of the file prevent wrong numbers.
     """
 
     def __init__(self, directory):
@@ -59,7 +59,7 @@ class Study:
             raise
 
     def close(self):
-        """Closes the file; arrays that were read stay valid."""
+        """Closes the file; arrays that were read remain valid."""
         self._file.file.close()
 
     def __enter__(self):
@@ -86,7 +86,7 @@ class Study:
 
     @property
     def spheres(self) -> int:
-        """N, spheres in the chain; 0 if the study does not say."""
+        """N, spheres in the chain; 0 if the study does not state it."""
         return int(self._file.attribute("/", "spheres"))
 
     @property
@@ -104,7 +104,7 @@ class Study:
         return str(self._file.attribute(self._column_path(name), "unit"))
 
     def description(self, name: str) -> str:
-        """What a factor or result column is; empty if the file does not say."""
+        """Description of a factor or result column; empty if the file has none."""
         return str(self._file.dataset(self._column_path(name)).attrs.get("description", ""))
 
     def _ipython_key_completions_(self):
@@ -115,8 +115,8 @@ class Study:
     def __getitem__(self, name: str) -> np.ndarray:
         """A factor or result column, (P), in its unit; results are NaN unless completed.
 
-        A factor wins over a result of the same name. Raises StudyError if there is no such column;
-        the text names the nearest one.
+        A factor takes precedence over a result of the same name. Raises StudyError, which names the
+        nearest column, if there is no such column.
         """
         return self._file.read(self._column_path(name))
 
@@ -150,8 +150,8 @@ class Study:
     def parameter(self, key: str) -> np.ndarray:
         """A parameter of the stem or the release at every point, (P), in the unit of its key.
 
-        It need not be a factor: a constant of the study is repeated. Raises StudyError if the study
-        states no such number.
+        A constant of the study is repeated for every point. Raises StudyError if the study states
+        no such number.
         """
         if key in self._factor_names:
             return self._file.read(f"design/{key}")
@@ -222,7 +222,7 @@ class Study:
             raise StudyError(f"{self.path}: the study does not store positions.")
         return self._file.read(f"particles/point_{int(point):06d}/position/value")
 
-    # -- where it comes from ------------------------------------------------------------------
+    # -- provenance ---------------------------------------------------------------------------
 
     @property
     def provenance(self) -> dict[str, str]:
@@ -247,7 +247,7 @@ class Study:
 
     @property
     def summary(self) -> dict:
-        """The content of summary.json, which `culm reduce` writes."""
+        """The content of summary.json, written by `culm reduce`."""
         path = self.directory / "summary.json"
         try:
             summary = json.loads(path.read_text(encoding="utf-8"))
@@ -259,7 +259,7 @@ class Study:
             raise StudyError(f"{path} is not the summary of a study: it holds no JSON object.")
         return summary
 
-    # -- inside -------------------------------------------------------------------------------
+    # -- private ------------------------------------------------------------------------------
 
     def _open(self) -> CheckedFile:
         if not self.directory.is_dir():

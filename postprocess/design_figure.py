@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a study leaves the laws of one lightly damped mode: maps over (Y, β)."""
+"""Maps over (Y, β) that show where a study departs from the laws of one lightly damped mode."""
 from __future__ import annotations
 
 import numpy as np
@@ -16,8 +16,8 @@ FEWEST_LEVELS_FOR_CONTOURS = 4
 
 
 def draw_contours(axes, moduli: np.ndarray, dampings: np.ndarray, cells: np.ndarray):
-    """Labelled lines, white on the dark half of the colour map and black on the bright one; none
-    where they would break off at a cell without an answer or pretend a resolution."""
+    """Labelled contours, white on the dark half of the colour map and black on the bright one; none
+    if they would end at a cell without an answer or suggest a resolution that does not exist."""
     if np.ma.is_masked(cells) or min(cells.shape) < FEWEST_LEVELS_FOR_CONTOURS:
         return
     low, high = cells.min(), cells.max()
@@ -32,14 +32,14 @@ def draw_contours(axes, moduli: np.ndarray, dampings: np.ndarray, cells: np.ndar
 
 
 def draw_map(axes, points: StudyPoints, values: np.ndarray):
-    """Cells for a factorial design, else the points themselves."""
+    """Draws cells for a factorial design and points for any other design."""
     grid = grid_of(points, values)
     if grid is None:
         return axes.scatter(
             1e-9 * points.youngs_modulus, points.damping, c=values, cmap=COLOUR_MAP, s=18
         )
     moduli, dampings, cells = grid
-    axes.set_facecolor(GREY)  # what a cell without an answer shows
+    axes.set_facecolor(GREY)  # cells without an answer
     mesh = axes.pcolormesh(
         1e-9 * edges_between(moduli), edges_between(dampings), cells, cmap=COLOUR_MAP
     )
@@ -52,7 +52,7 @@ def design_figure(study: Study):
     """Maps over Y and β of (a) the deviation of b2/√Y from its value at low β and (b) −b1/β: both
     are constant where the motion is one lightly damped mode, as Eq. 1 assumes.
 
-    FigureSkipped unless Y and β, and nothing else, vary and β is positive.
+    Raises FigureSkipped unless only Y and β vary and β is positive.
     """
     points = fitted_points(study)
     obstacle = map_obstacle(study, points)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the maps over (Y, β) show, and the cells of a factorial design; draws nothing."""
+"""The values of the maps over (Y, β) and the cells of a factorial design; draws nothing."""
 from __future__ import annotations
 
 import numpy as np
@@ -40,8 +40,8 @@ def grid_of(points: StudyPoints, values: np.ndarray):
 
 
 def edges_between(levels: np.ndarray) -> np.ndarray:
-    """Borders half-way between levels, (levels + 1); the outer cells reach as far out as in, but
-    not below 0: neither Y nor β is negative."""
+    """Borders half-way between levels, (levels + 1). The outer cells are symmetric about their
+    levels but do not extend below 0, because neither Y nor β is negative."""
     middles = 0.5 * (levels[1:] + levels[:-1])
     first = max(0.0, 2.0 * levels[0] - middles[0])
     last = 2.0 * levels[-1] - middles[-1]
@@ -49,7 +49,7 @@ def edges_between(levels: np.ndarray) -> np.ndarray:
 
 
 def map_obstacle(study: Study, points: StudyPoints) -> str:
-    """Why maps over (Y, β) would mean nothing; empty if they do not."""
+    """The reason why maps over (Y, β) are meaningless; empty if they are meaningful."""
     others = other_factors(study)
     if others:
         return f"b2/√Y depends on more than Y and β here ({', '.join(others)})."

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Draws a diagnosis: diagnose_figures.py FILE_OR_DIR [-o OUT].
 
-FILE is what `culm diagnose --json` wrote, DIR that of `culm diagnose -o`. Writes error_ladder,
-explanations, blind_spots and missing_force (where one was reconstructed) to OUT (default: beside the
-file) and prints each path. Exit codes: 0 done, 2 bad input.
+FILE was written by `culm diagnose --json`, DIR by `culm diagnose -o`. Writes error_ladder,
+explanations, blind_spots and missing_force (if one was reconstructed) to OUT (default: the folder
+of the file) and prints each path. Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 
 def plain_log_axis(axis):
-    """Ticks as 0.04 rather than as powers of ten."""
+    """Writes ticks as 0.04 rather than as powers of ten."""
     axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
     axis.set_minor_formatter(NullFormatter())
 
 
 def with_plain_ticks(axes, smallest: float, largest: float):
-    """1, 2, 5 of every decade that a logarithmic horizontal axis shows."""
+    """Sets ticks at 1, 2 and 5 in every decade of a logarithmic horizontal axis."""
     decades = 10.0 ** np.arange(np.floor(np.log10(smallest)), np.ceil(np.log10(largest)) + 1)
     every = (decades[:, None] * np.array([1.0, 2.0, 5.0])).ravel()
     axes.set_xlim(smallest / 1.25, largest * 1.25)
@@ -42,7 +42,7 @@ def with_plain_ticks(axes, smallest: float, largest: float):
 
 @styled
 def error_ladder_figure(diagnosis: Diagnosis):
-    """The residual of every model on the way to the answer, beside the noise."""
+    """The residual of every model on the way to the answer, with the noise as a line."""
     ladder = diagnosis.content["ladder"]
     figure = new_figure(1.1 + 0.35 * len(ladder), diagnosis.heading)
     axes = figure.subplots()
@@ -89,10 +89,10 @@ def spot_label(spot: dict) -> str:
 
 @styled
 def blind_spots_figure(diagnosis: Diagnosis):
-    """What an effect that is just not visible does to Y and beta."""
+    """The bias of Y and beta by an effect at its detection limit."""
     spots = diagnosis.visible_spots
     if not spots:
-        raise FigureSkipped("no effect has a size from which on it would show.")
+        raise FigureSkipped("no effect has a detection limit.")
     spots = sorted(spots, key=lambda spot: abs(spot["bias"]["bond_youngs_modulus"] or 0.0) +
                    abs(spot["bias"]["bond_damping"] or 0.0))
     figure = new_figure(0.9 + 0.19 * len(spots), diagnosis.heading)
@@ -144,8 +144,8 @@ FIGURES = {
 def parse(arguments):
     parser = OneSentenceParser(prog="diagnose_figures.py", description="A diagnosis in figures.")
     parser.add_argument("path", metavar="FILE_OR_DIR", type=Path,
-                        help="of culm diagnose --json or -o")
-    add_output_options(parser, "beside the file")
+                        help="output of culm diagnose --json or -o")
+    add_output_options(parser, "the folder of the file")
     return parser.parse_args(arguments)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the programs that draw figures have in common: options, files, and what goes wrong."""
+"""Options, output files and error messages shared by the programs that draw figures."""
 from __future__ import annotations
 
 import argparse
@@ -13,7 +13,7 @@ EXIT_BAD_INPUT = 2
 
 
 class OneSentenceParser(argparse.ArgumentParser):
-    """Says what is wrong in one sentence, without the usage."""
+    """Reports an error in one sentence, without the usage."""
 
     def error(self, message):
         self.exit(EXIT_BAD_INPUT, f"{self.prog}: {message} (see --help).\n")
@@ -44,8 +44,7 @@ def write_figure(figure, folder: Path, name: str, formats: list[str]):
 
 
 def write_figures(program: str, figures: dict, data, folder: Path, formats: list[str]):
-    """Draws every figure that there are data for; what is left out is said on the standard
-    error."""
+    """Draws every figure for which there are data; skipped figures are named on standard error."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, make_figure in figures.items():
         try:
@@ -57,7 +56,7 @@ def write_figures(program: str, figures: dict, data, folder: Path, formats: list
 
 
 def exit_code_of(program: str, refusals: tuple[type[Exception], ...], action) -> int:
-    """Calls `action`; a refusal or an unusable file is one sentence on the standard error."""
+    """Calls `action`; reports a refusal or an unusable file in one sentence on standard error."""
     try:
         action()
     except refusals as error:

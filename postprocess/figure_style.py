@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How all figures look: two-column width, the common colours (palette.py), one set of sizes."""
+"""The style of all figures: two-column width, the common colours (palette.py), one set of sizes."""
 from __future__ import annotations
 
 import functools
@@ -33,11 +33,11 @@ STYLE = {
 
 
 class FigureSkipped(Exception):
-    """The study does not hold what a figure shows; one sentence."""
+    """The study does not contain the data of a figure; one sentence."""
 
 
 def styled(make_figure):
-    """Decorator: draws a figure in the common style whatever the caller's settings are."""
+    """Decorator that draws a figure in the common style, whatever the caller's settings are."""
 
     @functools.wraps(make_figure)
     def in_style(*arguments, **options):
@@ -60,7 +60,7 @@ def new_figure(height_inch: float, heading: str) -> Figure:
 
 
 def literal(text: str) -> str:
-    """Text from a file, in which a dollar sign begins no formula."""
+    """Text from a file, escaped so that a dollar sign does not begin a formula."""
     return text.replace("$", r"\$")
 
 
@@ -70,13 +70,13 @@ def mark(axes, letter: str):
 
 
 def leave_room_above(axes, share: float):
-    """Extends the vertical axis so that its upper `share` holds no data but the legend."""
+    """Extends the vertical axis so that its upper `share` is free for the legend."""
     bottom, top = axes.get_ylim()
     axes.set_ylim(bottom, bottom + (top - bottom) / (1.0 - share))
 
 
 def whole_numbers(axis):
-    """Ticks of an axis that counts."""
+    """Sets whole numbers as ticks of an axis that counts."""
     axis.set_major_locator(MaxNLocator(integer=True))
 
 

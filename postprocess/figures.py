@@ -2,13 +2,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Draws the figures of a result folder: figures.py DIR [-o OUT] [--format png,pdf,svg].
 
-Of a study regression (Eqs. 12 and 13), residuals (the paper's Fig. 8), tip_history (Fig. 7) and
-design, of a time-step study timestep; of a tracked recording
-displacements (Fig. 3a), of measured stems histories (Fig. 3b and c), population (Fig. 5) and
-banding (Fig. 6); of a calibration, a comparison and a diagnosis theirs: whatever is in DIR. Those of
-measurements are called after what they are of (fit_population, comparison_ladder). They go to OUT
-(default: DIR); prints each path.
-Exit codes: 0 done, 2 bad input. In a notebook call the functions; each returns a matplotlib Figure:
+A study has regression (Eqs. 12 and 13), residuals (the paper's Fig. 8), tip_history (Fig. 7) and
+design; a time-step study has timestep; a tracked recording has displacements (Fig. 3a); measured
+stems have histories (Fig. 3b and c), population (Fig. 5) and banding (Fig. 6). Calibrations,
+comparisons and diagnoses have figures as well. The name of a figure of measurements begins with its
+file (fit_population, comparison_ladder). Writes to OUT (default: DIR) and prints each path. Exit
+codes: 0 done, 2 bad input. In a notebook call the functions; each returns a matplotlib Figure:
 
     from culm_archive import Study
     import figures
@@ -48,7 +47,7 @@ FIGURES = {
 TIMESTEP_FIGURES = {"timestep": timestep_figure}
 
 
-# What else than a study a folder may hold: the file that tells, its reader, and its figures.
+# The results other than a study that a folder may contain: file, reader, figures.
 DOCUMENTS = (
     ("track.json", TrackResults, lambda track: fit_figures.TRACK_FIGURES),
     ("fit.json", FitResults, lambda results: fit_figures.FIGURES),
@@ -67,7 +66,7 @@ def parse(arguments):
 
 
 def draw_study(options):
-    """Refuses, with the reason, what is no study."""
+    """Draws the figures of a study; raises StudyError if the folder contains none."""
     with Study(options.directory) as study:
         drawn = TIMESTEP_FIGURES if is_timestep_study(study) else FIGURES
         write_figures("figures.py", drawn, study, options.out or study.directory, options.format)

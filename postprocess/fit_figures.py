@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Draws the laboratory figures from a folder of `culm fit -o DIR`: fit_figures.py DIR [-o OUT].
 
-Writes histories (Fig. 3b and c), population (Fig. 5) and banding (Fig. 6) of Schramm et al. (2019) to OUT
+Writes histories, population and banding (Figs. 3b and c, 5 and 6 of Schramm et al., 2019) to OUT
 (default: DIR) and prints each path. Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
@@ -26,13 +26,13 @@ from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
-MOST_CYCLES = 12.0  # that the histories show
+MOST_CYCLES = 12.0  # shown in the histories
 
 
 @styled
 def displacements_figure(track: TrackResults):
-    """Fig. 3a: deflection against time at every height, all frames that culm track kept, those in
-    which the stem was held included; a line marks the release."""
+    """Fig. 3a: deflection against time at every height, for all frames that culm track kept,
+    including those in which the stem was held; a line marks the release."""
     release = track.content["release"]
     figure = new_figure(2.8, f"{track.stem}: {number(track.content['fps'])} frames/s, pulled by "
                              f"{number(release['pull_mm'], 3)} mm at "
@@ -55,8 +55,8 @@ def displacements_figure(track: TrackResults):
 
 @styled
 def histories_figure(results: FitResults, stem_number: int = 0):
-    """Fig. 3b and c: every height of a stem against time from just before the release, and in
-    cycles over the stem's largest deflection."""
+    """Fig. 3b and c: deflection at every height against time from just before the release, and
+    relative to the stem's largest deflection against cycles."""
     stem = results.stems[stem_number]
     if "b2_hz" not in stem:
         raise FigureSkipped(f"no height of {stem['measurement']} could be fitted.")
@@ -86,7 +86,7 @@ def histories_figure(results: FitResults, stem_number: int = 0):
 
 
 def draw_histogram(axes, sample: dict, label: str, published: tuple[float, float]):
-    """With its mean as a dashed line, and the published mean and standard deviation above."""
+    """Histogram with its mean as a dashed line and the published mean ± deviation above it."""
     edges, counts = sample["histogram"]["edges"], sample["histogram"]["counts"]
     axes.stairs(counts, edges, fill=True, color=BLUE, alpha=0.75)
     axes.plot([sample["mean"]] * 2, [0.0, max(counts)], color=BLACK, linewidth=0.8, linestyle="--")
@@ -102,9 +102,9 @@ def draw_histogram(axes, sample: dict, label: str, published: tuple[float, float
 
 @styled
 def population_figure(results: FitResults):
-    """Fig. 5: histograms of b1 per cycle and of b2, the published mean and spread marked."""
+    """Fig. 5: histograms of b1 per cycle and of b2, with the published mean and spread."""
     if results.population is None:
-        raise FigureSkipped("one stem is no population.")
+        raise FigureSkipped("a population needs more than one stem.")
     figure = new_figure(2.6, "")
     left, right = figure.subplots(1, 2)
     draw_histogram(left, results.population["b1_per_cycle"], "b1 per cycle",
@@ -124,11 +124,11 @@ def draw_decays(axes, places, fits, **style):
 
 @styled
 def banding_figure(results: FitResults):
-    """Fig. 6: b1 per cycle against the relative height, and against the aspect ratio; the published
-    mean and spread of the stems as a line in a band."""
+    """Fig. 6: b1 per cycle against the relative height and against the aspect ratio; a line in a
+    band shows the published mean and spread of the stems."""
     stems = results.fitted()
     if len(stems) < 2:
-        raise FigureSkipped("one stem is no population.")
+        raise FigureSkipped("a population needs more than one stem.")
     figure = new_figure(2.8, "")
     left, right = figure.subplots(1, 2)
     colours = colormaps[COLOUR_MAP]

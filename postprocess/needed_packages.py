@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Says in one sentence what this Python lacks, where an import would end in a traceback."""
+"""Reports missing modules in one sentence instead of a traceback."""
 from __future__ import annotations
 
 import sys

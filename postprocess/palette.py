@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Colours that colour-blind readers can tell apart, and how numbers are written; draws nothing."""
+"""Colours that colour-blind readers can distinguish, and the format of numbers; draws nothing."""
 from __future__ import annotations
 
 # Okabe & Ito (2008), Color Universal Design.
@@ -14,5 +14,5 @@ COLOUR_MAP = "viridis"
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number with so many significant digits and a true minus sign."""
+    """A number with `digits` significant digits and a true minus sign."""
     return f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The regressions of a study beside those of Schramm et al. (2019): laws and residuals."""
+"""The regressions of a study compared with those of Schramm et al. (2019): laws and residuals."""
 from __future__ import annotations
 
 import textwrap
@@ -74,7 +74,7 @@ def equation(panel: Panel, law: Law) -> str:
 
 
 def colours(panel: Panel) -> dict:
-    """Colour arguments of a scatter plot: by the other factor if that varies."""
+    """Colour arguments of a scatter plot: coloured by the other factor if that factor varies."""
     if np.ptp(panel.colour) == 0.0:
         return {"color": BLUE}
     return {"c": panel.colour, "cmap": COLOUR_MAP}
@@ -103,7 +103,7 @@ def draw_laws(axes, panel: Panel, found: StudyLaw | str):
 
 
 def no_regression(axes, reason: str):
-    """The reason in an empty panel."""
+    """Writes the reason into an empty panel."""
     text = textwrap.fill(f"No regression: {reason}", 48)
     axes.text(0.5, 0.5, text, parse_math=False, transform=axes.transAxes, ha="center", va="center",
               fontsize=7)
@@ -111,7 +111,7 @@ def no_regression(axes, reason: str):
 
 
 def draw_residuals(axes, panel: Panel, law: Law):
-    """Points above and below the fitted law, which hides them at the scale of the panel above."""
+    """Residuals of the fitted law, which are not visible at the scale of the panel above."""
     residuals = law.residuals_percent(panel.predictor, panel.response)
     drawn = panel.drawn_sign * panel.predictor
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
@@ -122,7 +122,7 @@ def draw_residuals(axes, panel: Panel, law: Law):
 
 
 def draw_regression(figure, upper, lower, panel: Panel, found: StudyLaw | str):
-    """One column of the regression figure: the laws above, the residuals below."""
+    """One column of the regression figure: the laws in the upper panel, the residuals below."""
     drawn = panel.drawn_sign * panel.predictor
     shown = upper.scatter(drawn, panel.response, s=14, linewidths=0, zorder=3, **colours(panel))
     if np.ptp(panel.colour) > 0.0:
@@ -141,8 +141,8 @@ def draw_regression(figure, upper, lower, panel: Panel, found: StudyLaw | str):
 @styled
 def regression_figure(study: Study):
     """(a) √Y against b2 and (b) β against −b1 per cycle, points coloured by the other factor, with
-    the laws fitted to the study and Eqs. 12 and 13 of Schramm et al. (2019); below them what the
-    fitted laws leave, in per cent of the largest observed value."""
+    the laws fitted to the study and Eqs. 12 and 13 of Schramm et al. (2019); below them the
+    residuals of the fitted laws, in per cent of the largest observed value."""
     points = fitted_points(study)
     figure = new_figure(3.8, conditions(study))
     all_axes = figure.subplots(2, 2, sharex="col", height_ratios=(3.2, 1.0))
@@ -155,8 +155,8 @@ def regression_figure(study: Study):
 
 
 def draw_published_residuals(axes, panel: Panel, edges: np.ndarray):
-    """The published law on the same points, or a remark where it is a law of other stems or the
-    bins are too narrow for it."""
+    """Draws the residuals of the published law on the same points, or a remark if that law is for
+    other stems or the bins are too narrow for it."""
     name = f"Schramm et al. (2019), {panel.published_name}"
     found = published_residual_counts(panel.published, panel.predictor, panel.response, edges)
     if found is None:
@@ -170,8 +170,8 @@ def draw_published_residuals(axes, panel: Panel, edges: np.ndarray):
 
 @styled
 def residual_figure(study: Study):
-    """Residuals in per cent of the largest observed value (the paper's Fig. 8) of (a) √Y and (b) β:
-    of the laws fitted to the study, and of the published ones on the same points."""
+    """Residuals in per cent of the largest observed value (the paper's Fig. 8) of (a) √Y and (b) β,
+    for the laws fitted to the study and for the published laws on the same points."""
     points = fitted_points(study)
     figure = new_figure(2.7, conditions(study))
     all_axes = figure.subplots(1, 2)

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes what a folder of results holds as one page: report.py DIR -o report.html.
+"""Writes a folder of results as one page: report.py DIR -o report.html.
 
-`culm report` hands over to this program (docs/report.md). DIR, or folders in it, may hold what
-`culm run`, `track`, `fit`, `calibrate`, `compare` and `diagnose` leave with -o. The page needs no
-network. Prints its path. Exit codes: 0 done, 2 bad input or something missing on this machine.
+`culm report` calls this program (docs/report.md). DIR, or folders in it, may contain the results
+that `culm run`, `track`, `fit`, `calibrate`, `compare` and `diagnose` write with -o. The page needs
+no network. Prints its path. Exit codes: 0 done, 2 bad input or something missing on this machine.
 """
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ PROGRAM = "culm report"
 
 def parse(arguments):
     parser = argparse.ArgumentParser(
-        prog=PROGRAM, description="What a folder of results holds as one page with figures.")
+        prog=PROGRAM, description="Writes a folder of results as one page with figures.")
     parser.add_argument("directory", metavar="DIR", type=Path,
                         help="folder of results, or of such folders")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path,
                         help="the page to write (DIR/report.html)")
-    parser.add_argument("--plotly-js", metavar="FILE", type=Path,
+    parser.add_argument("--d3-js", metavar="FILE", type=Path,
                         help="the drawing library, if it is not found")
     return parser.parse_args(arguments)
 
@@ -35,7 +35,7 @@ def refuse(sentence) -> int:
 
 
 def write_whole(file: Path, text: str):
-    """Never leaves half a page behind."""
+    """Replaces the page as a whole, so that an error never leaves half a page."""
     file.parent.mkdir(parents=True, exist_ok=True)
     unfinished = file.with_name(file.name + ".tmp")
     try:
@@ -50,7 +50,7 @@ def main(arguments=None) -> int:
     options = parse(arguments)
     try:
         from report_page.contents import REFUSALS, NothingToReport, sections_of
-        from report_page.library import LibraryMissing, plotly_js
+        from report_page.library import LibraryMissing, d3_js
         from report_page.page import page_of
     except ModuleNotFoundError as missing:
         return refuse(f"{sys.executable} lacks the module '{missing.name}': "
@@ -58,7 +58,7 @@ def main(arguments=None) -> int:
                       "/usr/bin/python3 (the variable CULM_PYTHON names the Python to use).")
     output = options.output or options.directory / "report.html"
     try:
-        library, version = plotly_js(options.plotly_js)
+        library, version = d3_js(options.d3_js)
         sections = sections_of(options.directory)
         name = options.directory.resolve().name
         write_whole(output, page_of(name, sections, library, version))

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Table of the two regressions for each law, window and treatment of b0.
 
-Reads the JSON summaries that jobs/reproduction.sh leaves in a folder, named
+Reads the JSON summaries that jobs/reproduction.sh writes to a folder, named
 <law>-<window in s>-<free|fixed>.json, and prints a Markdown table.
 """
 
@@ -36,7 +36,7 @@ def main():
             print("| " + " | ".join(row) + " |")
     except OSError as error:
         sys.exit(f"reproduction_table.py: {error.filename}: {error.strerror} "
-                 "(jobs/reproduction.sh leaves these files).")
+                 "(jobs/reproduction.sh writes these files).")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The laws that read a stem: of Schramm et al. (2019), and of a study from its summary.json."""
+"""The calibration laws of Schramm et al. (2019), and those of a study from its summary.json."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Law:
 
 @dataclass(frozen=True)
 class StudyLaw:
-    """A single-predictor law as `culm reduce` found it."""
+    """A single-predictor law as determined by `culm reduce`."""
 
     law: Law
     adjusted_r_squared: float
@@ -34,8 +34,8 @@ class StudyLaw:
     residual_counts: np.ndarray  # (bins)
 
 
-# A published law is drawn among the residuals if it holds for this study at all: nine of ten points
-# within this, in per cent. Other stems than the paper's have other laws.
+# The residuals of a published law are drawn if nine of ten are smaller than this, in per cent. If
+# they are not, the study has other stems than the paper, and these have other laws.
 LARGEST_COMPARABLE_RESIDUAL = 20.0
 MOST_BINS = 200
 
@@ -46,7 +46,7 @@ PUBLISHED_DAMPING = Law(intercept=2.5, slope=-261.4)
 
 def study_law(study: Study, response: str) -> StudyLaw | str:
     """The law of a response ("sqrt_youngs_modulus" or "bond_damping") in summary.json, or the
-    reason why the regression was impossible. StudyError if the summary holds neither."""
+    reason why the regression was impossible. StudyError if the summary contains neither."""
     try:
         entry = study.summary["regression"][response]
         if "reason" in entry:
@@ -76,8 +76,8 @@ def study_law(study: Study, response: str) -> StudyLaw | str:
 
 
 def bins_that_hold(edges: np.ndarray, values: np.ndarray) -> np.ndarray | None:
-    """The edges, continued at the same width until every value lies between them; None if that
-    takes more than MOST_BINS."""
+    """The edges, extended at the same width until they enclose every value; None if that takes
+    more than MOST_BINS."""
     width = edges[1] - edges[0]
     if np.ptp(np.append(values, edges)) > MOST_BINS * width:
         return None
@@ -87,8 +87,8 @@ def bins_that_hold(edges: np.ndarray, values: np.ndarray) -> np.ndarray | None:
 
 
 def published_residual_counts(published: Law, predictor, response, edges: np.ndarray):
-    """Counts and edges of the residuals that a published law leaves, with bins like `edges`; None
-    where it is a law of other stems or the bins are too narrow for it."""
+    """Counts and edges of the residuals of a published law, with bins like `edges`; None if the law
+    is for other stems or the bins are too narrow for it."""
     residuals = published.residuals_percent(predictor, response)
     bins = bins_that_hold(edges, residuals)
     if bins is None or np.quantile(np.abs(residuals), 0.9) > LARGEST_COMPARABLE_RESIDUAL:

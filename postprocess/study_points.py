@@ -41,7 +41,7 @@ def fitted_points(study: Study) -> StudyPoints:
 
 
 def conditions(study: Study) -> str:
-    """What decides the numbers of a figure besides Y and β: bond law, fit window, other factors."""
+    """The settings besides Y and β that affect a figure: bond law, fit window, other factors."""
     settings = study.settings
     texts = []
     if "law.name" in settings:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How large explicit steps may be, and what they do to b1 and b2: the figure of a time-step study."""
+"""The figure of a time-step study: the largest stable steps, and the errors of b1 and b2."""
 from __future__ import annotations
 
 import matplotlib
@@ -16,7 +16,7 @@ MOST_MODULI_IN_HEADING = 4
 
 
 def drawn_damping(damping: np.ndarray) -> np.ndarray:
-    """Undamped stems at the left end of the logarithmic axis."""
+    """Puts undamped stems at the left end of the logarithmic axis."""
     positive = damping[damping > 0.0]
     smallest = positive.min() if positive.size else 1.0
     return np.where(damping > 0.0, damping, 0.5 * smallest)
@@ -63,7 +63,7 @@ def draw_limits(axes, study: Study, limits: Limits):
 
 
 def draw_ratios(axes, limits: Limits):
-    """What the logarithmic panel hides: both predictions against the bisected limit."""
+    """Both predictions over the bisected limit, on a linear scale that shows small differences."""
     x = drawn_damping(limits.damping)
     rule, linearised = limits.rule / limits.bisected, limits.linearised / limits.bisected
     axes.semilogx(x, rule, "s", color=VERMILLION, markersize=3.5, label="authors' rule")
@@ -101,9 +101,9 @@ def draw_errors(axes, errors: Errors, damping: np.ndarray, quantity: str, symbol
 
 @styled
 def timestep_figure(study: Study):
-    """(a) the largest stable step over τ = √(m/k_n) against β: bisected, of the linearised chain, and
-    the authors' rule; (b) both predictions over the bisected limit; (c) and (d) the errors of b1 and
-    b2 against the step, lines: the linearised first mode. Without compared steps (a) and (b) only.
+    """(a) the largest stable step over τ = √(m/k_n) against β by bisection, by the linearised chain
+    and by the authors' rule; (b) both predictions over the bisected limit; (c) and (d) errors of b1
+    and b2 against the step, with lines for the linearised first mode, if steps were compared.
     """
     limits = limits_of(study)
     errors = errors_of(study, limits)

@@ -52,14 +52,14 @@ def limits_of(study: Study) -> Limits:
 
 
 def fraction_names(study: Study) -> list[str]:
-    """The fractions as they stand in the names of the columns, in their order."""
+    """The fractions in the names of the columns, as written there and in their order."""
     start = "timestep_at_"
     return [name.removeprefix(start) for name in study.result_names if name.startswith(start)]
 
 
 def extrapolated_to_zero(steps: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values at step zero of the parabolas (lines) through the three (two) smallest steps that have
-    a value, row by row; NaN with fewer. As `culm reduce` does it. Shapes (M, F); returns (M)."""
+    """Extrapolates each row to step zero as `culm reduce` does: by a parabola (line) through the
+    three (two) smallest steps with a value, else NaN. Shapes (M, F); returns (M)."""
     found = np.full(len(steps), np.nan)
     for row, (h, y) in enumerate(zip(steps, values)):
         known = np.isfinite(y)
@@ -98,7 +98,7 @@ def errors_of(study: Study, limits: Limits) -> Errors | None:
 
 
 def fitted_law(study: Study) -> tuple[float, float] | None:
-    """A and B of (τ/Δt)² = A + B β (τ/Δt) from summary.json; None if the points do not tell."""
+    """A and B of (τ/Δt)² = A + B β (τ/Δt) from summary.json; None if they are undetermined."""
     try:
         entry = study.summary["regression"]["damped_oscillator"]
         if "reason" in entry:

@@ -23,7 +23,7 @@ def smallest_middle_largest(values: np.ndarray) -> list[float]:
 def nearest_rows(points: StudyPoints, targets: list[tuple[float, float]]) -> list[int]:
     """Rows of the points nearest to each (Y in Pa, β), every row at most once, in that order.
 
-    Distances are measured in the ranges of the design; of equals the first in (Y, β) counts.
+    Distances are relative to the ranges of the design; the first of equals in (Y, β) is chosen.
     """
     modulus_range = np.ptp(points.youngs_modulus) or 1.0
     damping_range = np.ptp(points.damping) or 1.0
@@ -47,8 +47,8 @@ def rows_of_varied_modulus(points: StudyPoints) -> list[int]:
 
 
 def rows_of_varied_damping(points: StudyPoints) -> list[int]:
-    """Fig. 7b: the largest Y at the β nearest to 25, 100 and 200, or, where the design cannot tell
-    these apart, at its smallest, middle and largest β."""
+    """Fig. 7b: the largest Y at the β nearest to 25, 100 and 200, or at the smallest, middle and
+    largest β if the nearest points are not three different ones."""
     largest = float(points.youngs_modulus.max())
     rows = nearest_rows(points, [(largest, damping) for damping in DAMPINGS_OF_FIG_7B])
     if len(rows) == len(DAMPINGS_OF_FIG_7B):
@@ -57,7 +57,7 @@ def rows_of_varied_damping(points: StudyPoints) -> list[int]:
 
 
 def last_visible_time(study: Study, point: int) -> float:
-    """When the fitted envelope falls below SMALLEST_ENVELOPE, s; infinite if it does not decay."""
+    """Time at which the fitted envelope is SMALLEST_ENVELOPE, s; infinite if it does not decay."""
     decay_rate = study["decay_rate"][point]
     return np.log(SMALLEST_ENVELOPE) / decay_rate if decay_rate < 0.0 else np.inf
 
@@ -87,7 +87,7 @@ def draw_histories(axes, study: Study, points: StudyPoints, rows: list[int], lab
 
 
 def labels_and_title(varied: np.ndarray, fixed: np.ndarray, describe, describe_fixed):
-    """What tells the curves apart goes to the legend, what they share to the title."""
+    """Legend entries, which state the parameters that differ, and a title for the common one."""
     if np.ptp(fixed) == 0.0:
         return [describe(value) for value in varied], describe_fixed(fixed[0])
     both = zip(varied, fixed)
@@ -107,7 +107,7 @@ def tip_history_figure(study: Study):
     """Fig. 7: tip deflection over its initial value against time with the fits of Eq. 1, (a) for
     three Y at β near 150 and (b) for at most three β at the largest Y.
 
-    FigureSkipped if the study stores no tip histories.
+    Raises FigureSkipped if the study stores no tip histories.
     """
     if not study.stores_tip:
         stored = study.settings.get("study.store", "fit")

@@ -25,7 +25,7 @@ namespace culm::archive {
 class ByteWriter {
   public:
     ByteWriter() = default;
-    /// Goes on behind these bytes.
+    /// Appends to these bytes.
     explicit ByteWriter(std::vector<std::byte> bytes) : bytes_(std::move(bytes)) {}
 
     template <std::integral T>
@@ -46,7 +46,7 @@ class ByteWriter {
         put(static_cast<std::uint64_t>(values.size()));
         put_values(values);
     }
-    /// The values alone.
+    /// The values without their count.
     void put_values(std::span<const double> values) {
         if constexpr (std::endian::native == std::endian::little) {
             put_bytes(std::as_bytes(values));
@@ -56,7 +56,7 @@ class ByteWriter {
         }
     }
     void clear() { bytes_.clear(); }
-    /// Makes room for so many more bytes.
+    /// Reserves memory for `size` more bytes.
     void reserve(std::size_t size) { bytes_.reserve(bytes_.size() + size); }
     [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
     [[nodiscard]] std::vector<std::byte> take() { return std::move(bytes_); }
@@ -65,8 +65,8 @@ class ByteWriter {
     std::vector<std::byte> bytes_;
 };
 
-/// Takes values from the front of a block of bytes. A block that is too short for what its own
-/// lengths announce is a StorageError that begins with `where`.
+/// Reads values from the front of a block of bytes. Throws a StorageError that begins with `where`
+/// if the block is shorter than the lengths in it require.
 class ByteReader {
   public:
     ByteReader(std::span<const std::byte> bytes, std::string_view where)
@@ -121,7 +121,7 @@ class ByteReader {
     std::string_view where_;
 };
 
-/// CRC-32 of ISO 3309 (zip, Ethernet), continued from that of the bytes before.
+/// CRC-32 of ISO 3309 (zip, Ethernet), continued from the CRC-32 of the preceding bytes.
 [[nodiscard]] inline std::uint32_t crc32(std::span<const std::byte> bytes,
                                          std::uint32_t before = 0) {
     return static_cast<std::uint32_t>(

@@ -21,10 +21,9 @@ namespace culm::archive {
 namespace {
 
 int open_checked(const std::filesystem::path& path, int flags) {
-    constexpr mode_t permissions = 0666; // the user's umask takes away from this
+    constexpr mode_t permissions = 0666; // reduced by the user's umask
     int descriptor = -1;
-    // A signal, as batch systems send one before the end of a job, must not look like a broken
-    // disk.
+    // A signal must not look like a broken disk: batch systems send one before the end of a job.
     do {
         descriptor = ::open(path.c_str(), flags | O_CLOEXEC, permissions);
     } while (descriptor < 0 && errno == EINTR);
@@ -69,22 +68,22 @@ void FileDescriptor::write_at(std::span<const std::byte> bytes, std::uint64_t of
             ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
         if (written < 0 && errno == EINTR)
             continue;
-        if (written <= 0) // POSIX allows 0 where nothing fits any more
+        if (written <= 0) // POSIX allows 0 if the disk is full
             throw_storage_error("write", path_, written < 0 ? errno : ENOSPC);
         bytes = bytes.subspan(static_cast<std::size_t>(written));
         offset += static_cast<std::uint64_t>(written);
         unsent_bytes_ += static_cast<std::uint64_t>(written);
     }
-    // Left alone the kernel collects dirty pages for half a minute, and the next fdatasync waits
-    // for all of them while a rank computes nothing.
+    // By default the kernel collects dirty pages for half a minute. The next fdatasync would then
+    // wait for all of them, and the rank would compute nothing meanwhile.
     if (unsent_bytes_ >= writeback_bytes)
         start_writeback();
 }
 
 void FileDescriptor::start_writeback() {
 #ifdef SYNC_FILE_RANGE_WRITE
-    // Only begins and does not wait; what goes wrong is for sync_data to find. A length of zero
-    // means to the end of the file.
+    // Starts the writeback without waiting; sync_data reports its errors. A length of zero means
+    // "to the end of the file".
     (void)::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
 #endif
     unsent_bytes_ = 0;
@@ -112,7 +111,7 @@ void FileDescriptor::truncate(std::uint64_t size) {
 }
 
 void FileDescriptor::sync_data() {
-    // EINVAL: a pipe or device that cannot be synchronised has nothing to lose either.
+    // EINVAL: a pipe or device cannot be synchronised and needs no synchronisation.
     if (::fdatasync(descriptor_) != 0 && errno != EINVAL)
         throw_storage_error("synchronise", path_, errno);
 }
@@ -122,8 +121,8 @@ void FileDescriptor::lock_exclusively(const LockWait& wait) {
     constexpr auto unnoticed = std::chrono::milliseconds(200);
     const auto start = steady_clock::now();
     auto pause = std::chrono::milliseconds(1);
-    // Any other error means that the file system knows no locks (ENOLCK, EOPNOTSUPP): the study
-    // runs without this protection rather than not at all.
+    // Any other error means that the file system does not support locks (ENOLCK, EOPNOTSUPP). The
+    // study then runs without this protection.
     for (bool announced = false;
          ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;) {
         const auto waited = steady_clock::now() - start;
@@ -151,7 +150,7 @@ bool FileDescriptor::is_same_file(dev_t device, ino_t inode) const {
 }
 
 void FileDescriptor::close() {
-    // Network file systems report the failure of a delayed write here and nowhere else.
+    // Network file systems report the failure of a delayed write only here.
     if (is_open() && ::close(std::exchange(descriptor_, -1)) != 0)
         throw_storage_error("close", path_, errno);
 }

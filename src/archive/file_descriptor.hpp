@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An open POSIX file: unbuffered writes at a place, and errors that name file and cause.
+// An open POSIX file: unbuffered writes at an offset, and errors that name file and cause.
 #pragma once
 
 #include <chrono>
@@ -17,10 +17,10 @@ namespace culm::archive {
 
 /// How long to wait for a lock that another process holds.
 struct LockWait {
-    std::chrono::milliseconds patience{5}; ///< one who asks is_locked() holds it for microseconds
-    /// Called once when the wait begins to be long; may be empty.
+    std::chrono::milliseconds patience{5}; ///< is_locked() itself holds the lock for microseconds
+    /// Called once, after 0.2 s of waiting; may be empty.
     std::function<void()> announce;
-    /// Called again and again; true ends the wait. May be empty.
+    /// Called repeatedly; true ends the wait. May be empty.
     std::function<bool()> give_up;
 };
 
@@ -43,22 +43,22 @@ class FileDescriptor {
     [[nodiscard]] std::uint64_t size() const;
 
     /// Writes all bytes at the offset; interrupted and short writes are continued. From time to
-    /// time the kernel is asked to begin sending to the disk what it has, so that sync_data finds
-    /// little left to wait for.
+    /// time it asks the kernel to start writing its pages to the disk, which shortens the wait in
+    /// sync_data.
     void write_at(std::span<const std::byte> bytes, std::uint64_t offset);
     /// Reads up to bytes.size() bytes; fewer only at the end of the file.
     [[nodiscard]] std::size_t read_at(std::span<std::byte> bytes, std::uint64_t offset) const;
     void truncate(std::uint64_t size);
     /// fdatasync: content (and the size needed to find it) is on the disk when this returns.
     void sync_data();
-    /// StorageError if another process still holds the file when `wait` is over. File systems that
-    /// know no locks pass.
+    /// StorageError if another process still holds the lock when `wait` is over. Succeeds on file
+    /// systems without locks.
     void lock_exclusively(const LockWait& wait = {});
-    /// Whether another process holds the file; false where that is unknown.
+    /// Whether another process holds the lock; false if that is unknown.
     [[nodiscard]] bool is_locked() const;
     /// Whether this is the file with that device and inode number.
     [[nodiscard]] bool is_same_file(dev_t device, ino_t inode) const;
-    /// Closes and reports the error that a delayed write may leave until then.
+    /// Closes the file and reports errors of delayed writes.
     void close();
 
   private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the archive keeps of one computed point of a study.
+// The archived data of one computed point of a study.
 #pragma once
 
 #include <cstddef>
@@ -13,13 +13,13 @@ namespace culm::archive {
 /// State of a point, with the numbers used in the journal and in the study file.
 enum class PointStatus : std::uint8_t { Completed = 0, Failed = 1, Missing = 2 };
 
-/// Kind of failure of a point whose process died every time that it was computed.
+/// Kind of failure of a point whose process died in every attempt to compute it.
 inline constexpr std::string_view rank_died = "rank_died";
 
 /// One computed point; SI units. A history that the study does not store is empty.
 struct PointRecord {
-    std::int64_t point = 0; ///< place in the study's design
-    bool completed = false; ///< false: computed, but there is no answer
+    std::int64_t point = 0; ///< index in the study's design
+    bool completed = false; ///< false: the computation failed
     /// core::to_string(FailureKind) or rank_died; empty when completed
     std::string failure_kind;
     std::string failure_reason;            ///< one sentence; empty when completed

@@ -25,8 +25,8 @@ void require_law(const BulkStem& bulk, const char* law, const char* code) {
                         bulk.id, bulk.law, code, law, law));
 }
 
-/// An effect without an input line would be lost without notice: the stem would vibrate otherwise
-/// than it was calibrated.
+/// An effect without an input line would be lost without notice: the stem would not vibrate as it
+/// was calibrated.
 void require_lines_for_all_effects(const BulkStem& bulk, const char* code) {
     std::vector<std::string> unknown;
     for (const StoredEffect& effect : bulk.effects)
@@ -39,7 +39,7 @@ void require_lines_for_all_effects(const BulkStem& bulk, const char* code) {
             bulk.id, fmt::join(unknown, ", "), code, fmt::join(unknown, ",")));
 }
 
-/// What the lines are about, and what the bulk code will lack; comments of either language.
+/// A summary of the calibration and of the effects left out, as comments of either language.
 std::string heading(const BulkStem& bulk, const char* code) {
     const physics::StemParameters<double>& stem = bulk.stem;
     std::string text = fmt::format(
@@ -75,7 +75,7 @@ std::vector<double> sphere_masses(const BulkStem& bulk) {
 }
 
 /// Diameter and density of the spheres, and the densities of those that carry another mass: the
-/// tip, which stands for half a bond length of stem, and whatever a mass is fixed to.
+/// tip, which represents half a bond length of stem, and spheres with an added mass.
 std::string sphere_lines(const BulkStem& bulk, const std::vector<double>& masses, int type) {
     const physics::StemParameters<double>& stem = bulk.stem;
     std::string text = fmt::format("set type {} diameter {:.9g} density {:.9g}\n", type,
@@ -104,7 +104,7 @@ std::string gravity_line(const BulkStem& bulk) {
         const double magnitude = std::hypot(axial, transverse);
         if (magnitude > 0.0)
             return fmt::format("# x points from the clamp to the tip, y to the side of the pull; "
-                               "in an input before what holds the clamp\n"
+                               "in an input before the command that fixes the clamp\n"
                                "fix gravity all gravity {:.9g} vector {:.9g} {:.9g} 0\n",
                                magnitude, axial / magnitude, transverse / magnitude);
     }
@@ -152,7 +152,7 @@ std::string liggghts_bond(const physics::StemParameters<double>& stem, int type,
                        stem.shear_modulus(), damping);
 }
 
-/// Bonds whose two spheres have another reduced mass than two whole ones. `set` needs the
+/// Bonds whose two spheres have a different reduced mass from two whole ones. `set` needs the
 /// coefficients of all types.
 std::string bonds_of_other_masses(const BulkStem& bulk, const std::vector<double>& masses,
                                   int& next_type) {

@@ -12,13 +12,13 @@
 
 namespace culm::calibrate {
 
-/// An effect as a calibration file stores it: effects of users need not be at hand any more.
+/// An effect as a calibration file stores it; a user's effect file is no longer needed.
 struct StoredEffect {
     std::string name;
     std::map<std::string, double> values; ///< by the parameter's name
 };
 
-/// What of a calibration a bulk code needs.
+/// The data of a calibration that a bulk code needs.
 struct BulkStem {
     std::string id;
     physics::StemParameters<double> stem; ///< with the calibrated Y and β
@@ -30,7 +30,7 @@ struct BulkStem {
     bool is_adequate = true;
 };
 
-/// Takes the effects of these names out of every stem that has them; "added_mass" stands for the
+/// Takes the effects of these names out of every stem that has them; "added_mass" means the
 /// known masses. Throws core::InputError for a name that no stem has.
 void leave_out(std::span<BulkStem> stems, std::span<const std::string> names);
 
@@ -51,9 +51,9 @@ struct TypeNumbers {
 /// Lines for LIGGGHTS with the authors' flexible fibres (SI units): `bond_coeff N` with outer and
 /// inner diameter as fractions of the particle's, Y, G, damping type 1, β, breakage type 1 and two
 /// limits that are never reached. That code is law "schramm2019"; a β of another law would damp
-/// 2.27 times too much there, so it is refused (core::InputError). It takes the reduced mass of a
+/// 2.27 times too much there, so it is refused (core::InputError). It uses the reduced mass of a
 /// bond's own two spheres, the calibrated chain that of two whole ones: bonds next to another mass
-/// have types of their own with β √(m (m_i + m_j)/(2 m_i m_j)).
+/// have their own types with β √(m (m_i + m_j)/(2 m_i m_j)).
 [[nodiscard]] std::string liggghts_lines(const BulkStem& stem, TypeNumbers& next);
 
 /// Lines for LAMMPS with bond style bpm/rotational of its package BPM (units si). Its bond
@@ -62,8 +62,8 @@ struct TypeNumbers {
 /// γ_n = c_n, γ_s = c_t; on the rolling velocity ½γ_r l (ω1 − ω2), so γ_r = 2 c_b/l; on the twist
 /// ½γ_t, so γ_t = 2 c_tor; c the coefficients 2β√(inertia × stiffness).
 ///
-/// From version 4 July 2026 on, the style has another damping by default, and its damping factors
-/// three and four have changed places: the lines name the former damping, which is the chain's.
+/// From version 4 July 2026 on, the style has a different default damping, and its factors three
+/// and four are exchanged. The lines select the former damping, which is the chain's.
 [[nodiscard]] std::string lammps_lines(const BulkStem& stem, LammpsVersion version,
                                        TypeNumbers& next);
 

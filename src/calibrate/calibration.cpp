@@ -27,7 +27,7 @@ void refuse_motionless(const measure::Measurement& measurement,
                         measurement.stem.id));
 }
 
-/// A stem that is let go gets its rest position from what moves it, so Eq. 1 needs an offset.
+/// Eq. 1 needs an offset for a stem released straight: its rest position is not zero.
 reduce::RingDownAnalysisOptions check_options(const measure::Measurement& measurement,
                                               const CalibrationOptions& options) {
     reduce::RingDownAnalysisOptions check;
@@ -50,7 +50,7 @@ FittedStem fitted(const measure::Measurement& measurement, const CalibrationOpti
         sets.push_back(options.effects);
     fit::NestedFits fits = fit::fit_nested({&measurement, 1}, sets, options.fit);
     fit::ModelFit& model = fits.models.back();
-    // A number at its bound is not a calibration; one that the error terms push there may be.
+    // A parameter at its bound is not calibrated, unless only the error terms move it there.
     const std::string& reason = model.stated.reason.empty() && model.judged.failed()
                                     ? model.judged.reason
                                     : model.stated.reason;
@@ -120,7 +120,7 @@ CentralRange central_range(std::span<const double> values, int resamples) {
     result.lower_interval = result.upper_interval = result.range;
     if (values.size() < 2)
         return result;
-    constexpr std::uint64_t seed = 2019; // any would do
+    constexpr std::uint64_t seed = 2019; // arbitrary
     std::mt19937_64 generator(seed);
     std::vector<double> lower;
     std::vector<double> upper;
@@ -154,7 +154,7 @@ class Profile {
         : fit_(fit), measurement_(measurement), options_(options),
           unit_(std::sqrt(std::max(1.0, misfit))) {}
 
-    /// The end of the interval on one side (±1) of the fitted value, with what the inputs add.
+    /// The end of the interval on one side (±1) of the fitted value, with the inputs' contribution.
     double end_with_inputs(std::size_t parameter, double side) {
         const double value = fit_.parameters[parameter].value;
         return value + side * std::hypot(end(parameter, side) - value,
@@ -195,7 +195,7 @@ class Profile {
             const double slope = (root - known_root) / (distance - known_distance);
             known_distance = distance;
             known_root = root;
-            // A profile that has gone flat is left in steps of twice the distance.
+            // A flat profile is searched in steps of twice the distance.
             const double next = distance + (reduce::normal_quantile_95 - root) / slope;
             distance =
                 slope > 0.0 ? std::clamp(next, 0.3 * distance, 2.0 * distance) : 2.0 * distance;
@@ -210,7 +210,7 @@ class Profile {
         const fit::RecordingFit held = fit_chain_with_held(with_value(fit_.model, parameter, value),
                                                            measurement_, is_held, options_);
         runs_ += held.runs;
-        // Without a known noise each fit scales its own; the ratio of the sums is what is left.
+        // With an unknown noise each fit scales its own, so only the ratio of the sums is usable.
         const double excess = fit_.is_noise_known
                                   ? held.chi_squared - fit_.chi_squared
                                   : static_cast<double>(fit_.degrees_of_freedom) *

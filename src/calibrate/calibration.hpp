@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One measured stem calibrated: the fitted chain, what it lacks, and the tests asked for.
+// Calibration of one measured stem: the fitted chain, its adequacy, and the requested tests.
 #pragma once
 
 #include "calibrate/study_calibration.hpp"
@@ -27,9 +27,9 @@ struct ProfileInterval {
 };
 
 /// 95 % intervals of every parameter of a fit with every input as stated: where χ² with the
-/// parameter held and all others refitted exceeds the smallest one by 3.84 `misfit`, and what the
-/// error terms contribute in quadrature. Each end is found to 2 % of the distance by secants on the
-/// signed root of the excess, which is a straight line for a linear model.
+/// parameter held and all others refitted exceeds the smallest one by 3.84 `misfit`, with the
+/// contribution of the error terms in quadrature. Each end is found to 2 % of the distance by
+/// secants on the signed root of the excess, which is a straight line for a linear model.
 [[nodiscard]] std::vector<ProfileInterval>
 profile_intervals(const fit::RecordingFit& fit, const fit::ObservedRecording& measurement,
                   double misfit, const fit::SolveOptions& options = {});
@@ -38,15 +38,15 @@ profile_intervals(const fit::RecordingFit& fit, const fit::ObservedRecording& me
 struct CalibrationCheck {
     reduce::StemRingDowns measured;
     reduce::StemRingDowns simulated; ///< at the same times and heights, without noise
-    /// Means over the heights that both fits have, weighted by the measured one's precision; the
-    /// errors are simulated over measured, less 1.
+    /// Means over the heights that both fits have, weighted by the precision of the measured one;
+    /// the errors are simulated/measured − 1.
     double measured_decay_per_cycle = 0.0;
     double simulated_decay_per_cycle = 0.0;
     double decay_error = 0.0;
     double measured_frequency = 0.0; ///< Hz
     double simulated_frequency = 0.0;
     double frequency_error = 0.0;
-    /// One standard error of the measured values, relative: what the test can tell.
+    /// One relative standard error of the measured values: the resolution of the test.
     double decay_resolution = 0.0;
     double frequency_resolution = 0.0;
 };
@@ -61,7 +61,7 @@ struct CalibrationCheck {
 
 struct CalibrationOptions {
     fit::FitOptions fit;
-    /// Known physics beside the baseline; parameters that are not fixed are fitted too.
+    /// Known physics in addition to the baseline; parameters that are not fixed are fitted too.
     std::vector<physics::SelectedEffect> effects;
     bool with_profiles = false;
     bool with_check = false;
@@ -82,13 +82,13 @@ struct Calibration {
 };
 
 /// The last model of fit_nested(), as `culm compare --with` fits it. Throws core::InputError if the
-/// measurement cannot be such a model, core::NumericalError if the fit fails or ends at a bound:
-/// such values are no calibration.
+/// measurement cannot be such a model, core::NumericalError if the fit fails or ends at a
+/// bound, where its values are not a calibration.
 [[nodiscard]] Calibration calibrate_stem(const measure::Measurement& measurement,
                                          const CalibrationOptions& options = {});
 
-/// "90 % of the stems lie in lower … upper", with what 95 % of resampled populations give for
-/// either end.
+/// "90 % of the stems lie in lower … upper", with the 95 % range of either end over resampled
+/// populations.
 struct CentralRange {
     reduce::SampleSummary sample;
     reduce::Bounds range;          ///< the 5 % and 95 % quantiles
@@ -97,8 +97,8 @@ struct CentralRange {
 };
 
 /// Quantiles with percentile bootstrap intervals (Efron 1979): `resamples` populations of the same
-/// size drawn with replacement by a generator of fixed seed, so that the answer is always the same.
-/// The ends of few stems are little more than the extreme ones, and the intervals say so.
+/// size drawn with replacement by a generator of fixed seed, so that the result is reproducible.
+/// For few stems the ends are close to the extreme values, and the intervals are wide.
 [[nodiscard]] CentralRange central_range(std::span<const double> values, int resamples = 4000);
 
 } // namespace culm::calibrate

@@ -10,11 +10,11 @@
 namespace culm::calibrate {
 namespace {
 
-/// Readings of the model wherever and whenever something was measured.
+/// Readings of the model at all measured heights and times.
 reduce::StemHistories simulated_histories(fit::StemModel model,
                                           const measure::Measurement& measurement,
                                           const run::Integrator& integrator) {
-    // Nothing is fitted any more: without derivatives any integrator will do.
+    // The fit is finished: without derivatives any integrator may be used.
     model.parameters.clear();
     model.release_time_bound = 0.0;
     model.spec.integrator.method = integrator.method;
@@ -32,8 +32,8 @@ reduce::StemHistories simulated_histories(fit::StemModel model,
 class PairedMean {
   public:
     void add(const reduce::Estimate& measured, const reduce::Estimate& simulated) {
-        // The weights of the measurement for both: a height where it is uncertain must not move the
-        // simulated mean alone.
+        // Both means use the weights of the measurement: a height where it is uncertain must not
+        // change the simulated mean alone.
         const double weight = 1.0 / (measured.standard_error * measured.standard_error);
         weights_ += weight;
         measured_ += weight * measured.value;

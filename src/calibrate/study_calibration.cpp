@@ -12,15 +12,15 @@
 namespace culm::calibrate {
 namespace {
 
-/// Length of the beam that a chain stands for: a whole sphere at the tip is half a bond length of
-/// stem more than a chain that ends at its centre. (A mass there and a longer beam lower the
+/// Length of the beam that a chain represents: a whole sphere at the tip adds half a bond length to
+/// a chain that ends at its centre. (A mass there and a longer beam lower the
 /// frequency alike, each by 4 l/(2L) of its square.)
 double beam_length(const run::CaseSpec& spec) {
     return spec.stem.free_length() + (spec.stem.tip_mass_share - 0.5) * spec.stem.bond_length;
 }
 
-/// A difference of more than `tolerance` (relative) is told: of length, section and mass it changes
-/// Y by 0.4 %, while a larger deflection changes b1 and b2 little.
+/// A relative difference of more than `tolerance` is reported. For length, section and mass such a
+/// difference changes Y by 0.4 %, while a larger deflection changes b1 and b2 little.
 struct ComparedNumber {
     const char* name;
     const char* unit;
@@ -29,7 +29,7 @@ struct ComparedNumber {
     std::function<double(const run::CaseSpec&)> get;
 };
 
-/// The regressions hold for one stem: b2 goes with √(EI/m')/L², b1 with β and the bond length.
+/// The regressions are valid for one stem: b2 scales as √(EI/m')/L², b1 with β and the bond length.
 std::vector<std::string> differences(const run::CaseSpec& measured, const run::CaseSpec& study) {
     const std::vector<ComparedNumber> numbers{
         {"length", "mm", 1e3, 1e-3, beam_length},
@@ -69,8 +69,8 @@ RowReading read_highest_row(const measure::Measurement& measurement, double wind
     reduce::RingDownAnalysisOptions options;
     options.window = window;
     std::string reason = "there are no rows";
-    // From the top down: the regressions are of the tip's deflection, which the highest row
-    // resembles.
+    // From the top down: the regressions are for the tip's deflection, which is closest to that of
+    // the highest row.
     for (std::size_t j = measurement.heights.size(); j-- > 0;) {
         options.noise = measurement.noise_at(j);
         try {

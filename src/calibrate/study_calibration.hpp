@@ -13,7 +13,7 @@
 
 namespace culm::calibrate {
 
-/// What of a study counts here.
+/// The data of a study that this calibration uses.
 struct StudyForCalibration {
     std::string name;                 ///< for messages
     run::CaseSpec base;               ///< stem, law and release of its points
@@ -28,12 +28,12 @@ struct StudyCalibration {
     double height = 0.0; ///< of the row that was read, m
     double window = 0.0; ///< s: that of the study
     reduce::StemReading reading;
-    reduce::StemPrediction prediction; ///< intervals hold the regression's and the reading's errors
+    reduce::StemPrediction prediction; ///< intervals with errors of regression and reading
     std::vector<std::string> warnings; ///< extrapolation, another stem: one sentence each
 };
 
 /// Reads b1 and b2 of the highest row that can be fitted, by Eq. 1 with phase 0 over the study's
-/// window, as the study read its tips, and puts them into its regressions. Throws
+/// window, as for the study's tips, and inserts them into its regressions. Throws
 /// core::NumericalError (FitFailed) if no row can be fitted.
 [[nodiscard]] StudyCalibration calibrate_by_study(const measure::Measurement& measurement,
                                                   const StudyForCalibration& study);

@@ -34,7 +34,7 @@ CLI::Validator number_in(const study::Interval& range) {
 
 present::TextStyle style_of(std::FILE* stream) {
     const std::string_view terminal = environment_value("TERM");
-    // Launchers give their processes a terminal of their own, wherever the output goes in the end.
+    // Launchers give each process its own terminal, even if the output is redirected.
     return present::TextStyle(::isatty(::fileno(stream)) == 1 &&
                               !farm::Environment::is_under_launcher() && !terminal.empty() &&
                               terminal != "dumb" && environment_value("NO_COLOR").empty());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What all commands share on the command line and the terminal: checks of options, messages, the
-// next command to type, and running alone or over the ranks of a launcher.
+// Functions shared by all commands: checks of options, messages, the suggested next command, and
+// execution in one process or on the ranks of a launcher.
 #pragma once
 
 #include "core/error.hpp"
@@ -34,19 +34,19 @@ void print_error(std::string_view reason);
 void print_note(std::string_view text);
 void print_warning(std::string_view text);
 
-/// The words as a shell reads them back, each behind a space.
+/// The words quoted for a shell, each after a space.
 [[nodiscard]] std::string as_words(const std::vector<std::string>& words);
 
 /// "next: culm fit DIR" after an empty line.
 [[nodiscard]] std::string next_step(const std::string& command);
 
-/// Calls `action` with the ranks of the launcher; with null if none started this process. Under
-/// one, InputError and StorageError are errors that every rank meets: rank 0 prints them.
+/// Calls `action` with the ranks of the launcher, or with null if no launcher started this process.
+/// Under a launcher every rank meets the same InputError or StorageError, and rank 0 prints it.
 [[nodiscard]] core::ExitCode
 alone_or_under_launcher(int& argc, char**& argv,
                         const std::function<core::ExitCode(const farm::Communicator*)>& action);
 
-/// Runs `action` like that when the command has been parsed. `argc` and `argv` are main's.
+/// Runs `action` in the same way when the command has been parsed. `argc` and `argv` are main's.
 template <class Arguments, class Action>
 void run_on_ranks(CLI::App& command, std::shared_ptr<Arguments> arguments,
                   core::ExitCode& exit_code, int& argc, char**& argv, const Action& action) {

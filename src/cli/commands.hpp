@@ -11,12 +11,12 @@
 
 namespace culm::cli {
 
-/// What main() needs to know of a command once it has run.
+/// The result of a command for main().
 struct CommandResult {
     core::ExitCode exit_code = core::ExitCode::Done;
 };
 
-/// Each function adds its command to `app`; the command runs when it is parsed and stores its exit
+/// Each function adds its command to `app`. The command runs when it is parsed and stores its exit
 /// code in `result`, which must outlive the parsing. `argc` and `argv` are main's, for MPI.
 void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 void add_reduce_command(CLI::App& app, CommandResult& result);
@@ -45,10 +45,10 @@ struct TrackArguments {
     bool is_quiet = false;
 };
 
-/// Tracks, writes and prints. There are two definitions: culm (main.cpp) hands over to the program
-/// culm-track beside it (track_main.cpp), which does the work. Only that one loads the video
-/// libraries: with their 180 dependencies they would multiply the time in which every other
-/// command, and every rank of a study, starts.
+/// Tracks, writes and prints. There are two definitions: in culm (main.cpp) the function executes
+/// the program culm-track of the same folder, in which it does the work (track_main.cpp). Only
+/// culm-track loads the video libraries: their 180 dependencies would multiply the time in which
+/// every other command, and every rank of a study, starts.
 [[nodiscard]] core::ExitCode run_track(const TrackArguments& arguments, int& argc, char**& argv);
 
 } // namespace culm::cli

@@ -38,7 +38,7 @@ bool processor_is_suitable() {
 #endif
 }
 
-/// What is wrong with the command line: begins with the command's name, ends with where to look.
+/// The error in the command line, after the command's name and before a reference to --help.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
     if (const auto parsed = app.get_subcommands(); !parsed.empty()) {
         const std::string command = "culm " + parsed.front()->get_name();
@@ -110,11 +110,11 @@ int run(int argc, char** argv) {
 
 namespace culm::cli {
 
-/// The work is done by culm-track, which replaces this process and takes its command line.
+/// Replaces this process by culm-track, with the same command line.
 core::ExitCode run_track(const TrackArguments&, int&, char**& argv) {
     const std::filesystem::path program = beside_own_program("culm-track");
     ::execv(program.c_str(), argv);
-    throw core::StorageError(fmt::format("{}: cannot be run, though it belongs beside culm: {}",
+    throw core::StorageError(fmt::format("{}: cannot be run; install it next to culm: {}",
                                          program.string(), std::strerror(errno)));
 }
 

@@ -14,8 +14,8 @@ namespace culm::cli {
 /// Progress of a study, or of other items that a farm computes.
 class ProgressDisplay {
   public:
-    /// On a terminal (stderr) every call redraws one line; elsewhere a line is printed when a tenth
-    /// of the work or `log_interval` has passed. `items` is what the farm's points are.
+    /// On a terminal (stderr) every call redraws one line; elsewhere a line is printed after each
+    /// tenth of the work or after `log_interval`. `items` is the name of the farm's points.
     explicit ProgressDisplay(bool quiet, const char* items = "points");
 
     ~ProgressDisplay() { finish(); }
@@ -37,9 +37,9 @@ class ProgressDisplay {
     std::chrono::steady_clock::time_point last_line_ = std::chrono::steady_clock::now();
 };
 
-/// Progress of a command that goes through named steps, each of some items.
+/// Progress of a command with named steps, each of some items.
 ///
-/// On a terminal (stderr) one line that rewrites itself; elsewhere a line for each step.
+/// Shows one line that rewrites itself on a terminal (stderr), else a line for each step.
 class StepDisplay {
   public:
     explicit StepDisplay(bool is_quiet);

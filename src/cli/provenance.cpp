@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Name, size and checksum; null where the file cannot be read any more.
+/// Name, size and checksum; size and checksum are null if the file can no longer be read.
 json facts_of(const fs::path& path) {
     json facts{{"file", path.string()}, {"bytes", nullptr}, {"crc32", nullptr}};
     std::ifstream file(path, std::ios::binary);
@@ -49,14 +49,14 @@ json facts_of(const fs::path& path) {
     return facts;
 }
 
-/// Of all threads of this process since it was started, s.
+/// Processor time of all threads of this process since its start, s.
 double processor_seconds() {
     std::timespec time{};
     ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// To a millisecond.
+/// Rounded to a millisecond.
 double rounded(double seconds) {
     return std::round(1e3 * seconds) / 1e3;
 }
@@ -87,8 +87,8 @@ fs::path own_program() {
 fs::path beside_own_program(const std::string& place) {
     const fs::path program = own_program();
     if (program.empty())
-        throw core::StorageError(place + ": the system does not say where culm lies "
-                                         "(/proc/self/exe), beside which it belongs");
+        throw core::StorageError(place + ": the system does not report the location "
+                                         "of culm (/proc/self/exe), next to which it belongs");
     return (program.parent_path() / place).lexically_normal();
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which culm this is, where it lies, and where a result comes from: the member "provenance" of the
+// Version and location of this program, and the origin of a result: the member "provenance" of the
 // JSON documents.
 #pragma once
 
@@ -22,29 +22,29 @@ namespace culm::cli {
 /// Facts for an archive's provenance: version, compiler, architecture, libraries.
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> build_provenance();
 
-/// The file of this program; empty if the system does not say.
+/// The file of this program; empty if it is unknown.
 [[nodiscard]] std::filesystem::path own_program();
 
-/// What lies at `place` from this program's folder. Throws core::StorageError if the system does
-/// not say where that is.
+/// The path `place` relative to this program's folder. Throws core::StorageError if that folder is
+/// unknown.
 [[nodiscard]] std::filesystem::path beside_own_program(const std::string& place);
 
-/// The command line of this process as a shell reads it back.
+/// The command line of this process, quoted for a shell.
 [[nodiscard]] std::string command_line();
 
-/// stem.toml and deflection.csv of every folder, and uncertainty.csv where it is.
+/// stem.toml and deflection.csv of every folder, and uncertainty.csv if it exists.
 [[nodiscard]] std::vector<std::filesystem::path>
 measurement_files(const std::vector<std::filesystem::path>& folders);
 
 /// Effect files among the effects that an option names: "gravity,./drag.toml".
 [[nodiscard]] std::vector<std::filesystem::path> effect_files(const std::string& effects);
 
-/// Made when a command begins, asked when it is done. It alone in a document depends on the number
-/// of ranks, the time and the machine.
+/// Constructed when a command begins and read when it ends. No other part of a document depends on
+/// the number of ranks, the time or the machine.
 class RunProvenance {
   public:
     /// `communicator` is null without a launcher; it must outlive this. Rank 0 reads the input
-    /// files for their checksums, those named twice once.
+    /// files once each to compute their checksums.
     RunProvenance(const std::vector<std::filesystem::path>& inputs,
                   const farm::Communicator* communicator);
 

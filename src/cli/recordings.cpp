@@ -16,7 +16,7 @@ namespace {
 
 using fit::SelectedEffects;
 
-/// From the least to the most, in any unit.
+/// A range, in any unit.
 struct Span {
     double least = 0.0;
     double most = 0.0;
@@ -31,19 +31,19 @@ struct Span {
     }
 };
 
-// Runs of the chain with all its derivatives, and what such a run takes against the plain one that
-// study::estimated_seconds tells, for each number that is fitted: measured over the recordings in
-// tests/data/hidden-effect (docs/performance.md, "Fits").
+// Numbers of runs of the chain with all its derivatives, and the time of such a run relative to the
+// plain run of study::estimated_seconds, which grows with the number of fitted parameters. Measured
+// for the recordings in tests/data/hidden-effect (docs/performance.md, "Fits").
 constexpr double seconds_per_plain_run = 4.0;
 constexpr double seconds_per_number = 2.0;
 constexpr Span runs_of_first_fit{12.0, 30.0};
 constexpr Span runs_of_effect_fit{10.0, 90.0};
 constexpr Span runs_of_held_out_fits{10.0, 40.0};
 constexpr Span runs_of_score{5.0, 10.0};
-/// Candidates that are fitted through the chain in the end, for each that is scored.
+/// Number of candidates that are fitted with the chain, relative to those that are scored.
 constexpr Span fits_for_each_candidate{0.3, 2.0};
 
-/// Expected time of a run with derivatives, s; nothing if the recording cannot be such a model.
+/// Expected time of a run with derivatives, s; nothing if the recording has no such model.
 std::optional<double> run_seconds(const measure::Measurement& recording,
                                   const SelectedEffects& effects, const fit::FitOptions& options) {
     try {
@@ -77,7 +77,7 @@ std::string time_text(const std::optional<Span>& seconds, int ranks) {
     return text + '\n';
 }
 
-/// Adds a model's cost to `sum`, which becomes nothing where it is not known.
+/// Adds a model's cost to `sum`; `sum` becomes nothing if the cost is unknown.
 void add(std::optional<Span>& sum, const Span& runs, const std::optional<double>& run) {
     if (!run)
         sum.reset();
@@ -195,7 +195,7 @@ std::string cost_of_diagnosis(std::span<const measure::Measurement> recordings,
             const std::optional<double> run =
                 run_seconds(recording, fit::in_library_order(effects), options.candidate);
             if (!run)
-                continue; // the search says why it cannot be tried
+                continue; // the search reports why it cannot be tried
             add(seconds, runs_of_score, run);
             add(seconds,
                 {fits_for_each_candidate.least * runs_of_effect_fit.least,

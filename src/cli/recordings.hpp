@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the commands that take recordings share: their options and results, and what fits of the
-// chain will cost, said before they begin.
+// Functions shared by the commands for recordings: their options and results, and the estimated
+// cost of fits of the chain, printed before the fits begin.
 #pragma once
 
 #include "calibrate/calibration.hpp"
@@ -34,7 +34,7 @@ struct RecordingArguments {
     }
 };
 
-/// Measurements, --json, --output and --window; what each is for is the command's.
+/// Adds measurements, --json, --output and --window; their descriptions depend on the command.
 void add_recording_options(CLI::App& command, RecordingArguments& arguments, const char* paths,
                            const char* output, const char* window);
 /// --law, --spheres and --quiet.
@@ -42,25 +42,25 @@ void add_chain_options(CLI::App& command, RecordingArguments& arguments);
 
 [[nodiscard]] fit::ChainOptions chain_options(const RecordingArguments& arguments);
 
-/// The options of the chain that differ from their defaults, each behind a space.
+/// The options of the chain that differ from their defaults, each after a space.
 [[nodiscard]] std::string chain_words(const RecordingArguments& arguments);
 
-/// Prints the remarks of the readers on standard error, and writes the document where --json says
-/// and as `file` into the folder of --output, which is made.
+/// Prints the readers' remarks on standard error. Writes the document to the file of --json, and as
+/// `file` into the folder of --output, which is created.
 void write_results(const RecordingArguments& arguments,
                    std::span<const measure::Measurement> recordings, const std::string& file,
                    const nlohmann::json& document);
 
-// Each is a line for a person: how many fits, and the processor time that they take on the
-// reference machine, from the least to the most that was measured for such recordings
-// (docs/performance.md, "Fits"). Where Eq. 1 finds no vibration nothing is said of the time.
+// Each function returns a line for people: the number of fits, and the range of their processor
+// time on the reference machine, as measured for such recordings (docs/performance.md, "Fits").
+// Without a vibration according to Eq. 1 the time is omitted.
 
 /// One model fitted to every recording.
 [[nodiscard]] std::string cost_of_calibration(const std::vector<measure::Measurement>& recordings,
                                               const calibrate::CalibrationOptions& options,
                                               int ranks);
 
-/// The published chain and growing models, each with two fits that leave readings out.
+/// The published chain and growing models, each with two additional fits to a part of the readings.
 [[nodiscard]] std::string cost_of_ladder(const measure::Measurement& recording,
                                          const std::vector<fit::SelectedEffects>& models,
                                          const fit::FitOptions& options);
@@ -70,7 +70,7 @@ void write_results(const RecordingArguments& arguments,
                                         const std::vector<fit::SelectedEffects>& models,
                                         const fit::FitOptions& options, int ranks);
 
-/// From recordings in which nothing is missing to those in which everything has to be tried.
+/// The range extends from recordings without a missing effect to those that need a full search.
 [[nodiscard]] std::string cost_of_diagnosis(std::span<const measure::Measurement> recordings,
                                             const diagnose::DiagnosisOptions& options, int ranks);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// culm-track: the part of culm that reads videos; culm runs it with its own command line.
+// culm-track: the part of culm that reads videos. `culm track` executes it with its command line.
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
@@ -22,7 +22,7 @@
 namespace culm::cli {
 namespace {
 
-/// What became of one video.
+/// The outcome of one video.
 struct VideoOutcome {
     std::string text;
     bool is_tracked = false;
@@ -33,7 +33,7 @@ void fields(Wire& wire, VideoOutcome& outcome) {
     wire(outcome.text, outcome.is_tracked);
 }
 
-/// Settings of all videos, each with a folder of its own; checked before any work begins.
+/// Settings of all videos, each with a separate folder; checked before any work begins.
 struct TrackPlan {
     std::vector<measure::TrackSettings> settings;
     std::vector<std::filesystem::path> folders;
@@ -61,8 +61,8 @@ TrackPlan plan_of(const TrackArguments& arguments) {
 /// (docs/performance.md).
 constexpr double seconds_per_pixel = 1.6e-7;
 
-/// Frames to be read and pixels in them; nothing where the recording cannot be opened, which is
-/// reported when its turn comes.
+/// Number of frames to be read and of all their pixels; zero if the recording cannot be opened,
+/// which the tracking reports.
 struct RecordingSize {
     std::size_t frames = 0;
     double pixels = 0.0;
@@ -138,7 +138,7 @@ core::ExitCode print(const TrackPlan& plan, const std::vector<VideoOutcome>& out
         tracked += outcome.is_tracked ? 1 : 0;
         if (outcome.is_tracked)
             fmt::print("{}", outcome.text);
-        else if (!outcome.text.empty()) // else the reason is among the failures
+        else if (!outcome.text.empty()) // otherwise the failures contain the reason
             print_error(outcome.text);
     }
     for (const std::string& failure : failures)

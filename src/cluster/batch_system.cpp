@@ -29,7 +29,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t longest_output = 64 * 1024;
 
-/// Starts the program with its standard output on `output`; -1 if it cannot be started.
+/// Starts the program with its standard output to `output`; -1 if it cannot be started.
 ::pid_t start(const std::vector<std::string>& words, int output) {
     std::vector<std::string> copies = words;
     std::vector<char*> arguments;
@@ -39,7 +39,7 @@ constexpr std::size_t longest_output = 64 * 1024;
     ::posix_spawn_file_actions_t actions;
     ::posix_spawn_file_actions_init(&actions);
     ::posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
-    // Not the user's terminal: a query that asks for a password would wait there.
+    // Without the user's terminal a query that asks for a password cannot wait there.
     ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     ::posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
     ::pid_t process = -1;
@@ -83,7 +83,7 @@ std::string program_output(const std::vector<std::string>& words,
     ::close(ends[0]);
     if (process <= 0)
         return "";
-    // A busy controller may not answer for minutes; culm computes meanwhile and asks no more.
+    // A busy controller may not answer for minutes; culm then computes without its answer.
     if (!is_whole)
         ::kill(process, SIGKILL);
     int status = 0;
@@ -94,7 +94,7 @@ std::string program_output(const std::vector<std::string>& words,
 
 namespace {
 
-/// Text that is a number of digits alone, as job numbers and times in seconds are.
+/// Whether the text consists of digits only, like job numbers and times in seconds.
 bool is_number(const std::string& text) {
     return !text.empty() && text.size() <= 18 &&
            std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the batch system says of the time that a job has left.
+// The remaining time of a job, as the batch system reports it.
 #pragma once
 
 #include <chrono>
@@ -10,7 +10,7 @@
 
 namespace culm::cluster {
 
-/// How the world outside is asked; replaced in tests.
+/// Access to the environment and to programs; replaced in tests.
 struct BatchSystemAccess {
     /// An environment variable; empty if it is not set.
     std::function<std::string(const std::string& name)> variable;
@@ -23,17 +23,17 @@ struct BatchSystemAccess {
 
 struct TimeLeft {
     double seconds = 0.0;
-    std::string source; ///< where that comes from, for people
+    std::string source; ///< origin of the number, for messages
 };
 
 /// Time left of the job that this process belongs to. Slurm: SLURM_JOB_END_TIME, which newer
 /// versions set, else squeue is asked, once. PBS: PBS_WALLTIME, counted from the start of the job's
-/// shell. Nothing outside of a job, or if the job has no limit or the batch system no answer.
+/// shell. Empty outside of a job, without a limit of the job, or without an answer.
 [[nodiscard]] std::optional<TimeLeft> time_left_of_job(const BatchSystemAccess& access);
 
 /// Runs the program named by the first word (looked up in PATH) with the others as its arguments,
 /// without a shell, and returns its standard output of at most 64 kB. Empty if it cannot be
-/// started, fails, or takes longer than `patience`; it is ended then.
+/// started, fails, or takes longer than `patience` and is ended.
 [[nodiscard]] std::string program_output(const std::vector<std::string>& words,
                                          std::chrono::milliseconds patience);
 

@@ -20,14 +20,14 @@ namespace culm::cluster {
 
 namespace {
 
-/// The reference machine's times may be wrong by this factor on another one; learned ones by less.
+/// The reference machine's times may be wrong by this factor on another one, measured ones by less.
 constexpr double allowance_for_unknown_machine = 2.0;
 constexpr double allowance_for_learned_pace = 1.25;
-/// For starting MPI, for reading what is there and for writing the archive, s.
+/// For starting MPI, reading stored results and writing the archive, s.
 constexpr double start_and_end_s = 120.0;
 constexpr double shortest_walltime_s = 300.0;
 
-/// Cost on the rank that is through last when batches go out longest first, as the farm does it.
+/// Cost on the rank that finishes last, with batches handed out longest first as in the farm.
 double makespan(std::vector<double> costs, int ranks) {
     std::ranges::sort(costs, std::greater<>());
     // Longest first on the rank with the least load (Graham 1969), as the farm hands out batches.
@@ -102,12 +102,12 @@ void require_directive_word(std::string_view option, std::string_view text) {
     // Directives are comments of the shell and cannot be quoted.
     if (text.starts_with('-') || !std::ranges::all_of(text, is_allowed))
         throw core::InputError(
-            fmt::format("{}: {} is no name that a batch system has; allowed are letters, digits "
-                        "and _ . - + @ ,",
+            fmt::format("{}: {} is not a name that a batch system accepts; allowed are letters, "
+                        "digits and _ . - + @ ,",
                         option, shell_word(text)));
 }
 
-/// A name for people, of characters that every batch system takes in a directive. PBS wants a
+/// A readable name, of characters that every batch system accepts in a directive. PBS requires a
 /// letter in front.
 std::string job_name(std::string_view study) {
     std::string name = "culm-";
@@ -137,8 +137,8 @@ std::string slurm_directives(const JobText& text, const JobSize& size) {
         lines += fmt::format("#SBATCH --partition={}\n", text.partition);
     if (!text.account.empty())
         lines += fmt::format("#SBATCH --account={}\n", text.account);
-    // culm stops by itself before the limit; the signal is for pre-emption and for a clock that is
-    // wrong. B: the shell of this script gets it and passes it on.
+    // culm stops before the limit without a signal; the signal is for pre-emption and for a wrong
+    // clock. B: the shell of this script receives it and passes it on.
     return lines + "#SBATCH --signal=B:USR1@120\n"
                    "#SBATCH --requeue\n"
                    "#SBATCH --open-mode=append\n"

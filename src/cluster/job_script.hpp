@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Job scripts for a study, sized by what its points cost.
+// Job scripts for a study, sized by the cost of its points.
 #pragma once
 
 #include "farm/pace.hpp"
@@ -13,26 +13,26 @@
 
 namespace culm::cluster {
 
-/// What the user asks for.
+/// The user's request.
 struct JobRequest {
     int nodes = 1;
     int ranks_per_node = 1;
-    std::optional<double> walltime_s; ///< nothing: as long as the study is expected to take
+    std::optional<double> walltime_s; ///< empty: the expected time of the study
 };
 
 struct JobSize {
-    int nodes = 1; ///< no more than the batches can keep busy
+    int nodes = 1; ///< at most the number that the batches can keep busy
     int ranks = 1;
     double core_seconds = 0.0;    ///< expected for everything that is missing
-    double longest_batch_s = 0.0; ///< hardly exceeded by any batch
+    double longest_batch_s = 0.0; ///< rarely exceeded by a batch
     double compute_s = 0.0;       ///< expected on these ranks
     double walltime_s = 0.0;      ///< limit of one job, whole minutes unless the user gave it
     std::int64_t jobs = 1;        ///< jobs that the study is expected to need
-    bool pace_is_learned = false; ///< else the reference machine's times
+    bool pace_is_learned = false; ///< else from the reference machine's times
 };
 
-/// Batches as study::make_batches plans them (cost in seconds of the reference machine), and what
-/// is known of this machine's pace. Throws core::InputError if the walltime that the user gave is
+/// Batches as study::make_batches plans them (cost in seconds of the reference machine), and the
+/// known pace of this machine. Throws core::InputError if the walltime that the user gave is
 /// too short for the longest batch.
 [[nodiscard]] JobSize size_job(const std::vector<farm::Batch>& batches, const farm::Pace& pace,
                                const JobRequest& request);
@@ -53,10 +53,10 @@ struct JobText {
 };
 
 /// Throws core::InputError for a partition or an account with other characters than letters,
-/// digits and _ . - + @ , (it stands in a line that the batch system reads).
+/// digits and _ . - + @ , (the batch system reads the line that contains it).
 [[nodiscard]] std::string job_script(BatchSystem system, const JobText& text, const JobSize& size);
 
-/// What the script was sized from, one fact a line, without user text.
+/// The sizes that the script is based on, without user text.
 [[nodiscard]] std::string size_text(const JobSize& size, std::int64_t points);
 
 } // namespace culm::cluster

@@ -38,8 +38,8 @@ std::string quoted_word(std::string_view text) {
     std::string word = "'";
     for (const char c : text) {
         if (c == '\'')
-            // A quote cannot stand within quotes: it ends them, stands escaped, and begins new
-            // ones.
+            // Single quotes cannot contain a quote: they are closed, the quote is escaped, and new
+            // ones are opened.
             word += "'\\''";
         else
             word += c;
@@ -51,7 +51,7 @@ std::string quoted_word(std::string_view text) {
 
 std::string shell_word(std::string_view text) {
     if (text.find('\0') != std::string_view::npos)
-        throw core::InputError("a text with a zero byte cannot stand in a script");
+        throw core::InputError("a text with a zero byte cannot be written to a script");
     if (std::ranges::any_of(text, is_control))
         return escaped_word(text);
     if (!text.empty() && std::ranges::all_of(text, is_plain))

@@ -7,9 +7,9 @@
 
 namespace culm::cluster {
 
-/// A word that bash reads as exactly `text`, whatever it holds, and that stays on one line: a line
-/// of its own could be read as a directive (#SBATCH) by the batch system. Throws core::InputError
-/// for a text with a zero byte, which no argument of a program can hold.
+/// A word that bash reads as exactly `text`, for any content, and that stays on one line: the batch
+/// system could read a separate line as a directive (#SBATCH). Throws core::InputError for a text
+/// with a zero byte, which no argument of a program can contain.
 [[nodiscard]] std::string shell_word(std::string_view text);
 
 } // namespace culm::cluster

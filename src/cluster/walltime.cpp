@@ -16,7 +16,7 @@ namespace culm::cluster {
 namespace {
 
 constexpr double day = 86400.0;
-/// Beyond a year a limit is a slip of the keyboard.
+/// A limit beyond a year is treated as a typing error.
 constexpr double longest = 366.0 * day;
 
 /// A whole number of at most six digits.
@@ -40,7 +40,7 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
     return parts;
 }
 
-/// `parts` of a clock time, the first of them in units of `unit` seconds and each next a sixtieth.
+/// `parts` of a clock time; the unit of the first is `unit` seconds, that of each next a sixtieth.
 std::optional<double> clock_seconds(const std::vector<std::string_view>& parts, double unit) {
     double seconds = 0.0;
     for (const std::string_view part : parts) {
@@ -94,7 +94,7 @@ double parse_walltime(std::string_view what, const std::string& text) {
         seconds = days_and_clock(text);
     if (!seconds || !(*seconds > 0.0) || *seconds > longest)
         throw core::InputError(fmt::format(
-            "{}: \"{}\" is no duration above zero and of at most a year; allowed are {}", what,
+            "{}: \"{}\" is not a duration above zero and of at most a year; allowed are {}", what,
             text, walltime_forms));
     return *seconds;
 }

@@ -66,7 +66,7 @@ std::optional<double> parse_decimal(std::string_view text, int power_of_ten) {
     if (power_of_ten == 0 || value == 0.0)
         return value;
     // The exponent is changed in the text, so the result is rounded once. value · 10^n would be
-    // rounded twice, because 10⁻³ is no double.
+    // rounded twice, because 10⁻³ is not exact as a double.
     const std::size_t e = text.find_first_of("eE");
     const int written =
         e == std::string_view::npos ? 0 : std::stoi(std::string(text.substr(e + 1)));
@@ -91,8 +91,8 @@ std::string decimal_text(double value, int power_of_ten) {
 double with_point_moved(double value, int power_of_ten) {
     if (power_of_ten == 0 || value == 0.0 || !std::isfinite(value))
         return value;
-    // Nothing can be parsed only where the result leaves the range of double; the product is then
-    // zero or infinity.
+    // Parsing fails only if the result is outside the range of double; the product is then zero or
+    // infinity.
     return parse_decimal(decimal_text(value), power_of_ten)
         .value_or(value * std::pow(10.0, power_of_ten));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The ways in which culm fails, and the exit code that each of them means.
+// The kinds of failure of culm, with their exit codes.
 #pragma once
 
 #include <stdexcept>
@@ -28,7 +28,7 @@ class StorageError : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Why the computation of one case gave no answer; recorded with the point, never fatal to a study.
+/// Why the computation of one case failed; recorded with the point, never fatal to a study.
 enum class FailureKind {
     Instability,    ///< the explicit step is too large: the motion grew without bound
     NotANumber,     ///< a NaN or an infinity appeared
@@ -36,7 +36,7 @@ enum class FailureKind {
     SolverFailed,   ///< Newton iteration or error test failed repeatedly
     StaticFailed,   ///< no static equilibrium was found for the prescribed tip deflection
     FitFailed,      ///< Eq. 1 could not be fitted to the history
-    UserExpression, ///< a user's formula gave no number
+    UserExpression, ///< the value of a user's formula is not a number
 };
 
 /// Short stable name of a failure kind, as it is written to the archive.

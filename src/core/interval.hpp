@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A range of allowed numbers whose ends may belong to it or not.
+// A range of allowed numbers with open or closed ends.
 #pragma once
 
 #include <cmath>

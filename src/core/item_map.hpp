@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A function applied to independent items, wherever they are computed: who has items to compute
-// takes an ItemMap and needs no knowledge of ranks.
+// Applies a function to independent items, on any rank: code that has items to compute takes an
+// ItemMap and needs no knowledge of ranks.
 //
 //     std::vector<std::optional<Fit>> fits =
 //         map.values(costs, [&](std::size_t item, const core::Heartbeat& heartbeat) {
 //             return fit_of(candidates[item], heartbeat);
 //         });
 //
-// A default ItemMap computes here, one item after the other; farm::over_ranks (farm/item_map.hpp)
-// spreads the items over ranks. The result of an item is any type that travels (core/wire.hpp).
-// Both go through the same bytes, so their results are the same, bit for bit.
+// A default ItemMap computes items one by one in this process; farm::over_ranks (farm/item_map.hpp)
+// distributes them over ranks. The result of an item is any type that travels (core/wire.hpp).
+// Both use the same bytes, so their results are the same, bit for bit.
 #pragma once
 
 #include "core/error.hpp"
@@ -30,14 +30,14 @@ namespace culm::core {
 /// Called about every millisecond of work; false: a stop was requested. May be empty.
 using Heartbeat = std::function<bool()>;
 
-/// What became of an item.
+/// Outcome of an item.
 template <class T>
 struct ItemOutcome {
     std::optional<T> value;
-    /// Why there is none: what the function threw, or which rank was lost. Empty if the map was
+    /// Why there is no value: the text of an exception, or the lost rank. Empty if the map was
     /// stopped before the item.
     std::string failure = {};
-    bool is_lost = false; ///< with its rank: the item itself is not at fault
+    bool is_lost = false; ///< its rank died; the item itself did not fail
 };
 
 class ItemMap {
@@ -58,8 +58,8 @@ class ItemMap {
 
     /// Outcomes of function(item, heartbeat) for the items 0 … costs.size() − 1, in their order, on
     /// every rank. `costs`: relative efforts; the longest items are computed first. `has_failed`
-    /// says of a value that progress counts it as a failure. An item that throws is an outcome like
-    /// any other, but a StorageError ends the map.
+    /// states whether progress counts a value as a failure. An exception of an item is an outcome,
+    /// but a StorageError ends the map.
     template <class Function,
               class T = std::invoke_result_t<Function, std::size_t, const Heartbeat&>>
     [[nodiscard]] std::vector<ItemOutcome<T>>
@@ -77,7 +77,7 @@ class ItemMap {
         return found;
     }
 
-    /// The values alone; none of an item that was lost with its rank or not computed after a stop.
+    /// The values alone; empty for items that were lost with a rank or not computed after a stop.
     /// Throws std::runtime_error, on every rank, with the reason of the first item that failed.
     template <class Function,
               class T = std::invoke_result_t<Function, std::size_t, const Heartbeat&>>
@@ -101,7 +101,7 @@ class ItemMap {
             try {
                 found[item].value = work(item, {}).bytes;
             } catch (const StorageError&) {
-                throw; // as from the ranks: nothing that follows could be stored
+                throw; // as on several ranks: no further result could be stored
             } catch (const std::exception& error) {
                 found[item].failure = error.what();
             }

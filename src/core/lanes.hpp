@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// SIMD lanes as a scalar type: one stem per lane; and what code over either scalar needs.
+// SIMD lanes as a scalar type, one stem per lane, and functions for code over either scalar.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace culm::core {
 
-/// As many doubles as the processor that the build was made for adds at once.
+/// The doubles that the processor of the build adds at once.
 using Lanes = std::experimental::native_simd<double>;
 
 inline constexpr std::size_t lane_count = Lanes::size();
@@ -39,7 +39,7 @@ template <class T, std::invocable<std::size_t> F>
         return T([&f](auto lane) { return f(std::size_t{lane}); });
 }
 
-/// Is every lane a finite number?
+/// Whether every lane is a finite number.
 [[nodiscard]] inline bool all_finite(double value) {
     return std::isfinite(value);
 }

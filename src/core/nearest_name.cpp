@@ -26,8 +26,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string nearest_name(std::string_view name, std::span<const std::string> valid) {
     std::string best;
-    // Beyond half of the letters it is another word. Two letters may always differ: in short names
-    // a single transposition counts twice.
+    // At least half of the letters must agree. Two letters may always differ: in short names a
+    // single transposition counts twice.
     std::size_t best_distance = std::max<std::size_t>(2, name.size() / 2) + 1;
     for (const std::string& candidate : valid) {
         const std::size_t distance = edit_distance(name, candidate);

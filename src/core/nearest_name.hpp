@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The valid name that a mistyped one was probably meant to be.
+// Finds the valid name nearest to a mistyped one.
 #pragma once
 
 #include <span>

@@ -21,7 +21,7 @@ namespace {
 } // namespace
 
 std::string file_text(const std::filesystem::path& file, std::size_t largest) {
-    std::error_code ignored; // a file that is not there is no folder either
+    std::error_code ignored; // a missing file is not a folder
     if (std::filesystem::is_directory(file, ignored))
         refuse(file, "it is a folder");
     // Streams do not report why they fail; on POSIX systems errno does.
@@ -50,7 +50,7 @@ std::string named_path_fault(std::string_view name) {
     if (name.empty())
         return "must be the name of a file";
     if (name.find('\0') != std::string_view::npos)
-        return "must not hold a zero byte";
+        return "must not contain a zero byte";
     const std::filesystem::path plain = path.lexically_normal();
     if (path.is_absolute() || (!plain.empty() && *plain.begin() == ".."))
         return "must lie in the folder of the file that names it, or below (a symbolic link there "
@@ -78,8 +78,8 @@ void FileFaults::throw_if_any() const {
     if (faults_.empty())
         return;
     constexpr std::size_t most_listed = 12;
-    // Readers find faults key by key, a person mends a file from top to bottom. The sort is stable:
-    // faults of one line stay in the order in which they were found.
+    // Readers find faults key by key, a person corrects a file from top to bottom. The sort is
+    // stable: faults of one line keep the order in which they were found.
     auto ordered = faults_;
     std::ranges::stable_sort(ordered, {}, &Fault::line);
     std::string text;

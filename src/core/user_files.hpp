@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files that users write: reading them within limits, names of files inside them, and all that is
-// wrong in one reported at once.
+// Files that users write: reads them within limits, checks names of files inside them, and reports
+// all faults of a file at once.
 #pragma once
 
 #include <cstddef>
@@ -22,17 +22,17 @@ inline constexpr std::size_t largest_recording = std::size_t{1} << 30U; // bytes
 [[nodiscard]] std::string file_text(const std::filesystem::path& file,
                                     std::size_t largest = largest_description);
 
-/// What is wrong with the name of a file as it stands inside another file; empty if nothing is. A
-/// name may only lead to that file's folder and below: not absolute, no ".." that leaves it. So a
-/// study or a recording that came from elsewhere cannot make culm read other files of its reader.
-/// Symbolic links are followed: they are the folder's owner's doing, not the text's.
+/// The fault of the name of a file that is written in another file; empty if there is none. A name
+/// may only lead to that file's folder and below: not absolute, no ".." that leaves it. So a study
+/// or a recording from another source cannot make culm read other files of the user. Symbolic links
+/// are followed, because the owner of the folder made them, not the text.
 [[nodiscard]] std::string named_path_fault(std::string_view name);
 
 /// The path of the file that `file` calls `name`. Throws InputError with named_path_fault.
 [[nodiscard]] std::filesystem::path path_named_in(const std::filesystem::path& file,
                                                   const std::string& name);
 
-/// Collects what is wrong in a file, to report all of it at once.
+/// Collects the faults of a file, to report all of them at once.
 class FileFaults {
   public:
     explicit FileFaults(std::string file) : file_(std::move(file)) {}
@@ -46,7 +46,7 @@ class FileFaults {
     [[nodiscard]] const std::string& file() const { return file_; }
 
     /// Throws core::InputError with the faults by line if there is one. More than a dozen are
-    /// counted instead of listed: a wrong decimal separator makes a fault of every cell.
+    /// counted instead of listed: a wrong decimal separator causes a fault in every cell.
     void throw_if_any() const;
 
   private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The current time as provenance states it.
+// The current time in the format of provenance.
 #pragma once
 
 #include <array>

@@ -186,8 +186,8 @@ class WireReader {
     [[nodiscard]] bool is_at_end() const { return position_ == bytes_.size(); }
 
   private:
-    /// A number of elements of at least so many bytes each: never more than the message holds, so
-    /// that a damaged length takes no memory.
+    /// Reads a number of elements of at least `least_bytes` each. It never exceeds the message's
+    /// content, so that a damaged length allocates no memory.
     [[nodiscard]] std::size_t get_size(std::size_t least_bytes) {
         const auto size = get<std::size_t>();
         if (size > (bytes_.size() - position_) / least_bytes)

@@ -16,16 +16,16 @@
 namespace culm::diagnose {
 namespace {
 
-/// With less than two cycles the damping and the second mode cannot be distinguished.
+/// The damping and the second mode cannot be determined from fewer than two cycles.
 constexpr double fewest_cycles = 2.0;
-/// Below three times its noise the motion determines neither frequency nor damping.
+/// A motion below three times its noise determines neither frequency nor damping.
 constexpr double smallest_swing_over_noise = 3.0;
-/// The tests' distributions are asymptotic: good to a few per cent from 30 readings on.
+/// The tests' distributions are asymptotic; they are accurate to a few per cent from 30 readings.
 constexpr std::size_t fewest_frames = 30;
-/// Excess of χ² over its mean, in standard deviations √(2n), that readings with motion have.
+/// Smallest excess of χ² over its mean, in standard deviations √(2n), of readings with motion.
 constexpr double motion_over_noise = 5.0;
 
-/// Why the recording cannot decide; empty if it can.
+/// Why the recording does not permit a verdict; empty if it does.
 std::string what_is_too_little(const fit::RecordingFit& fit, const residuals::Swing& swing) {
     double squares = 0.0;
     std::size_t frames = 0;
@@ -35,21 +35,21 @@ std::string what_is_too_little(const fit::RecordingFit& fit, const residuals::Sw
             ++frames;
         }
     if (frames < fewest_frames)
-        return fmt::format("{} frames after the release are too few to tell; {} are needed", frames,
-                           fewest_frames);
+        return fmt::format("{} frames after the release are too few to decide; {} are needed",
+                           frames, fewest_frames);
     if (const double cycles = fit.times.back() * swing.frequency; cycles < fewest_cycles)
-        return fmt::format("{:.1f} cycles after the release are too few to tell; {} are needed",
+        return fmt::format("{:.1f} cycles after the release are too few to decide; {} are needed",
                            cycles, fewest_cycles);
     const double size = std::sqrt(squares / static_cast<double>(frames));
     if (fit.is_noise_known && size < smallest_swing_over_noise * swing.noise)
-        return fmt::format("the motion (rms {:.3g} mm) hardly stands out of the noise ({:.3g} mm "
+        return fmt::format("the motion (rms {:.3g} mm) hardly exceeds the noise ({:.3g} mm "
                            "with all heights together)",
                            1e3 * size, 1e3 * swing.noise);
     return {};
 }
 
-/// Holm (1979): the family of tests rejects falsely at the level at most, however the tests depend
-/// on each other, and with more power than Bonferroni's division.
+/// Holm (1979): the family of tests rejects falsely with at most the given level, even if the tests
+/// are dependent. The power is larger than with Bonferroni's division.
 void adjust(Verdict& verdict, const Policy& policy) {
     std::vector<double> p_values;
     for (const residuals::LackOfFitTest& test : verdict.tests)
@@ -90,7 +90,7 @@ Verdict verdict_on(const fit::RecordingFit& fit, const residuals::Swing& swing,
     verdict.effective_degrees_of_freedom = lack.effective_degrees_of_freedom;
     verdict.spatial_share = lack.spatial_share;
     verdict.spatial_pattern = std::move(lack.spatial_pattern);
-    // The tests are computed all the same, because the report shows them.
+    // The tests are computed in every case, because the report shows them.
     adjust(verdict, policy);
     if (std::string reason = what_is_too_little(fit, swing); !reason.empty()) {
         verdict.finding = Finding::Undecided;
@@ -148,10 +148,10 @@ void refuse_without_motion(const measure::Measurement& measurement, std::optiona
             noise_squares += *noise * *noise;
             readings += 1.0;
         }
-    // χ² of n readings that are noise alone has the mean n and the deviation √(2n).
+    // χ² of n readings of pure noise has the mean n and the standard deviation √(2n).
     if (readings > 0.0 && chi_squared - readings < motion_over_noise * std::sqrt(2.0 * readings))
         throw core::InputError(fmt::format(
-            "{}: the readings after the release (rms {:.3g} mm) cannot be told from their noise "
+            "{}: the readings after the release (rms {:.3g} mm) cannot be distinguished from noise "
             "({:.3g} mm): there is no motion to compare with",
             measurement.stem.id, 1e3 * std::sqrt(squares / readings),
             1e3 * std::sqrt(noise_squares / readings)));

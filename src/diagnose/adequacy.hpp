@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether a fitted chain explains its recordings, and how sure that is. The one verdict, for
-// `calibrate`, `compare` and `diagnose`.
+// Whether a fitted chain explains its recordings, and how certain that is. `calibrate`, `compare`
+// and `diagnose` share this verdict.
 #pragma once
 
 #include "diagnose/policy.hpp"
@@ -18,7 +18,7 @@ namespace culm::diagnose {
 enum class Finding {
     Adequate,   ///< the residuals are noise
     Inadequate, ///< the model lacks something
-    Undecided   ///< the recording cannot tell
+    Undecided   ///< the recording does not determine it
 };
 
 /// "adequate", "inadequate", "undecided".
@@ -29,7 +29,7 @@ struct Verdict {
     double p_value = 1.0; ///< the smallest adjusted one
     std::vector<residuals::LackOfFitTest> tests;
     std::vector<std::string> failed_tests; ///< at the level of the policy
-    std::string reason;                    ///< which tests object, or why nothing can be said
+    std::string reason;                    ///< which tests fail, or why there is no verdict
     bool is_noise_known = false;
     double reduced_chi_squared = 0.0;
     double effective_degrees_of_freedom = 0.0;
@@ -37,8 +37,8 @@ struct Verdict {
     std::vector<double> spatial_pattern; ///< (rows), m, root mean square over the frames
 };
 
-/// The tests for lack of fit of one recording, together by Holm's adjustment. Undecided: too few
-/// cycles or frames, or a swing that hardly stands out of its noise.
+/// The tests for lack of fit of one recording, combined by Holm's adjustment. The verdict is
+/// undecided if there are too few cycles or frames, or if the swing hardly exceeds its noise.
 [[nodiscard]] Verdict verdict_on(const fit::RecordingFit& fit, const residuals::Swing& swing,
                                  const Policy& policy = {});
 
@@ -53,8 +53,8 @@ struct SetVerdict {
                                     const Policy& policy = {});
 
 /// Throws core::InputError if the readings after the release, up to `window` seconds if given, are
-/// what their noise alone would give: their χ² is hardly above its mean n. A fit to them would
-/// wander without an end. Where no noise is known nothing is said.
+/// consistent with noise alone: their χ² is hardly above its mean n. A fit to them would not
+/// converge. Does nothing if the noise is not known.
 void refuse_without_motion(const measure::Measurement& measurement, std::optional<double> window);
 
 } // namespace culm::diagnose

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A fitted chain against its measurement: whether, where, when and how it fails.
+// Compares a fitted chain with its measurement: whether, where, when and how it fails.
 #pragma once
 
 #include "diagnose/adequacy.hpp"
@@ -35,8 +35,8 @@ struct Comparison {
     reduce::StemRingDowns modelled_ring_downs; ///< of the model at the same times and heights
 };
 
-/// Fits of one model to this one measurement: the residuals are those of `stated`, with every input
-/// as stated; `judged` has the error terms of the readings, and is tested for lack of fit.
+/// Both fits are of one model to this one measurement. `stated` has every input as stated and gives
+/// the residuals; `judged` has the error terms of the readings and is tested for lack of fit.
 [[nodiscard]] Comparison compare(const fit::Fit& stated, const fit::Fit& judged,
                                  const measure::Measurement& measurement,
                                  const Policy& policy = {});

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double detected_at = 3.0; ///< standard deviations of the noise
 
-/// Where the signature reaches detected_at: between two sizes by a power law, as it is outside.
+/// Where the signature reaches detected_at, inter- or extrapolated by a power law.
 struct Crossing {
     double size = std::numeric_limits<double>::infinity();
     std::size_t nearest = 0; ///< among the sizes
@@ -67,7 +67,7 @@ class Limit {
     }
 
   private:
-    /// Of a fit that stays at the model while the truth is `ratio` times its number.
+    /// Relative bias of a parameter fitted without the effect; the truth is `ratio` times as large.
     [[nodiscard]] double bias(const Eigen::VectorXd& hidden_by, const physics::ParameterId& id,
                               double ratio) const {
         const auto found = std::ranges::find(search_.stacked.ids, id);
@@ -92,7 +92,7 @@ class Limit {
             name_known_number(model.spec.effects.back().values, size);
     }
 
-    /// An effect without a number to fit: by the largest of its known numbers.
+    /// For an effect without a free parameter: the largest of its known values gives the size.
     void name_known_number(const std::vector<double>& values, double size) {
         const std::vector<physics::EffectParameter> parameters = effect_.effect->parameters();
         const auto largest =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From which size on an effect would be detected beside the best model.
+// The smallest size at which an effect would be detected in addition to the best model.
 #pragma once
 
 #include "diagnose/model_search.hpp"
@@ -11,7 +11,7 @@ namespace culm::diagnose {
 
 struct DetectionLimit {
     std::string effect;
-    std::string failure;   ///< why it is not known; empty if it is
+    std::string failure;   ///< why it is unknown; empty if it is known
     std::string parameter; ///< that gives the effect its size
     std::string unit;
     double value = 0.0;            ///< at three standard deviations of the noise
@@ -27,9 +27,9 @@ void fields(Wire& wire, DetectionLimit& limit) {
          limit.is_beyond_bounds, limit.youngs_modulus_bias, limit.damping_bias);
 }
 
-/// Of every candidate that the best model of a search does not contain: by runs of the effect in
-/// several sizes, with Y and β such that the first mode stays, freed of what the model's own
-/// parameters can imitate.
+/// Detection limits of all candidates that the best model of a search does not contain. The effect
+/// is simulated in several sizes with the first mode kept by Y and β. The part that the model's own
+/// parameters can imitate is removed.
 [[nodiscard]] std::vector<DetectionLimit> detection_limits(const SearchResult& search,
                                                            const SearchOptions& options);
 

@@ -14,7 +14,7 @@
 namespace culm::diagnose {
 namespace {
 
-/// χ² above the noise, of the readings with the error terms; of unknown noise m².
+/// χ² of the readings above the noise, with the error terms; in m² if the noise is not known.
 double misfit(const fit::Fit& fit) {
     return fit.is_noise_known_anywhere()
                ? std::max(0.0, fit.chi_squared - static_cast<double>(fit.readings))
@@ -50,7 +50,7 @@ class Answer {
         }
     }
 
-    /// What a user needs beyond the verdict.
+    /// Adds the results that follow from the verdict.
     void complete() {
         const std::size_t answer = out_.alternatives.front().model;
         report("computing the detection limits of the other effects");
@@ -59,7 +59,7 @@ class Answer {
         if (out_.conclusion == Conclusion::Unknown &&
             out_.ladder.back().finding == Finding::Inadequate) {
             report("reconstructing the missing force");
-            // What helped in part may be the wrong name for it: the force is all that is missing.
+            // A partial explanation may be the wrong effect, so the force replaces all effects.
             out_.missing_force = reconstruct_missing_force(restored(0), options_.known,
                                                            search_.recordings, options_.candidate);
         }
@@ -90,7 +90,7 @@ class Answer {
                                                      options_.candidate);
     }
 
-    /// The family sets that hold 95 %, and what they share.
+    /// The sets of families that hold 95 % of the probability, and the families common to all.
     void add_alternatives() {
         double held = 0.0;
         for (const FamilyExplanation& entry : out_.posterior.by_family) {
@@ -126,7 +126,7 @@ class Answer {
             search_.visited[model].log_evidence - search_.visited.front().log_evidence;
     }
 
-    /// From the published chain to the answer, over the best model with one effect of several.
+    /// Steps from the published chain to the answer, via the best model with one of its effects.
     void climb_to(std::size_t answer) {
         add_model(0);
         const fit::SelectedEffects& effects = search_.visited[answer].fit.effects;
@@ -180,7 +180,7 @@ class Answer {
             swing > 0.0 ? out_.unexplained / std::sqrt(swing / std::max(readings, 1.0)) : 0.0;
     }
 
-    /// Does the answer leave structure that is too large to ignore?
+    /// Does the residual of the answer have structure that is too large to ignore?
     [[nodiscard]] bool leaves_too_much() const {
         const SearchedModel& last = out_.ladder.back();
         return last.finding == Finding::Inadequate && is_above_noise(last.fit, policy_) &&
@@ -235,7 +235,7 @@ class Answer {
 
     // --- The next experiment
 
-    /// A model with a candidate of the size at which the record at hand would just show it.
+    /// A model with a candidate effect whose size is the detection limit of this recording.
     [[nodiscard]] Rival just_visible(const fit::Fit& answer, const CandidateView& view,
                                      const DetectionLimit& limit) const {
         Rival rival{answer, limit.effect};
@@ -248,8 +248,8 @@ class Answer {
         return rival;
     }
 
-    /// The answer against what it could be taken for; without rivals, against what would do most
-    /// harm unseen.
+    /// The answer and the model it is most easily confused with. Without such rivals: the answer
+    /// and the undetected effect that would bias it most.
     [[nodiscard]] std::optional<std::pair<Rival, Rival>>
     pair_to_separate(std::size_t answer) const {
         const Rival own{search_.visited[answer].fit, {}};
@@ -263,7 +263,7 @@ class Answer {
         std::optional<std::size_t> worst;
         for (std::size_t k = 0; k < out_.blind_spots.size(); ++k) {
             const DetectionLimit& limit = out_.blind_spots[k];
-            // No change of the experiment bears on what leaves the plane.
+            // No change of the experiment reveals an effect out of the plane.
             if (limit.failure.empty() && !limit.is_beyond_bounds && !limit.parameter.empty() &&
                 search_.views[k].effect.effect->dimensions() < 3 &&
                 (!worst || harm(limit) > harm(out_.blind_spots[*worst])))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which effects recordings call for: the posterior over models, worded as one of four verdicts.
+// Which effects the recordings require: the posterior over models, reported as a verdict.
 #pragma once
 
 #include "core/item_map.hpp"
@@ -24,7 +24,7 @@ enum class Conclusion {
     Adequate, ///< the published chain belongs to the models that hold 95 % of the probability
     Effect,   ///< one set of families holds 95 %
     Tie,      ///< several sets of families are needed
-    Unknown   ///< the best model leaves structure that is too large to ignore
+    Unknown   ///< the best model's residual has structure too large to ignore
 };
 /// "adequate", "effect", "tie", "unknown".
 [[nodiscard]] std::string_view to_string(Conclusion conclusion);
@@ -36,7 +36,7 @@ struct SearchedModel {
     bool has_free_inputs = false; ///< stated inputs contradict its effects: `stated` is `fit`
     Finding finding = Finding::Undecided;
     double p_value = 1.0;      ///< smallest adjusted one of the tests for lack of fit
-    std::string tests;         ///< which of them object
+    std::string tests;         ///< which of them fail
     double log_evidence = 0.0; ///< over that of the published chain
 };
 
@@ -73,17 +73,17 @@ struct DiagnosisOptions : SearchOptions {
     Policy policy;
 };
 
-/// Does the best model of all fail the tests by more than a user can ignore?
+/// Does the best model fail the tests with a residual larger than a user can ignore?
 [[nodiscard]] bool leaves_structure(const SearchResult& search, const Policy& policy);
 
-/// The verdict that follows from the models of search_models(), without detection limits, next
-/// experiments and missing force.
+/// The verdict on the models of search_models(), without detection limits, next experiments and
+/// missing force.
 [[nodiscard]] Diagnosis decide(SearchResult search, const DiagnosisOptions& options);
 
-/// decide() on the models of search_models(), detection limits, next experiments and, if the
-/// conclusion is Unknown, the missing force. No candidates: candidate_effects(). Throws
-/// core::InputError if a recording shows no motion, core::NumericalError if the published chain
-/// cannot be fitted; candidates that fail are listed. run::Abandoned if the heartbeat says so.
+/// decide() on the models of search_models(), with detection limits, next experiments and, for
+/// Unknown, the missing force. Default candidates: candidate_effects(); those that fail are listed.
+/// Throws core::InputError if a recording shows no motion, core::NumericalError if the published
+/// chain cannot be fitted, run::Abandoned if the heartbeat says so.
 [[nodiscard]] Diagnosis diagnose(std::span<const measure::Measurement> recordings,
                                  DiagnosisOptions options = {});
 

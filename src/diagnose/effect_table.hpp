@@ -12,7 +12,7 @@ namespace culm::diagnose {
 
 /// A model's fit to a measurement.
 struct EffectCell {
-    std::string failure; ///< why there is none; empty if there is
+    std::string failure; ///< why there is no fit; empty if there is one
     bool applies = true; ///< false: the effects mean nothing for this measurement
     double rmse = 0.0;   ///< m, with every input as stated
     double over_noise = 0.0;
@@ -28,7 +28,7 @@ void fields(Wire& wire, EffectCell& cell) {
          cell.parameters, cell.is_at_bound, cell.runs);
 }
 
-/// Computes cells; keeps the baseline of every measurement that it has met.
+/// Computes cells; caches the baseline fit of every measurement.
 class EffectTable {
   public:
     explicit EffectTable(const std::vector<measure::Measurement>& measurements,

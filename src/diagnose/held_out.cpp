@@ -39,7 +39,7 @@ HeldOutPart part_of(const fit::ChainPrediction& prediction, const HoldOut& hold_
     return part;
 }
 
-/// By a fit to what is not held out.
+/// Predicts the held-out readings by a fit to the others.
 HeldOutPart predicted_part(const fit::RecordingFit& fit, const HoldOut& hold_out,
                            const fit::ObservedRecording& recording, const IsHeldOut& is_held_out,
                            const fit::FitOptions& options) {
@@ -52,8 +52,8 @@ HeldOutPart predicted_part(const fit::RecordingFit& fit, const HoldOut& hold_out
     fit::JointOptions refit;
     refit.chain.window = options.window;
     refit.chain.is_first_guess = false;
-    // From the fit to all readings it is not far; what wanders on in a flat valley predicts no
-    // better at its end.
+    // The refit starts close to its solution. If it drifts along a flat valley, further iterations
+    // do not improve the prediction.
     refit.chain.largest_iterations = most_iterations;
     refit.chain.heartbeat = options.heartbeat;
     try {

@@ -23,18 +23,18 @@ struct HeldOut {
     HeldOutPart one_height; ///< predicted by a fit to the other heights
 };
 
-/// The row that is left out: of those in the upper half of the stem, the one where a baseline fails
-/// most.
+/// The row that is left out: the one in the upper half of the stem at which the baseline fits
+/// worst.
 [[nodiscard]] std::size_t row_to_leave_out(const fit::RecordingFit& baseline);
 
-/// What is held out, and by what its residuals are weighed: the same for models that are compared.
+/// The held-out readings and their noise, common to all models that are compared.
 struct HoldOut {
     std::size_t row = 0;
     std::vector<double> noise; ///< (rows), m
 };
 
-/// Refits the candidate, a fit to this recording alone, from its own values twice, without the last
-/// third and without the row. Of a model in which nothing moves the residuals are what it predicts.
+/// Refits the candidate, a fit to this recording alone, twice from its own values: without the last
+/// third and without the row. If nothing moves in the model, its own residuals are used.
 [[nodiscard]] HeldOut predict_held_out(const fit::Fit& candidate, const HoldOut& hold_out,
                                        const fit::ObservedRecording& measurement,
                                        const fit::FitOptions& options = {});

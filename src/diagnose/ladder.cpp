@@ -47,7 +47,7 @@ HoldOut what_to_hold_out(const Ladder& ladder) {
     return best == nullptr ? HoldOut{} : HoldOut{ladder.left_out_row, best->parts.front().noise};
 }
 
-/// With the noise of the best model, as in a search: what that lacks is noise to all.
+/// Uses the noise about the best model, as in a search: its residual is noise to all models.
 void add_log_evidence(Ladder& ladder, std::span<const fit::ObservedRecording> recordings) {
     std::vector<ModelEvidence> evidence;
     const fit::Fit* best = nullptr;

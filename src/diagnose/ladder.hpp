@@ -11,12 +11,12 @@
 
 namespace culm::diagnose {
 
-/// One model in the ladder. Changes and the gain are against the model below it with the largest
-/// log evidence.
+/// One model in the ladder. Changes and the gain are relative to the model below it with the
+/// largest log evidence.
 struct LadderModel {
     fit::Fit stated; ///< with every input as stated: its numbers and residuals are shown
     fit::Fit fit;    ///< with the error terms of the readings: it is tested and compared
-    std::size_t compared_with = 0;  ///< place of that model on the ladder
+    std::size_t compared_with = 0;  ///< index of that model in the ladder
     std::vector<std::string> added; ///< effects that it does not have
     std::optional<HeldOut> held_out;
     double log_evidence = 0.0;      ///< over that of the baseline
@@ -32,17 +32,17 @@ struct Ladder {
     std::size_t left_out_row = 0;
     std::vector<Comparison>
         comparisons; ///< of every model that has a fit, in order; by `comparison`
-    std::vector<std::optional<std::size_t>> comparison; ///< (models): place in `comparisons`
+    std::vector<std::optional<std::size_t>> comparison; ///< (models): index in `comparisons`
 };
 
-/// Throws core::InputError if the readings are no more than their noise.
+/// Throws core::InputError if the readings are consistent with noise alone.
 ///
-/// Fits the baseline and every set of `effect_sets`, each of which contains the one before it, from
-/// the largest fitted model that it contains.
+/// Fits the baseline and every set of `effect_sets`. Each set contains the previous one, and its
+/// fit starts from the largest fitted model that it contains.
 ///
-/// A model is a gain if its probability is Policy::held_probability or more against the model below
-/// it with the largest log evidence, both with the noise of the best model (log_evidence.hpp). A
-/// model in which nothing moves, or of which an effect ended where it is absent, is none.
+/// A model is a gain if its probability, relative to the model below it with the largest log
+/// evidence, is at least Policy::held_probability, both with the noise of the best model
+/// (log_evidence.hpp). A model without motion, or with an effect that ended absent, is not a gain.
 [[nodiscard]] Ladder climb(const measure::Measurement& measurement,
                            const std::vector<fit::SelectedEffects>& effect_sets,
                            const fit::FitOptions& options = {}, const Policy& policy = {});

@@ -22,11 +22,11 @@ namespace {
 
 /// Models that are fitted at once: it keeps two ranks busy, and a third of them wait for nothing.
 constexpr std::size_t models_per_round = 2;
-/// Share of the best gain: predictions across a large misfit are good to a tenth.
+/// Share of the best gain: predictions across a large misfit are accurate to a tenth.
 constexpr double close_share = 0.9;
 /// The search ends after this number of models; the rest is recorded.
 constexpr std::size_t most_visited = 40;
-/// Log evidence below its prediction from which a fit may have ended in a wrong minimum.
+/// A fit whose log evidence is this far below its prediction may be in a wrong minimum.
 constexpr double disappointing = 10.0;
 constexpr int most_noise_estimates = 2;
 
@@ -118,8 +118,8 @@ class Search {
                 predict();
                 planned = likeliest_unvisited();
             }
-            // What is not expected to be the best model is judged by the noise about that one. So
-            // is what would explain a residual that is noise already.
+            // A model that is not expected to be the best is judged by the noise about the best
+            // one. So are additions to a model whose residual is already at the noise.
             if ((!is_better_expected(planned) || is_at_noise(visited_[base_].fit)) &&
                 estimate_noise_again())
                 continue;
@@ -143,8 +143,8 @@ class Search {
 
     // --- Models that may have ended in a wrong minimum
 
-    /// A model whose fit ended where some of its effects are absent is a fit of the model without
-    /// these. It is their start where their own fit ended far below or was not made.
+    /// A model whose fit ended with some effects absent is a fit of the model without these
+    /// effects. It provides their start if their own fit ended far below it or was not made.
     [[nodiscard]] std::vector<PlannedModel> models_found_by_larger_ones() {
         std::vector<PlannedModel> planned;
         for (const VisitedModel& larger : visited_) {
@@ -163,7 +163,7 @@ class Search {
         return planned;
     }
 
-    /// Those far below their prediction, if that is still near the best.
+    /// Models far below their prediction, if the prediction is still near the best.
     [[nodiscard]] std::vector<PlannedModel> disappointing_models() {
         std::vector<PlannedModel> planned;
         for (const VisitedModel& model : visited_)
@@ -180,11 +180,11 @@ class Search {
     }
 
     /// Log evidence from which a model is worth a fit. The residual of the best model is noise to
-    /// all models. If it has structure, models that explain nearly as much are rivals, but not the
-    /// larger ones that contain the best one.
+    /// all models. If that residual has structure, models that explain nearly as much are rivals,
+    /// except the larger ones that contain the best model.
     [[nodiscard]] double least_wanted(const fit::SelectedEffects& effects) const {
         const VisitedModel& best = visited_[base_];
-        // Far from every model that was fitted no rival of the best one is an answer.
+        // If all fitted models are far from the data, no rival of the best one is an answer.
         if (is_rough() &&
             best.fit.chi_squared > policy_.unexplained_share * visited_.front().fit.chi_squared)
             return best.log_evidence;
@@ -210,7 +210,7 @@ class Search {
                 smaller.erase(smaller.begin() + static_cast<std::ptrdiff_t>(k));
                 plan(smaller);
             }
-            // A general law may turn out to be a special one.
+            // A general law may reduce to a special case.
             const std::string law = special_case_of(*effects[k].effect, visited_[base_].fit);
             for (const physics::SelectedEffect& special : options_.candidates)
                 if (special.effect->name() == law && law != effects[k].effect->name()) {
@@ -230,8 +230,8 @@ class Search {
         return planned;
     }
 
-    /// From where its fit with another noise ended, or from where the linear estimate leads; from
-    /// all starts if that was made about another model.
+    /// Starts from the model's fit with another noise or from the linear estimate; from all starts
+    /// if that estimate was made about another model.
     [[nodiscard]] PlannedModel plan_for(const fit::SelectedEffects& effects) const {
         const ModelKey key = key_of(effects);
         PlannedModel plan{effects, not_predicted, {}};
@@ -278,7 +278,7 @@ class Search {
         linear_.emplace(stacked_, views_);
     }
 
-    /// Does the best model miss by so much that its residual is not noise, and that predictions
+    /// Is the misfit of the best model so large that its residual is not noise and predictions
     /// about it are rough?
     [[nodiscard]] bool is_rough() const {
         const auto readings = static_cast<double>(std::max<std::size_t>(base_fit_.readings, 1));
@@ -289,7 +289,7 @@ class Search {
         if (linear_)
             return;
         compute_columns();
-        // About a worse model the sets of several were predicted across its larger misfit.
+        // About a worse model, sets of several effects were predicted across a larger misfit.
         std::erase_if(predictions_, [&](const auto& entry) {
             return entry.second.base != base_ && entry.second.candidates.size() > 1;
         });
@@ -327,8 +327,8 @@ class Search {
         }
     }
 
-    /// Those that may be as likely as the best visited model. A candidate of which no run could be
-    /// computed has to be fitted to be judged.
+    /// Models that may be as likely as the best visited model. A candidate whose runs all failed
+    /// must be fitted to be judged.
     [[nodiscard]] std::vector<PlannedModel> likeliest_unvisited() {
         std::vector<PlannedModel> planned;
         for (const CandidateView& view : views_)
@@ -357,8 +357,8 @@ class Search {
         return planned;
     }
 
-    /// The model itself, if one with one effect less was fitted; else the likeliest of these. A fit
-    /// that adds several effects at once from a linear estimate may follow a wrong valley.
+    /// The model itself, if a model with one effect less was fitted; else the likeliest of these. A
+    /// fit that adds several effects at once from a linear estimate may follow a wrong valley.
     [[nodiscard]] const Prediction& first_to_fit(const Prediction& model) {
         const Prediction* likeliest = nullptr;
         for (const std::string& name : model.added) {
@@ -417,8 +417,8 @@ class Search {
 
     // --- Noise about the best model
 
-    /// The likeliest models fitted again with the noise about the best one; false if that is the
-    /// same.
+    /// Fits the likeliest models again with the noise about the best one; returns false if the
+    /// noise is unchanged.
     [[nodiscard]] bool estimate_noise_again() {
         if (base_fit_.effects.empty() || is_rough() || noise_estimates_ == most_noise_estimates ||
             key_of(base_fit_.effects) == noise_about_)
@@ -437,7 +437,7 @@ class Search {
         baseline_ = *std::move(again);
         repeated_.clear();
         visit_first();
-        // The χ² of predictions about the chain falls in proportion to its own, nearly.
+        // χ² of predictions about the chain is nearly proportional to the chain's own χ².
         const double ratio = baseline_.fit.chi_squared / chi_squared;
         std::erase_if(predictions_, [](const auto& entry) { return entry.second.base != 0; });
         for (auto& [key, prediction] : predictions_)
@@ -476,7 +476,7 @@ class Search {
     const Policy& policy_;
     fit::BaselineFit baseline_;
     std::vector<VisitedModel> visited_;
-    std::vector<VisitedModel> visited_before_; ///< with another noise
+    std::vector<VisitedModel> visited_before_; ///< with a previous noise
     std::map<ModelKey, Prediction> predictions_;
     std::set<ModelKey> repeated_; ///< fitted from all starts, or from a larger model
     NoiseScale noise_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which models explain recordings: log evidence predicted for all sets of effects, computed for the
-// few that matter.
+// Which models explain recordings: log evidence is predicted for all sets of effects and computed
+// for the few that matter.
 #pragma once
 
 #include "core/item_map.hpp"
@@ -19,11 +19,11 @@ namespace culm::diagnose {
 
 struct SearchOptions {
     fit::FitOptions candidate;
-    fit::SelectedEffects known;      ///< that act for certain; part of every model
+    fit::SelectedEffects known;      ///< that certainly act; part of every model
     fit::SelectedEffects candidates; ///< in the library's order
     std::size_t most_effects = 3;
     core::ItemMap map;
-    std::function<void(const std::string&)> progress; ///< told what is done next; may be empty
+    std::function<void(const std::string&)> progress; ///< receives the next step; may be empty
 };
 
 /// A model that was fitted.
@@ -59,10 +59,10 @@ struct SearchResult {
 };
 
 /// Steps 1 to 5 of docs/diagnosis.md, "How it decides". The log evidence of models is predicted
-/// about the best one so far (linear_evidence.hpp), and those that may be as likely are fitted.
+/// about the best model so far (linear_evidence.hpp), and models that may be as likely are fitted.
 ///
-/// The result does not depend on the ranks or on the order of the candidates. Throws
-/// core::NumericalError if the published chain cannot be fitted. run::Abandoned if the heartbeat
+/// The result does not depend on the number of ranks or the order of the candidates. Throws
+/// core::NumericalError if the published chain cannot be fitted, run::Abandoned if the heartbeat
 /// says so.
 [[nodiscard]] SearchResult search_models(std::span<const measure::Measurement> recordings,
                                          const SearchOptions& options, const Policy& policy = {});

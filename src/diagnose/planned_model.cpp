@@ -14,14 +14,14 @@ namespace culm::diagnose {
 
 namespace {
 
-/// How far along the way from the model without the effect to the node.
+/// Position along the secant from the model without the effect to the node, as a fraction.
 double way_to(const EffectNode& node, const std::vector<double>& amounts) {
     const double secant = node.columns.front().secant;
     return secant == 0.0 ? 1.0 : amounts.front() / secant;
 }
 
-/// Size `k` among the effect's parameters, as a coordinate; `value` if the node has no column of
-/// it. Recordings that have sizes of their own have a column each.
+/// Size `k` among the effect's parameters, as a coordinate; `value` if the node has no column for
+/// it. If recordings have separate sizes, each has its own column.
 double size_of(const EffectNode& node, const std::vector<double>& amounts, std::size_t k,
                std::size_t recording, const ParameterPrior& prior, double value) {
     const bool has_own = std::ranges::count(node.columns, k, &EffectColumn::parameter) > 1;

@@ -19,7 +19,7 @@ namespace culm::diagnose {
 using ModelKey = std::vector<std::string>;
 [[nodiscard]] ModelKey key_of(const fit::SelectedEffects& effects);
 
-/// Can the effects act together? At most one of a family whose laws are one law.
+/// Can the effects act together? A family whose laws are one law permits at most one effect.
 [[nodiscard]] bool can_be_combined(const fit::SelectedEffects& effects);
 
 /// The only law that the general one's 95 % interval in `fit` contains; the name of the general law
@@ -29,8 +29,8 @@ using ModelKey = std::vector<std::string>;
 [[nodiscard]] bool contains_all(const fit::SelectedEffects& effects,
                                 const fit::SelectedEffects& some);
 
-/// Is effect number `place` of the fit absent from the recording, as far as its size there says? An
-/// effect acts in one recording at least.
+/// Does the size of effect number `place` of the fit permit that the effect is absent from the
+/// recording? An effect acts in at least one recording.
 [[nodiscard]] bool may_be_absent(const fit::Fit& fit, std::size_t place,
                                  const std::string& recording);
 
@@ -57,16 +57,16 @@ struct PlannedModel {
     std::optional<fit::StartModels> start; ///< where the linear estimate leads; none: all starts
 };
 
-/// The models of the recordings with the effects `chosen` among `views`, of the sizes and at the
-/// locations of `gain`, and the other numbers of `base` changed as these require.
+/// The models of the recordings with the effects `chosen` among `views`, with the sizes and
+/// locations of `gain`, and with the other parameters of `base` changed accordingly.
 [[nodiscard]] fit::StartModels
 start_at_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
                   const std::vector<CandidateView>& views, const LinearEvidence& linear,
                   const std::vector<std::size_t>& chosen, const PredictedGain& gain);
 
-/// From the plan's start or, without one or if that fails, from all starts of fit_with_parts(). A
-/// model that leaves the plane is first fitted by planar chains (fit/model/superposition.hpp).
-/// `smaller`: a fitted model with some of the effects.
+/// Fits from the plan's start or, if there is none or it fails, from all starts of
+/// fit_with_parts(). A model that leaves the plane is first fitted by planar chains
+/// (fit/model/superposition.hpp). `smaller`: a fitted model with some of the effects.
 [[nodiscard]] FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
                                       std::span<const fit::ObservedRecording> recordings,
                                       const fit::SelectedEffects& known,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every number of the decision which model a recording calls for, with its reason.
+// All constants of the decision which model a recording requires, with their reasons.
 #pragma once
 
 #include <cstddef>
@@ -9,23 +9,23 @@ namespace culm::diagnose {
 /// Used by model_search.hpp, posterior.hpp, diagnosis.hpp, ladder.hpp (which effects act?) and
 /// adequacy.hpp (does a fitted model explain its recording?).
 struct Policy {
-    /// Prior probability of each effect of the library to act.
+    /// Prior probability that an effect of the library acts.
     double effect_probability = 0.05;
-    /// T: log evidences are divided by it, because no law, noise and input of a model is exact.
+    /// T, which divides log evidences: no law, noise or input of a model is exact.
     double temperature = 2.0;
-    /// Log evidence below the best from which a prediction is not worth a fit: odds of 150 to 1.
+    /// Margin below the best log evidence beyond which a model is not fitted: odds of 150 to 1.
     double unvisited_margin = 5.0;
     /// Reduced χ² above which only single additions are predicted: the linearisation is rough.
     double rough_misfit = 4.0;
-    /// Probability that an answer has to hold.
+    /// Probability that an answer must have.
     double held_probability = 0.95;
-    /// Of the noise: what a user can ignore.
+    /// Share of the noise that a user can ignore.
     double immaterial_noise = 0.2;
-    /// Of what the larger effects explain: the accuracy of the library's laws.
+    /// Share of the larger effects' explanation: the accuracy of the library's laws.
     double immaterial_share = 0.05;
-    /// Of the misfit, that a model may leave which fails the tests.
+    /// Largest unexplained share of the misfit of a model that fails the tests.
     double unexplained_share = 0.02;
-    /// Of the tests for lack of fit, together: one recording of noise in a thousand fails.
+    /// Level of all tests for lack of fit together: one recording of noise in 1000 fails.
     double lack_of_fit_level = 1e-3;
 };
 

@@ -14,7 +14,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-/// An effect of a model and the fall of χ² that is its alone.
+/// An effect of a model and the fall of χ² that is due to it alone.
 struct Share {
     std::string effect;
     double fall = 0.0;
@@ -30,8 +30,8 @@ class Judgement {
             readings_ += static_cast<double>(misfit.readings);
     }
 
-    /// Effects of a visited model that matter. The least one that does not is removed, and the rest
-    /// judged without it: of two effects that do the same, one remains.
+    /// Effects of a visited model that matter. The smallest immaterial effect is removed, and the
+    /// rest are judged without it: if two effects do the same, one remains.
     [[nodiscard]] Names material(std::size_t model, std::vector<ImmaterialEffect>* rest) const {
         std::vector<Share> shares = shares_of(model);
         while (!shares.empty()) {
@@ -52,7 +52,7 @@ class Judgement {
         return in_order(std::move(names));
     }
 
-    /// Of a model that adds effects with these falls of χ² to the one about which it was predicted.
+    /// The same for a model that adds effects with these falls of χ² to its base model.
     [[nodiscard]] Names material(const UnvisitedModel& model) const {
         Names names = material(model.base, nullptr);
         std::vector<Share> shares = shares_of(model.base);
@@ -72,7 +72,7 @@ class Judgement {
     }
 
   private:
-    /// Does the last of the shares, the smallest, matter in addition to the others?
+    /// Does the last and smallest share matter in addition to the others?
     [[nodiscard]] bool is_material(const std::vector<Share>& shares) const {
         double before = 0.0; // mean square that the others explain
         for (std::size_t k = 0; k + 1 < shares.size(); ++k)
@@ -219,8 +219,8 @@ class Probabilities {
         add(std::move(names), model.probability, k, is_exact);
     }
 
-    /// Does the model explain as much as laws of this accuracy can, with no more effects than the
-    /// best one?
+    /// Does the model explain as much as laws of this accuracy can, without more effects than the
+    /// best model?
     [[nodiscard]] bool is_rival(const VisitedModel& model) const {
         const VisitedModel& best = search_.visited[search_.best];
         if (!leaves_structure_ || model.fit.effects.size() > best.fit.effects.size())
@@ -284,7 +284,7 @@ class Probabilities {
             name_members(out.explanations, entry);
     }
 
-    /// The members that hold the probability of a family set.
+    /// Names the members that hold the probability of a set of families.
     void name_members(const std::vector<Explanation>& explanations,
                       FamilyExplanation& entry) const {
         double held = 0.0;

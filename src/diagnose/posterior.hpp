@@ -16,7 +16,7 @@ struct NamedFamily {
     std::vector<std::string> members; ///< one: it is this effect; several: one of them
 };
 
-/// A set of effects that matter, with all models whose other effects do not.
+/// A set of effects that matter, with all models whose other effects are immaterial.
 struct Explanation {
     std::vector<std::string> effects; ///< in the library's order; none: the published chain
     double probability = 0.0;
@@ -40,7 +40,7 @@ struct ModelProbability {
     std::string failure; ///< why it has none; empty if it has
 };
 
-/// An effect that the data call for and that is too small to matter.
+/// An effect that the data support but that is too small to matter.
 struct ImmaterialEffect {
     std::string effect;
     double over_noise = 0.0; ///< root mean square that it explains
@@ -53,9 +53,9 @@ struct Posterior {
     std::vector<ImmaterialEffect> immaterial; ///< of the best model
 };
 
-/// P(m) ∝ exp(log Z(m)/T) over all models that were visited and the predictions of the others:
-/// steps 6 to 8 of docs/diagnosis.md. `leaves_structure`: the best model leaves more than noise;
-/// then all models that leave at most Policy::unexplained_share of the misfit are equally probable.
+/// P(m) ∝ exp(log Z(m)/T) over all visited models and the predictions of the others: steps 6 to 8
+/// of docs/diagnosis.md. If `leaves_structure` (the best model's residual is more than noise), all
+/// models that leave at most Policy::unexplained_share of the misfit are equally probable.
 [[nodiscard]] Posterior posterior_of(const SearchResult& search, const SearchOptions& options,
                                      bool leaves_structure, const Policy& policy = {});
 

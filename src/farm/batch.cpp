@@ -39,8 +39,8 @@ std::vector<std::size_t> plan_order(std::span<const Batch> batches) {
 }
 
 std::uint64_t digest(std::span<const Batch> batches) {
-    // The constants of Fowler, Noll and Vo. Costs count by their bits, so that ranks that read the
-    // study differently are noticed before they compute different points under one number.
+    // The constants of Fowler, Noll and Vo. Costs enter by their bits, so that ranks that read
+    // different studies are detected before they compute different points under one number.
     constexpr std::uint64_t offset_basis = 14695981039346656037ULL;
     constexpr std::uint64_t prime = 1099511628211ULL;
     std::uint64_t hash = offset_basis;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The unit of scheduling: some points of a design that one rank computes together, and the pulse of
+// The unit of scheduling: points of a design that one rank computes together, and the heartbeat of
 // the function that computes them.
 #pragma once
 
@@ -36,10 +36,9 @@ class Heartbeat {
     Heartbeat(const Heartbeat&) = delete;
     Heartbeat& operator=(const Heartbeat&) = delete;
 
-    /// Lets the farm communicate, at most once per poll interval; in between it costs one reading
-    /// of the clock (some 25 ns). On rank 0 this is where the requests of all other ranks are
-    /// answered: they wait no longer than the larger of the poll interval and the time between two
-    /// beats.
+    /// Lets the farm communicate, at most once per poll interval; in between it reads only
+    /// the clock (about 25 ns). Rank 0 answers the requests of all other ranks here, so they wait
+    /// no longer than the larger of the poll interval and the time between two beats.
     void beat() {
         if (Clock::now() < due_)
             return;
@@ -47,7 +46,7 @@ class Heartbeat {
         due_ = Clock::now() + interval_;
     }
 
-    /// True as soon as a stop requested on any rank has become known here. The work function may
+    /// True when this rank has learned of a stop requested on any rank. The work function may
     /// finish its batch or return early with what it has completed.
     [[nodiscard]] bool stop_requested() const { return stop_requested_; }
 
@@ -67,16 +66,16 @@ struct Batch {
     double cost = 1.0;                ///< expected effort, >= 0, in any unit that all batches share
 };
 
-/// What the work function returns. A batch that was left early reports fewer points than it has.
+/// Result of the work function. A batch that ended early reports fewer points than it has.
 struct BatchReport {
     std::int64_t completed = 0; ///< points with a result
-    std::int64_t failed = 0;    ///< points without, their reason recorded by the work function
+    std::int64_t failed = 0;    ///< points without; the work function has recorded the reason
     double seconds = 0.0;       ///< computing time, s; summed up in the summary
-    /// Not empty: why results can no longer be stored. The farm stops as for a StorageError, but
-    /// the points of the batch that are counted here have been kept.
+    /// If not empty, the reason why results can no longer be stored. The farm stops as for a
+    /// StorageError, but the points counted here have been stored.
     std::string storage_failure = {};
-    /// What the batch found, if that is to travel: with the report to rank 0 and with the summary
-    /// to every rank (Summary::answers). It must be small.
+    /// Result of the batch that is sent to rank 0 with the report and to every rank with the
+    /// summary (Summary::answers). It must be small.
     std::optional<core::Bytes> answer = {};
 };
 
@@ -88,7 +87,7 @@ using Work = std::function<BatchReport(const Batch&, Heartbeat&)>;
 /// point's id, then by index. Throws FarmError if a cost is negative or not finite.
 [[nodiscard]] std::vector<std::size_t> plan_order(std::span<const Batch> batches);
 
-/// 64-bit FNV-1a hash of all points and costs: two ranks with equal hashes hold the same list.
+/// 64-bit FNV-1a hash of all points and costs: two ranks with equal hashes have the same list.
 [[nodiscard]] std::uint64_t digest(std::span<const Batch> batches);
 
 } // namespace culm::farm

@@ -13,7 +13,7 @@ namespace {
 
 template <class Container>
 Container broadcast_container(const CommunicatorHandle& comm, Container content, int root) {
-    // The length travels as 64 bits and is judged by every rank alike, so that none is left
+    // Every rank receives the length as 64 bits and checks it in the same way, so none is left
     // waiting.
     auto length = static_cast<std::uint64_t>(content.size());
     check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, root, comm.mpi), "MPI_Bcast");
@@ -81,7 +81,7 @@ std::vector<std::string> Communicator::gather(const std::string& text, int root)
     check_mpi(
         MPI_Allgather(&length, 1, MPI_UINT64_T, lengths.data(), 1, MPI_UINT64_T, handle_->mpi),
         "MPI_Allgather");
-    // All ranks know all lengths, so all of them refuse together what MPI's int counts cannot hold.
+    // All ranks know all lengths, so all of them refuse a total that exceeds MPI's int counts.
     (void)message_length(std::accumulate(lengths.begin(), lengths.end(), std::uint64_t{0}));
     std::vector<int> counts(ranks);
     std::vector<int> offsets(ranks);
@@ -109,7 +109,7 @@ bool Communicator::is_true_anywhere(bool value) const {
 
 namespace {
 
-/// What bytes_on_root broadcasts.
+/// The message that bytes_on_root broadcasts.
 struct RootOutcome {
     enum class Kind { Answer, InputError, StorageError };
     Kind kind = Kind::Answer;

@@ -17,7 +17,7 @@ using core::Bytes;
 /// The MPI object behind a Communicator (mpi_calls.hpp).
 struct CommunicatorHandle;
 
-/// A duplicate of its own: messages sent through it never meet those of other communicators.
+/// Owns a duplicate communicator: its messages never mix with those of other communicators.
 /// Every error of MPI is thrown as FarmError. Must be destroyed before the Environment.
 class Communicator {
   public:
@@ -39,10 +39,10 @@ class Communicator {
     /// Returns when every rank has arrived. Collective.
     void barrier() const;
 
-    /// The text that `root` holds, on every rank. Collective.
+    /// Returns the text of `root` on every rank. Collective.
     [[nodiscard]] std::string broadcast(std::string text, int root = 0) const;
 
-    /// The bytes that `root` holds, on every rank. Collective.
+    /// Returns the bytes of `root` on every rank. Collective.
     [[nodiscard]] Bytes broadcast(Bytes bytes, int root = 0) const;
 
     /// On `root` the texts of all ranks, indexed by rank; elsewhere empty. Collective.
@@ -59,15 +59,14 @@ class Communicator {
     std::unique_ptr<CommunicatorHandle> handle_;
 };
 
-/// on_root for an answer that is bytes already.
+/// on_root for an answer that consists of bytes.
 [[nodiscard]] Bytes bytes_on_root(const Communicator* communicator,
                                   const std::function<Bytes()>& action);
 
-/// What only rank 0 does, such as writing files, and every rank must know the outcome of: runs
-/// `action` on rank 0 and hands its answer, of any type that travels (core/wire.hpp), or the
-/// core::InputError or core::StorageError that it throws, to every rank, so that none waits for a
-/// rank that has given up. `communicator` is null without MPI. Collective. Other exceptions are not
-/// passed on.
+/// Runs `action`, such as writing a file, on rank 0 only. Every rank receives its answer, of any
+/// type that travels (core/wire.hpp), or the core::InputError or core::StorageError that it throws,
+/// so that no rank waits for one that has failed. Other exceptions are not passed on.
+/// `communicator` is null without MPI. Collective.
 template <class Action, class Answer = std::invoke_result_t<Action>>
 [[nodiscard]] Answer on_root(const Communicator* communicator, const Action& action) {
     return core::decoded<Answer>(

@@ -16,7 +16,7 @@ namespace culm::farm {
 
 namespace {
 
-/// Bounds one look at the messages, so that a flood of them leaves rank 0 time to compute and stop.
+/// Bounds the messages of one poll, so that rank 0 always has time to compute and stop.
 constexpr int max_messages_per_poll = 256;
 
 double seconds_since(Clock::time_point start) {
@@ -69,7 +69,7 @@ class Coordinator final : public Heartbeat {
     Clock::time_point progress_due_;
     Clock::time_point silence_check_due_;
     std::vector<Clock::time_point> last_seen_; ///< (ranks)
-    Summary summary_;                          ///< the books: kept while the map runs
+    Summary summary_;                          ///< updated while the map runs
 };
 
 Coordinator::Coordinator(const MapCall& call, Mailbox* mailbox, std::vector<bool>& alive)
@@ -93,7 +93,7 @@ Summary Coordinator::run() {
     while (!scheduler_.is_finished()) {
         if (scheduler_.held_by(0).empty() && !hand_out(0)) {
             poll();
-            // Nobody works, and nothing that is left would be done by the deadline.
+            // No rank works, and no remaining batch would finish by the deadline.
             if (scheduler_.is_idle() && !scheduler_.is_finished() && !hand_out(0)) {
                 summary_.out_of_time = true;
                 scheduler_.stop();
@@ -155,14 +155,14 @@ void Coordinator::handle(Message message) {
     case MessageKind::Stop:
         stop_all(in.get<bool>());
         break;
-    default: // Alive has said all that it has to say.
+    default: // Alive carries no further data.
         break;
     }
 }
 
 void Coordinator::settle(int rank, RangeOutcome outcome) {
     // False for a range that was taken from the rank when it fell silent: the rank that has it now
-    // reports it again.
+    // will report it.
     if (scheduler_.report(rank, outcome.range, outcome.executed, outcome.seconds)) {
         summary_.points_completed += outcome.completed;
         summary_.points_failed += outcome.failed;
@@ -175,7 +175,7 @@ void Coordinator::settle(int rank, RangeOutcome outcome) {
         fail(fmt::format("rank {}: {}", rank, outcome.failure));
 }
 
-/// Only from ranges whose batches were all computed to their end.
+/// Uses only ranges whose batches were all computed completely.
 void Coordinator::learn_pace(const RangeOutcome& outcome) {
     std::int64_t points = 0;
     const std::int64_t end = outcome.range.first + outcome.executed;
@@ -216,8 +216,8 @@ void Coordinator::post(int worker, MessageKind kind, core::Bytes content) {
     try {
         mailbox_->post(worker, kind, std::move(content));
     } catch (const FarmError& error) {
-        // A send to a dead rank may fail at once. Where deaths are survived this is one more sign
-        // of it.
+        // A send to a dead rank may fail at once. If the farm survives deaths, the failure is
+        // treated as a death.
         if (!watches_silence())
             throw;
         declare_dead(worker, error.what());
@@ -293,7 +293,7 @@ void Coordinator::note_sign_of_life(int worker) {
         last_seen_[w] = Clock::now();
     if (alive_[w])
         return;
-    // The rank was only slow. It gets work again; what it held before is computed by others.
+    // The rank was only slow. It gets work again; other ranks compute its former ranges.
     alive_[w] = true;
     top_up(worker);
     if (stop_requested())
@@ -322,7 +322,7 @@ Summary Coordinator::take_summary() {
         (stop_requested() || summary_.out_of_time) && settled < summary_.points_total;
     summary_.out_of_time = summary_.out_of_time && summary_.stopped_early;
     summary_.elapsed_s = seconds_since(start_);
-    // The order of arrival depends on timing, the summary must not.
+    // The order of arrival depends on timing; the summary must not depend on it.
     std::ranges::sort(summary_.lost, {}, &LostBatch::batch);
     std::ranges::sort(summary_.answers, {}, &BatchAnswer::batch);
     for (int rank = 0; rank < call_.size; ++rank)
@@ -332,7 +332,7 @@ Summary Coordinator::take_summary() {
 }
 
 void Coordinator::dismiss_workers(const Summary& summary) {
-    // The dead get it too: one that was only slow must not wait forever.
+    // Dead ranks get it too, because one that was only slow must not wait forever.
     for (int worker = 1; worker < call_.size; ++worker)
         post(worker, MessageKind::Summary, call_.message(summary));
     for (int worker = 1; worker < call_.size; ++worker)
@@ -340,8 +340,8 @@ void Coordinator::dismiss_workers(const Summary& summary) {
 }
 
 void Coordinator::await_farewell(int worker) {
-    // Asks this worker alone: others may have started the next map, whose messages must stay in
-    // line.
+    // Receives from this worker alone: others may have started the next map, whose messages must
+    // stay in order.
     const Clock::time_point start = Clock::now();
     Backoff backoff;
     while (alive_[static_cast<std::size_t>(worker)]) {

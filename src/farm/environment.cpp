@@ -9,7 +9,7 @@
 #ifdef __SANITIZE_ADDRESS__
 #include <sanitizer/lsan_interface.h>
 
-/// PMIx, which connects a rank with its launcher, leaks a few bytes in a thread of its own.
+/// PMIx, which connects a rank with its launcher, leaks a few bytes in its own thread.
 // NOLINTNEXTLINE(bugprone-reserved-identifier): LeakSanitizer asks for this function by its name
 extern "C" const char* __lsan_default_suppressions() {
     return "leak:libpmix";
@@ -24,9 +24,9 @@ namespace culm::farm {
 
 namespace {
 
-/// In a build with AddressSanitizer: reports what culm has leaked, and ends the process if that is
-/// anything. It must be asked before MPI_Finalize, which unloads Open MPI's plugins: what they keep
-/// until the end of the process looks like leaks afterwards.
+/// In a build with AddressSanitizer, reports leaks of culm and ends the process if there are any.
+/// It must run before MPI_Finalize, which unloads Open MPI's plugins: memory that they keep until
+/// the end of the process looks like leaks afterwards.
 void check_leaks() {
 #ifdef __SANITIZE_ADDRESS__
     __lsan_do_leak_check();
@@ -53,13 +53,13 @@ Environment::Environment(int& argc, char**& argv)
         throw FarmError("MPI is already initialised: there can be only one Environment");
     if (initialise_mpi(argc, argv) < MPI_THREAD_FUNNELED) {
         MPI_Finalize();
-        throw FarmError("this MPI library does not allow threads beside the communicating one");
+        throw FarmError("this MPI library does not allow threads other than the communicating one");
     }
 }
 
 Environment::~Environment() {
     // MPI_Finalize is collective. A rank that leaves by an exception would wait there for ranks
-    // that wait for its messages, so it ends them all.
+    // that wait for its messages, so it ends all ranks.
     int size = 1;
     MPI_Comm_size(MPI_COMM_WORLD, &size);
     if (size > 1 && std::uncaught_exceptions() > exceptions_at_start_)

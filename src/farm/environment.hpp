@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// MPI's lifetime as an object.
+// An object that initialises and finalises MPI.
 #pragma once
 
 #include "farm/communicator.hpp"
@@ -11,7 +11,7 @@ namespace culm::farm {
 ///
 /// If it is destroyed by an exception while other ranks run, it calls MPI_Abort: they would wait
 /// forever in their next collective call. Errors that all ranks find alike (bad input) should
-/// therefore be caught inside the scope and end in an ordinary return.
+/// therefore be caught inside the scope and lead to an ordinary return.
 class Environment {
   public:
     /// Collective. Throws FarmError if MPI is already initialised or cannot be.
@@ -25,7 +25,7 @@ class Environment {
 
     /// Whether this process was started by a parallel launcher (mpirun, srun with PMIx or PMI, …),
     /// judged by the environment variables that launchers set. Callable before MPI is initialised:
-    /// a short command need not pay for MPI when it runs alone.
+    /// a short command that runs alone need not initialise MPI.
     [[nodiscard]] static bool is_under_launcher();
 
     /// Ends all ranks at once with this exit code.

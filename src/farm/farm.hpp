@@ -20,17 +20,17 @@ namespace culm::farm {
 class Mailbox;
 
 struct FarmOptions {
-    /// Asked on every rank, at most every `stop_interval`; may be empty. True on one rank stops
-    /// all.
+    /// Called on every rank, at most every `stop_interval`; may be empty. If one rank returns
+    /// true, all ranks stop.
     std::function<bool()> stop_requested;
     std::chrono::milliseconds stop_interval{20};
-    /// Walltime limit: from then on the farm behaves as if stop_requested were true. Before it no
-    /// batch is started that would not finish by then, as far as the pace is known.
+    /// Walltime limit: from then on the farm behaves as if stop_requested were true. Earlier, it
+    /// starts no batch that would not finish by then, as far as the pace is known.
     std::optional<Clock::time_point> deadline;
-    /// Times of batches that earlier maps with the same cost unit measured. This one's reports
+    /// Times of batches measured by earlier maps with the same cost unit. The reports of this map
     /// are added to it (Summary::pace).
     Pace pace;
-    /// The clock by which the deadline is judged, for tests; empty: Clock.
+    /// The clock of the deadline, for tests; empty: Clock.
     std::function<Clock::time_point()> now;
     [[nodiscard]] Clock::time_point time() const { return now ? now() : Clock::now(); }
 
@@ -38,15 +38,15 @@ struct FarmOptions {
     std::function<void(const Progress&)> progress;
     std::chrono::milliseconds progress_interval{1000};
 
-    /// Shortest time between two looks at the messages (a look costs about 1 µs).
+    /// Shortest time between two polls for messages (a poll takes about 1 µs).
     std::chrono::microseconds poll_interval{100};
     /// Batches much shorter than this are handed out several at a time, s; 0: always one by one.
     double chunk_seconds = 0.01;
-    /// What a unit of the batches' cost is expected to take, s: for the first ranges, before
-    /// reports arrive and if `pace` is unknown. 0: unknown.
+    /// Expected time of a unit of the batches' cost, s. It is used for the first ranges, before
+    /// reports arrive, if `pace` is unknown. 0: unknown.
     double seconds_per_cost = 0.0;
-    /// A rank that has not been heard of for so long is given up; 0: never. Must be well above the
-    /// longest time that a work function goes without a beat.
+    /// A rank that sends no message for this time is given up; 0: never. Must be well above the
+    /// longest time between two beats of a work function.
     std::chrono::milliseconds silence_until_dead{0};
 };
 
@@ -68,24 +68,21 @@ class Farm {
     [[nodiscard]] int size() const;
 
     /// Calls `work` once for every batch, on some rank, longest batches first. Collective: all
-    /// ranks give the same batches, and all get the same summary (only batch indices travel, so
-    /// results are whatever `work` stores).
+    /// ranks pass the same batches and get the same summary. Only batch indices travel, so `work`
+    /// must store its results.
     ///
     /// * If `work` throws, the batch is listed as lost with the exception's text; the farm
     /// continues.
     /// * If it throws core::StorageError or reports a storage failure, or if a function in the
-    /// options throws, the farm stops on
-    ///   all ranks as for a stop, and Summary::failure holds the text.
-    /// * After a stop no further batch is started; those being computed are finished, or left early
-    /// if
-    ///   `work` heeds Heartbeat::stop_requested. Summary::stopped_early: points are missing.
-    /// * No batch is started that would not finish by the deadline; shorter ones still
-    ///   are; the map ends when no batch that would finish remains. Summary::stopped_early as well.
+    ///   options throws, all ranks stop and Summary::failure contains the text.
+    /// * After a stop no further batch is started. Running batches finish, or end early if `work`
+    ///   observes Heartbeat::stop_requested. Summary::stopped_early is true if points are missing.
+    /// * A batch that would not finish by the deadline is not started, but shorter ones are. The
+    ///   map ends when no batch remains that would finish; Summary::stopped_early is then true.
     /// * A rank that stops sending messages (`silence_until_dead`) loses the batch that it was
-    /// computing, or
-    ///   its range of short ones. If it sends again it gets new work, and what it had been given
-    ///   before may be computed twice. The death of rank 0 is not survived. After a death no
-    ///   collective call returns, MPI_Finalize included.
+    ///   computing, or its range of short ones. If it sends again it gets new work, and its former
+    ///   batches may be computed twice. The farm does not survive the death of rank 0. After a
+    ///   death no collective call returns, MPI_Finalize included.
     ///
     /// Throws FarmError if MPI fails or a cost is invalid.
     [[nodiscard]] Summary map(std::span<const Batch> batches, const Work& work,

@@ -7,7 +7,7 @@
 //     });
 //
 // gives every rank the outcome of every item, in the order of the items: its value, of any type
-// that travels (core/wire.hpp), or why there is none. Code that must not know of ranks takes a
+// that travels (core/wire.hpp), or why there is none. Code without knowledge of ranks takes a
 // core::ItemMap (core/item_map.hpp), which over_ranks makes.
 #pragma once
 
@@ -21,7 +21,7 @@
 
 namespace culm::farm {
 
-/// How items are spread.
+/// Options of over_ranks.
 struct ItemOptions {
     std::function<void(const Progress&)> progress; ///< called on rank 0; may be empty
     std::chrono::milliseconds progress_interval{1000};
@@ -29,8 +29,8 @@ struct ItemOptions {
 };
 
 /// An ItemMap over the communicator's ranks; null: this process alone, through the same farm. Each
-/// of its calls is collective and begins by the costliest item. Items that were being computed by a
-/// rank that died are lost, the others are not: values travel with the reports, point to point. A
+/// of its calls is collective and begins with the costliest item. The item that a dead rank was
+/// computing is lost, the others are not: values travel with the reports, point to point. A
 /// core::StorageError on any rank stops all items and is thrown on every rank. `communicator` must
 /// outlive the map. Collective.
 [[nodiscard]] core::ItemMap over_ranks(const Communicator* communicator, ItemOptions options = {});

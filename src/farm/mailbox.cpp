@@ -13,7 +13,7 @@ namespace culm::farm {
 
 namespace {
 
-/// LeakSanitizer does not report the message, nor what it points to.
+/// LeakSanitizer ignores the message and all that it points to.
 void leak_on_purpose([[maybe_unused]] const void* message) {
 #ifdef __SANITIZE_ADDRESS__
     __lsan_ignore_object(message);
@@ -29,7 +29,7 @@ bool has_left(MPI_Request& request) {
 } // namespace
 
 Mailbox::~Mailbox() {
-    // Messages to living ranks have left by now. MPI may still read those to dead ranks: leaked.
+    // Messages to living ranks have left by now. Those to dead ranks leak: MPI may still read them.
     for (std::unique_ptr<Pending>& pending : pending_) {
         MPI_Request_free(&pending->request);
         leak_on_purpose(pending.get());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Messages of the farm: point to point, and neither sending nor looking for one ever blocks.
+// Point-to-point messages of the farm; neither sending nor polling blocks.
 #pragma once
 
 #include "farm/communicator.hpp"
@@ -18,8 +18,8 @@ namespace culm::farm {
 /// The values are the MPI tags.
 enum class MessageKind : int {
     Report = 1, ///< worker to rank 0: a range is finished
-    Failure,    ///< worker to rank 0: everybody must stop, with the reason
-    Stop,       ///< either way: a stop was requested; to rank 0, whether by the deadline
+    Failure,    ///< worker to rank 0: all ranks must stop, with the reason
+    Stop,       ///< both ways: a stop was requested; to rank 0, whether by the deadline
     Alive,      ///< worker to rank 0
     Farewell,   ///< worker to rank 0: its last message of this map
     Assign,     ///< rank 0 to worker: a range to compute
@@ -32,7 +32,7 @@ struct Message {
     Bytes bytes;
 };
 
-/// Waiting for messages, at growing intervals, so that other processes on the same core can
+/// Waits for messages at growing intervals, so that other processes on the same core can
 /// work.
 class Backoff {
   public:
@@ -72,13 +72,13 @@ class Mailbox {
     /// Starts to send; the mailbox keeps the bytes until they have left.
     void post(int destination, MessageKind kind, Bytes bytes);
 
-    /// A message that has arrived, from anybody; messages of one rank come in the order of sending.
+    /// A message that has arrived from any rank; messages of one rank keep the order of sending.
     [[nodiscard]] std::optional<Message> receive() { return receive_matching(MPI_ANY_SOURCE); }
     [[nodiscard]] std::optional<Message> receive_from(int source) {
         return receive_matching(source);
     }
 
-    /// Whether all posted messages have left. Moves them on.
+    /// Whether all posted messages have left. Makes progress on them.
     [[nodiscard]] bool is_flushed();
 
   private:

@@ -24,7 +24,7 @@ void run_batch(const MapCall& call, std::int64_t place, Heartbeat& heartbeat,
             outcome.answers.push_back({call.batch_index(place), *std::move(report.answer)});
         if (!report.storage_failure.empty())
             outcome.failure = report.storage_failure;
-        // Communication is broken: nothing could be reported. Every other exception concerns this
+        // Communication has failed, so nothing can be reported. Every other exception concerns this
         // batch alone and is recorded with it.
     } catch (const FarmError&) {
         throw;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One Farm::map as rank 0 and the workers share it: its arguments, a range of batches computed, the
-// two roles.
+// The parts of Farm::map that rank 0 and the workers share: its arguments, the computation of a
+// range of batches, the two roles.
 #pragma once
 
 #include "core/wire.hpp"
@@ -25,7 +25,7 @@ class StopCondition {
     /// `options` must outlive the object.
     explicit StopCondition(const FarmOptions& options) : options_(options) {}
 
-    /// Asks at most every `stop_interval`, in between false. Passes on what the function throws.
+    /// Calls the function at most every `stop_interval`; else false. Passes on its exceptions.
     [[nodiscard]] bool is_met(Clock::time_point now) {
         if (now < due_)
             return false;
@@ -45,21 +45,21 @@ class StopCondition {
     Clock::time_point due_ = Clock::time_point::min();
 };
 
-/// Whether a batch may begin: not if it would hardly be done by the deadline.
+/// Decides whether a batch may begin: not if it would probably not finish by the deadline.
 class StartPermit {
   public:
-    /// `options` must outlive the object. What it says of the pace holds until set_pace.
+    /// `options` must outlive the object. Its pace is used until set_pace is called.
     explicit StartPermit(const FarmOptions& options)
         : options_(options), seconds_per_cost_(options.pace.is_known() ? options.pace.cautious()
                                                                        : options.seconds_per_cost) {
     }
 
-    /// What a unit of cost takes at most, s; 0: unknown.
+    /// Longest time of a unit of cost, s; 0: unknown.
     void set_pace(double seconds_per_cost) { seconds_per_cost_ = seconds_per_cost; }
     [[nodiscard]] double pace() const { return seconds_per_cost_; }
 
-    /// Of the largest batch that may begin now. Infinite without a deadline, and, until it has
-    /// passed, while nothing is known of the pace.
+    /// Cost of the largest batch that may begin now. Infinite without a deadline, and before the
+    /// deadline while the pace is unknown.
     [[nodiscard]] double cost_limit() const {
         if (!options_.deadline)
             return std::numeric_limits<double>::infinity();
@@ -97,7 +97,7 @@ struct MapCall {
     std::int64_t number;  ///< of this map among those of the farm
     int rank;
     int size;
-    /// Without any cost to go by, all batches count the same.
+    /// If all costs are zero, all batches count the same.
     bool is_costless = std::all_of(batches.begin(), batches.end(),
                                    [](const Batch& batch) { return batch.cost == 0.0; });
 
@@ -136,8 +136,8 @@ struct MapCall {
 
 struct RangeOutcome {
     Range range;
-    std::int64_t executed = 0;  ///< batches started; fewer than the range has after a stop, or when
-                                ///< the next would not have been done by the deadline
+    std::int64_t executed = 0;  ///< batches started; fewer than in the range after a stop, or if
+                                ///< the next one would not have finished by the deadline
     double seconds = 0.0;       ///< wall time of the range
     std::int64_t completed = 0; ///< points; sums over the batches that returned, as the next two
     std::int64_t failed = 0;
@@ -154,16 +154,15 @@ void fields(Wire& wire, RangeOutcome& outcome) {
 }
 
 /// Calls the work function for each batch until the end, a stop, a core::StorageError or a batch
-/// that has no permit to begin. All other exceptions but FarmError (communication itself is broken)
-/// are data.
+/// that may not begin. All other exceptions are recorded, except FarmError (communication failed).
 [[nodiscard]] RangeOutcome run_range(const MapCall& call, Range range, Heartbeat& heartbeat,
                                      const StartPermit& permit);
 
-/// Rank 0 during the map: keeps the books, answers the workers, computes batches itself. `mailbox`
+/// Rank 0 during the map: keeps the summary, answers workers, computes batches itself. `mailbox`
 /// is null if there is only this rank; `alive` (ranks) is kept up to date.
 [[nodiscard]] Summary coordinate(const MapCall& call, Mailbox* mailbox, std::vector<bool>& alive);
 
-/// Another rank during the map: computes what it is given and reports.
+/// Another rank during the map: computes its ranges and reports them.
 [[nodiscard]] Summary work_for_rank_0(const MapCall& call, Mailbox& mailbox);
 
 } // namespace culm::farm

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a unit of the batches' cost takes, learned from the ones that were computed.
+// The time of a unit of the batches' cost, estimated from computed batches.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@ namespace culm::farm {
 
 /// Sums over everything that was timed; a plain value that travels between ranks and runs.
 struct Pace {
-    double cost = 0.0;    ///< Σ c: cost of all that was timed, in the batches' unit
+    double cost = 0.0;    ///< Σ c: cost of all timed batches, in the batches' unit
     double seconds = 0.0; ///< Σ t
     double squares = 0.0; ///< Σ t²/c: for the scatter
 
@@ -26,15 +26,15 @@ struct Pace {
     /// Mean seconds for a unit of cost, weighted by cost. Only if known.
     [[nodiscard]] double mean() const { return seconds / cost; }
 
-    /// Seconds for a unit of cost that a batch will hardly exceed: a tenth above the mean (which
-    /// a single batch may give) and three standard deviations of what was timed. Only if known.
+    /// Seconds for a unit of cost that a batch rarely exceeds: 1.1 times the mean (one batch may
+    /// determine it), plus three standard deviations of the timed batches. Only if known.
     [[nodiscard]] double cautious() const {
         const double variance = std::max(0.0, squares / cost - mean() * mean());
         return 1.1 * mean() + 3.0 * std::sqrt(variance);
     }
 
-    /// The same mean and scatter with the weight of at most so much cost: what an earlier run knew
-    /// must not outweigh what this one finds, perhaps on another machine.
+    /// The same mean and scatter with a weight of at most `most_cost`: times of an earlier run must
+    /// not outweigh those of this one, perhaps on another machine.
     [[nodiscard]] Pace with_weight_up_to(double most_cost) const {
         if (cost <= most_cost)
             return *this;

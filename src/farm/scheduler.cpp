@@ -11,8 +11,8 @@ namespace culm::farm {
 
 namespace {
 
-/// Ranges that a rank may hold. A worker finds its next range already there when one is done and
-/// never waits for a message; rank 0 has the list at hand.
+/// Ranges that a rank may have. A worker has its next range when one is done, so it never waits for
+/// a message; rank 0 reads the list directly.
 constexpr std::size_t depth(int rank) {
     return rank == 0 ? 1 : 2;
 }
@@ -28,7 +28,7 @@ Scheduler::Scheduler(std::span<const double> costs, int ranks, double chunk_seco
     if (ranks < 1)
         throw FarmError(fmt::format("a scheduler for {} ranks: there must be at least one", ranks));
     held_.resize(static_cast<std::size_t>(ranks));
-    // Without any cost to go by, all batches count the same.
+    // If all costs are zero, all batches count the same.
     const bool is_costless =
         std::all_of(costs.begin(), costs.end(), [](double c) { return c == 0.0; });
     cost_before_.reserve(costs.size() + 1);
@@ -53,8 +53,8 @@ std::optional<Range> Scheduler::hand_out(int rank, double cost_limit) {
     // A batch that waits behind a busy rank would keep another rank idle at the end.
     if (is_prefetch && remaining_ < static_cast<std::int64_t>(held_.size()))
         return std::nullopt;
-    // Returned ranges first: they stand earliest in the order, so they are the longest. Withheld
-    // batches last: they are possible again only if the pace turned out better than expected.
+    // Returned ranges first: they come earliest in the order, so they are the longest. Withheld
+    // batches last: they may run only if the pace is better than expected.
     std::optional<Range> range = take_returned_range(cost_limit);
     if (!range)
         range = take_fresh_range(cost_limit);
@@ -128,7 +128,7 @@ std::optional<Range> Scheduler::take_fresh_range(double cost_limit) {
 }
 
 std::optional<Range> Scheduler::take_withheld_batch(double cost_limit) {
-    // Costs fall from place to place: the cheapest of a range stands last.
+    // Costs descend along the order: the last batch of a range is the cheapest.
     for (Range& range : withheld_) {
         const Range last{range.first + range.count - 1, 1};
         if (range.count == 0 || cost_of(last) > cost_limit)
@@ -139,7 +139,7 @@ std::optional<Range> Scheduler::take_withheld_batch(double cost_limit) {
     return std::nullopt;
 }
 
-/// Costs fall from place to place: the places in front that are above the limit are withheld.
+/// Costs descend along the order: the batches at the front that exceed the limit are withheld.
 Range Scheduler::without_too_costly(Range range, double cost_limit) {
     std::int64_t low = 0;
     for (std::int64_t high = range.count; low < high;) {
@@ -155,8 +155,8 @@ Range Scheduler::without_too_costly(Range range, double cost_limit) {
 }
 
 std::int64_t Scheduler::chunk_length(double cost_limit) const {
-    // Guided self-scheduling (scheduler.hpp): the bounds by number and by cost both hold, because a
-    // few expensive batches at the front say nothing about many cheap ones at the end.
+    // Guided self-scheduling (scheduler.hpp): both bounds, by number and by cost, apply,
+    // because expensive batches at the front do not predict the many cheap ones at the end.
     const auto shares = 2 * static_cast<std::int64_t>(held_.size());
     const auto batches = static_cast<std::int64_t>(cost_before_.size()) - 1;
     const std::int64_t longest = (batches - next_) / shares;
@@ -173,7 +173,7 @@ std::int64_t Scheduler::chunk_length(double cost_limit) const {
     return length_within(next_, longest, std::min(budget, cost_limit));
 }
 
-/// The batches from `first` on, at least one and at most `longest`, that cost so much together.
+/// Number of batches from `first` on, at least one and at most `longest`, that fit the budget.
 std::int64_t Scheduler::length_within(std::int64_t first, std::int64_t longest,
                                       double budget) const {
     const auto before = cost_before_.begin() + first;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Decides which batches go to which rank next: pure logic without MPI, clocks or threads.
+// Decides which batches each rank gets next: pure logic without MPI, clocks or threads.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace culm::farm {
 
-/// Consecutive places [first, first + count) in the plan's order.
+/// Consecutive positions [first, first + count) in the plan's order.
 struct Range {
     std::int64_t first = 0;
     std::int64_t count = 0;
@@ -24,55 +24,55 @@ void fields(Wire& wire, Range& range) {
 
 /// Dynamic scheduling of batches that are already sorted longest first.
 ///
-/// * A rank holds at most two ranges: the one it computes and one queued behind it (prefetch).
-///   Rank 0 holds one: it sits next to the list.
-/// * No prefetch once fewer batches remain than there are ranks: the last ones are not hoarded.
+/// * A rank has at most two ranges: the one it computes and one queued behind it (prefetch).
+///   Rank 0 has one, because it reads the list directly.
+/// * Prefetch ends when fewer batches remain than ranks, so that the last ones go to idle ranks.
 /// * A range is a single batch unless batches are known, from the reports so far or beforehand, to
-///   be so short that messages would dominate. Then it is as many as take `chunk_seconds`, but
-///   never more than the share 1/(2 ranks) of what remains, by number and by cost (guided
-///   self-scheduling, Polychronopoulos & Kuck 1987), so that ranges shrink towards the end.
-/// * With many ranks a range takes longer, `coordinator_seconds` times their number: all of them
-///   together must not send more than rank 0 can answer.
+///   be so short that messages would dominate. Then it takes `chunk_seconds`, but at most the share
+///   1/(2 ranks) of the remaining batches, by number and by cost (guided self-scheduling,
+///   Polychronopoulos & Kuck 1987), so that ranges shrink towards the end.
+/// * With many ranks a range takes at least `coordinator_seconds` times their number: together they
+///   must not send more than rank 0 can answer.
 ///
-/// * With a limit of cost, as the time that is left allows, batches above it are passed over and
-///   shorter ones are handed out; those come back into play should the limit rise again.
+/// * With a limit of cost, from the time that remains, batches above it are skipped and shorter
+///   ones are handed out. The skipped ones are used if the limit rises again.
 ///
 /// The object is deterministic: the same calls give the same answers on every rank.
 class Scheduler {
   public:
-    /// Shortest mean time between two reports to rank 0, s: some ten times what it needs for one.
+    /// Shortest mean time between two reports to rank 0, s: about ten times that for one.
     static constexpr double coordinator_seconds = 50e-6;
 
-    /// `costs`: of the batches in the plan's order, any unit. `seconds_per_cost`: what a unit of it
-    /// is expected to take until the first reports; 0: unknown, and ranges are single batches until
-    /// then. They always are if `chunk_seconds` is 0. Throws FarmError if `ranks` < 1.
+    /// `costs`: of the batches in the plan's order, any unit. `seconds_per_cost`: expected time of
+    /// a unit of cost, used until the first reports; 0: unknown, and ranges are single batches
+    /// until then. They always are if `chunk_seconds` is 0. Throws FarmError if `ranks` < 1.
     Scheduler(std::span<const double> costs, int ranks, double chunk_seconds,
               double seconds_per_cost = 0.0);
 
-    /// Deals the opening hand: a range for every rank in turn, then the prefetched ones. Since
-    /// every rank can deal it for itself, the farm starts without a message.
+    /// Deals the initial ranges: one for every rank in turn, then the prefetched ones. Every rank
+    /// can compute them, so the farm starts without a message.
     void deal();
 
-    /// The next range for `rank`, if it may have one now. It costs no more than `cost_limit`.
+    /// The next range for `rank`, if it may have one now. It costs at most `cost_limit`.
     [[nodiscard]] std::optional<Range>
     hand_out(int rank, double cost_limit = std::numeric_limits<double>::infinity());
 
     /// `rank` has left `range` after `executed` of its batches (all of them, unless stopped) and
-    /// `seconds`. The rest is taken back. False, without effect, if the rank does not hold that
-    /// range (any more).
+    /// `seconds`. The rest is taken back. False, without effect, if the rank does not (or
+    /// no longer) have that range.
     [[nodiscard]] bool report(int rank, Range range, std::int64_t executed, double seconds);
 
     /// Nothing is handed out from now on.
     void stop() { stopped_ = true; }
 
-    /// `rank` died. What it was computing is returned: it may be what killed the rank, and is lost.
-    /// What was queued behind is taken back.
+    /// `rank` died. The range that it was computing is returned and lost, because it may be the
+    /// cause. The queued range is taken back.
     [[nodiscard]] std::optional<Range> write_off(int rank);
 
-    /// Takes back everything that `rank` holds: it is known never to have started.
+    /// Takes back all ranges of `rank`, which is known never to have started.
     void withdraw(int rank);
 
-    /// Ranges that `rank` holds, the one being computed first.
+    /// Ranges of `rank`, the one being computed first.
     [[nodiscard]] std::span<const Range> held_by(int rank) const {
         return held_[static_cast<std::size_t>(rank)];
     }
@@ -100,11 +100,11 @@ class Scheduler {
                                              double budget) const;
     void take_back(Range range);
 
-    std::vector<double> cost_before_;      ///< (batches + 1): sum of the costs ahead of each place
+    std::vector<double> cost_before_;      ///< (batches + 1): sum of the costs before each position
     std::vector<std::vector<Range>> held_; ///< (ranks), each of at most two ranges
     std::vector<Range> taken_back_;
-    std::vector<Range> withheld_; ///< passed over because of the limit
-    std::int64_t next_ = 0;       ///< first place never handed out
+    std::vector<Range> withheld_; ///< skipped because of the limit
+    std::int64_t next_ = 0;       ///< first position never handed out
     std::int64_t remaining_ = 0;
     std::int64_t ranges_held_ = 0;
     double chunk_seconds_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a map over batches reports while it runs and when it is over.
+// Reports of a map over batches: its progress and its summary.
 #pragma once
 
 #include "core/wire.hpp"
@@ -28,11 +28,11 @@ struct LostBatch {
     std::size_t batch = 0; ///< index in the list given to map
     int rank = 0;          ///< that was computing it
     std::string reason;
-    bool with_rank = false; ///< it threw nothing, its rank died
+    bool with_rank = false; ///< its rank died; it did not throw
     friend bool operator==(const LostBatch&, const LostBatch&) = default;
 };
 
-/// What a batch found (BatchReport::answer).
+/// Answer of a batch (BatchReport::answer).
 struct BatchAnswer {
     std::size_t batch = 0; ///< index in the list given to map
     core::Bytes bytes;
@@ -48,10 +48,10 @@ struct Summary {
     double elapsed_s = 0.0;       ///< wall time of the map on rank 0
     double work_s = 0.0;          ///< sum of BatchReport::seconds over all ranks
     int ranks = 1;
-    bool stopped_early = false; ///< a stop or the deadline left points uncomputed
-    bool out_of_time = false;   ///< it was the deadline
-    Pace pace;                  ///< FarmOptions::pace and what the reports of this map added
-    std::string failure; ///< why the farm had to give up (full disk …); empty if it had not
+    bool stopped_early = false;       ///< a stop or the deadline left points uncomputed
+    bool out_of_time = false;         ///< because of the deadline
+    Pace pace;                        ///< FarmOptions::pace with the reports of this map
+    std::string failure;              ///< why the farm gave up (full disk …); else empty
     std::vector<LostBatch> lost;      ///< ordered by batch
     std::vector<int> dead_ranks;      ///< silent at the end
     std::vector<BatchAnswer> answers; ///< of batches that have one, ordered by batch

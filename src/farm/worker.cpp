@@ -41,14 +41,14 @@ class Worker final : public Heartbeat {
 Worker::Worker(const MapCall& call, Mailbox& mailbox)
     : Heartbeat(call.options.poll_interval), call_(call), mailbox_(mailbox),
       stop_condition_(call.options), permit_(call.options) {
-    // The opening hand needs no message: this scheduler deals it as that of rank 0 does.
+    // The initial ranges need no message: this scheduler deals them as that of rank 0 does.
     const Scheduler scheduler = call.dealt_scheduler();
     const std::span<const Range> hand = scheduler.held_by(call.rank);
     queue_.assign(hand.begin(), hand.end());
 }
 
 Summary Worker::run() {
-    // Tells rank 0 which list of batches this rank holds, even if it is an empty one.
+    // Rank 0 checks that this rank has the same list of batches, even if the list is empty.
     post(MessageKind::Alive, call_.message());
     Backoff backoff;
     while (!summary_) {
@@ -81,17 +81,17 @@ void Worker::poll() {
 }
 
 void Worker::receive_messages() {
-    // Nothing is taken after the summary: what follows it belongs to the next map.
+    // Nothing is received after the summary, because later messages belong to the next map.
     while (!summary_) {
         std::optional<Message> message = mailbox_.receive();
         if (!message)
             return;
         core::WireReader in(std::move(message->bytes));
         const auto head = in.get<MessageHead>();
-        // A worker that was given up may find leftovers of a map that it has left behind.
+        // A worker that was given up may receive messages of an earlier map.
         if (head.map != call_.number)
             continue;
-        // A range of another list would mean other batches here; rank 0 stops when it notices.
+        // A range of another list means other batches here; rank 0 stops when it detects that.
         if (message->kind == MessageKind::Assign && head.digest == call_.digest) {
             queue_.push_back(in.get<Range>());
             permit_.set_pace(in.get<double>());

@@ -14,8 +14,8 @@
 namespace culm::fit {
 namespace {
 
-/// A model fitted to `recordings`, with the error terms that these have, from its fits to each of
-/// them with other terms or none.
+/// Fits a model to `recordings` with their error terms, from its fits to each recording with other
+/// terms or none.
 Fit fit_again(const SelectedEffects& effects, std::span<const RecordingFit> from,
               std::span<const ObservedRecording> recordings, const FitOptions& options) {
     const Fit none; // the plans start from `from`
@@ -42,16 +42,16 @@ Fit fit_again(const SelectedEffects& effects, std::span<const RecordingFit> from
     return fit;
 }
 
-/// The chain with the noise and the errors that `known` has, from the fits without them. `exact` is
-/// the fit of all without either.
+/// The chain with the noise and the errors of `known`, from the fits without them. `exact` is the
+/// fit of all recordings without either.
 BaselineFit fit_chain_to(std::vector<ObservedRecording> known, std::vector<RecordingFit> alone,
                          std::optional<Fit> exact, const FitOptions& options) {
     BaselineFit out{std::move(known), {}, {}, std::move(alone)};
     const std::vector<ObservedRecording> stated = with_inputs_as_stated(out.recordings);
     const bool is_exact = exact && !stated.front().errors && !stated.front().noise_model;
     out.stated = is_exact ? *std::move(exact) : fit_again({}, out.alone, stated, options);
-    // Terms are linear about a recording's own fit: where recordings disagree, a joint one may be
-    // cycles away from each of them.
+    // The terms are linearised about each recording's own fit. Where recordings disagree, a joint
+    // fit may be cycles away from it.
     const bool is_one = stated.size() == 1 && !out.stated.failed();
     if (is_one && !is_exact)
         out.recordings = with_reading_errors(out.recordings, out.stated.parts, options.heartbeat);
@@ -84,7 +84,7 @@ const Fit& model_within(const SelectedEffects& effects, const std::vector<Fit>& 
     return *within;
 }
 
-/// The last model that could be fitted and moves; null if there is none.
+/// The last model that could be fitted and in which the stem moves; null if there is none.
 const Fit* last_moving(const std::vector<Fit>& models) {
     const auto last = std::find_if(models.rbegin(), models.rend(), [](const Fit& model) {
         return !model.failed() && model.moves();
@@ -102,7 +102,7 @@ ModelFit judged_model(Fit stated, std::span<const ObservedRecording> recordings,
         with_reading_errors(recordings, stated.parts, options.heartbeat);
     ModelFit out{std::move(stated), {}};
     out.judged = fit_again(out.stated.effects, out.stated.parts, known, options);
-    if (out.judged.failed()) // the inputs wander where the model fails by far
+    if (out.judged.failed()) // the inputs diverge if the model is far off
         out.judged = out.stated;
     out.judged.runs += out.stated.runs;
     add_input_uncertainty(known, out.judged.reduced_chi_squared, out.stated);
@@ -184,7 +184,7 @@ baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
 
 NestedFits fit_nested(std::span<const measure::Measurement> measurements,
                       const std::vector<SelectedEffects>& effect_sets, const FitOptions& options) {
-    for (const measure::Measurement& recording : measurements) { // what cannot be throws here
+    for (const measure::Measurement& recording : measurements) { // throws if a model is invalid
         const StemModel chain = baseline_model(recording, options.chain);
         for (const SelectedEffects& effects : effect_sets)
             static_cast<void>(candidate_model(chain, effects, recording));

@@ -20,51 +20,50 @@ namespace {
 
 constexpr int screening_iterations = 3;
 constexpr int most_restarts = 2;
-/// Of χ², in units of the reduced χ²: worth another solution.
+/// Decrease of χ², in units of the reduced χ², that is worth another solution.
 constexpr double needed_gain = 0.5;
 
-/// Where some iterations from a start have led.
+/// The result of some iterations from a start.
 struct BegunFit {
     StartModels models;
-    double weighted_rms = 0.0; ///< as Fit's
+    double weighted_rms = 0.0; ///< as in Fit
     double chi_squared = 0.0;
 };
 
 class BestFit {
   public:
-    /// All must outlive this; `noise` as JointOptions'.
+    /// `recordings` and `options` must outlive this; `noise` is as in JointOptions.
     BestFit(std::span<const ObservedRecording> recordings, const FitOptions& options,
             std::vector<std::vector<double>> noise = {});
 
-    /// Goes all the way from a start.
+    /// Runs a complete fit from a start.
     void try_start(const StartModels& start, bool is_first_guess);
 
-    /// Some iterations from a start, with its places (angles, time scales) held. Throws
-    /// core::NumericalError if they lead nowhere.
+    /// Runs some iterations from a start with its places (angles, time scales) fixed. Throws
+    /// core::NumericalError if they give no fit.
     [[nodiscard]] BegunFit begin(const StartModels& start, bool is_first_guess);
 
-    /// Goes all the way from the best of those begun, and from the next if it was better then than
-    /// that one is in the end.
+    /// Completes the best of the begun fits, and then each next one that was already better when it
+    /// was begun.
     void go_on(std::vector<BegunFit> begun);
 
-    /// Begins from all of them and goes on; with a single one, all the way from there.
+    /// Begins a fit from each start and completes the best one; completes a single start directly.
     void try_starts(const std::vector<StartModels>& starts, bool is_first_guess);
 
-    /// The same for a model that is larger than that of `smaller` (a part for each recording) and,
-    /// if `is_nested`, contains it. If it then fits worse
-    /// the solution has missed a cycle, and growing windows are tried; what stays worse is a
-    /// failure and no result. A model that is not nested tries them at once, unless its start is
-    /// near the end.
+    /// As try_starts(), for a model that is larger than that of `smaller` (a part for each
+    /// recording) and, if `is_nested`, contains it. If its fit is worse, the solution has skipped a
+    /// cycle, and growing windows are tried; a fit that is still worse has failed. A model that is
+    /// not nested uses growing windows at once, unless its start is near the solution.
     void try_larger(const std::vector<StartModels>& starts, std::span<const RecordingFit> smaller,
                     bool is_nested, bool is_near_end = false);
 
     [[nodiscard]] std::optional<Fit> take() { return std::move(best_); }
-    [[nodiscard]] const std::string& failure() const { return failure_; } ///< of the last that did
+    [[nodiscard]] const std::string& failure() const { return failure_; } ///< of the last failure
     [[nodiscard]] int starts() const { return starts_; }
     [[nodiscard]] int runs() const { return runs_; } ///< of chains with all their derivatives
 
   private:
-    /// By the noise of the best.
+    /// Compares residuals that are weighted by the noise of the best fit.
     [[nodiscard]] bool is_as_good_as(std::span<const RecordingFit> smaller) const;
     [[nodiscard]] Fit solved(const StartModels& start, const JointOptions& options);
     [[nodiscard]] JointOptions joint_options(bool is_first_guess) const;
@@ -88,7 +87,7 @@ void BestFit::try_start(const StartModels& start, bool is_first_guess) {
     ++starts_;
     try {
         Fit fit = solved(start, joint_options(is_first_guess));
-        if (fit.status == FitStatus::NotConverged) // a long valley: half-way is no end
+        if (fit.status == FitStatus::NotConverged) // a long valley: continue once
             fit = solved(start_from(fit), joint_options(false));
         fit = settled(std::move(fit));
         if (fit.failed())
@@ -158,8 +157,8 @@ Fit BestFit::solved(const StartModels& start, const JointOptions& options) {
     return fit;
 }
 
-/// Places, angles and time scales: while an effect has hardly any size they have hardly any
-/// derivative, and a first step would throw them far away.
+/// Places, angles and time scales: their derivatives almost vanish while an effect is small, so a
+/// first step would move them far away.
 std::vector<bool> BestFit::places(const StartModels& start) const {
     const JointLayout layout = joint_layout(start, recordings_, belongs_to_recording);
     std::vector<bool> held;
@@ -180,19 +179,19 @@ JointOptions BestFit::joint_options(bool is_first_guess) const {
     return joint;
 }
 
-/// A solution can end early where its steps meet a bound: it begins again from there, with the
-/// parameters at a bound held, until that gains nothing.
+/// A solution can end early where its steps meet a bound. It is restarted from there with the
+/// parameters at a bound fixed, until a restart gains nothing.
 Fit BestFit::settled(Fit fit) {
     for (int again = 0; again < most_restarts; ++again) {
         JointOptions options = joint_options(false);
         for (const FittedParameter& parameter : fit.parameters)
             options.is_held.push_back(parameter.is_at_bound);
         if (std::ranges::none_of(options.is_held, [](bool held) { return held; }))
-            break; // nothing was in the way of the steps
+            break; // no bound limited the steps
         Fit next = solved(start_from(fit), options);
         const double gain = fit.chi_squared - next.chi_squared;
         const bool is_settled = !(gain > needed_gain * std::max(1.0, next.reduced_chi_squared));
-        // What is held has no covariance: the last solution without held ones is kept.
+        // Fixed parameters have no covariance, so this solution is used only if it gains enough.
         if (!next.failed() && !is_settled)
             fit = std::move(next);
         if (is_settled)
@@ -203,8 +202,8 @@ Fit BestFit::settled(Fit fit) {
 
 constexpr std::size_t most_reconciling = 4;
 
-/// Of other recordings, and of the constraints of their errors, the readings of one whose noise is
-/// not known weigh as much as the residuals of a smaller model say.
+/// Readings of unknown noise are weighted by the residuals of a smaller model, relative to other
+/// recordings and to the constraints of error terms.
 std::vector<std::vector<double>> noises(std::span<const RecordingFit> fits) {
     std::vector<std::vector<double>> out;
     for (const RecordingFit& fit : fits)
@@ -212,7 +211,7 @@ std::vector<std::vector<double>> noises(std::span<const RecordingFit> fits) {
     return out;
 }
 
-/// The readings of a stem that nothing moves are its residuals.
+/// The residuals of a stem that nothing moves are its readings.
 Fit motionless(const StemModel& model, const ObservedRecording& recording,
                const FitOptions& options) {
     JointOptions held;
@@ -226,7 +225,7 @@ Fit motionless(const StemModel& model, const ObservedRecording& recording,
     return fit;
 }
 
-/// The best fit, or why there is none.
+/// The best fit, or the reason for the failure.
 Fit result_of(BestFit& best) {
     Fit fit;
     if (std::optional<Fit> found = best.take())
@@ -238,7 +237,7 @@ Fit result_of(BestFit& best) {
     return fit;
 }
 
-/// What a model or its fit throws if it cannot be; empty if it can.
+/// The message of the error that `work` throws; empty if it throws none.
 template <class Work>
 std::string failure_of(const Work& work) {
     try {
@@ -251,8 +250,8 @@ std::string failure_of(const Work& work) {
     }
 }
 
-/// Has a number that `smaller` does not have come to nothing? Then the fit may have ended beside a
-/// part of its model that explains more.
+/// Has the fit failed, or is a parameter that `smaller` does not have at a bound or consistent with
+/// its absence? Then a part of the model may fit better.
 bool is_doubtful(const Fit& fit, const Fit& smaller) {
     return fit.failed() ||
            std::ranges::any_of(fit.parameters, [&](const FittedParameter& parameter) {
@@ -321,7 +320,7 @@ bool FitPlan::moves() const {
     return false;
 }
 
-/// Does a recording move that stood still in `smaller`?
+/// Does the model move a recording's stem that is at rest in `smaller`?
 bool FitPlan::moves_more() const {
     for (std::size_t m = 0; m < models_.size(); ++m)
         if (can_move(models_[m], recordings_[m]) &&
@@ -330,7 +329,7 @@ bool FitPlan::moves_more() const {
     return false;
 }
 
-/// candidate_starts of each recording side by side, then those that reconcile recordings which
+/// The candidate_starts() of all recordings, combined, then starts that reconcile recordings which
 /// disagree.
 std::vector<StartModels> FitPlan::larger_starts() const {
     std::vector<std::vector<StemModel>> own;
@@ -353,7 +352,7 @@ std::vector<StartModels> FitPlan::larger_starts() const {
     return starts;
 }
 
-/// One recording by itself: the chain, or what makes it move where it stood still without it.
+/// Fits one recording separately: the chain, or the effects without which its stem is at rest.
 Fit FitPlan::fit_alone(std::size_t recording, const FitOptions& options) const {
     const std::span<const ObservedRecording> own(&recordings_[recording], 1);
     if (!can_move(models_[recording], own.front())) {
@@ -376,7 +375,7 @@ Fit FitPlan::fit_alone(std::size_t recording, const FitOptions& options) const {
     return result_of(best);
 }
 
-/// From each recording's own fit.
+/// Starts from each recording's own fit.
 Fit FitPlan::fit_from_own(const FitOptions& options) const {
     std::vector<RecordingFit> alone;
     int runs = 0;
@@ -438,8 +437,8 @@ Fit fit_with_parts(const SelectedEffects& effects, const Fit& smaller,
             continue;
         SelectedEffects rest = effects;
         rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
-        // Effects that are added together may compensate each other from the first step on. From
-        // the best of the smaller models only one of them is new.
+        // Effects that are added together may compensate each other from the first step. Compared
+        // with the best smaller model, only one of them is new.
         Fit part = fit_with_parts(rest, smaller, recordings, options);
         whole.runs += part.runs;
         if (part.is_fitted() && (!best || part.weighted_rms < best->weighted_rms))

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The one policy by which a model is fitted: where a fit starts, when it starts again, when it
-// fails.
+// The policy of every fit: where it starts, when it restarts and when it fails.
 #pragma once
 
 #include "fit/start/joint_starts.hpp"
@@ -13,29 +12,28 @@
 
 namespace culm::fit {
 
-/// A larger model may leave this much more than the one that it contains: the runs have noise.
+/// Largest ratio of the residuals to those of a contained model; not 1 because the runs have noise.
 inline constexpr double allowed_excess = 1.001;
 
-/// `effects` beside the published chain (none: the chain itself), fitted to all recordings at once.
-/// `smaller`: a fit with some or none of the effects; only the chain itself needs none.
+/// Fits `effects` in addition to the published chain (none: the chain alone) to all recordings at
+/// once. `smaller`: a fit with some or none of the effects; only the chain alone needs none.
 ///
-/// 1. The chain itself, and a model that sets a stem in motion which stood still without its
-/// effects:
-///    from each recording's own fit, with windows that grow so that no cycle is skipped. What
-///    several recordings share starts from the mean of their own values and, where these would put
-///    the recordings out of phase, from each of them.
-/// 2. A larger model: from starts() about `smaller`, and for several recordings that disagree from
-///    reconciling_starts(). Some iterations from each start; the best goes on to its end, and the
-///    next one if it was better then.
-/// 3. A fit that has not converged goes on once. One whose steps met a bound starts again from
-/// there.
-/// 4. A larger model that contains the smaller one and fits worse has skipped a cycle: windows grow
-///    from the same starts. If that does not help the fit has failed.
-/// 5. A model in which nothing moves the stem leaves the readings as they are
-/// (FitStatus::Motionless).
+/// 1. The chain alone, and a model that moves a stem which is at rest without its effects, start
+///    from each recording's own fit, with growing windows so that no cycle is skipped. Shared
+///    parameters start from the mean of the recordings' values and, where the mean would put the
+///    recordings out of phase, from the values of each recording.
+/// 2. A larger model starts from candidate_starts() about `smaller` and, for several recordings
+///    that disagree, from reconciling_starts(). Each start gets some iterations. The best one is
+///    completed, and then the next one if it is already better.
+/// 3. A fit that has not converged is continued once. A fit whose steps met a bound is restarted
+///    from there.
+/// 4. If a larger model that contains the smaller one fits worse, it has skipped a cycle: growing
+///    windows are tried from the same starts. If that does not help, the fit has failed.
+/// 5. If nothing in the model moves the stem, the readings are the residuals
+///    (FitStatus::Motionless).
 ///
-/// Never throws for a model that cannot be fitted or combined: FitStatus::Failed with the reason.
-/// run::Abandoned if the heartbeat says so.
+/// Never throws for a model that cannot be fitted or combined, but returns FitStatus::Failed with
+/// the reason. Throws run::Abandoned if the heartbeat says so.
 [[nodiscard]] Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
                             std::span<const ObservedRecording> recordings,
                             const FitOptions& options = {});
@@ -44,16 +42,16 @@ inline constexpr double allowed_excess = 1.001;
 /// readings.
 struct ModelFit {
     Fit stated; ///< printed and drawn; intervals include the uncertainty of the inputs
-    Fit judged; ///< tested and compared; the stated one where the inputs wander without an end
+    Fit judged; ///< tested and compared; equals `stated` if the inputs diverge
 };
 
-/// Of `stated`, a fit to with_inputs_as_stated(): linearises the error terms about it, fits the
-/// model together with them, and adds their contribution to the intervals of `stated`.
+/// Linearises the error terms about `stated`, a fit to with_inputs_as_stated(), fits the model
+/// together with them, and adds their contribution to the intervals of `stated`.
 [[nodiscard]] ModelFit judged_model(Fit stated, std::span<const ObservedRecording> recordings,
                                     const FitOptions& options = {});
 
-/// `judged`, a fit with the error terms of `recordings`, fitted again with every input as stated;
-/// intervals as judged_model()'s. `smaller` is the published chain, as stated.
+/// Refits `judged`, a fit with the error terms of `recordings`, with every input as stated. The
+/// intervals are as in judged_model(). `smaller` is the published chain, as stated.
 [[nodiscard]] Fit as_stated(const Fit& judged, const Fit& smaller,
                             std::span<const ObservedRecording> recordings,
                             const FitOptions& options = {});
@@ -66,22 +64,22 @@ struct BaselineFit {
     Fit stated;                        ///< ModelFit::stated
     std::vector<RecordingFit> alone{}; ///< (recordings) without errors; empty: nothing moves
 };
-/// with_reading_errors() about each recording's own fit of the chain, and the fits of all from
-/// there. Where nothing moves in the chain the recordings have no errors. As fit_model().
+/// Adds with_reading_errors() about each recording's own fit of the chain, and fits all from there.
+/// Recordings in which the chain does not move have no errors. Throws as fit_model().
 [[nodiscard]] BaselineFit fit_baseline(std::span<const measure::Measurement> measurements,
                                        const FitOptions& options = {});
 
 /// The baseline of `measurements` with the noise in motion about `larger`, a model that explains
-/// more than the chain. None if the noise is the same about either.
+/// more than the chain. Empty if the noise about both models is the same.
 [[nodiscard]] std::optional<BaselineFit>
 baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
                          std::span<const measure::Measurement> measurements,
                          const FitOptions& options = {});
 
-/// The models of `effect_sets`, each of which contains the one before it, by fit_with_parts() with
-/// every input as stated and then by judged_model(). The published chain is the first. If the noise
-/// in motion is another about the last model, all are fitted with that noise. Throws as
-/// baseline_model() and candidate_model() for a model that cannot be, before it runs a chain.
+/// Fits the models of `effect_sets`, each of which contains the one before it, by fit_with_parts()
+/// with every input as stated and then by judged_model(). The published chain is the first. If the
+/// noise in motion differs about the last model, all are fitted with that noise. Throws as
+/// baseline_model() and candidate_model() if a model cannot be built, before any chain is run.
 struct NestedFits {
     std::vector<ObservedRecording> recordings; ///< BaselineFit::recordings
     std::vector<ModelFit> models;
@@ -90,32 +88,32 @@ struct NestedFits {
                                     const std::vector<SelectedEffects>& effect_sets,
                                     const FitOptions& options = {});
 
-/// fit_model() for a model that may add several effects at once: it cannot fit worse than a part of
-/// it, a model with one of these effects less. Where the fit fails, or one of the effects stands at
-/// a bound or is no different from absent, the parts are fitted too. If one fits better, the fit
-/// starts again from that solution; what then is still worse has failed.
+/// fit_model() for a model that may add several effects at once. It cannot fit worse than its
+/// parts, the models with one of these effects less. If the fit fails, or an effect is at a bound
+/// or consistent with zero, the parts are fitted too. If one of them fits better, the fit is
+/// restarted from that solution; if it is still worse, it has failed.
 [[nodiscard]] Fit fit_with_parts(const SelectedEffects& effects, const Fit& smaller,
                                  std::span<const ObservedRecording> recordings,
                                  const FitOptions& options = {});
 
-/// fit_model() from given models, which lie near the end: all the way from there.
+/// fit_model() from given models that are near the solution, without other starts.
 [[nodiscard]] Fit refined(const StartModels& start, const SelectedEffects& effects,
                           const Fit& smaller, std::span<const ObservedRecording> recordings,
                           const FitOptions& options);
 
-/// fit_model() of one model, and its fits from other solutions.
+/// fit_model() for one model, and the fits of that model from other solutions.
 class FitPlan {
   public:
     /// `smaller` and the recordings must outlive this.
     FitPlan(const SelectedEffects& effects, const Fit& smaller,
             std::span<const ObservedRecording> recordings, const FitOptions& options);
 
-    /// As fit_model().
+    /// As the function fit_model().
     [[nodiscard]] Fit fit(const FitOptions& options) const;
 
-    /// One recording with the errors of its readings from its fit without them.
+    /// Fits one recording with the errors of its readings, from its fit without them.
     [[nodiscard]] Fit fit_beside_errors(const RecordingFit& alone, const FitOptions& options) const;
-    /// All recordings together from each one's own fit of the same model.
+    /// Fits all recordings together, from each one's own fit of the same model.
     [[nodiscard]] Fit fit_from_alone(std::span<const RecordingFit> alone,
                                      const FitOptions& options) const;
 
@@ -137,7 +135,7 @@ class FitPlan {
     std::vector<StartModels> starts_;   ///< from `smaller`, if it has a fit and moves as much
 };
 
-/// Of a run with these effects, against one of the published chain: spatial chains take six times
+/// Cost of a run with these effects, relative to the published chain. Spatial chains take six times
 /// as long.
 [[nodiscard]] double relative_cost(const SelectedEffects& effects);
 

@@ -14,7 +14,7 @@
 namespace culm::fit {
 namespace {
 
-/// The models with the numbers that `summary` has for them.
+/// Sets the parameters of the models to the values in `summary`.
 void set_values(const Fit& summary, const JointLayout& layout, std::vector<StemModel>& models) {
     for (std::size_t m = 0; m < models.size(); ++m) {
         const std::size_t count = models[m].free_count();
@@ -72,8 +72,8 @@ std::vector<StemModel> models_of(const Fit& numbers, std::span<const ObservedRec
     return models;
 }
 
-// One run per recording with everything held: cheaper than to send residuals and Jacobians between
-// ranks, and the same bits on every rank.
+// One run per recording with all parameters fixed is cheaper than sending residuals and Jacobians,
+// and every rank obtains the same bits.
 Fit restored(const Fit& numbers, std::span<const ObservedRecording> recordings,
              const FitOptions& options) {
     Fit out = numbers;

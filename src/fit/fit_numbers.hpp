@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A fit as the few numbers that another rank needs of it, and back.
+// Converts a fit to the few numbers that another rank needs, and back.
 #pragma once
 
 #include "fit/solve/fit.hpp"
@@ -10,11 +10,11 @@
 
 namespace culm::fit {
 
-/// The fit without what its parts hold; counts its effective readings.
+/// The fit without its parts; counts its effective readings.
 [[nodiscard]] Fit numbers_of(const Fit& fit);
 
-/// −2 log likelihood of the readings, less a constant. Recordings of unknown noise count by
-/// n log(rms²).
+/// −2 log likelihood of the readings, less a constant. The contribution of a recording of unknown
+/// noise is n log(rms²).
 [[nodiscard]] double deviance(const Fit& fit);
 
 template <class Wire>
@@ -30,7 +30,7 @@ void fields(Wire& wire, Fit& numbers) {
          numbers.misfits);
 }
 
-/// The fit of `effects` as a map over ranks returns it: a failed one where its rank was lost.
+/// The fit of `effects` that a map over ranks returned; a failed one if its rank was lost.
 [[nodiscard]] Fit arrived(std::optional<Fit> numbers, const SelectedEffects& effects);
 
 /// The models of the recordings with the numbers of the fit.
@@ -38,8 +38,8 @@ void fields(Wire& wire, Fit& numbers) {
                                                std::span<const ObservedRecording> recordings,
                                                const FitOptions& options = {});
 
-/// The fit again, residuals and derivatives too, by one run of each recording: the same on every
-/// rank, whichever found it. Throws core::NumericalError if that run fails.
+/// Restores the residuals and derivatives of a fit by one run of each recording. The result is the
+/// same on every rank, whichever found the fit. Throws core::NumericalError if a run fails.
 [[nodiscard]] Fit restored(const Fit& numbers, std::span<const ObservedRecording> recordings,
                            const FitOptions& options = {});
 

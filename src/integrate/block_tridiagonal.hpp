@@ -78,8 +78,8 @@ class BlockTridiagonal {
 
     /// Solves in place after factorise().
     [[gnu::flatten]] void solve(std::vector<Column>& b) const {
-        // The substitutions are chains of dependent operations: everything that does not belong to
-        // the chain (the product with the inverse pivot) is kept out of it.
+        // The substitutions are chains of dependent operations. The product with the inverse pivot
+        // does not belong to the chain and is computed outside of it.
         for (std::size_t i = 1; i < block_count(); ++i)
             b[i] -= lower_[i].lazyProduct(b[i - 1]);
         for (std::size_t i = 0; i < block_count(); ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Exact derivatives of one bond's response, by dual numbers through the one force law.
+// Exact derivatives of one bond's response: the force law evaluated with dual numbers.
 #pragma once
 
 #include "integrate/lanes_eigen.hpp"
@@ -12,7 +12,7 @@
 
 namespace culm::integrate {
 
-/// Where inputs and outputs of a bond stand in its Jacobian.
+/// Positions of a bond's inputs (columns) and outputs (rows) in its Jacobian.
 template <int Dim>
 struct BondJacobianLayout {
     static constexpr int rotation = physics::rotation_dimension<Dim>;
@@ -20,7 +20,7 @@ struct BondJacobianLayout {
     static constexpr int velocity = 0;
     static constexpr int spin_1 = Dim;
     static constexpr int spin_2 = Dim + rotation;
-    /// What belongs to the bond alone: shear force, moment, length, direction.
+    /// The local state of the bond: shear force, moment, length, direction.
     static constexpr int local = Dim + 2 * rotation;
     static constexpr int local_size = 2 * rotation + 1 + Dim;
     static constexpr int length = local + 2 * rotation;
@@ -30,7 +30,7 @@ struct BondJacobianLayout {
     static constexpr int force = 0;
     static constexpr int torque_1 = Dim;
     static constexpr int torque_2 = Dim + rotation;
-    static constexpr int local_rate = Dim + 2 * rotation; ///< turning with the bond included
+    static constexpr int local_rate = Dim + 2 * rotation; ///< includes the rotation with the bond
     static constexpr int outputs = local_rate + local_size;
 };
 
@@ -43,7 +43,7 @@ struct BondInputs {
     physics::BondExtras<Dim, T> extras = {};
 };
 
-/// d(force, torques, rates of what is local)/d(relative velocity, spins, what is local).
+/// d(force, torques, rates of the local state)/d(relative velocity, spins, local state).
 template <int Dim, class T = double>
 using BondJacobian =
     Eigen::Matrix<T, BondJacobianLayout<Dim>::outputs, BondJacobianLayout<Dim>::inputs>;
@@ -77,7 +77,7 @@ as_dual(const std::optional<physics::BendingLaw<T>>& law) {
 template <int Dim, class T = double>
 class BondDifferentiator {
     using Layout = BondJacobianLayout<Dim>;
-    /// Directions of a dual number: few enough that its arithmetic stays in registers (measured).
+    /// Directions of a dual number: so small that its arithmetic uses registers only (measured).
     static constexpr int directions = Dim == 2 ? 3 : 2;
     using Dual = ceres::Jet<T, directions>;
 
@@ -87,7 +87,7 @@ class BondDifferentiator {
           bending_(as_dual<Dual>(chain.model().bending)) {}
 
     /// The Jacobian of bond `j` at `state` (the chain's layout) and `time`. The moments of Maxwell
-    /// branches count as constants: whoever solves with it eliminates them.
+    /// branches are treated as constants: CondensedNewton eliminates them.
     void evaluate(const T* state, int j, const T& time, BondJacobian<Dim, T>& out) {
         const auto& layout = chain_.layout();
         BondInputs<Dim, T> bond{
@@ -106,7 +106,7 @@ class BondDifferentiator {
     }
 
   private:
-    /// The columns from `first` on, as many as a dual number has directions.
+    /// The columns first, … first + directions − 1.
     template <bool IsPlain>
     [[gnu::flatten]] void evaluate_columns(const BondInputs<Dim, T>& bond, int first,
                                            BondJacobian<Dim, T>& out) const {
@@ -142,7 +142,7 @@ class BondDifferentiator {
         store(geometry.direction, Layout::local_rate + 2 * Layout::rotation + 1, first, out);
     }
 
-    /// `v` as dual numbers, its first component in direction `first` if that is one of them.
+    /// `v` as dual numbers; component i has the direction first + i, if that direction exists.
     template <int N>
     [[nodiscard]] static core::Vec<N, Dual> seeded(const core::Vec<N, T>& v, int first) {
         core::Vec<N, Dual> out;

@@ -10,10 +10,10 @@
 
 namespace culm::integrate {
 
-/// The part of the system (I − γJ) δ = b that the bonds' own Jacobians do not hold. With
+/// The part of the system (I − γJ) δ = b that the bonds' own Jacobians do not contain. With
 /// displacements δx = b_x + γ δv, clamp rotation δθ = b_θ + γ δω_0 and branch moments
 ///   δq = (b_q + γ g k_b δω_bend)/(1 + γ/τ)
-/// everything comes down to additions to the spheres' blocks and loads.
+/// it reduces to additions to the spheres' blocks and loads.
 template <int Dim, class T>
 class EffectJacobians {
     static constexpr int rotation = physics::rotation_dimension<Dim>;
@@ -125,7 +125,7 @@ class EffectJacobians {
         return chain.model().branches[static_cast<std::size_t>(branch)].relaxation_time;
     }
 
-    /// Takes the twist out of a relative spin.
+    /// Removes the twist from a relative spin.
     [[nodiscard]] static Rotations bending_projection(const core::Vec<Dim, T>& direction) {
         Rotations projection;
         if constexpr (Dim == 2) {
@@ -144,12 +144,12 @@ class EffectJacobians {
     physics::HingeMoment<T> clamp_;
 };
 
-/// Positions (ẋ = v) and what is local to a bond (history and geometry z, with rates ρ) are
-/// eliminated exactly; what remains couples velocity and spin of neighbouring spheres: 3×3 blocks
-/// in the plane, 6×6 in space. With relative velocity u and spins ω each bond gives
+/// Positions (ẋ = v) and the local states of the bonds (history and geometry z, with rates ρ) are
+/// eliminated exactly. The condensed system couples velocity and spin of neighbouring spheres: 3×3
+/// blocks in the plane, 6×6 in space. With relative velocity u and spins ω each bond gives
 ///   δz = P [b_z + γ (ρ_u δu + ρ_ω δω)],   P = (I − γ ρ_z)⁻¹;
-/// subscripts are derivatives. So are the Maxwell branches of effects, whose turning with the bond
-/// is left out of J, and the rotation of a clamp that turns.
+/// subscripts are derivatives. The Maxwell branches of effects and the rotation of a clamp that
+/// turns are eliminated likewise; J neglects that the branches' moments turn with the bond.
 template <int Dim, class T = double>
 class CondensedNewton {
     using Layout = BondJacobianLayout<Dim>;
@@ -174,7 +174,7 @@ class CondensedNewton {
             effects_.set_state(chain_, state, time);
     }
 
-    /// Condenses and factorises I − γJ with the Jacobians at hand; false if that is singular.
+    /// Condenses and factorises I − γJ with the current Jacobians; false if it is singular.
     [[nodiscard]] bool factorise(const T& gamma);
 
     /// Solves (I − γJ) x = b; both are in the chain's state layout and may be the same array.
@@ -187,7 +187,7 @@ class CondensedNewton {
   private:
     using Local = Eigen::Matrix<T, local, 1>;
 
-    /// What condensation leaves of one bond.
+    /// The condensed matrices of one bond.
     struct CondensedBond {
         Eigen::Matrix<T, forces, local> from_local;           ///< γ f_z P, times b_z
         Eigen::Matrix<T, local, local> local_from_local;      ///< P
@@ -205,7 +205,7 @@ class CondensedNewton {
                (chain_.base_turns() && row == Dim + physics::bending_axis<Dim>);
     }
 
-    /// The places of bond `j`'s history and geometry in an array of the chain's layout, as one.
+    /// History and geometry of bond `j` in an array of the chain's layout, as one vector.
     [[nodiscard]] Local local_part(const T* array, std::size_t j) const {
         const auto bond = static_cast<int>(j);
         Local part;

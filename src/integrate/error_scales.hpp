@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Scales of motion, against which an integrator weighs its errors.
+// Scales of motion, relative to which an integrator measures its errors.
 #pragma once
 
 #include "physics/stem.hpp"

@@ -13,14 +13,14 @@
 
 namespace culm::integrate {
 
-/// Place of the clamped sphere's spin in the plane of bending.
+/// Index of the clamped sphere's spin in the plane of bending.
 template <int Dim>
 [[nodiscard]] std::size_t base_spin_place(const physics::ChainLayout<Dim>& layout) {
     return layout.sphere_offset(0) + 2 * Dim + physics::bending_axis<Dim>;
 }
 
-/// How much the errors of other states count beside those of the positions, each relative to its
-/// scale.
+/// Weights of the errors of the other states, each relative to its scale; the weight of the
+/// positions is 1.
 struct ErrorShares {
     double rates = 0.0;     ///< velocities and spins
     double histories = 0.0; ///< shear forces and moments of the bonds, moments of their branches
@@ -28,11 +28,11 @@ struct ErrorShares {
 };
 
 /// Weights w in the state's layout: a step with errors e is accepted if Σ (w e)² ≤ 1. Positions
-/// may err by `tolerance` × displacement scale (root mean square over the chain).
+/// may have an error of `tolerance` × displacement scale (root mean square over the chain).
 ///
-/// A clamp that turns is judged by its rotation, as large as the stem's, and by its spin: dry
-/// friction switches within a small part of the spin's scale, and where it goes wrong the positions
-/// react too late.
+/// A clamp that turns has weights for its rotation, with the scale of the stem's rotation, and for
+/// its spin: dry friction switches within a small part of the spin's scale, and the positions react
+/// too late to errors there.
 template <int Dim, class T>
 [[nodiscard]] std::vector<T> error_weights(const physics::ChainLayout<Dim>& layout,
                                            const ErrorScalesOf<T>& scales, double tolerance,
@@ -79,9 +79,9 @@ template <class T>
     return 1e-3 * period;
 }
 
-/// A fraction of the support's period, s, or infinity. The error estimate does not see a support
-/// whose stem has come to rest, or whose amplitude is so small that it only serves for a
-/// derivative.
+/// A fraction of the support's period, s, or infinity. The error estimate does not detect the
+/// motion of a support if the stem is at rest, or if its amplitude is so small that it only serves
+/// to compute a derivative.
 template <class T>
 [[nodiscard]] double longest_step(const physics::ChainModel<T>& model, std::size_t lane = 0) {
     constexpr double steps_per_period = 16.0;

@@ -14,9 +14,9 @@
 
 namespace culm::integrate {
 
-/// Interpolates positions with the velocities that the state holds anyway: a quintic through
-/// position and velocity at three successive steps, or, where their lengths differ too much for
-/// that, a cubic through two. With n steps per period T the quintic's error is about
+/// Interpolates positions with the velocities in the state: a quintic through position and velocity
+/// at three successive steps, or a cubic through two steps if the lengths of the steps differ too
+/// much. With n steps per period T the quintic's error is about
 /// (2π/n)^6 · 1.5e-4 of the amplitude: 1e-7 at n = 20.
 template <int Dim>
 class HistorySampler {

@@ -10,7 +10,7 @@
 namespace culm::integrate {
 namespace {
 
-/// Which lanes are under way, and how the others ended.
+/// Which lanes are running, and how the others ended.
 template <int Dim, class T>
 class LaneProgress {
     static constexpr std::size_t lanes = core::lanes_of<T>;
@@ -27,7 +27,7 @@ class LaneProgress {
         return std::any_of(runs_.begin(), runs_.end(), [](bool lane) { return lane; });
     }
 
-    /// Records how far lane `lane` has come.
+    /// Records the progress of lane `lane`.
     void update(std::size_t lane, const StepController& controller) {
         const std::int64_t steps = controller.accepted_steps();
         const std::int64_t attempts = steps + controller.rejected_steps();
@@ -49,8 +49,8 @@ class LaneProgress {
 
   private:
     [[nodiscard]] static SolveSummary work_of(std::int64_t attempts, std::int64_t steps) {
-        // A Rosenbrock method has no iteration: each attempt costs one factorisation and one force
-        // and one solve a stage. A rejected attempt keeps the Jacobian of the point where it began.
+        // A Rosenbrock method has no iteration: each attempt costs one factorisation, and for each
+        // stage one force evaluation and one solve. A rejected attempt keeps its Jacobian.
         constexpr std::int64_t stages = Rodas5::stages;
         SolveSummary work;
         work.steps = steps;
@@ -91,8 +91,8 @@ integrate_lanes(const physics::Chain<Dim, T>& chain, const std::vector<T>& relea
     for (std::size_t lane = 0; lane < lanes; ++lane)
         observe(lane, 0.0, rosenbrock.state());
 
-    // Every lane has a step length of its own; a lane that has ended takes part in the arithmetic
-    // and is not recorded. So a stem gets the same numbers alone and beside others.
+    // Every lane has its own step length. A lane that has ended is still computed, but not
+    // recorded. Therefore the results of a stem do not depend on the other lanes.
     while (progress.any_runs()) {
         const std::array<bool, lanes> tried = progress.running();
         const std::array<bool, lanes> accepted = rosenbrock.try_step(tried);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Implicit integration of chains: steps over the stiffness that the bonds' damping causes.
+// Implicit integration of chains: the stiffness of the bonds' damping does not limit the step.
 #pragma once
 
 #include "core/error.hpp"
@@ -17,15 +17,15 @@
 namespace culm::integrate {
 
 struct ImplicitOptions {
-    /// Error of the positions allowed per step: the root mean square over the chain, relative to
+    /// Allowed error of the positions per step: the root mean square over the chain, relative to
     /// the displacement's scale.
     double relative_tolerance = 2e-6;
-    /// Weight of the errors of velocities, spins and bond histories, relative to their scales,
-    /// beside those of the positions. High modes that the camera never sees dominate them; with
-    /// weight a run takes several times more steps for the same deflections. Set 1 to account for
-    /// energy.
+    /// Weight of the errors of velocities, spins and bond histories, each relative to its scale.
+    /// The weight of the positions is 1. High modes that no camera sees dominate these errors: with
+    /// a weight above 0 a run needs several times more steps for the same deflections. Set 1 for an
+    /// accurate energy balance.
     double rate_error_weight = 0.0;
-    /// > 0: every step has this length (s) and errors are not controlled; for convergence studies.
+    /// If > 0: every step has this length (s), without error control; for convergence studies.
     double fixed_step = 0.0;
     /// All lanes take the steps of lane 0 (Rosenbrock::follow_first_lane).
     bool follow_first_lane = false;
@@ -36,8 +36,8 @@ struct ImplicitOptions {
 /// One accepted step: time (s) and state at its end, in the chain's layout.
 using StepObserver = std::function<void(double time, std::span<const double> state)>;
 
-/// Integrates from t = 0 to `duration`, at the end of which `state` is the last state; calls
-/// `observe` at t = 0 and after every step, the last one ending at or beyond `duration`.
+/// Integrates from t = 0 to `duration`; `state` becomes the last state. Calls `observe` at t = 0
+/// and after every step; the last step ends at or beyond `duration`.
 /// Throws core::NumericalError (StepLimit, SolverFailed) or Interrupted.
 template <int Dim>
 SolveSummary integrate_implicit(const physics::Chain<Dim, double>& chain,
@@ -56,8 +56,8 @@ template <class T>
 using LaneObserver = std::function<void(std::size_t lane, double time, std::span<const T> state)>;
 
 /// The same for one stem per lane, each with its own steps and `durations`. Lanes do not influence
-/// one another: a failed one stops and reports, the others go on, and each result is bit for bit
-/// what it is beside any other neighbours. Throws only Interrupted.
+/// one another: a lane that fails stops and reports, and the others continue. Each result is bit
+/// for bit independent of the other lanes. Throws only Interrupted.
 template <int Dim, class T>
 std::array<LaneOutcome, core::lanes_of<T>>
 integrate_lanes(const physics::Chain<Dim, T>& chain, const std::vector<T>& released,

@@ -6,8 +6,8 @@
 
 #include <Eigen/Core>
 
-/// What Eigen must know of a scalar type. Sums and products of matrices work with it; comparisons,
-/// and so pivoting and norms, do not.
+/// Eigen's traits of a scalar type. Sums and products of matrices work; comparisons, and therefore
+/// pivoting and norms, do not.
 template <>
 struct Eigen::NumTraits<culm::core::Lanes> : Eigen::GenericNumTraits<culm::core::Lanes> {
     using Real = culm::core::Lanes;

@@ -23,8 +23,8 @@ LinearisedChain straight_chain(const physics::Chain<2, double>& chain,
     return {full.mass(keep), full.damping(keep, keep), full.stiffness(keep, keep)};
 }
 
-/// What one bond adds to C and K: (forces and torques on both spheres) by (their displacements and
-/// rotations), with the sign of a resistance.
+/// One bond's contributions to C and K: derivatives of the forces and torques on both spheres with
+/// respect to the spheres' velocities and displacements, with the sign of a resistance.
 template <int Dim>
 struct BondMatrices {
     static constexpr int block = Dim + physics::rotation_dimension<Dim>;
@@ -33,8 +33,8 @@ struct BondMatrices {
     Pair stiffness;
 };
 
-/// Rows (force, torque_1, torque_2) of a bond spread over its spheres, which receive (force,
-/// torque_1) and (−force, torque_2); the resistance is minus that.
+/// Distributes the rows (force, torque_1, torque_2) of a bond to its spheres, which receive (force,
+/// torque_1) and (−force, torque_2). The resistance is the negative of the result.
 template <int Dim, class Rows>
 typename BondMatrices<Dim>::Pair resistance(const Rows& rows) {
     constexpr int rotation = physics::rotation_dimension<Dim>;
@@ -59,7 +59,7 @@ BondMatrices<Dim> bond_matrices(const BondJacobian<Dim>& jacobian) {
     by_motion.template rightCols<L::rotation>() =
         jacobian.template middleCols<L::rotation>(L::spin_2);
 
-    // Small displacements change what is local to the bond by its rates' derivatives.
+    // Small displacements change the local state of the bond by its rates' derivatives.
     Eigen::Matrix<double, L::local_rate, 2 * block> by_displacement =
         jacobian.template block<L::local_rate, L::local_size>(0, L::local) *
         by_motion.template bottomRows<L::local_size>();
@@ -105,7 +105,7 @@ void add_outer_forces(const physics::Chain<Dim, double>& chain, const std::vecto
     result.stiffness(Dim + axis, Dim + axis) -= clamp.by_rotation;
 }
 
-/// Strikes out what a clamp that turns in the plane of bending still holds.
+/// Removes the degrees of freedom that a clamp that turns in the plane of bending still fixes.
 template <int Dim>
 LinearisedChain with_turning_base(const LinearisedChain& full) {
     constexpr int block = BondMatrices<Dim>::block;
@@ -122,7 +122,7 @@ LinearisedChain linearise(const physics::Chain<Dim, double>& chain,
                           const std::vector<double>& state) {
     constexpr int block = BondMatrices<Dim>::block;
     const auto& layout = chain.layout();
-    // Sphere 0 takes part if it only turns; its other freedoms are struck out in the end.
+    // Sphere 0 is included if it turns; its other degrees of freedom are removed at the end.
     const int first = chain.base_turns() ? 0 : chain.first_moving_sphere();
     const Eigen::Index dof = static_cast<Eigen::Index>(block) * (layout.sphere_count() - first);
     LinearisedChain result{Eigen::VectorXd(dof), Eigen::MatrixXd::Zero(dof, dof),

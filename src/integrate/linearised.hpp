@@ -12,7 +12,7 @@ namespace culm::integrate {
 
 /// M ü + C u̇ + K u = 0 for small displacements and rotations u of the moving spheres.
 /// Each sphere contributes its Dim displacements, then its 1 (planar) or 3 rotations, from the
-/// clamp to the tip. Forces that follow bond histories are stiffness here: the histories'
+/// clamp to the tip. Forces from bond histories are part of the stiffness: the histories'
 /// increments are linear in u. K and C need not be symmetric (law "schramm2019").
 struct LinearisedChain {
     Eigen::VectorXd mass;      ///< (dof), diagonal of M, kg and kg m²
@@ -21,7 +21,7 @@ struct LinearisedChain {
 };
 
 /// Linearises about `state`, which must be at rest. The derivatives are exact. If an effect lets
-/// the clamp turn, its rotation is the first of the freedoms; Maxwell branches count as relaxed.
+/// the clamp turn, its rotation is the first degree of freedom. Maxwell branches count as relaxed.
 template <int Dim>
 [[nodiscard]] LinearisedChain linearise(const physics::Chain<Dim, double>& chain,
                                         const std::vector<double>& state);

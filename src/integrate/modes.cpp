@@ -62,7 +62,7 @@ bool slower(const std::complex<double>& a, const std::complex<double>& b) {
     return std::abs(a) < std::abs(b);
 }
 
-/// Angular frequency of the slowest undamped mode, about: 1/√‖K⁻¹M‖.
+/// Approximate angular frequency of the slowest undamped mode: 1/√‖K⁻¹M‖.
 double reference_angular_frequency(const LinearisedChain& chain) {
     const NormalisedChain unit = normalised(chain, 1.0);
     const Eigen::MatrixXd inverse = unit.stiffness.partialPivLu().inverse();
@@ -88,9 +88,9 @@ using Complex = std::complex<double>;
 constexpr int most_newton_steps = 12;
 constexpr double slowest_mode_tolerance =
     1e-7; ///< of the last change of λ, relative; the error is its square
-/// λ/ω may move this far from the start: it would else be another mode.
+/// Largest distance of λ/ω from the start; beyond, it belongs to another mode.
 constexpr double farthest = 0.5;
-constexpr std::size_t few_modes = 4; ///< beyond, all of them cost less
+constexpr std::size_t few_modes = 4; ///< for more, computing all of them costs less
 
 struct UndampedMode {
     double angular_frequency; ///< 1/s; NaN where none vibrates
@@ -127,7 +127,7 @@ std::optional<Complex> newton(const LinearisedChain& chain, double angular_frequ
     const Eigen::MatrixXcd damping =
         (scale.asDiagonal() * chain.damping * scale.asDiagonal() / angular_frequency)
             .cast<Complex>();
-    // As if damping kept the shape.
+    // The start assumes that damping does not change the shape.
     const double half_damping = 0.5 * undamped.dot(damping.real() * undamped);
     const Complex start(-half_damping, std::sqrt(1.0 - half_damping * half_damping));
     Complex z = start;
@@ -144,7 +144,7 @@ std::optional<Complex> newton(const LinearisedChain& chain, double angular_frequ
             return std::nullopt;
         shape = next / next.norm();
         normal = shape;
-        // The first steps turn the shape into the mode's.
+        // The first steps adapt the shape to that of the damped mode.
         if (k == 0)
             continue;
         z -= change;
@@ -161,8 +161,8 @@ VibrationMode mode_of(const Complex& eigenvalue) {
     return {frequency, eigenvalue.real(), eigenvalue.real() / frequency};
 }
 
-/// The slowest modes from the undamped ones; empty where one of them does not lead to a mode of its
-/// own.
+/// The slowest modes, each computed from an undamped one; empty if one of the undamped modes leads
+/// to no separate mode.
 std::vector<VibrationMode> modes_near_undamped(const LinearisedChain& chain, std::size_t count) {
     const NormalisedChain unit = normalised(chain, 1.0);
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> undamped(
@@ -185,7 +185,7 @@ std::vector<VibrationMode> modes_near_undamped(const LinearisedChain& chain, std
     return modes;
 }
 
-/// By how much the branches stiffen bending at an angular frequency: Σ g (ωτ)²/(1 + (ωτ)²).
+/// Relative bending stiffness that the branches add at a frequency ω: Σ g (ωτ)²/(1 + (ωτ)²).
 double branch_stiffening(const physics::ChainModel<double>& model, double angular_frequency) {
     double sum = 0.0;
     for (const physics::MaxwellBranch<double>& branch : model.branches) {
@@ -214,7 +214,7 @@ std::vector<std::complex<double>> eigenvalues(const LinearisedChain& chain) {
         value = 1.0 / value;
     std::sort(fast.begin(), fast.end(), slower);
     std::sort(slow.begin(), slow.end(), slower);
-    // Each set is accurate at its own end; they meet where both are, in the middle of the spectrum.
+    // Each set is accurate at one end of the spectrum, and both are in the middle, where they join.
     std::copy(slow.begin(), slow.begin() + static_cast<std::ptrdiff_t>(slow.size() / 2),
               fast.begin());
     for (auto& value : fast)

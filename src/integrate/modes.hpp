@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How a linearised chain vibrates: frequencies, decay, and the largest stable explicit step.
-// The frequency of the slender beam is physics::first_frequency(); what a case makes of both
-// stands in run/modes.hpp. There is no other code for frequencies of the model.
+// physics::first_frequency() is the frequency of the slender beam; run/modes.hpp applies both to a
+// case. There is no other code for frequencies of the model.
 #pragma once
 
 #include "integrate/linearised.hpp"
@@ -14,8 +14,8 @@
 namespace culm::integrate {
 
 /// Eigenvalues λ (1/s) of the linearised chain, u ~ exp(λt), sorted by magnitude, slowest first.
-/// Slow ones are computed from the inverse of the companion matrix, in which they dominate: their
-/// relative error stays near rounding although the fastest are larger by eight orders.
+/// Slow ones are computed from the inverse of the companion matrix, in which they are the largest:
+/// their relative error is near rounding, although the fastest are 1e8 times as large.
 [[nodiscard]] std::vector<std::complex<double>> eigenvalues(const LinearisedChain& chain);
 
 /// One vibration mode.
@@ -34,8 +34,8 @@ struct VibrationMode {
 [[nodiscard]] std::vector<VibrationMode> vibration_modes(const LinearisedChain& chain,
                                                          std::size_t count);
 
-/// The lowest natural frequency of the chain without its damping, Hz, by inverse iteration: a small
-/// part of what all modes cost. NaN if the stiffness is singular or the chain leans further.
+/// The lowest natural frequency of the chain without its damping, Hz, by inverse iteration, which
+/// costs much less than all modes. NaN if the stiffness is singular or the chain leans further.
 [[nodiscard]] double lowest_natural_frequency(const LinearisedChain& chain);
 
 /// The largest step (s) for which velocity Verlet, with damping evaluated from the half-step
@@ -44,14 +44,14 @@ struct VibrationMode {
 
 /// The first of vibration_modes(), at a small part of its cost: Newton's method on
 /// (λ²M + λC + K) u = 0 (inverse iteration: Ruhe 1973, SIAM J. Numer. Anal. 10:674) from the mode
-/// without damping. Where that leads to no vibration near it, as with damping that is nearly
-/// aperiodic, all modes are computed after all. Empty if none vibrates.
+/// without damping. If this finds no vibration near the undamped mode, for example because damping
+/// is nearly aperiodic, all modes are computed. Empty if none vibrates.
 [[nodiscard]] std::optional<VibrationMode> slowest_mode(const LinearisedChain& chain);
 
 /// The slowest transverse modes of a planar chain with effects, at most `count`; none if it does
-/// not vibrate. Effects count as far as they are linear about the straight line, quadratic drag not
-/// at all. Maxwell branches stiffen the first mode as they do at its frequency, and all modes
-/// alike.
+/// not vibrate. Effects are linearised about the straight line, so that quadratic drag has no
+/// influence. Maxwell branches stiffen all modes alike, by the factor at the first mode's
+/// frequency.
 [[nodiscard]] std::vector<VibrationMode> transverse_modes(const physics::Chain<2, double>& chain,
                                                           std::size_t count);
 

@@ -57,8 +57,8 @@ struct Rodas5 {
     }};
 };
 
-/// Of an equation whose right-hand side depends on time, with time as one more unknown: where a
-/// stage evaluates it, and time's own increment, in steps.
+/// Time as an additional unknown of an equation whose right-hand side depends on time: the time at
+/// which a stage evaluates it, and the increment of time. The unit is one step.
 struct StageTime {
     double argument = 0.0;
     double increment = 0.0;
@@ -82,7 +82,7 @@ inline constexpr auto stage_times = [] {
 /// Gustafsson's PI controller in the constants of Hairer & Wanner (1996), section IV.2.
 class StepController {
   public:
-    /// `embedded_order`: of the solution that the error estimate belongs to.
+    /// `embedded_order`: order of the embedded solution of the error estimate.
     StepController(double first_step, int embedded_order)
         : step_(first_step), smallest_step_(1e-12 * first_step),
           exponent_(1.0 / (embedded_order + 1)) {}
@@ -104,12 +104,12 @@ class StepController {
     [[nodiscard]] double step() const { return step_; }
     [[nodiscard]] std::int64_t accepted_steps() const { return accepted_; }
     [[nodiscard]] std::int64_t rejected_steps() const { return rejected_; }
-    /// Shorter steps do not help either.
+    /// Whether even shorter steps would not help.
     [[nodiscard]] bool has_failed() const {
         return step_ < smallest_step_ || (is_fixed_ && rejected_ > 0);
     }
 
-    /// Judges the step just tried; true accepts it. An error that is not a number rejects.
+    /// Judges the last attempt; true accepts it. An error that is not a number rejects it.
     bool judge(double error) {
         constexpr double safety = 0.9;
         constexpr double least_error = 1e-10;
@@ -150,8 +150,8 @@ class StepController {
 
 /// A Rosenbrock method solves, in stage i with increments U of the stages before it,
 ///   (I − γhJ) U_i = γ (h f(y + Σ a_ij U_j) + Σ c_ij U_j)
-/// (Hairer & Wanner 1996, Eq. IV.7.25, times γh). The Jacobian J is exact and of the step's start:
-/// there is no iteration that could fail, and every lane does the same work.
+/// (Hairer & Wanner 1996, Eq. IV.7.25, times γh). J is the exact Jacobian at the step's start.
+/// No iteration can fail, and every lane does the same work.
 template <int Dim, class T, class Method = Rodas5>
 class Rosenbrock {
   public:
@@ -181,8 +181,8 @@ class Rosenbrock {
         for (StepController& controller : controllers_)
             controller.fix_step(step);
     }
-    /// All lanes take the steps of lane 0: their differences are then smooth in what distinguishes
-    /// them, and give derivatives.
+    /// All lanes take the steps of lane 0. The results are then smooth functions of the lanes'
+    /// parameters, so that differences of lanes give derivatives.
     void follow_first_lane() { follows_first_lane_ = true; }
 
     [[nodiscard]] const StepController& controller(std::size_t lane) const {
@@ -241,8 +241,8 @@ class Rosenbrock {
         newton_.solve(increment, increment);
     }
 
-    /// The stage's argument, and in the place of its increment Σ c_ij U_j: both in one pass, as
-    /// reading the increments is what takes the time.
+    /// Writes the stage's argument, and Σ c_ij U_j into the array of its increment. Both are
+    /// computed in one pass, because reading the increments takes most of the time.
     template <std::size_t Stage>
     void sum_stages() {
         constexpr auto& a = Method::argument[Stage];
@@ -250,7 +250,7 @@ class Rosenbrock {
         T* const increment = increments_[Stage].data();
         T* const argument = argument_.data();
         const std::size_t size = state_.size();
-#pragma GCC ivdep // so many arrays that the compiler would not check whether they overlap
+#pragma GCC ivdep // there are too many arrays for the compiler to check whether they overlap
         for (std::size_t k = 0; k < size; ++k) {
             if constexpr (continues_argument<Stage>())
                 argument[k] += increments_[Stage - 1][k];
@@ -268,8 +268,8 @@ class Rosenbrock {
         return Stage > 1 && Method::argument[Stage] == before;
     }
 
-    /// ∂f/∂t at the step's start, over a small part of the step. A change of the state that is
-    /// none of its own (time) must not be missed by the Jacobian, or the method loses its order.
+    /// ∂f/∂t at the step's start, as a difference over a small part of the step. Without this
+    /// derivative the method loses its order if the right-hand side depends on time.
     void set_time_derivative() {
         const T change = T(1e-4) * step_;
         chain_.evaluate_rate(state_.data(), rate_.data(), time_);
@@ -278,7 +278,7 @@ class Rosenbrock {
             time_derivative_[k] = (time_derivative_[k] - rate_[k]) / change;
     }
 
-    /// start + Σ factors_j U_j at place `k`, over the first `Count` stages.
+    /// start + Σ factors_j U_j at index `k`, over the first `Count` stages.
     template <std::size_t Count>
     [[nodiscard]] T combined(const std::array<double, Method::stages>& factors, const T& start,
                              std::size_t k) const {
@@ -315,7 +315,7 @@ class Rosenbrock {
     }
 
     /// Adds the last increment to the last stage's argument, which gives the new state. Returns
-    /// whether any lane took it.
+    /// whether any lane accepted it.
     bool take_over(const std::array<bool, lanes>& accepted) {
         bool any = false;
         bool all = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an integration costs, and the hooks by which its caller watches and stops it.
+// The cost of an integration, and the hook by which its caller can stop it.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ struct SolveSummary {
     std::int64_t linear_solves = 0; ///< with SUNDIALS one for each Newton iteration
     std::int64_t jacobian_evaluations = 0;
     std::int64_t factorisations = 0;
-    std::int64_t convergence_failures = 0; ///< steps given up by Newton's iteration
+    std::int64_t convergence_failures = 0; ///< steps for which Newton's iteration did not converge
 };
 
 /// Called every millisecond or so of work; returning false asks the integrator to give up (it

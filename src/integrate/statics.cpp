@@ -57,7 +57,7 @@ class LoadStep {
         auto motion = chain_.motion_between(layout.sphere(state.data(), last),
                                             layout.sphere(state.data(), last + 1));
         const physics::BondFrame<Dim, double> frame(motion.separation);
-        // Only the normal and the shear force count, which no effect changes.
+        // Only the normal and the shear force contribute, which no effect changes.
         const auto response =
             physics::bond_response(chain_.bond_coefficients(last), chain_.law(), frame, motion,
                                    layout.bond(state.data(), last));
@@ -73,7 +73,7 @@ class LoadStep {
         load_ = load;
         const double to_go =
             tip_deflection - layout.sphere(state.data(), layout.bond_count()).position[1];
-        bool converged = false; // starts from what the load step before brought
+        bool converged = false; // starts from the increment of the preceding load step
         for (int iteration = 0; iteration < newton_limit; ++iteration) {
             assemble(state, to_go);
             if (!blocks_.factorise())
@@ -172,7 +172,7 @@ class LoadStep {
                                   {moment, state.data() + layout.branch_offset(j)}, 0.0, true);
     }
 
-    /// A user's force on sphere `i` at rest; neither finger nor moving support belong here.
+    /// A user's force on sphere `i` at rest; finger and moving support do not act here.
     [[nodiscard]] physics::NodeLoad<Dim, double>
     node_load_at_rest(int i, physics::SphereState<Dim, double> sphere,
                       const std::vector<double>& state) const {
@@ -226,7 +226,7 @@ class LoadStep {
         blocks_.diagonal(i)(1, 1) += load_ * outer.by_deflection;
     }
 
-    /// The clamp's spring; dry friction does not act at rest, where it could take any value.
+    /// The clamp's spring. Dry friction is set to zero; at rest it could take any value.
     void add_hinge(const std::vector<double>& state) {
         constexpr int row = Dim + physics::bending_axis<Dim>;
         const double rotation_now =
@@ -284,7 +284,7 @@ class LoadStep {
     double load_before_ = 0.0; ///< and at its start
 };
 
-/// What is left in the Maxwell branches of a stem that was held for a while.
+/// Sets the moments that remain in the Maxwell branches of a stem that was held for some time.
 template <int Dim>
 void set_held_branches(const physics::Chain<Dim, double>& chain, std::vector<double>& state) {
     const auto& layout = chain.layout();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an explicit step does to the first vibrating mode of a linearised chain.
+// The error of an explicit step in the first vibrating mode of a linearised chain.
 #pragma once
 
 #include "integrate/modes.hpp"
@@ -17,16 +17,16 @@ struct StepError {
 
 /// Velocity Verlet with damping from the half-step velocity turns λ²M + λC + K into
 ///     (2 sinh(λh/2)/h)² M + ((1 − e^(−λh))/h) C + K,
-/// singular at the λ of the discrete motion. Against the exact mode that is a perturbation of
-/// −λ²h/2 C + λ⁴h²/12 M + …, whose effect on λ follows from the left and right eigenvectors to
-/// first order in the perturbation: errors of 1e-9 are resolved, which two eigenvalue
-/// computations of a stiff chain could not do.
+/// which is singular at the λ of the discrete motion. The matrix of the exact mode is perturbed by
+/// −λ²h/2 C + λ⁴h²/12 M + …; the effect on λ follows from the left and right eigenvectors to first
+/// order. This resolves errors of 1e-9; the difference of two eigenvalue computations of a stiff
+/// chain does not.
 class FirstModeStepError {
   public:
-    /// Of the slowest vibrating mode; nothing if no mode vibrates.
+    /// The errors in the slowest vibrating mode; nothing if no mode vibrates.
     [[nodiscard]] static std::optional<FirstModeStepError> of(const LinearisedChain& chain);
 
-    /// The errors at a step (s) that is short beside the mode's period.
+    /// The errors for a step (s) that is short relative to the mode's period.
     [[nodiscard]] StepError at(double step) const;
 
     /// λ of the exact mode, 1/s.

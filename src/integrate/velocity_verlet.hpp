@@ -12,14 +12,14 @@
 namespace culm::integrate {
 
 /// Velocity Verlet with forces evaluated from the new positions and the half-step velocities:
-/// half kick, drift, forces, half kick. Damping forces see the half-step velocity, which keeps the
-/// scheme of second order with damping. The bonds' elastic histories are advanced with the same
+/// half kick, drift, forces, half kick. Damping forces use the half-step velocity, so that the
+/// scheme is of second order with damping. The bonds' elastic histories are advanced with the same
 /// half-step rates and turned with the bond by projection at constant length, as the reference
 /// code does.
 ///
-/// The two half kicks between successive force evaluations are one full kick: the state holds
-/// half-step velocities between calls, and state() takes the surplus back. The moments of effects'
-/// Maxwell branches decay exactly over a step; forces that depend on time see its end.
+/// The two half kicks between successive force evaluations are combined into one full kick. Between
+/// calls the velocities are therefore half a step ahead, which state() corrects. The moments of
+/// effects' Maxwell branches decay exactly; forces that depend on time use the end of the step.
 template <int Dim, class T>
 class VelocityVerlet {
     using Sphere = physics::SphereState<Dim, T>;
@@ -43,7 +43,7 @@ class VelocityVerlet {
         accelerations_.resize(spheres_.size());
         if (!chain.is_plain())
             take_effects(state);
-        // The initial half kick sees the forces of the given state; no history advances.
+        // The initial half kick uses the forces of the given state; no history advances.
         if (chain.is_plain())
             sweep<true>(T(0.0), T(0.5 * timestep));
         else
@@ -51,8 +51,8 @@ class VelocityVerlet {
     }
 
     /// Takes `count` full steps; velocities are half a step ahead of positions afterwards.
-    /// Flattened, because calls would pass vectors of SIMD lanes through memory: left to its own
-    /// judgement the compiler calls the force law, and a step takes 2.4 times as long.
+    /// Flattened, because calls would pass vectors of SIMD lanes through memory: without this
+    /// attribute the compiler calls the force law, and a step takes 2.4 times as long.
     [[gnu::flatten]] void advance(std::int64_t count) {
         if (!chain_.is_plain())
             return advance_with_effects(count);
@@ -68,8 +68,8 @@ class VelocityVerlet {
         return spheres_[static_cast<std::size_t>(i)].position;
     }
 
-    /// The state at the positions' time, in the chain's layout: half-step velocities are taken back
-    /// by half a kick with the accelerations at hand.
+    /// The state at the time of the positions, in the chain's layout: half a kick with the current
+    /// accelerations is subtracted from the half-step velocities.
     [[nodiscard]] std::vector<T> state() const {
         const auto& layout = chain_.layout();
         std::vector<T> out(layout.size());
@@ -116,7 +116,7 @@ class VelocityVerlet {
         }
     }
 
-    /// Branch moments and clamp rotation of the given state.
+    /// Copies branch moments and clamp rotation from the given state.
     void take_effects(const std::vector<T>& state) {
         const auto& layout = chain_.layout();
         branches_.assign(state.begin() + static_cast<std::ptrdiff_t>(layout.branch_offset(0)),
@@ -200,7 +200,7 @@ class VelocityVerlet {
         return branches_.data() + (j * chain_.model().branches.size() + branch) * rotation;
     }
 
-    /// As Chain::bond_extras, from the numbers that are kept here.
+    /// As Chain::bond_extras, from the members of this class.
     [[nodiscard]] const physics::BondExtras<Dim, T>&
     extras_of(std::size_t j, const physics::BondMotion<Dim, T>& motion) {
         const physics::BondMoments<Dim, T> sum{bonds_[j].moment, branch_moment(j, 0)};

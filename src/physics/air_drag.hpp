@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Forces of the surroundings against the motion of the stem. The files of the effects give the
-// laws; this is what the chain makes of them.
+// Forces with which the surroundings resist the motion of the stem. The effect files define the
+// laws; this file evaluates them for the chain.
 #pragma once
 
 #include "core/lanes.hpp"
@@ -34,8 +34,8 @@ struct Resistance {
 };
 
 /// A law of resistance. It is proportional to a coefficient, which the chain multiplies by the
-/// length of stem that a sphere stands for; the other numbers of the law are its `shape`. One
-/// function for each scalar of a chain: the loop over the spheres calls it without a look-up.
+/// length of stem that a sphere represents; `shape` contains the other parameters of the law. There
+/// is one function for each scalar type of a chain, so the loop over the spheres needs no look-up.
 struct ResistanceLaw {
     template <class T>
     using Function = Resistance<T> (*)(const T& coefficient, const T& speed,
@@ -55,12 +55,12 @@ struct ResistanceLaw {
     }
 };
 
-/// The law that a type gives as a static member template `at`, with the arguments above.
+/// The law that a type defines by a static member template `at`, with the arguments above.
 template <class Law>
 inline constexpr ResistanceLaw resistance_law{&Law::template at<double>,
                                               &Law::template at<core::Lanes>};
 
-/// One law with its numbers, the same all along the stem.
+/// One law with its parameters, which are the same along the whole stem.
 template <class T>
 struct AirDrag {
     const ResistanceLaw* law;
@@ -73,7 +73,7 @@ template <int Dim, class T>
 void add_air_drag(std::span<const AirDrag<T>> drags, const T& length, const Vec<Dim, T>& velocity,
                   NodeLoad<Dim, T>& load) {
     using std::sqrt;
-    // Far below any speed that a camera sees; keeps the root's derivative finite at rest.
+    // Far below any speed that a camera resolves; keeps the derivative of the root finite at rest.
     const T floor = T(1e-18);
     const T speed = sqrt(dot(velocity, velocity) + floor);
     Resistance<T> sum{T(0.0), T(0.0)};

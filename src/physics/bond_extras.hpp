@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Moments of a bond beside the linear elastic one: Maxwell branches, nonlinear bending, a user's
-// law.
+// Moments of a bond in addition to the linear elastic one: Maxwell branches, nonlinear bending, a
+// user's law.
 #pragma once
 
 #include "physics/bond_law.hpp"
@@ -14,8 +14,8 @@ namespace culm::physics {
 template <int Dim>
 inline constexpr int bending_axis = rotation_dimension<Dim> - 1;
 
-/// What effects add to a bond at one instant. A user's law is linearised about `curvature` and
-/// `curvature_rate`, because an expression knows no dual numbers; at that instant it is exact.
+/// Contributions of effects to a bond at one instant. A user's law is linearised about `curvature`
+/// and `curvature_rate`, since an expression cannot use dual numbers; it is exact at that instant.
 template <int Dim, class T>
 struct BondExtras {
     Rotational<Dim, T> branches = Rotational<Dim, T>::zero(); ///< sum of their moments, N m
@@ -26,7 +26,7 @@ struct BondExtras {
     T curvature_rate = T(0.0);                                ///< 1/(m s)
 };
 
-/// The moments that a bond remembers.
+/// The moments of a bond that are states.
 template <int Dim, class T>
 struct BondMoments {
     Rotational<Dim, T> linear; ///< the linear elastic one, N m
@@ -45,7 +45,7 @@ template <int Dim, class S>
     return (motion.spin_2 - motion.spin_1)[bending_axis<Dim>] / bond.length;
 }
 
-/// The moment that takes the place of the linear elastic one in the bond law. S is T or a dual
+/// The moment that replaces the linear elastic one in the bond law. S is T or a dual
 /// number over T.
 template <int Dim, class S, class T>
 [[nodiscard]] Rotational<Dim, S>

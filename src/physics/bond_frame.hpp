@@ -141,8 +141,8 @@ class BondFrame<3, T> {
     }
 
   private:
-    /// `v` scaled to the length √`target_square`. The floor only keeps 0/0 from becoming a NaN; it
-    /// lies far below any force or moment (N, N m) that a double resolves beside the others.
+    /// `v` scaled to the length √`target_square`. The floor only prevents a NaN from 0/0; it is far
+    /// below any force or moment (N, N m) that is significant in double precision.
     [[nodiscard]] static Vec<3, T> rescaled(const Vec<3, T>& v, const T& target_square) {
         using std::sqrt;
         const T floor = T(1e-60);

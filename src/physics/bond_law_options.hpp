@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The variants of the published bond law, and the two that culm knows by name.
+// Variants of the published bond law, and the two that have names in culm.
 #pragma once
 
 #include <numbers>
@@ -10,14 +10,14 @@
 
 namespace culm::physics {
 
-/// Which inertia stands under the roots of the damping coefficients (Eqs. 7-10).
+/// The inertia under the roots of the damping coefficients (Eqs. 7-10).
 enum class DampingInertia {
     Reduced,    ///< m1 m2/(m1+m2) and J1 J2/(J1+J2), as in the authors' code
     Individual, ///< twice the reduced value: the sphere's own for equal spheres, as the paper says
 };
 
-/// The choices that the paper's text leaves open; see docs/physics.md for what each of them does
-/// to the decay.
+/// Choices that the paper's text leaves open; docs/physics.md describes the effect of each of them
+/// on the decay.
 struct BondLawOptions {
     /// Does the shear damping force exert a torque on the spheres, as the elastic one does?
     bool shear_damping_torque = false;

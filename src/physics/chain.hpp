@@ -12,10 +12,10 @@
 
 namespace culm::physics {
 
-/// What holds the first sphere.
+/// Support of the first sphere.
 enum class Support {
-    Clamped, ///< sphere 0 does not move; it turns only if the model gives it a hinge
-    Free,    ///< nothing does: for conservation laws
+    Clamped, ///< sphere 0 does not move; it turns only if the model has a hinge
+    Free,    ///< no support: for conservation laws
 };
 
 /// A chain of spheres. Dim is 2 (the cantilever moves in a plane) or 3; T is double, SIMD lanes
@@ -43,7 +43,7 @@ class Chain {
     [[nodiscard]] const ChainLayout<Dim>& layout() const { return layout_; }
     [[nodiscard]] const BondLawOptions& law() const { return law_; }
     [[nodiscard]] const ChainModel<T>& model() const { return model_; }
-    /// Equal spheres and bonds without effects: loops may keep one bond's coefficients at hand.
+    /// True for equal spheres and bonds without effects: loops may reuse one bond's coefficients.
     [[nodiscard]] bool is_plain() const { return is_plain_; }
     [[nodiscard]] const BondCoefficients<T>& bond_coefficients(int j = 0) const {
         return model_.bonds.size() == 1 ? bond_ : model_.bonds[static_cast<std::size_t>(j)];
@@ -55,7 +55,7 @@ class Chain {
     [[nodiscard]] const Vec<Dim, T>& gravity() const { return gravity_; }
     /// The first sphere that moves: 1 when clamped, 0 when free.
     [[nodiscard]] int first_moving_sphere() const { return support_ == Support::Clamped ? 1 : 0; }
-    /// Length of the stem that sphere `i` stands for: l, and half of it at the two ends, m.
+    /// Length of the stem that sphere `i` represents, m: l, and half of it at the two ends.
     [[nodiscard]] T length_at(int i) const {
         return i == 0 || i == layout_.bond_count() ? T(0.5) * bond_.length : bond_.length;
     }
@@ -69,8 +69,8 @@ class Chain {
                 sphere_1.spin, sphere_2.spin};
     }
 
-    /// The straight chain along axis 0 at rest, sphere 0 at the origin; stress-free unless the stem
-    /// is curved by nature.
+    /// The straight chain along axis 0 at rest, sphere 0 at the origin. It is stress-free unless
+    /// the stem is naturally curved.
     [[nodiscard]] std::vector<T> straight_state() const {
         std::vector<T> state(layout_.size(), T(0.0));
         for (int i = 0; i < layout_.sphere_count(); ++i)
@@ -79,7 +79,7 @@ class Chain {
         return state;
     }
 
-    /// The straight chain as a hand holds it: with the moments of a stem that is curved by nature.
+    /// The straight chain when it is held straight: with the moments of a naturally curved stem.
     [[nodiscard]] std::vector<T> held_straight_state() const {
         std::vector<T> state = straight_state();
         for (std::size_t j = 0; j < model_.straight_moments.size(); ++j) {
@@ -107,8 +107,8 @@ class Chain {
                 (T(1.0) / frame.length()) * (velocity - stretching * frame.direction())};
     }
 
-    /// Forces on sphere `i` from outside the chain, gravity excepted; `bond_below` gives the
-    /// curvature and its rate that a user's law may ask for. Slopes of user laws only if wanted.
+    /// External forces on sphere `i` except gravity. `bond_below` gives the curvature and its rate,
+    /// which a user's law may use. Slopes of user laws are computed only on request.
     [[nodiscard]] NodeLoad<Dim, T> node_load(int i, const SphereState<Dim, T>& sphere,
                                              const BondExtras<Dim, T>& bond_below, const T& time,
                                              bool with_slopes) const {
@@ -145,7 +145,7 @@ class Chain {
         return load;
     }
 
-    /// Moments of bond `j` beside the linear elastic one. Slopes of user laws only if wanted.
+    /// Moments of bond `j` besides the linear elastic one; slopes of user laws only on request.
     [[nodiscard]] BondExtras<Dim, T> bond_extras(const T* state, int j, const T& time,
                                                  bool with_slopes) const {
         const SphereState<Dim, T> sphere_1 = layout_.sphere(state, j);
@@ -211,9 +211,9 @@ class Chain {
         evaluate<true>(state, rate, time);
     }
 
-    /// From the clamp to the tip: each bond's force on its first sphere completes that sphere's,
-    /// and the force on its second one is carried on. A plain chain keeps one bond's coefficients
-    /// at hand and has nothing but bonds.
+    /// Proceeds from the clamp to the tip. The force of a bond on its first sphere completes the
+    /// sum for that sphere; its force on the second sphere starts the next sum. A plain chain has
+    /// only bonds and reuses the coefficients of one bond.
     template <bool has_effects>
     void evaluate(const T* state, T* rate, const T& time) const {
         SphereState<Dim, T> sphere_1 = layout_.sphere(state, 0);
@@ -254,7 +254,7 @@ class Chain {
                                    torque);
     }
 
-    /// The rate of a sphere from the bonds' force and torque and what acts from outside.
+    /// The rate of a sphere from the force and torque of the bonds and from external loads.
     template <bool has_effects>
     void finish_sphere(T* rate, int i, const SphereState<Dim, T>& sphere,
                        const BondExtras<Dim, T>& below, const T& time, const Vec<Dim, T>& force,

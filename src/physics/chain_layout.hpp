@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the numbers of a chain's state stand in a flat array.
+// Layout of the state of a chain in a flat array.
 #pragma once
 
 #include "physics/bond_law.hpp"
@@ -9,7 +9,7 @@
 
 namespace culm::physics {
 
-/// One sphere's share of the state.
+/// State of one sphere.
 template <int Dim, class T>
 struct SphereState {
     Vec<Dim, T> position;    ///< m; axis 0 points from the clamp along the stem, axis 1 to the pull
@@ -17,7 +17,7 @@ struct SphereState {
     Rotational<Dim, T> spin; ///< rad/s
 };
 
-/// Length and direction of a bond as states of their own, beside the positions of its spheres.
+/// Length and direction of a bond, which are states in addition to the positions of the spheres.
 template <int Dim, class T>
 struct BondGeometry {
     T length;              ///< m
@@ -30,10 +30,10 @@ struct BondGeometry {
 /// branches, bond by bond, and the rotation of the clamp in the plane of bending. Rotation angles
 /// of the other spheres are not states. The same layout holds the rates.
 ///
-/// Length and direction follow from the positions; as states they let an implicit method take
-/// 2.6 times longer steps: a turning bond's |x2 − x1| is quadratic in the displacements, and times
-/// the axial stiffness that is what a Jacobian frozen over a step misses. The forces see the
-/// geometry, the camera sees the positions. set_geometry() makes them agree at the start.
+/// Length and direction follow from the positions. As states they allow an implicit method to take
+/// 2.6 times longer steps: |x2 − x1| of a turning bond is quadratic in the displacements, and a
+/// Jacobian frozen over a step misses this term times the axial stiffness. Forces use the geometry,
+/// the camera uses the positions. set_geometry() makes them consistent at the start.
 template <int Dim>
 class ChainLayout {
   public:
@@ -71,7 +71,7 @@ class ChainLayout {
         return geometry_offset(bond_count()) +
                static_cast<std::size_t>(bond) * static_cast<std::size_t>(branch_count_) * rotation;
     }
-    /// Where the rotation of a clamp that turns stands, rad.
+    /// Offset of the rotation (rad) of a clamp that turns.
     [[nodiscard]] std::size_t base_rotation_offset() const { return branch_offset(bond_count()); }
 
     template <class T>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a chain is made of beyond equal spheres and bonds: everything that a physical effect may
-// add to the published model.
+// Parts of a chain beyond equal spheres and bonds: everything that a physical effect may add to
+// the published model.
 #pragma once
 
 #include "core/vec.hpp"
@@ -66,13 +66,13 @@ struct BaseHinge {
     T friction_rate;   ///< ω_r, rad/s; friction is full well above it and creep below
 };
 
-/// A spring and a dashpot in series beside every bond's bending spring:
+/// A spring and a dashpot in series, parallel to the bending spring of every bond:
 /// q̇ = g k_b ω − q/τ, with the relative spin ω across the bond.
 template <class T>
 struct MaxwellBranch {
     T relative_stiffness; ///< g
     T relaxation_time;    ///< τ, s
-    T held_share;         ///< of g times the bond's moment that is left when the stem is released
+    T held_share;         ///< share of g times the bond's moment that remains at the release
 };
 
 /// The support moves sideways: x_b(t) = a sin(2πft + φ). The chain is described in its frame.
@@ -91,7 +91,7 @@ struct GradualRelease {
     T holding_force; ///< on the tip, sideways, N; known once the stem has been deflected
 };
 
-/// One list with a single entry stands for a chain of equals.
+/// A list with a single entry applies to all bonds or spheres of the chain.
 template <class T>
 struct ChainModel {
     std::vector<BondCoefficients<T>> bonds; ///< (1) or (bonds)
@@ -109,7 +109,7 @@ struct ChainModel {
     std::optional<GradualRelease<T>> release;
     std::vector<UserLaw<T>> user_laws;
 
-    /// Nothing but equal spheres and bonds under gravity along the stem or none.
+    /// True for a chain of equal spheres and bonds alone, under axial gravity or none.
     [[nodiscard]] bool is_plain() const {
         return bonds.size() == 1 && spheres.size() == 1 && !hinge && branches.empty() &&
                air.empty() && !bending && straight_moments.empty() && !base_motion && !release &&

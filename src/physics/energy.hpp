@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Energy, dissipated power and momenta of a chain: what its motion must account for.
+// Energy, dissipated power and momenta of a chain: the balances of its motion.
 #pragma once
 
 #include "physics/chain.hpp"
@@ -19,8 +19,8 @@ template <int Dim, class T>
                      dot(bending, bending) / bond.bending_stiffness);
 }
 
-/// Power that the damping forces of one bond take out of the motion, W. Where the shear damping
-/// exerts no torque, its work is done on the translation alone.
+/// Power that the damping forces of one bond dissipate, W. If the shear damping exerts no torque,
+/// it does work on the translation alone.
 template <int Dim, class T>
 [[nodiscard]] T dissipated_power(const BondCoefficients<T>& bond, const BondLawOptions& law,
                                  const BondFrame<Dim, T>& frame, const BondMotion<Dim, T>& motion) {
@@ -49,8 +49,8 @@ struct ChainEnergy {
     [[nodiscard]] T stored() const { return kinetic + elastic + gravitational; }
 };
 
-/// What nonlinear or split bending stores beside the linear elastic energy, ∫ (M − m) dm/k_b, and
-/// what Maxwell branches store and dissipate: q²/2gk_b, q²/(gk_b τ).
+/// Energy of nonlinear or split bending in addition to the linear elastic one, ∫ (M − m) dm/k_b,
+/// and the stored energy and dissipation of Maxwell branches: q²/2gk_b, q²/(gk_b τ).
 template <int Dim, class T>
 void add_bond_effects(const Chain<Dim, T>& chain, const T* state, int j,
                       const BondFrame<Dim, T>& frame, ChainEnergy<T>& energy) {
@@ -83,8 +83,8 @@ void add_bond_effects(const Chain<Dim, T>& chain, const T* state, int j,
     }
 }
 
-/// Resistance, which takes out −force·velocity whatever its law, and the clamp's spring and
-/// friction. Users' laws and forces that depend on time do work that is not accounted for.
+/// Adds resistance, which dissipates −force·velocity for every law, and the clamp's spring and
+/// friction. The work of users' laws and of time-dependent forces is not included.
 template <int Dim, class T>
 void add_outer_effects(const Chain<Dim, T>& chain, const T* state, ChainEnergy<T>& energy) {
     const auto& layout = chain.layout();

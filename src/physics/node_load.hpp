@@ -32,14 +32,14 @@ template <class T>
             -hinge.stiffness, -slope};
 }
 
-/// Where the support is, m, aside of its middle.
+/// Sideways displacement of the support from its mean position, m.
 template <class T>
 [[nodiscard]] T base_position(const BaseMotion<T>& motion, const T& time) {
     using std::sin;
     return motion.amplitude * sin(motion.angular_frequency * time + motion.phase);
 }
 
-/// Acceleration that the chain feels in the frame of its support, −ẍ_b, m/s².
+/// Inertial acceleration in the frame of the support, −ẍ_b, m/s².
 template <class T>
 [[nodiscard]] T base_acceleration(const BaseMotion<T>& motion, const T& time) {
     return motion.angular_frequency * motion.angular_frequency * base_position(motion, time);

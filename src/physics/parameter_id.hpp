@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which number of a model is meant.
+// Identifies a parameter of a model.
 #pragma once
 
 #include <compare>
@@ -8,24 +8,24 @@
 
 namespace culm::physics {
 
-/// A number of the chain, of the release or of an effect. It is one number for all recordings, or
-/// one recording's own.
+/// A parameter of the chain, of the release or of an effect. All recordings share it, or it belongs
+/// to one recording.
 struct ParameterId {
-    std::string effect;    ///< its name; empty: a number of the chain or of the release
+    std::string effect;    ///< its name; empty: a parameter of the chain or of the release
     std::string name;      ///< as EffectParameter::name, or one of those below
-    std::string recording; ///< whose own number it is; empty: all recordings share it
+    std::string recording; ///< the one that it belongs to; empty: all recordings share it
 
     [[nodiscard]] bool is_of_effect() const { return !effect.empty(); }
     [[nodiscard]] bool is_one_recordings_own() const { return !recording.empty(); }
-    /// The number in one recording's model, which does not know of other recordings.
+    /// The parameter in the model of one recording, which does not refer to other recordings.
     [[nodiscard]] ParameterId in_one_model() const { return {effect, name, {}}; }
-    /// As one recording's own.
+    /// The parameter of one recording.
     [[nodiscard]] ParameterId of_recording(std::string id) const {
         return {effect, name, std::move(id)};
     }
 
     bool operator==(const ParameterId&) const = default;
-    // clang-tidy 14 sees a 0 in what the compiler writes here.
+    // clang-tidy 14 reports a 0 in the code that the compiler generates here.
     // NOLINTNEXTLINE(modernize-use-nullptr)
     auto operator<=>(const ParameterId&) const = default;
 };
@@ -41,7 +41,7 @@ void fields(Wire& wire, ParameterId& id) {
            (id.recording.empty() ? "" : "@" + id.recording);
 }
 
-// What could throw before main here is an allocation of twenty characters.
+// Only an allocation of twenty characters could throw before main here.
 // NOLINTBEGIN(cert-err58-cpp)
 inline const ParameterId bond_youngs_modulus{{}, "bond_youngs_modulus", {}};
 inline const ParameterId bond_damping{{}, "bond_damping", {}};

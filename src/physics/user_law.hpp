@@ -20,7 +20,7 @@ enum class UserLawKind {
     BaseMoment,     ///< on the stem at the clamp, which then turns, N m
 };
 
-/// What an expression may use. `position` is along the stem from the clamp, m; `deflection` (m) and
+/// Inputs of an expression. `position` is along the stem from the clamp, m; `deflection` (m) and
 /// `velocity` (m/s) are sideways; `curvature` 1/m and its rate 1/(m s). For a base moment
 /// deflection and velocity are the clamp's rotation (rad) and its rate (rad/s).
 struct UserLawInputs {
@@ -74,8 +74,8 @@ template <class T>
     }
 }
 
-/// ∂(value)/∂(one input) by a central difference; an expression has no derivatives of its own.
-/// `size` is what is large for that input.
+/// ∂(value)/∂(one input) by a central difference, since an expression has no analytic derivatives.
+/// `size` is a large value of that input.
 template <class T>
 [[nodiscard]] T user_law_slope(const UserLaw<T>& law, UserLawInputsOf<T> inputs,
                                T UserLawInputsOf<T>::*input, double size) {

@@ -32,14 +32,14 @@ std::string plus_minus(const Uncertain& estimate, double scale, int decimals) {
     return present::plus_minus(estimate.value, estimate.standard_error, scale, decimals);
 }
 
-/// With everything in the uncertainty budget.
+/// The parameter with its combined uncertainty from the budget.
 Uncertain parameter_of(const calibrate::Calibration& calibration, const physics::ParameterId& id) {
     const fit::FittedParameter& parameter = *calibration.fit.find(id);
     return {parameter.value, parameter.standard_error};
 }
 
 /// ω = √(k/m) and every stiffness k of the chain is proportional to Y, so dω/ω = ½ dY/Y. The
-/// frequency does not depend on what was stated of the stem.
+/// frequency does not depend on the stated inputs of the stem.
 Uncertain frequency_of(const calibrate::Calibration& calibration) {
     const double frequency = calibration.mode.frequency;
     return {frequency, 0.5 * frequency * calibration.budget.chain_modulus};
@@ -56,7 +56,7 @@ json bounds_json(double lower, double upper) {
     return json::array({number(lower), number(upper)});
 }
 
-/// The profile's interval stands beside that of the covariance: where they differ the fit is not
+/// With two intervals, from the profile and from the covariance: if they differ, the fit is not
 /// linear in the parameter.
 json stem_parameters_json(const calibrate::Calibration& calibration) {
     json out = json::object();
@@ -86,7 +86,7 @@ json correlation_json(const fit::RecordingFit& fit) {
     return {{"names", names}, {"matrix", rows}};
 }
 
-/// Everything that `culm export` needs, so that it can write the chain without the recording.
+/// All data that `culm export` needs to write the chain without the recording.
 json chain_json(const fit::RecordingFit& fit, const std::string& law) {
     const physics::StemParameters<double>& stem = fit.model.spec.stem;
     json effects = json::array();
@@ -161,7 +161,7 @@ json mode_json(const calibrate::Calibration& calibration) {
             {"damping_time_s", calibration.damping_time}};
 }
 
-/// The errors and, beside them, what the reading itself can resolve: an error below it is none.
+/// The errors, and the resolution of the reading; an error below the resolution is not significant.
 json check_json(const calibrate::Calibration& calibration) {
     if (!calibration.check)
         return {{"failure", calibration.check_failure}};
@@ -198,7 +198,7 @@ json central_range_json(const calibrate::CentralRange& found) {
              bounds_json(found.upper_interval.lower, found.upper_interval.upper)}};
 }
 
-/// As many decimals as give the interval's half width two digits.
+/// The value with two significant digits of the interval's half width.
 std::string calibrated_value(fit::FittedParameter parameter, double standard_error) {
     parameter.standard_error = standard_error;
     const ReadableParameter shown = readable(parameter);
@@ -210,7 +210,7 @@ std::string calibrated_value(fit::FittedParameter parameter, double standard_err
            (shown.unit.empty() ? "" : ' ' + std::string(shown.unit));
 }
 
-/// In the order of the JSON's keys, so that both can be compared line by line.
+/// The parameters in the order of the JSON's keys, so that both can be compared line by line.
 std::string parameter_lines(const calibrate::Calibration& calibration) {
     std::string text;
     for (const auto& [key, parameter] : by_key(calibration.fit.parameters)) {
@@ -385,7 +385,7 @@ StemNumbers numbers_of(const calibrate::Calibration& calibration) {
             calibration.verdict.finding == diagnose::Finding::Adequate};
 }
 
-// A spread needs two stems; of fewer nothing is said.
+// A spread needs at least two stems.
 std::optional<Population> population_of(std::span<const StemNumbers> calibrated,
                                         std::size_t failed) {
     if (calibrated.size() < 2)

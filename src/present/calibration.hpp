@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What culm calibrate found (docs/calibration-format.md).
+// The results of culm calibrate (docs/calibration-format.md).
 #pragma once
 
 #include "calibrate/calibration.hpp"
@@ -17,12 +17,12 @@ namespace culm::present {
 /// One stem that was calibrated; `law` is the name of its bonds' damping.
 [[nodiscard]] nlohmann::json calibration_json(const calibrate::Calibration& calibration,
                                               const std::string& law);
-/// The same in some lines.
+/// The same as text.
 [[nodiscard]] std::string calibration_text(const calibrate::Calibration& calibration,
                                            const std::string& law, const TextStyle& style);
 
-/// A table: every input with its standard uncertainty, its pull, and what it adds to Y, β and the
-/// effects' numbers; below it what the defaults are, and which statements the readings contradict.
+/// A table: every input with its standard uncertainty, its pull, and its contributions to the
+/// uncertainties of Y, β and the effects' parameters; below it a sentence on the defaults used.
 [[nodiscard]] std::string budget_text(const fit::UncertaintyBudget& budget,
                                       std::span<const fit::FittedParameter> parameters);
 
@@ -32,7 +32,7 @@ namespace culm::present {
 [[nodiscard]] nlohmann::json budget_json(const fit::UncertaintyBudget& budget,
                                          std::span<const fit::FittedParameter> parameters);
 
-/// Stems as a table: its head, and a line each. `is_checked`: with the errors of the check.
+/// A table of stems: its head, and one line a stem. `is_checked`: with the errors of the check.
 [[nodiscard]] std::string calibration_table_head(bool is_checked);
 [[nodiscard]] std::string calibration_table_line(const calibrate::Calibration& calibration,
                                                  bool is_checked, const TextStyle& style);
@@ -43,7 +43,7 @@ namespace culm::present {
 [[nodiscard]] std::string study_calibration_text(const calibrate::StudyCalibration& found,
                                                  const std::string& study, const TextStyle& style);
 
-/// What a stem adds to the population; travels between ranks.
+/// A stem's contribution to the population, which is sent between ranks.
 struct StemNumbers {
     double bond_youngs_modulus = 0.0; ///< Pa
     double bond_damping = 0.0;
@@ -60,7 +60,7 @@ void fields(Wire& wire, StemNumbers& stem) {
 
 [[nodiscard]] StemNumbers numbers_of(const calibrate::Calibration& calibration);
 
-/// Two calibrated stems or more.
+/// The population of two or more calibrated stems.
 struct Population {
     std::size_t stems = 0; ///< calibrated
     std::size_t failed = 0;
@@ -71,7 +71,7 @@ struct Population {
     calibrate::CentralRange frequency; ///< Hz
 };
 
-/// Nothing of fewer than two calibrated stems.
+/// Returns nothing for fewer than two calibrated stems.
 [[nodiscard]] std::optional<Population> population_of(std::span<const StemNumbers> calibrated,
                                                       std::size_t failed);
 [[nodiscard]] nlohmann::json population_json(const Population& population);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What culm compare found: a ladder of models, and the table of effects (docs/compare.md).
+// The results of culm compare: a ladder of models, and the table of effects (docs/compare.md).
 #pragma once
 
 #include "diagnose/effect_table.hpp"
@@ -14,21 +14,21 @@
 
 namespace culm::present {
 
-/// Place of the last model that improves on the one that it is compared with; 0: the baseline.
+/// Index of the last model that improves on the one that it is compared with; 0: the baseline.
 [[nodiscard]] std::size_t best_model(const diagnose::Ladder& ladder);
 
-/// Does the published chain explain the measurement, and which effects make it do so?
+/// Does the published chain explain the measurement, and with which added effects does it?
 [[nodiscard]] std::string comparison_headline(const diagnose::Ladder& ladder,
                                               const std::string& measurement);
 
-/// Is the step to model `k` a gain, why, and what it makes of Y and β: one or two sentences.
+/// One or two sentences: is the step to model `k` a gain, why, and how do Y and β change?
 [[nodiscard]] std::vector<std::string> step_sentences(const diagnose::Ladder& ladder,
                                                       std::size_t k);
 
 /// Three sentences: is the model adequate; where and when is the misfit largest; what is it.
 [[nodiscard]] std::vector<std::string> comparison_sentences(const diagnose::Comparison& comparison);
 
-/// All models with what each leaves, and the verdict on them.
+/// All models with their residuals and verdicts.
 [[nodiscard]] nlohmann::json comparison_json(const diagnose::Ladder& ladder,
                                              const measure::Measurement& measurement);
 
@@ -37,11 +37,11 @@ namespace culm::present {
                                           const measure::Measurement& measurement,
                                           const TextStyle& style);
 
-/// Where, when and how a fit fails; `of` is the fit.
+/// Where, when and how a fit fails.
 [[nodiscard]] nlohmann::json where_json(const diagnose::Comparison& comparison,
                                         const fit::RecordingFit& of);
 
-/// One of the windows' numbers against the amplitude, measured and modelled.
+/// One quantity of the windows as a function of the amplitude, measured and modelled.
 [[nodiscard]] nlohmann::json
 against_amplitude_json(const std::vector<residuals::SwingWindow>& windows,
                        reduce::Estimate residuals::WindowFit::*quantity);
@@ -58,10 +58,10 @@ struct EffectTableReport {
     }
 };
 
-/// docs/schemas/effect-table.schema.json, but for the provenance.
+/// docs/schemas/effect-table.schema.json, except the provenance.
 [[nodiscard]] nlohmann::json effect_table_json(const EffectTableReport& table);
 
-/// Residual over noise of every model in every measurement; * stands for at most 1.10.
+/// Residual over noise of every model in every measurement; * marks values up to 1.10.
 [[nodiscard]] std::string effect_table_text(const EffectTableReport& table, const TextStyle& style);
 
 } // namespace culm::present

@@ -15,7 +15,7 @@ using nlohmann::json;
 
 constexpr double millimetres = 1e3;
 
-/// To a nanometre: residuals and shapes hold no more, and the file stays readable.
+/// Rounds to a nanometre: residuals and shapes are less accurate, and the file stays readable.
 json millimetres_of(double metres) {
     return std::isfinite(metres) ? json(std::round(metres * 1e9) * 1e-6) : json(nullptr);
 }
@@ -32,7 +32,7 @@ json bare_estimate(const reduce::Estimate& found, double scale = 1.0) {
             {"stderr", number(scale * found.standard_error)}};
 }
 
-/// Over its noise, so that heights and times of different noise can be compared.
+/// Includes the residual over noise, which is comparable between heights and times.
 json group_json(const fit::ResidualGroup& found) {
     return {{"readings", found.readings},
             {"rms_mm", number(millimetres * found.rms)},
@@ -75,8 +75,8 @@ json window_fit_json(const std::optional<residuals::WindowFit>& found) {
             {"rest_mm", bare_estimate(found->rest, millimetres)}};
 }
 
-/// Measured and modelled motion are fitted by Eq. 1 in the same windows: what Eq. 1 cannot describe
-/// affects both alike.
+/// Measured and modelled motion are fitted by Eq. 1 in the same windows, so that deviations from
+/// Eq. 1 affect both alike.
 json windows_json(const std::vector<residuals::SwingWindow>& found) {
     json out = json::array();
     for (const residuals::SwingWindow& window : found)
@@ -121,7 +121,7 @@ json banding_json(const diagnose::Comparison& comparison) {
             {"modelled", slope_json(comparison.modelled_ring_downs)}};
 }
 
-/// Thirds of the time: an error that grows, falls or changes its sign points to different effects.
+/// Errors in the thirds of the time: their growth, decay or change of sign indicates the effect.
 json structure_json(const residuals::ResidualStructure& found) {
     json thirds = json::array();
     for (const residuals::SwingError& error : found.thirds)
@@ -171,7 +171,7 @@ json verdict_json(const diagnose::Verdict& verdict) {
             {"tests", tests_json(verdict.tests)}};
 }
 
-/// What only a model that could be fitted has.
+/// The members that exist only for a model that could be fitted.
 json compared_fit_json(const fit::RecordingFit& fit, const fit::Fit& judged,
                        const diagnose::Comparison& comparison) {
     return {

@@ -21,10 +21,10 @@ using residuals::SwingError;
 using residuals::SwingWindow;
 
 constexpr double largest_relative_error = 0.25; ///< of a decay that is quoted
-constexpr double fastest_decay = 2.0;           ///< per cycle; what falls faster is no swing
+constexpr double fastest_decay = 2.0;           ///< per cycle; a faster decay is not a vibration
 constexpr double standard_errors = 3.0;         ///< of a difference that is mentioned
 constexpr double explained_by_noise = 1.1;      ///< residual over noise
-constexpr double smallest_swing = 3.0;          ///< amplitude over noise; below, it has died
+constexpr double smallest_swing = 3.0;          ///< amplitude over noise; below, the swing is over
 
 std::string p_in_words(double p_value) {
     return p_value < 1e-12 ? "p < 1e-12" : fmt::format("p = {:.2g}", p_value);
@@ -78,7 +78,7 @@ std::string where_it_fails(const Comparison& comparison) {
     return text + ".";
 }
 
-/// " … early, … in the middle, … late", for the thirds of which `words` has something to say.
+/// " … early, … in the middle, … late", for the thirds for which `words` returns a text.
 template <class Words>
 std::string in_thirds(const ResidualStructure& structure, const Words& words) {
     static constexpr std::array<const char*, 3> places{"early", "in the middle", "late"};
@@ -97,7 +97,7 @@ bool has_died(double over_noise) {
     return over_noise < smallest_swing;
 }
 
-/// The model's amplitude against the measured one, where either swings.
+/// The model's amplitude relative to the measured one, in the thirds in which either swings.
 std::string amplitude_words(const ResidualStructure& structure) {
     const auto words = [](const SwingError& error, const char* place) -> std::string {
         const bool has_stopped = has_died(error.measured_over_noise);
@@ -138,7 +138,7 @@ well_known_windows(const std::vector<SwingWindow>& windows) {
     return std::pair(known.front(), known.back());
 }
 
-/// How measured and modelled decay change as the amplitude falls.
+/// The change of the measured and of the modelled decay as the amplitude falls.
 std::string decay_words(const Comparison& comparison) {
     const auto windows = well_known_windows(comparison.windows);
     if (!windows)
@@ -151,7 +151,7 @@ std::string decay_words(const Comparison& comparison) {
                        first.modelled->decay_per_cycle.value, last.modelled->decay_per_cycle.value);
 }
 
-/// Which swing is ahead, where both still swing: in degrees, 360 a cycle.
+/// The phase lead or lag of the measured swing while both swing, in degrees (360 per cycle).
 std::string phase_words(const Comparison& comparison) {
     const auto words = [](const SwingError& error, const char* place) -> std::string {
         if (has_died(error.measured_over_noise) || has_died(error.modelled_over_noise))
@@ -184,7 +184,7 @@ std::string rest_words(const ResidualStructure& structure) {
                        1e3 * structure.thirds[2].rest);
 }
 
-/// What another shape over the heights looks like, by its spectrum.
+/// Names the error in the shape over the heights, by its spectrum.
 std::string shape_words(const Comparison& comparison) {
     const auto second = std::ranges::find(comparison.spectrum.bands, std::string("mode 2"),
                                           &fit::SpectrumBand::name);

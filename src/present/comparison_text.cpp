@@ -13,7 +13,7 @@
 namespace culm::present {
 namespace {
 
-constexpr double explained = 1.10; ///< residual over noise; up to it a cell of the table is marked
+constexpr double explained = 1.10; ///< residual over noise up to which a cell is marked
 
 const diagnose::Comparison& comparison_of(const diagnose::Ladder& ladder, std::size_t model) {
     return ladder.comparisons[*ladder.comparison[model]];
@@ -40,7 +40,7 @@ std::string comparison_header(const diagnose::Ladder& ladder,
             : std::string("noise not stated"));
 }
 
-/// Over the noise, of readings that the fit has not seen.
+/// Residual over noise of the readings that were held out of the fit.
 std::string held_out_cell(const diagnose::HeldOutPart& part) {
     return part.failure.empty() ? number_cell(part.over_noise, 2) : std::string("-");
 }
@@ -78,7 +78,7 @@ std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style)
                   "stated\n\n";
 }
 
-/// Nothing of a model in which nothing moves: its parameters are where they started.
+/// Empty for a model in which nothing moves, because its parameters keep their initial values.
 std::string model_parameters(const fit::Fit& fit) {
     std::string text;
     if (!fit.failed() && fit.moves())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What culm diagnose found (docs/diagnosis.md).
+// The results of culm diagnose (docs/diagnosis.md).
 #pragma once
 
 #include "diagnose/diagnosis.hpp"
@@ -14,7 +14,7 @@
 
 namespace culm::present {
 
-/// A diagnosis and what it was asked about.
+/// A diagnosis with its recordings and candidates.
 struct DiagnosisReport {
     const diagnose::Diagnosis& found;
     std::span<const measure::Measurement> recordings;
@@ -31,17 +31,17 @@ struct DiagnosisReport {
     }
     /// Root mean square over the recordings, m.
     [[nodiscard]] double noise() const;
-    /// One sentence on an effect; empty if it is no candidate.
+    /// One sentence on an effect; empty if it is not a candidate.
     [[nodiscard]] std::string summary_of(const std::string& effect) const;
 };
 
-/// docs/schemas/diagnosis.schema.json, but for options, folders and provenance.
+/// docs/schemas/diagnosis.schema.json, except options, folders and provenance.
 [[nodiscard]] nlohmann::json diagnosis_json(const DiagnosisReport& report);
 
 /// The verdict in sentences, the headline first.
 [[nodiscard]] std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report);
 
-/// The verdict in plain words and the tables below it; a screenful.
+/// The verdict as text and the tables below it; the output fits on a screen.
 [[nodiscard]] std::string diagnosis_text(const DiagnosisReport& report, const TextStyle& style);
 
 } // namespace culm::present

@@ -32,7 +32,7 @@ json parameters_with_units(std::span<const fit::FittedParameter> parameters) {
     return out;
 }
 
-/// The noise is the one that the fit was weighted by: stated, measured, or the residuals' own.
+/// The noise is that of the fit's weights: stated, measured, or estimated from the residuals.
 json recordings_json(const fit::Fit& fit, std::span<const measure::Measurement> recordings) {
     json out = json::array();
     for (std::size_t k = 0; k < recordings.size(); ++k) {
@@ -123,7 +123,7 @@ json models_json(const std::vector<diagnose::SearchedModel>& ladder) {
     return out;
 }
 
-/// What a small effect, if it were there, would do to the calibration.
+/// The bias of the calibration by an effect at its detection limit.
 std::string bias_text(const diagnose::DetectionLimit& score) {
     return fmt::format("at that size the calibrated Y would be off by {} and beta by {}",
                        present::percent_text(score.youngs_modulus_bias),

@@ -21,7 +21,7 @@ using diagnose::Conclusion;
 
 constexpr std::size_t diagnosis_width = 96; ///< characters of a line of running text
 
-/// Is there a size from which on the effect would be detected?
+/// Does the effect have a detection limit?
 bool is_detectable(const diagnose::DetectionLimit& limit) {
     return limit.failure.empty() && !limit.is_beyond_bounds && std::isfinite(limit.value);
 }
@@ -41,7 +41,7 @@ std::string diagnosis_header(const DiagnosisReport& report) {
     return text + '\n';
 }
 
-/// "the published chain", with what is known to act.
+/// "the published chain", with the known effects.
 std::string first_model(const diagnose::Diagnosis& found) {
     std::vector<std::string> known = found.ladder.front().fit.names;
     known.erase(known.begin());
@@ -49,7 +49,7 @@ std::string first_model(const diagnose::Diagnosis& found) {
                          : fmt::format("the published chain with {}", fmt::join(known, " and "));
 }
 
-/// Strength of the effect, with its interval: its numbers in the final model.
+/// The effect's parameters in the final model, with their intervals.
 std::string strength_lines(const DiagnosisReport& report, const std::string& effect) {
     std::string text;
     for (const auto& [key, parameter] : by_key(report.parameters()))
@@ -69,7 +69,7 @@ std::string before_and_after(const physics::ParameterId& id, const fit::Fit& bef
                        percent_text(last->value / first->value - 1.0));
 }
 
-/// The residual, Y and β before and after, and the unexplained rest.
+/// The residual, Y and β before and after, and the unexplained part.
 std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = report.found;
     const fit::Fit& first = found.ladder.front().stated;
@@ -229,8 +229,7 @@ std::string model_lines(const std::vector<diagnose::SearchedModel>& ladder,
 
 constexpr std::size_t listed_limits = 4;
 
-/// From which sizes on the effects that are not in the answer would have been detected: those that
-/// bias Y or β most.
+/// Detection limits of the effects that are not in the answer, for those that bias Y or β most.
 std::string detection_lines(const std::vector<diagnose::DetectionLimit>& limits) {
     std::vector<const diagnose::DetectionLimit*> detectable;
     std::vector<std::string> unknown;
@@ -288,7 +287,7 @@ std::string what_it_shows(const diagnose::Experiment& experiment) {
                        fmt::join(other, " with "));
 }
 
-/// The most informative one. The expected gap is the square of the distance in standard deviations.
+/// The most informative one. Its expected gap is the square of a distance in standard deviations.
 std::string experiment_lines(const std::vector<diagnose::Experiment>& experiments) {
     if (experiments.empty() || experiments.front().expected_gap < 1.0)
         return {};
@@ -299,7 +298,7 @@ std::string experiment_lines(const std::vector<diagnose::Experiment>& experiment
                    diagnosis_width - 17);
 }
 
-/// Without blanks at the ends of lines.
+/// Removes blanks at the ends of lines.
 std::string trimmed_lines(const std::string& text) {
     std::string out;
     for (const char letter : text) {

@@ -85,13 +85,13 @@ std::string effect_card(const physics::Effect& effect) {
         out += labelled("family", std::string(physics::to_string(effect.family())));
     out += labelled("law", effect.law());
     out += labelled("source", effect.source());
-    out += labelled("you see", effect.signature());
-    out += labelled("do", effect.remedy());
+    out += labelled("signature", effect.signature());
+    out += labelled("remedy", effect.remedy());
     out += labelled("energy", effect.energy());
     if (effect.dimensions() == 3)
         out += labelled("needs", "three dimensions");
     if (!effect.excludes().empty())
-        out += labelled("contains", fmt::format("{}, which cannot be added beside it",
+        out += labelled("contains", fmt::format("{}, which cannot be added as well",
                                                 fmt::join(effect.excludes(), ", ")));
     for (const EffectParameter& parameter : effect.parameters())
         out += '\n' + parameter_text(parameter);
@@ -102,15 +102,15 @@ std::string effects_markdown(std::span<const physics::EffectPointer> effects) {
     std::string out;
     for (const physics::EffectPointer& effect : effects) {
         out +=
-            fmt::format("{}### `{}`\n{}.\n\n* Family: {}.\n* Law: {}.\n* Source: {}.\n* You see: "
-                        "{}.\n* Do: {}.\n* Energy: {}.\n",
+            fmt::format("{}### `{}`\n{}.\n\n* Family: {}.\n* Law: {}.\n* Source: {}.\n* Signature: "
+                        "{}.\n* Remedy: {}.\n* Energy: {}.\n",
                         out.empty() ? "" : "\n", effect->name(), effect->summary(),
                         physics::to_string(effect->family()), effect->law(), effect->source(),
                         effect->signature(), effect->remedy(), effect->energy());
         if (effect->dimensions() == 3)
             out += "* Needs three dimensions.\n";
         if (!effect->excludes().empty())
-            out += fmt::format("* Contains {}, which cannot be added beside it.\n",
+            out += fmt::format("* Contains {}, which cannot be added as well.\n",
                                fmt::join(effect->excludes(), ", "));
         out += markdown_parameters(*effect);
     }

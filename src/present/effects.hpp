@@ -11,13 +11,13 @@
 
 namespace culm::present {
 
-/// One line an effect, with the names of its parameters.
+/// One line for each effect, with the names of its parameters.
 [[nodiscard]] std::string effects_list(std::span<const physics::EffectPointer> effects);
 
-/// Everything about one effect, in lines of some 90 characters.
+/// All properties of one effect, in lines of some 90 characters.
 [[nodiscard]] std::string effect_card(const physics::Effect& effect);
 
-/// Everything about each effect as Markdown.
+/// All properties of each effect as Markdown.
 [[nodiscard]] std::string effects_markdown(std::span<const physics::EffectPointer> effects);
 
 /// docs/schemas/effects.schema.json.

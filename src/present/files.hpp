@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Results as files: text, JSON, and the folders that hold them.
+// Results as files: text, JSON, and their folders.
 #pragma once
 
 #include "core/error.hpp"
@@ -16,7 +16,7 @@
 
 namespace culm::present {
 
-/// A number, or null where JSON has none: NaN and infinities.
+/// A number, or null for NaN and infinities, which JSON does not have.
 [[nodiscard]] inline nlohmann::json number(double value) {
     return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }
@@ -25,7 +25,7 @@ namespace culm::present {
     return value ? number(*value) : nlohmann::json(nullptr);
 }
 
-/// A cell of a CSV file behind its comma; empty for NaN.
+/// A cell of a CSV file after its comma; empty for NaN.
 [[nodiscard]] inline std::string csv_cell(double value) {
     return std::isnan(value) ? std::string(",") : fmt::format(",{:.6g}", value);
 }
@@ -50,7 +50,7 @@ inline void write_json(const std::string& file, const nlohmann::json& json) {
         write_text(file, text);
 }
 
-/// With the folders above it. Throws core::StorageError.
+/// Creates the folder and its parents. Throws core::StorageError.
 inline void make_folder(const std::filesystem::path& folder) {
     std::error_code failed;
     std::filesystem::create_directories(folder, failed);

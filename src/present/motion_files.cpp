@@ -54,7 +54,7 @@ void add_predicted(std::vector<NamedArray>& arrays, const std::string& group,
                       fit.residuals});
 }
 
-/// What Eq. 1 found in every window, on one side; NaN where it found nothing.
+/// The fits of Eq. 1 in the windows, measured or modelled; NaN where a fit failed.
 void add_windows(std::vector<NamedArray>& arrays, const std::string& group,
                  const std::vector<residuals::SwingWindow>& windows,
                  std::optional<residuals::WindowFit> residuals::SwingWindow::*side) {

@@ -15,18 +15,18 @@
 
 namespace culm::present {
 
-/// Of every frame and height the measured deflection, and that of each model under its label; mm.
+/// The measured deflection for every frame and height, and each model's under its label; mm.
 [[nodiscard]] std::string
 deflections_csv(const measure::Measurement& measurement,
                 const std::vector<std::pair<std::string, const fit::RecordingFit*>>& models);
 
-/// Times, heights, measured deflections and, of every model that has a fit, what it predicts and
-/// leaves, the spectrum of that, and the swing in windows. Throws core::StorageError.
+/// Times, heights and measured deflections, and for every fitted model the predictions, the
+/// residuals, their spectrum, and the swing in windows. Throws core::StorageError.
 void write_comparison_arrays(const std::filesystem::path& file, const diagnose::Ladder& ladder,
                              const measure::Measurement& measurement);
 
-/// A group recording_K for each recording: times, heights, measured deflections and what the
-/// published chain and, if it is another one, the best model that was reached predict and leave.
+/// A group recording_K for each recording: times, heights, measured deflections, and predictions
+/// and residuals of the published chain and, if it is a different model, of the best one.
 /// Throws core::StorageError.
 void write_diagnosis_arrays(const std::filesystem::path& file, const diagnose::Diagnosis& diagnosis,
                             std::span<const measure::Measurement> recordings);

@@ -69,7 +69,7 @@ std::string value_text(const fit::FittedParameter& parameter) {
     const double value = shown.scale * parameter.value;
     const double half = shown.scale * reduce::normal_quantile_95 * parameter.standard_error;
     const bool is_known = std::isfinite(half) && half > 0.0;
-    // So many digits that the interval's half width shows two of its own.
+    // The digits extend to the second significant digit of the interval's half width.
     const int digits =
         is_known
             ? std::clamp(static_cast<int>(std::ceil(std::log10(std::abs(value) / half))) + 2, 3, 7)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Fitted numbers and the models that they belong to, for people and for programs.
+// Fitted parameters and their models, for people and for programs.
 #pragma once
 
 #include "diagnose/adequacy.hpp"
@@ -24,7 +24,7 @@ namespace culm::present {
                                      int decimals);
 
 /// bond_youngs_modulus_pa, tip_deflection_m, …; effects' parameters have their unit in their name.
-/// One that belongs to one of several recordings ends in an at sign and its id:
+/// The key of a parameter of one of several recordings ends in an at sign and the recording's id:
 /// `tip_deflection_m@S01`.
 [[nodiscard]] std::string parameter_key(const fit::FittedParameter& parameter);
 
@@ -32,28 +32,28 @@ namespace culm::present {
 [[nodiscard]] std::map<std::string, const fit::FittedParameter*>
 by_key(std::span<const fit::FittedParameter> parameters);
 
-/// By parameter_key(): estimate_json() and whether the parameter stands at a bound.
+/// By parameter_key(): estimate_json() and whether the parameter is at a bound.
 [[nodiscard]] nlohmann::json parameters_json(std::span<const fit::FittedParameter> parameters);
 
-/// What a parameter is called on the screen, and its unit there.
+/// Name and unit of a parameter on the screen.
 struct ReadableParameter {
     std::string name;        ///< the key without the unit in it: "tip_deflection@T2"
     double scale = 1.0;      ///< from SI units
-    std::string_view unit{}; ///< empty: none, or the name tells it (tip_mass.mass_kg)
+    std::string_view unit{}; ///< empty: none, or it is in the name (tip_mass.mass_kg)
 };
 
-/// Young's modulus in MPa or GPa, as its value calls for; deflections in mm, times in ms.
+/// Young's modulus in MPa or GPa, depending on its value; deflections in mm, times in ms.
 [[nodiscard]] ReadableParameter readable(const fit::FittedParameter& parameter);
 
-/// "1.90173 ± 0.00065 GPa": value and half of its 95 % interval, as many digits as that leaves
-/// sure.
+/// "1.90173 ± 0.00065 GPa": value and half of its 95 % interval, with the digits that the interval
+/// justifies.
 [[nodiscard]] std::string value_text(const fit::FittedParameter& parameter);
 
-/// What was stated, or a constraint of the errors, that the readings pull away by more than
-/// fit::contradiction; empty: nothing.
+/// Names the stated inputs and constrained error terms whose pull exceeds fit::contradiction; empty
+/// if there are none.
 [[nodiscard]] std::string contradiction_sentence(std::span<const fit::FittedParameter> parameters);
 
-/// [{"name", "pull"}] of the same.
+/// The same as [{"name", "pull"}].
 [[nodiscard]] nlohmann::json contradictions_json(std::span<const fit::FittedParameter> parameters);
 
 /// "baseline + quadratic_drag".

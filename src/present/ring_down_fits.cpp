@@ -33,7 +33,7 @@ json adequacy(const reduce::RingDownAdequacy& judged) {
             {"chi2_p_value", number(judged.chi_squared_p_value)}};
 }
 
-/// A height that Eq. 1 could not be fitted to keeps its place, with the reason.
+/// If Eq. 1 could not be fitted to a height, its entry contains the reason.
 json height_json(const reduce::HeightRingDown& height, bool has_offset, bool has_phase) {
     json out{{"height_mm", 1e3 * height.height}};
     if (!height.fit) {
@@ -58,7 +58,7 @@ json height_json(const reduce::HeightRingDown& height, bool has_offset, bool has
     return out;
 }
 
-/// Null where a line has no points, as banding of a stem with one height.
+/// Null if a line has no points, for example the banding of a stem with one height.
 json line_json(const reduce::LineFit& line) {
     if (line.count == 0)
         return nullptr;
@@ -132,7 +132,7 @@ json laboratory_json(const reduce::PopulationSummary& population) {
               {"significant_stems", population.banded_stems}}}};
 }
 
-// A screen has some 40 lines; of more stems than these only the population is shown.
+// A screen has some 40 lines; for more stems than this only the population is shown.
 constexpr std::size_t most_stems = 30;
 
 std::string plus_minus(const reduce::Estimate& found, int decimals) {
@@ -226,7 +226,7 @@ std::string population_lines(const reduce::PopulationSummary& population) {
     return text;
 }
 
-/// What to do where Eq. 1 does not suffice at most heights.
+/// Advice for the case that Eq. 1 is inadequate at most heights.
 std::string advice(const FitReport& report) {
     std::size_t fitted = 0;
     std::size_t adequate = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What culm fit found: Eq. 1 at every height of measured stems (docs/fit-format.md).
+// The results of culm fit: Eq. 1 at every height of measured stems (docs/fit-format.md).
 #pragma once
 
 #include "present/text_style.hpp"
@@ -13,9 +13,9 @@
 
 namespace culm::present {
 
-/// Everything that `culm fit` found.
+/// All results of `culm fit`.
 struct FitReport {
-    reduce::RingDownAnalysisOptions options; ///< as asked for; the offset may differ by stem
+    reduce::RingDownAnalysisOptions options; ///< as requested; the offset may differ by stem
     std::vector<reduce::StemRingDowns> stems;
     std::vector<std::string> folders;                    ///< of the stems
     std::vector<bool> has_offset;                        ///< of the stems
@@ -25,7 +25,7 @@ struct FitReport {
 
 [[nodiscard]] nlohmann::json fit_json(const FitReport& report);
 
-/// A summary that fits a screen: the heights of one stem, or one line per stem and the population.
+/// A summary for one screen: the heights of one stem, or one line per stem and the population.
 [[nodiscard]] std::string fit_table(const FitReport& report, const TextStyle& style);
 
 /// CSV: one line per stem and height.

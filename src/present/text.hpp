@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Words, shares, durations and sizes as people read them.
+// Texts, shares, durations and sizes in readable form.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace culm::present {
 /// Columns of printed text.
 inline constexpr std::size_t text_width = 78;
 
-/// Characters, not bytes: continuation bytes of UTF-8 take no room.
+/// Number of characters, not bytes: continuation bytes of UTF-8 are not counted.
 [[nodiscard]] inline std::size_t width_of(const std::string& text) {
     return static_cast<std::size_t>(std::ranges::count_if(
         text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
@@ -45,7 +45,7 @@ inline constexpr std::size_t text_width = 78;
     return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
-/// A cell of a table; "-" where there is no number.
+/// A cell of a table; "-" if there is no number.
 [[nodiscard]] inline std::string number_cell(double value, int decimals) {
     return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : std::string("-");
 }
@@ -70,7 +70,7 @@ inline constexpr std::size_t text_width = 78;
                       : fmt::format("{} min {:02} s", whole / 60, whole % 60);
 }
 
-/// Of what is only estimated, to two digits: "0.4 s", "40 s", "3 min", "1.5 h".
+/// An estimated duration, to two digits: "0.4 s", "40 s", "3 min", "1.5 h".
 [[nodiscard]] inline std::string estimate_text(double seconds) {
     return seconds < 90.0     ? fmt::format("{:.2g} s", seconds)
            : seconds < 5400.0 ? fmt::format("{:.2g} min", seconds / 60.0)

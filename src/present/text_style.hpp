@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Colours of what a person reads on a terminal.
+// Colours of text on a terminal.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace culm::present {
 
-/// How texts are set off. One that is not coloured leaves every text as it is, so that pipes and
-/// files never hold escape sequences.
+/// Highlights texts by colour. Without colours it returns every text unchanged, so that pipes and
+/// files never contain escape sequences.
 class TextStyle {
   public:
     explicit TextStyle(bool is_coloured = false) : is_coloured_(is_coloured) {}

@@ -20,7 +20,7 @@ struct Shown {
     const char* unit;
 };
 
-/// In the unit of stem.toml's keys.
+/// Scale and unit of an input, as in stem.toml's keys.
 Shown shown(const fit::StatedInput& input) {
     if (input.unit == "m")
         return {1e3, " mm"};
@@ -37,7 +37,7 @@ Shown shown(const fit::StatedInput& input) {
     return {1.0, " kg/m³"};
 }
 
-/// Of the picture and the clock only the change is a number: none was stated.
+/// "-" for the inputs of picture and clock, which are corrections without a stated value.
 std::string stated_text(const fit::StatedInput& input) {
     const Shown in = shown(input);
     return input.value == 0.0 ? "-" : fmt::format("{:.5g}{}", in.scale * input.value, in.unit);
@@ -49,7 +49,7 @@ std::string uncertainty_text(const fit::StatedInput& input) {
                        input.is_default ? " *" : "  ");
 }
 
-/// Tip deflection and release time are of this one release: nobody carries them to a simulation.
+/// Tip deflection and release time are omitted: they describe only this one release.
 std::vector<std::size_t> shown_parameters(std::span<const fit::FittedParameter> parameters) {
     std::vector<std::size_t> places;
     for (std::size_t p = 0; p < parameters.size(); ++p)
@@ -59,7 +59,7 @@ std::vector<std::size_t> shown_parameters(std::span<const fit::FittedParameter> 
     return places;
 }
 
-/// c u of an input as a share of the value, and its part of the variance.
+/// c u of an input relative to the value, and its share of the variance.
 std::string contribution(double uncertainty, double value, double share) {
     if (!std::isfinite(uncertainty))
         return fmt::format("{:>24}", "not told");
@@ -67,7 +67,7 @@ std::string contribution(double uncertainty, double value, double share) {
                        100.0 * share);
 }
 
-/// A standard uncertainty as a share of the value.
+/// A standard uncertainty relative to the value.
 std::string share_of_value(double uncertainty, double value) {
     return std::isfinite(uncertainty)
                ? fmt::format("{:>13.3f} %{:9}", 100.0 * uncertainty / std::abs(value), "")
@@ -79,15 +79,15 @@ std::string table_line(const std::string& name, const std::string& stated, const
     return fmt::format("    {:<22} {:>12} {:>12} {:>6}", name, stated, u, pull);
 }
 
-/// Which defaults apply; empty if none does.
+/// Names the inputs whose default uncertainty applies; empty if there are none.
 std::string defaults_sentence(const fit::UncertaintyBudget& budget) {
     std::vector<std::string> defaults;
     for (const fit::BudgetInput& line : budget.inputs)
         if (line.input.is_default)
             defaults.push_back(line.input.name);
     return defaults.empty() ? std::string()
-                            : fmt::format("No uncertainty is stated for {}: that of a careful "
-                                          "laboratory counts.",
+                            : fmt::format("No uncertainty is stated for {}: the defaults are "
+                                          "used.",
                                           fmt::join(defaults, ", "));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tail probabilities and quantiles behind every interval and test of this layer.
+// Tail probabilities and quantiles for the intervals and tests of this layer.
 #pragma once
 
 #include <cstddef>

@@ -26,7 +26,7 @@ void check_input(const Eigen::MatrixXd& design, const Eigen::VectorXd& response,
                  std::span<const std::string> names) {
     if (design.rows() != response.size() ||
         design.cols() != static_cast<Eigen::Index>(names.size()) || names.empty())
-        fail(fmt::format("a design of {} rows and {} columns does not go with {} responses and {} "
+        fail(fmt::format("a design of {} rows and {} columns does not match {} responses and {} "
                          "names",
                          design.rows(), design.cols(), response.size(), names.size()));
     if (design.rows() <= design.cols())
@@ -53,7 +53,7 @@ void set_quality(const Eigen::VectorXd& response, bool about_mean, LinearRegress
     const double total = (response.array() - centre).square().sum();
     const auto total_freedom = static_cast<double>(response.size() - (about_mean ? 1 : 0));
     const auto freedom = static_cast<double>(result.degrees_of_freedom);
-    // A constant response leaves nothing to explain: no share of it is explained.
+    // A constant response has no variance, so no share of it is explained.
     if (total <= result.rounding_sum_of_squares)
         return;
     result.r_squared = 1.0 - result.residual_sum_of_squares / total;
@@ -107,7 +107,7 @@ LinearRegression regress(const Eigen::MatrixXd& design, std::span<const double> 
     result.residuals.assign(residuals.begin(), residuals.end());
     result.residual_sum_of_squares = residuals.squaredNorm();
     result.degrees_of_freedom = static_cast<std::size_t>(design.rows() - design.cols());
-    // Sums of squares below this are rounding of the response: 64 ulp of its largest value in
+    // Sums of squares below this consist of rounding errors: 64 ulp of the largest response in
     // every residual. F-tests of exact laws would otherwise divide rounding by rounding.
     const double ulp =
         64.0 * std::numeric_limits<double>::epsilon() * observed.cwiseAbs().maxCoeff();
@@ -137,7 +137,7 @@ Prediction predict(const LinearRegression& regression, std::span<const double> r
     Prediction prediction;
     for (std::size_t j = 0; j < regressors.size(); ++j)
         prediction.value += regression.coefficients[j].value * regressors[j];
-    // Of a new observation: the variance of the law, xᵀ Cov x, and that of one response about it.
+    // A new observation has the variance of the law, xᵀ Cov x, plus that of one response about it.
     const double mean_variance = row.dot(regression.covariance * row);
     prediction.mean_standard_error = std::sqrt(std::max(mean_variance, 0.0));
     prediction.standard_error = std::hypot(prediction.mean_standard_error, regression.sigma);

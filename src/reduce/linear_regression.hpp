@@ -33,7 +33,7 @@ struct LinearRegression {
     Eigen::MatrixXd covariance;           ///< (columns, columns), of the coefficients
 };
 
-/// A response predicted at a new place.
+/// A response predicted at a new point.
 struct Prediction {
     double value = 0.0;
     double mean_standard_error = 0.0; ///< of the mean response
@@ -44,8 +44,8 @@ struct Prediction {
 
 /// Least squares by QR with column pivoting of the design scaled to columns of unit length.
 /// `design` has the shape (rows, columns), `response` (rows), `names` (columns).
-/// Throws core::NumericalError (FitFailed) if there are no more rows than columns, a number is not
-/// finite, or the columns are linearly dependent (the text names one that depends on the others).
+/// Throws core::NumericalError (FitFailed) if the rows do not outnumber the columns, a number is
+/// not finite, or the columns are linearly dependent (the text names a dependent one).
 [[nodiscard]] LinearRegression regress(const Eigen::MatrixXd& design,
                                        std::span<const double> response,
                                        std::span<const std::string> names);
@@ -54,7 +54,7 @@ struct Prediction {
 [[nodiscard]] Prediction predict(const LinearRegression& regression,
                                  std::span<const double> regressors);
 
-/// The test whether a model is as good as a larger one that contains it.
+/// F-test of a model against a larger one that contains it.
 struct NestedTest {
     double f_statistic = 0.0; ///< infinite if the larger model is exact and the smaller is not
     double p_value = 1.0;

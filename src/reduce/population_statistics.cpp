@@ -28,8 +28,8 @@ double round_up(double width) {
 double suitable_width(const std::vector<double>& sorted) {
     const auto n = static_cast<double>(sorted.size());
     const double range = sorted.back() - sorted.front();
-    // Freedman & Diaconis (1981): 2 IQR n^(−1/3). Half of the values alike make that 0; Sturges's
-    // number of bins, 1 + log2 n, needs only the range.
+    // Freedman & Diaconis (1981): 2 IQR n^(−1/3), which is 0 if half of the values are equal.
+    // Sturges's number of bins, 1 + log2 n, needs only the range.
     double width = 2.0 * (quantile(sorted, 0.75) - quantile(sorted, 0.25)) / std::cbrt(n);
     if (width <= 0.0)
         width = range / (1.0 + std::log2(n));
@@ -44,7 +44,7 @@ Histogram make_histogram(std::span<const double> values) {
     std::vector<double> sorted(values.begin(), values.end());
     std::ranges::sort(sorted);
     const double largest = std::max(std::abs(sorted.front()), std::abs(sorted.back()));
-    // A spread at rounding level is no spread.
+    // A spread at rounding level counts as zero.
     if (sorted.back() - sorted.front() <= 1e-12 * largest || largest == 0.0) {
         const double width = largest > 0.0 ? round_up(largest) : 1.0;
         const double middle = 0.5 * (sorted.front() + sorted.back());
@@ -125,7 +125,7 @@ LineFit fit_line(std::span<const double> x, std::span<const double> y,
     LineFit line;
     const std::size_t n = x.size();
     const auto weight = [&](std::size_t i) { return weights.empty() ? 1.0 : weights[i]; };
-    // About the means: Σ x² − n x̄² would lose the digits that x and x̄ share.
+    // The sums are taken about the means: Σ x² − n x̄² would lose the digits that x and x̄ share.
     double sum = 0.0;
     double mean_x = 0.0;
     double mean_y = 0.0;
@@ -166,7 +166,7 @@ std::vector<double> holm_adjusted(std::span<const double> p_values) {
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::ranges::sort(order, {}, [&](std::size_t i) { return p_values[i]; });
     std::vector<double> adjusted(p_values.size());
-    // Holm (1979): the k-th smallest of m times m − k + 1, and never below a smaller one's.
+    // Holm (1979): the k-th smallest of m p-values times m − k + 1; the results must ascend.
     double largest = 0.0;
     for (std::size_t rank = 0; rank < order.size(); ++rank) {
         const auto left = static_cast<double>(order.size() - rank);

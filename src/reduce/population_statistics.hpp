@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Samples as people read them: moments with intervals, quantiles, histograms.
+// Descriptive statistics of samples: moments with intervals, quantiles, histograms.
 #pragma once
 
 #include <cstddef>
@@ -56,7 +56,7 @@ struct LineFit {
 };
 
 /// Least squares; `weights` (empty: equal) are inverse variances up to a common factor, which the
-/// scatter about the line settles. Fewer than three points or one x only: count 0.
+/// scatter about the line determines. Fewer than three points or one x only: count 0.
 [[nodiscard]] LineFit fit_line(std::span<const double> x, std::span<const double> y,
                                std::span<const double> weights = {});
 

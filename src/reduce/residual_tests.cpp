@@ -21,11 +21,11 @@ double chi_squared_tail(double value, double degrees_of_freedom) {
     return boost::math::cdf(boost::math::complement(distribution, value));
 }
 
-/// The statistic of `lags` correlations of n values is wider and more skewed than χ² with that many
-/// degrees of freedom unless they are few: for 220 values and 40 lags a p-value of 1e-4 by χ² is
-/// met twenty times too often. Its mean is `lags`; variance and skewness were fitted to simulations
-/// of white noise (60 to 800 values, lags to a fifth of them), and a shifted gamma distribution
-/// (Pearson's type III) has all three. Tails down to 1e-4 are right within a factor of two then.
+/// For many lags the statistic is wider and more skewed than χ² with `lags` degrees of freedom: for
+/// 220 values and 40 lags, p-values below 1e-4 by χ² occur twenty times too often. Its mean is
+/// `lags`; its variance and skewness were fitted to simulations of white noise (60 to 800 values,
+/// lags up to a fifth of them). A shifted gamma distribution (Pearson's type III) with these three
+/// moments has tail probabilities down to 1e-4 that are right within a factor of two.
 double ljung_box_tail(double value, double n, double lags) {
     const double variance = 2.0 * lags * (1.0 + 2.0 * lags / n - 4.0 / n);
     const double skewness =

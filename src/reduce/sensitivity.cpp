@@ -49,8 +49,8 @@ GroupPolynomials::GroupPolynomials(const Eigen::MatrixXd& nodes, const Eigen::Ve
         append_exponents(nodes.cols(), degree, prefix, exponents_);
         monomial_degrees.resize(exponents_.size(), degree);
     }
-    // Gram-Schmidt, each step twice: orthogonal to rounding for any set of monomials (Giraud et al.
-    // 2005). What is left of a monomial below this share of it is rounding.
+    // Gram-Schmidt with each step twice is orthogonal to rounding for any set of monomials (Giraud
+    // et al. 2005). A remainder below this share of its monomial is rounding.
     constexpr double independent_share = 1e-8;
     const Eigen::VectorXd roots = weights.cwiseSqrt();
     const Eigen::MatrixXd raw = roots.asDiagonal() * monomials(nodes);
@@ -102,7 +102,7 @@ namespace {
 /// Products of the polynomials of several independent groups of inputs, up to a total degree.
 class ChaosBasis {
   public:
-    /// The largest total degree (at most 12) with no more than `most_terms` terms.
+    /// The largest total degree (at most 12) with at most `most_terms` terms.
     ChaosBasis(const std::vector<InputGroup>& groups, std::size_t most_terms);
 
     [[nodiscard]] std::size_t terms() const { return terms_.size(); }
@@ -154,7 +154,7 @@ void append_terms(const std::vector<GroupPolynomials>& polynomials, std::size_t 
 
 ChaosBasis::ChaosBasis(const std::vector<InputGroup>& groups, std::size_t most_terms)
     : groups_(groups) {
-    // A group of several inputs alone must not have more functions than there may be terms.
+    // A single group of several inputs must not have more functions than terms are allowed.
     for (const InputGroup& group : groups) {
         const auto inputs = static_cast<std::size_t>(group.nodes.cols());
         int degree = 0;
@@ -202,8 +202,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// The least-squares problem of all degrees at once: terms are ordered by degree, so the Cholesky
-/// factor L of the Gram matrix of the highest degree holds those of the others, and the points'
-/// values t = L⁻¹φ their fits and leverages as partial sums.
+/// factor L of the Gram matrix of the highest degree contains those of the others. Partial sums
+/// over t = L⁻¹φ of a point give its fits and leverages.
 class ChaosFit {
   public:
     ChaosFit(const ChaosBasis& basis, const MatrixXd& responses)
@@ -221,7 +221,7 @@ class ChaosFit {
             find_usable_degree();
         if (degree_ < 1)
             throw core::NumericalError(core::FailureKind::FitFailed,
-                                       "the points do not tell the inputs apart");
+                                       "the points do not distinguish the inputs");
         loadings_ = factor_.triangularView<Eigen::Lower>().solve(products);
     }
 
@@ -289,7 +289,7 @@ class ChaosFit {
         return factor_.triangularView<Eigen::Lower>().solve(values.transpose());
     }
 
-    /// 1 − leverage; a point that alone decides a term predicts nothing, and counts as far off.
+    /// 1 − leverage, bounded below: a point that alone determines a term then has a large error.
     static VectorXd free_share(const VectorXd& leverage) {
         return (1.0 - leverage.array()).max(1e-6).matrix();
     }
@@ -326,7 +326,7 @@ class Shares {
 
     [[nodiscard]] double variance() const { return variance_; }
 
-    /// Of the terms for which `is_member` is 1 (others 0).
+    /// Share of the terms for which `is_member` is 1 (others 0).
     [[nodiscard]] Share of(const VectorXd& is_member) const {
         const double part = is_member.dot((c_.cwiseAbs2() - v_.diagonal()));
         const double share = std::clamp(part / variance_, 0.0, 1.0);
@@ -380,7 +380,7 @@ int best_degree(const VectorXd& errors) {
     return static_cast<int>(degree);
 }
 
-/// Two points for every term, and no more work than some 5e9 multiplications.
+/// Terms that two points each and about 5e9 multiplications in total allow.
 std::size_t most_terms(Index points) {
     constexpr double most_work = 5e9;
     const auto n = static_cast<double>(points);

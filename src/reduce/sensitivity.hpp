@@ -31,15 +31,15 @@ struct Share {
 struct GroupSensitivity {
     std::string name;
     Share first_order; ///< explained by this group alone
-    Share total;       ///< with its interactions: what would go if the group were fixed
+    Share total;       ///< with its interactions: what remains if all other groups are fixed
 };
 
 struct Sensitivity {
     std::size_t points = 0;
     int degree = 0;        ///< of the polynomials; 0: no input explains anything
     std::size_t terms = 0; ///< with the constant
-    /// Share of the variance that the polynomials predict of points that were left out (Q², one at
-    /// a time); what is missing to 1 is noise or too short a series.
+    /// Share of the variance that the polynomials predict at points left out one at a time (Q²);
+    /// 1 − Q² is noise or truncation of the series.
     double predicted_share = 0.0;
     double mean = 0.0;               ///< of the response under the inputs' distributions
     double standard_deviation = 0.0; ///< of the same
@@ -49,7 +49,7 @@ struct Sensitivity {
 
 /// Polynomial chaos by least squares (Sudret 2008): products of the groups' orthonormal
 /// polynomials up to a total degree, which is that of the smallest leave-one-out error. Squared
-/// coefficients are corrected for their variance; intervals are of the delta method with
+/// coefficients are corrected for their variance; intervals use the delta method with
 /// heteroscedasticity-consistent covariances (HC3, MacKinnon & White 1985).
 /// `responses` has the shape (points, responses); one result for each column.
 /// Throws core::NumericalError (FitFailed) when there are too few points for degree 1 or no input
@@ -57,9 +57,9 @@ struct Sensitivity {
 [[nodiscard]] std::vector<Sensitivity> analyse_sensitivity(const std::vector<InputGroup>& groups,
                                                            const Eigen::MatrixXd& responses);
 
-/// Orthonormal polynomials of a discrete measure, by QR of the weighted monomials: for quadrature
-/// nodes of a distribution those of the distribution, for a list of levels those of the list, for
-/// rows of a table those of the rows. The constant function is not counted among them.
+/// Orthonormal polynomials of a discrete measure, by QR of the weighted monomials. The nodes are
+/// quadrature nodes of a distribution, levels of a list or rows of a table. The constant function
+/// is not included.
 class GroupPolynomials {
   public:
     /// `nodes` has the shape (nodes, inputs), `weights` (nodes) sums to one. Functions that the

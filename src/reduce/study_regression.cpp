@@ -136,7 +136,7 @@ struct UsablePoints {
     std::vector<double> frequency; // Hz
 };
 
-/// One response and what it is regressed on.
+/// One response and its predictors.
 struct ResponseTask {
     std::string name;
     std::span<const double> values;
@@ -158,7 +158,7 @@ UsablePoints usable_points(const StudyPoints& points) {
         if (!std::isfinite(modulus) || modulus <= 0.0 || !std::isfinite(points.bond_damping[i]) ||
             !std::isfinite(points.decay_per_cycle[i]) || !std::isfinite(points.frequency[i]))
             continue;
-        // A frequency is proportional to √Y (a linear elastic chain): the law is linear in √Y.
+        // The frequency of a linear elastic chain is proportional to √Y: the law is linear in √Y.
         usable.sqrt_youngs_modulus.push_back(std::sqrt(modulus));
         usable.bond_damping.push_back(points.bond_damping[i]);
         usable.decay_per_cycle.push_back(points.decay_per_cycle[i]);
@@ -285,8 +285,8 @@ Prediction predict_response(const LinearRegression& law, std::span<const Term> t
     for (const Term term : terms)
         regressors.push_back(term_value(term, reading.decay_per_cycle, reading.frequency));
     Prediction prediction = predict(law, regressors);
-    // The reading's errors of b1 and b2 pass through the law to first order, independent of the
-    // law's own and of each other.
+    // The errors of b1 and b2 propagate through the law to first order. They are independent of the
+    // law's errors and of each other.
     const double reading_error = std::hypot(
         slope_along(Term::First, law, terms, reading) * reading.decay_per_cycle_standard_error,
         slope_along(Term::Second, law, terms, reading) * reading.frequency_standard_error);

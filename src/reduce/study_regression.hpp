@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The regressions of a study: √Y by b2, β by b1, the terms that F-tests keep, and what they predict
-// of a stem.
+// The regressions of a study: √Y on b2, β on b1, the terms that F-tests keep, and predictions for a
+// stem.
 #pragma once
 
 #include "reduce/linear_regression.hpp"
@@ -31,7 +31,7 @@ struct EliminationTest {
     Term term = Term::Intercept;
     std::string name;
     NestedTest test;
-    int round = 0; ///< tests of one round start from the same model; at most one term goes in each
+    int round = 0; ///< tests of one round start from the same model; at most one term is dropped
     bool dropped = false;
 };
 
@@ -58,10 +58,10 @@ struct InteractionModel {
 [[nodiscard]] LinearRegression regress_full(const PredictorPair& predictors,
                                             std::span<const double> response);
 
-/// Backward elimination from the full model (Schramm et al. 2019, section on the DOE): of the terms
-/// that may go, the one with the largest p is dropped while the model without it is not rejected,
-/// p >= significance. The intercept stays; a predictor stays while its interaction is in the model.
-/// Errors as of `regress`; core::NumericalError too if significance is not in (0, 1).
+/// Backward elimination from the full model (Schramm et al. 2019, section on the DOE): among the
+/// removable terms, the one with the largest p is dropped as long as p >= significance, that is,
+/// while the model without it is not rejected. The intercept stays, and a predictor stays with its
+/// interaction. Errors as of `regress`; core::NumericalError too if significance is not in (0, 1).
 [[nodiscard]] InteractionModel reduce_interaction_model(const PredictorPair& predictors,
                                                         std::span<const double> response,
                                                         double significance = 0.05);
@@ -96,7 +96,7 @@ struct ReducedModel {
     ResidualSummary residuals;
 };
 
-/// Everything learned about one response.
+/// All results for one response.
 struct ResponseRegression {
     std::size_t points = 0;
     SinglePredictorLaw single;
@@ -137,7 +137,7 @@ inline constexpr const char* frequency_predictor_name = "frequency";
 /// in length or significance is not in (0, 1).
 [[nodiscard]] StudyRegression regress_study(const StudyPoints& points, double significance = 0.05);
 
-/// What Eq. 1 found for a stem. Standard errors of 0 mean that the reading is taken as exact.
+/// Parameters of Eq. 1 fitted to a stem. Standard errors of 0 mean that the reading is exact.
 struct StemReading {
     double decay_per_cycle = 0.0;
     double frequency = 0.0; ///< Hz
@@ -145,7 +145,7 @@ struct StemReading {
     double frequency_standard_error = 0.0; ///< Hz
 };
 
-/// One parameter of the stem by both laws; a law that the study could not give is empty.
+/// One parameter of the stem by both laws; a law that the study does not determine is empty.
 struct ParameterPrediction {
     std::optional<Prediction> by_single_law;
     std::optional<Prediction> by_reduced_model;
@@ -155,12 +155,12 @@ struct ParameterPrediction {
 struct StemPrediction {
     ParameterPrediction bond_youngs_modulus; ///< Y, Pa
     ParameterPrediction bond_damping;        ///< β
-    bool is_inside_design = false;           ///< both readings lie within what the study covered
+    bool is_inside_design = false;           ///< both readings lie in the study's ranges
 };
 
 /// Y and β of a stem by the single-predictor laws (Eqs. 12 and 13) and by the reduced interaction
-/// models. The standard errors hold the uncertainty of the coefficients, the scatter of the study
-/// (in Prediction::standard_error) and the reading's own errors through the slopes of the law,
+/// models. The standard errors include the uncertainty of the coefficients, the scatter of the
+/// study (in Prediction::standard_error) and the reading's own errors through the law's slopes,
 /// taken as independent. Y is the square of the predicted √Y: its standard errors are
 /// 2√Y times those of √Y, its interval the square of that of √Y.
 /// A law that gives √Y <= 0 is left empty with a reason. Throws core::NumericalError (FitFailed) if

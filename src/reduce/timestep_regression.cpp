@@ -40,7 +40,7 @@ std::vector<Stem> usable(const TimestepPoints& points) {
     return stems;
 }
 
-/// `row(stem)` gives the regressors, `response(stem)` what they are to equal, and
+/// `row(stem)` gives the regressors, `response(stem)` the right-hand side, and
 /// `fitted(coefficients, stem)` the step of the law.
 template <std::size_t N, class Row, class Response, class Fitted>
 TimestepLawOutcome fit_law(const std::vector<Stem>& stems, const std::array<std::string, N>& names,

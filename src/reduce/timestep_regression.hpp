@@ -47,8 +47,8 @@ struct TimestepRegression {
     TimestepLawOutcome power_law;
 };
 
-/// Fits the three laws by least squares of relative deviations: rows are divided by what they are
-/// to equal, since limits spread over orders of magnitude.
+/// Fits the three laws by least squares of relative deviations: rows are divided by their
+/// right-hand sides, because limits span orders of magnitude.
 /// Throws core::NumericalError (FitFailed) if the spans differ in length.
 [[nodiscard]] TimestepRegression regress_timesteps(const TimestepPoints& points);
 

@@ -61,7 +61,7 @@ double means_sum_of_squares(std::span<const StemTests> stems, std::size_t& freed
 /// Components, section 3.3: (MS_between − MS_within)/tests.
 Bounds between_interval(const VarianceComponents& c, const MeanSquares& squares) {
     // The bounds of a difference p − q of mean squares, exact where either variance is zero; the
-    // mixed coefficients g12 and h12 make it so where both are equal.
+    // mixed coefficients g12 and h12 make them exact where both are equal.
     const auto a = static_cast<double>(c.between_degrees_of_freedom);
     const auto b = static_cast<double>(c.within_degrees_of_freedom);
     const boost::math::fisher_f f(a, b);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How much of the spread is between stems, and how much between tests of one stem.
+// Components of the variance: between stems, and between tests of one stem.
 #pragma once
 
 #include "reduce/population_statistics.hpp"
@@ -18,8 +18,8 @@ struct StemTests {
 };
 
 /// The one-way random-effects model y_ij = μ + a_i + e_ij: Var(a) between stems, Var(e) between
-/// tests of one stem. Where strata differ, each has its own μ. Quantities that the sample is too
-/// small for are NaN.
+/// tests of one stem. Where strata differ, each has its own μ. Quantities for which the sample is
+/// too small are NaN.
 struct VarianceComponents {
     std::size_t stems = 0;
     std::size_t tests = 0;
@@ -40,7 +40,7 @@ struct VarianceComponents {
 /// Analysis of variance with unweighted means of the stems (Thomas & Hultquist 1978); for equal
 /// numbers of tests it is the ordinary one. 95 % intervals: χ² for `within`, the modified
 /// large-sample method of Ting et al. (1990) for `between`, F for the intraclass correlation; all
-/// suppose normal effects.
+/// assume normal effects.
 [[nodiscard]] VarianceComponents variance_components(std::span<const StemTests> stems);
 
 } // namespace culm::reduce

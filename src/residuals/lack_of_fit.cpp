@@ -14,7 +14,7 @@
 namespace culm::residuals {
 namespace {
 
-/// Residuals of one row over its noise, made white; gaps are left out.
+/// Whitened residuals of one row over its noise; gaps are omitted.
 std::vector<double> row_residuals(const fit::RecordingFit& fit, const Eigen::MatrixXd& whitened,
                                   std::size_t row) {
     std::vector<double> values;
@@ -25,8 +25,8 @@ std::vector<double> row_residuals(const fit::RecordingFit& fit, const Eigen::Mat
     return values;
 }
 
-/// Σ w r over √Σ w² in every frame, with residuals r over the noise and w the predicted readings of
-/// the frame where they are largest over it: of unit variance if the residuals are noise.
+/// Σ w r over √Σ w² in every frame, of the residuals r over the noise and the predicted readings w
+/// of the frame where they are largest over it. The variance is 1 if the residuals are noise.
 std::vector<double> swing_residuals(const fit::RecordingFit& fit, const Eigen::MatrixXd& whitened) {
     const std::size_t rows = fit.prediction.rows;
     std::vector<double> weights(rows, 0.0);
@@ -90,7 +90,7 @@ double balance_p_value(const fit::RecordingFit& fit, const Eigen::MatrixXd& whit
     return rows == 0 ? 1.0 : reduce::chi_squared_p_value(sum, 1.0, rows);
 }
 
-/// Fisher (1925): −2 Σ ln p is χ² with two degrees of freedom a test.
+/// Fisher (1925): −2 Σ ln p is χ² with two degrees of freedom per test.
 double combined_p_value(const std::vector<double>& p_values) {
     double sum = 0.0;
     for (const double p : p_values)
@@ -140,7 +140,7 @@ LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing) {
     result.effective_degrees_of_freedom = std::min(
         fit::effective_degrees_of_freedom(whitened, lags_over_a_period(fit, swing.frequency)),
         static_cast<double>(std::max<std::size_t>(fit.degrees_of_freedom, 1)));
-    // χ² of correlated residuals scatters as one of fewer degrees of freedom does.
+    // χ² of correlated residuals scatters like χ² with fewer degrees of freedom.
     if (fit.is_noise_known && fit.degrees_of_freedom > 0)
         add("size",
             fit::chi_squared_tail(fit.reduced_chi_squared * result.effective_degrees_of_freedom,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether the residuals of a fitted chain are noise, or something is missing.
+// Tests whether the residuals of a fitted chain are noise or physics is missing.
 #pragma once
 
 #include "residuals/swing.hpp"
@@ -26,15 +26,15 @@ struct LackOfFit {
 /// * "size": χ² against the noise, if that is known, with the effective degrees of freedom of the
 ///   residuals' own correlation.
 /// * "correlation at h = … mm": Ljung & Box's test in every row, lags over a period.
-/// * "correlation of the swing", "signs of the swing": Ljung & Box's and the runs test of what the
-///   rows have in common, the weighted mean over them with the shape of the held stem. A misfit of
-///   the first mode stands out there by the square root of the number of rows.
+/// * "correlation of the swing", "signs of the swing": Ljung & Box's and the runs test of the rows'
+///   common part, their mean weighted with the shape of the held stem. A misfit of the first mode
+///   is larger there by the square root of the number of rows.
 /// * "correlation of all rows": Fisher's combination of the rows' p-values (weak correlation
 ///   everywhere).
 /// * "likeness of the rows": Σ n r², r the correlation of two rows' residuals at the same times,
-///   over all pairs; χ². A misfit of the shape moves the rows together, noise does not.
-/// * "balance of the rows": means of the rows over all frames, χ² against their scatter; a shape or
-///   a position of rest that is not the stem's.
+///   over all pairs; χ². A misfit of the shape moves the rows together; noise does not.
+/// * "balance of the rows": means of the rows over all frames, χ² against their scatter; large if
+///   the shape or the position of rest is wrong.
 /// * "pattern over the heights": the residuals' first singular value (fit::spatial_pattern).
 [[nodiscard]] LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing);
 

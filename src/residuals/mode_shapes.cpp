@@ -42,7 +42,7 @@ Eigen::MatrixXd mode_basis(const fit::RecordingFit& fit, const std::vector<std::
     return basis;
 }
 
-/// Of one row's readings.
+/// Amplitudes in one row's readings.
 struct RowAmplitudes {
     Eigen::VectorXd coefficients;
     Eigen::VectorXd standard_errors;
@@ -74,7 +74,7 @@ std::vector<ModeShape> mode_shapes(const fit::RecordingFit& fit,
         return {};
     const double half_rate =
         0.5 * static_cast<double>(after.size() - 1) / (fit.times.back() - fit.times[after.front()]);
-    // Above half the frame rate a mode appears folded; close to it sine and cosine are one column.
+    // Above half the frame rate a mode is aliased; close to it sine and cosine are one column.
     std::erase_if(modes, [&](const auto& mode) { return mode.frequency > 0.9 * half_rate; });
     if (modes.empty())
         return {};
@@ -104,8 +104,8 @@ std::vector<ModeShape> mode_shapes(const fit::RecordingFit& fit,
         const auto complex_of = [cosine](const RowAmplitudes& row) {
             return std::complex(row.coefficients(cosine), -row.coefficients(cosine + 1));
         };
-        // All rows are turned by the phase of the model's largest: of a real mode nothing but a
-        // real shape is left, and a wrong phase of the recording shows as a smaller shape.
+        // All rows are turned by the phase of the model's largest row. A real mode then has a real
+        // shape, and a wrong phase of the recording makes the shape smaller.
         std::complex<double> largest = 0.0;
         for (const RowAmplitudes& row : modelled)
             if (std::abs(complex_of(row)) > std::abs(largest))

@@ -9,8 +9,8 @@
 
 namespace culm::residuals {
 
-/// Of one mode at every height: real parts of the amplitudes at the release, m, in phase with the
-/// modelled mode where it is largest.
+/// The shape of one mode over the heights: real parts of the amplitudes at the release, m, in phase
+/// with the modelled mode where it is largest.
 struct ModeShape {
     double frequency = 0.0;             ///< of the fitted chain, Hz
     std::vector<double> measured;       ///< (rows)
@@ -19,8 +19,8 @@ struct ModeShape {
 };
 
 /// Every row is a sum of the fitted chain's first modes with complex amplitudes and a constant, by
-/// least squares over the first five cycles; both sides in the same way. Only modes below half the
-/// frame rate take part. Empty if there are too few frames.
+/// least squares over the first five cycles, for measurement and model alike. Only modes below half
+/// the frame rate are used. Empty if there are too few frames.
 [[nodiscard]] std::vector<ModeShape> mode_shapes(const fit::RecordingFit& fit,
                                                  const measure::Measurement& measurement);
 

@@ -17,8 +17,8 @@ constexpr double window_cycles = 2.0;
 constexpr std::size_t fewest_structure_frames = 6;
 
 /// Sums for the regression of the swing's residual on the modelled swing and its speed over ω, both
-/// about their means over the frames, and a constant. About the means, because a stem that sags is
-/// not at rest at zero: its sag is no amplitude.
+/// about their means over the frames, and a constant. The means are subtracted because the sag of a
+/// stem at rest is not an amplitude.
 class RateRegression {
   public:
     void add(const Swing& swing, std::size_t i) {
@@ -66,7 +66,7 @@ bool counts(const Swing& swing, std::size_t i) {
            std::isfinite(swing.modelled_speed[i]);
 }
 
-/// √2 times the scatter about the mean, less what noise of that standard deviation adds.
+/// √2 times the scatter about the mean, less the contribution of noise of that deviation.
 class Amplitude {
   public:
     void add(double value) {

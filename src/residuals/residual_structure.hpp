@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the residuals of a fitted chain consist of: wrong amplitude, wrong phase, wrong rest, or a
-// shape of their own.
+// Components of the residuals of a fitted chain: wrong amplitude, wrong phase, wrong rest of the
+// swing, or another shape.
 #pragma once
 
 #include "fit/solve/fit.hpp"
@@ -10,7 +10,7 @@
 
 namespace culm::residuals {
 
-/// In one third of the time after the release.
+/// Errors of the swing in one third of the time after the release.
 struct SwingError {
     double amplitude = 0.0; ///< measured over modelled amplitude, less 1
     double lag = 0.0;  ///< of the measured swing behind the modelled one, rad of the first mode
@@ -19,16 +19,16 @@ struct SwingError {
     double lag_error = 0.0;
     double rest_error = 0.0;
     /// Amplitudes of both swings (√2 times their root mean square, less the noise's) over the noise
-    /// of the swing. A swing that has died has no phase.
+    /// of the swing. A swing that has decayed has no phase.
     double measured_over_noise = 0.0;
     double modelled_over_noise = 0.0;
 };
 
 struct ResidualStructure {
     std::array<SwingError, 3> thirds;
-    /// Shares of the residuals' power above the noise's: what a wrong amplitude, phase and rest of
-    /// the swing, cycle by cycle, explain; what has the swing's shape but nothing of these; and
-    /// what has another shape over the heights. Their sum is 1, or all are 0 if nothing is left.
+    /// Shares of the residuals' power above the noise's: the parts that a wrong amplitude, phase
+    /// and rest of the swing explain, cycle by cycle; the remainder in the swing's shape; and the
+    /// part in other shapes over the heights. Their sum is 1, or all are 0 if no power remains.
     double amplitude_share = 0.0;
     double phase_share = 0.0;
     double rest_share = 0.0;

@@ -7,7 +7,7 @@
 namespace culm::residuals {
 namespace {
 
-/// Eq. 1 wants a release from rest in the line of time: a phase is free on both sides alike.
+/// Eq. 1 assumes a release from rest at time 0; measurement and model get a free phase alike.
 reduce::RingDownAnalysisOptions ring_down_options(const measure::Measurement& measurement,
                                                   const fit::RecordingFit& fit) {
     reduce::RingDownAnalysisOptions options;
@@ -18,7 +18,7 @@ reduce::RingDownAnalysisOptions ring_down_options(const measure::Measurement& me
     return options;
 }
 
-/// The model's readings in place of the measured ones.
+/// The histories with the model's readings instead of the measured ones.
 reduce::StemHistories modelled_histories(const fit::RecordingFit& fit, reduce::StemHistories stem) {
     const std::size_t rows = fit.prediction.rows;
     stem.times.resize(fit.times.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Eq. 1 at every height, of what was measured and of what a fitted chain shows.
+// Eq. 1 at every height, fitted to the measurement and to the prediction of a fitted chain.
 #pragma once
 
 #include "fit/solve/fit.hpp"

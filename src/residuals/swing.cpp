@@ -13,7 +13,7 @@
 namespace culm::residuals {
 namespace {
 
-/// Σ over the frames after the release of readings of two rows over their noise.
+/// Products of two rows' readings over their noise, summed over the frames after the release.
 Eigen::MatrixXd row_products(const fit::RecordingFit& fit, const std::vector<double>& readings) {
     const auto rows = static_cast<Eigen::Index>(fit.prediction.rows);
     Eigen::MatrixXd products = Eigen::MatrixXd::Zero(rows, rows);
@@ -37,7 +37,7 @@ std::vector<double> strongest_shape(const fit::RecordingFit& fit,
     Eigen::MatrixXd products = row_products(fit, fit.prediction.readings);
     if (!(products.trace() > 0.0))
         products = row_products(fit, measurement.deflections);
-    // The leading eigenvector of YᵀY: no other shape takes up more of the motion (first principal
+    // The leading eigenvector of YᵀY: no other shape explains more of the motion (first principal
     // component, with readings in units of their noise).
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(products);
     const Eigen::VectorXd strongest = solver.eigenvectors().col(products.rows() - 1);
@@ -99,7 +99,7 @@ Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measure
             return std::isfinite(derivative) ? -derivative : 0.0;
         }));
     }
-    // Of q in a frame without gaps: var q = 1/Σ w s².
+    // The variance of q in a frame without gaps is 1/Σ w s².
     double precision = 0.0;
     for (std::size_t j = 0; j < swing.shape.size(); ++j)
         precision += std::pow(swing.shape[j] / fit.noise[j], 2);
@@ -167,7 +167,7 @@ std::vector<double> envelope(const Swing& swing, const std::vector<SwingWindow>&
         if (!window.measured)
             continue;
         const double middle = 0.5 * (window.begin + window.end);
-        // Per second from per cycle: b1 f.
+        // Converts from per cycle to per second: b1 f.
         const double rate =
             window.measured->decay_per_cycle.value * window.measured->frequency.value;
         for (std::size_t i = 0; i < swing.times.size(); ++i)

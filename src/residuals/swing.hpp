@@ -12,9 +12,9 @@
 
 namespace culm::residuals {
 
-/// The heights move together in the shape that holds most of the motion (the first mode where one
-/// mode dominates; of two close modes their common shape). Coordinates are those of the row where
-/// the shape is largest, m.
+/// The heights move together in the shape with most of the motion (the first mode if one mode
+/// dominates, the common shape of two close modes). Coordinates are those of the row where the
+/// shape is largest, m.
 struct Swing {
     std::vector<double> shape;          ///< (rows), 1 at the largest
     std::vector<double> times;          ///< (frames), s
@@ -44,10 +44,10 @@ struct SwingWindow {
     std::optional<WindowFit> modelled;
 };
 
-/// Windows of five cycles, each beginning in the middle of the one before; both sides are fitted in
-/// the same way, so that what a window does to Eq. 1 (a second mode, a changing frequency) cancels
-/// in their difference. Windows in which the measured amplitude is below three times the noise are
-/// left out.
+/// Windows of five cycles, each beginning in the middle of the one before. Measurement and model
+/// are fitted in the same way, so that the effect of a window on Eq. 1 (a second mode, a changing
+/// frequency) cancels in their difference. Windows in which the measured amplitude is below three
+/// times the noise are omitted.
 [[nodiscard]] std::vector<SwingWindow> swing_windows(const Swing& swing);
 
 /// Amplitude of the measured swing in every frame, from the windows, m; NaN before the first and

@@ -125,7 +125,7 @@ CaseModel case_model(const CaseSpec& spec) {
         tip.moment *= spec.stem.tip_mass_share;
     }
     // Known masses are attached after all effects, so that an effect that scales the stem's mass
-    // (taper) leaves them as they were weighed.
+    // (taper) does not change them.
     for (const PointMass& added : spec.added_masses)
         target.attached.push_back({added.height, added.mass});
     physics::apply_effects(spec.effects, target);
@@ -140,8 +140,7 @@ int dimensions_of(const CaseSpec& spec) {
 }
 
 bool same_kind_of_model(const CaseSpec& a, const CaseSpec& b) {
-    // packed_model takes from the first lane which terms there are, and from every lane its
-    // numbers.
+    // packed_model takes the terms from the first lane and the numbers from every lane.
     return (a.stem.tip_mass_share == 1.0) == (b.stem.tip_mass_share == 1.0) &&
            a.added_masses.empty() == b.added_masses.empty() &&
            std::equal(a.effects.begin(), a.effects.end(), b.effects.begin(), b.effects.end(),

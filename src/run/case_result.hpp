@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a computed case returns: sampled histories and what it cost, or why there is none.
+// Result of a case: sampled histories and the cost, or the reason of a failure.
 #pragma once
 
 #include "core/error.hpp"
@@ -13,7 +13,7 @@
 namespace culm::run {
 
 /// Histories are sampled at k · sample_interval, k = 0 … sample_count − 1. The lateral direction is
-/// the one of the pull; deflections are metres from the undeformed straight axis.
+/// that of the pull; deflections are metres from the undeformed straight axis.
 struct CaseResult {
     std::vector<double> tip_deflection;    ///< (samples); always filled
     std::vector<double> height_deflection; ///< (samples, heights), row-major

@@ -20,7 +20,7 @@ enum class IntegrationMethod {
     Sundials, ///< implicit, by SUNDIALS
 };
 
-/// What of a trajectory is kept. Every level includes the ones before it.
+/// Data of a trajectory that are stored. Every level includes the ones before it.
 enum class StoreLevel { Fit, Tip, Heights, Full };
 
 /// How a case is integrated in time.
@@ -32,7 +32,7 @@ struct Integrator {
     std::int64_t step_limit = 2'000'000; ///< implicit methods only: a case that needs more fails
 };
 
-/// How the stem is let go.
+/// How the stem is released.
 enum class Release {
     TipPull,     ///< pulled aside at the tip, in equilibrium
     HeldStraight ///< held in line with the clamp, at rest; gravity or its own curvature moves it
@@ -45,7 +45,7 @@ struct PointMass {
 };
 
 struct CaseSpec {
-    std::int64_t point = 0; ///< place in the study's design
+    std::int64_t point = 0; ///< index in the study's design
     physics::StemParameters<double> stem;
     physics::BondLawOptions law;
     Integrator integrator;
@@ -55,7 +55,7 @@ struct CaseSpec {
     double sample_interval = 5e-5; ///< s; explicit steps must divide it
     StoreLevel store = StoreLevel::Tip;
     std::vector<double> heights; ///< above the clamp, m; for StoreLevel::Heights
-    /// Are the heights those of image rows, or of marks on the stem?
+    /// Whether the heights are those of image rows or of marks on the stem.
     measure::Reading reading = measure::Reading::Row;
     double readout_time = 0.0; ///< of the camera, known; physics::CameraView's
     Release release = Release::TipPull;

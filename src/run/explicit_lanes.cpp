@@ -39,12 +39,12 @@ class LaneBatch {
         const std::int64_t steps_per_sample =
             std::llround(first.sample_interval / first.integrator.timestep);
         std::size_t samples = 0;
-        // A rolling shutter reads beyond the end of the record: the lanes run until the last one is
-        // done.
+        // A rolling shutter reads beyond the end of the record: the lanes run until the last one
+        // ends.
         for (const Recorder& recorder : recorders_)
             samples = std::max(samples, recorder.recorded_samples());
-        // A moving clamp or a formula of time does work on the stem, so a gain of energy is no
-        // fault. An instability still passes any bound.
+        // A moving clamp or a formula of time does work on the stem, so it may gain
+        // energy. An instability still exceeds any bound.
         allowed_gain_ = chain.model().depends_on_time() ? 1e3 : unstable_energy_gain;
 
         released_energy_ = stored_energy(chain, verlet);

@@ -39,7 +39,7 @@ double largest_deflection(const CaseSpec& spec) {
     const double sag = stem.sphere_mass() / stem.bond_length * gravity * std::pow(length, 4) /
                        (8.0 * stem.bond_youngs_modulus * stem.second_moment_of_area());
     const double largest = std::abs(spec.tip_deflection) + std::min(sag, length);
-    // Where nothing is supposed to move, something else than zero must be the scale.
+    // The scale must not be zero for a stem that is expected to stay at rest.
     const bool starts_at_rest = spec.release == Release::HeldStraight || spec.tip_deflection == 0.0;
     return std::max(largest, starts_at_rest ? 0.01 * length : 0.0);
 }

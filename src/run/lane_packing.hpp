@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Cases side by side in SIMD lanes: their parameters, and the states that they are released from.
+// Cases side by side in SIMD lanes: their parameters, and the states at their release.
 #pragma once
 
 #include "core/lanes.hpp"
@@ -23,13 +23,13 @@ namespace culm::run {
 template <class T>
 [[nodiscard]] physics::StemParameters<T> packed_stems(std::span<const CaseSpec> specs);
 
-/// The equilibria that the lanes are released from, in the chain's layout. A case without one has a
+/// The equilibria of the lanes at the release, in the chain's layout. A case without one has a
 /// failure, and its lane continues with the straight chain at rest.
 template <class T>
 struct ReleasedState {
-    physics::ChainModel<T> model; ///< of the chains, with what only the release determines
+    physics::ChainModel<T> model; ///< of the chains, with the data that only the release determines
     std::vector<T> state;
-    std::vector<std::optional<CaseFailure>> failures; ///< one a case
+    std::vector<std::optional<CaseFailure>> failures; ///< (cases)
 };
 using ReleasedLanes = ReleasedState<core::Lanes>;
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double little_damping = 1e-3; // β of a chain that vibrates
 
-/// The case's chain in the plane of the pull: effects that leave it are left out.
+/// The case's chain in the plane of the pull, without the effects that leave it.
 physics::Chain<2, double> planar_chain(CaseSpec spec) {
     std::erase_if(spec.effects, [](const auto& active) { return active.effect->dimensions() > 2; });
     return {spec.stem.sphere_count, case_model(spec).chain, spec.law};
@@ -34,7 +34,7 @@ std::vector<ShapedMode> shaped_modes(const CaseSpec& spec, std::size_t count) {
                                       (0.5 * (chain.stiffness + chain.stiffness.transpose())) *
                                       scale.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness);
-    // A clamp that turns is the first freedom; then each sphere has a displacement and a rotation.
+    // The rotation of a clamp comes first, then a displacement and a rotation of each sphere.
     const Eigen::Index spheres = spec.stem.sphere_count - 1;
     const Eigen::Index first = chain.mass.size() - 2 * spheres;
     std::vector<ShapedMode> shaped;

@@ -15,7 +15,7 @@ namespace culm::run {
 [[nodiscard]] std::vector<integrate::VibrationMode> chain_modes(const CaseSpec& spec,
                                                                 std::size_t count);
 
-/// A mode, and how it looks at the case's heights.
+/// A mode, and its deflections at the case's heights.
 struct ShapedMode {
     integrate::VibrationMode mode;
     std::vector<double> deflection; ///< (heights), 1 at the tip
@@ -29,12 +29,12 @@ struct ShapedMode {
 [[nodiscard]] integrate::VibrationMode first_mode(const CaseSpec& spec);
 
 /// The lowest natural frequency of the case's chain in its plane, undamped, Hz: effects count as
-/// far as they are linear about the straight line, Maxwell branches as relaxed. NaN if the chain
-/// does not stand.
+/// far as they are linear about the straight line, Maxwell branches as relaxed. NaN if the straight
+/// chain is unstable.
 [[nodiscard]] double lowest_frequency_with_effects(const CaseSpec& spec);
 
-/// Frequency of the first mode of the slender beam, Hz, with what known masses on the stem make of
-/// it: by the share by which they change the chain's. Throws as first_mode() if there are any.
+/// Frequency of the first mode of the slender beam, Hz. Known masses change it by the same ratio as
+/// that of the chain. Throws as first_mode() if there are any.
 [[nodiscard]] double natural_frequency(const CaseSpec& spec);
 
 /// Period of the first bending mode of the bare stem without damping, s.

@@ -33,9 +33,9 @@ std::size_t late_samples(double readout_time, double sample_interval) {
 }
 
 /// Replaces each row of `history` ((samples)(heights), `interval` seconds apart, the first at the
-/// release) by what it shows `delay_per_height` × height seconds later, by cubic interpolation.
-/// Before the release the stem rests. The last samples, for which nothing later was recorded,
-/// repeat the last one.
+/// release) by its values `delay_per_height` × height seconds later, by cubic interpolation.
+/// Before the release the stem is at rest. The last samples, which have no later ones, repeat the
+/// last one.
 void read_late(std::vector<double>& history, std::span<const double> heights,
                double delay_per_height, double interval) {
     if (heights.empty())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Turns sampled positions into the histories that a case asked for, as its camera sees them.
+// Converts sampled positions to the histories that a case stores, as its camera sees them.
 #pragma once
 
 #include "run/case_model.hpp"
@@ -16,7 +16,7 @@ class Recorder {
   public:
     explicit Recorder(const CaseSpec& spec);
 
-    /// The first sphere whose positions record() needs: the tip when no more is stored than that.
+    /// The first sphere whose positions record() needs; it is the tip if only the tip is stored.
     [[nodiscard]] int first_watched_sphere() const { return first_watched_; }
 
     /// Samples that record() needs: a rolling shutter reads rows after the last sample's time.
@@ -26,11 +26,11 @@ class Recorder {
                static_cast<double>(samples_ - spec_.sample_count()) * spec_.sample_interval;
     }
 
-    /// Stores sample `index`; `positions` holds the watched spheres up to the tip, as many numbers
-    /// each as the case has dimensions.
+    /// Stores sample `index`; `positions` contains the watched spheres up to the tip, with one
+    /// number for each dimension of the case.
     void record(std::size_t index, std::span<const double> positions);
 
-    /// To be called after the last sample.
+    /// Must be called after the last sample.
     void finish();
 
     [[nodiscard]] CaseResult& result() { return result_; }

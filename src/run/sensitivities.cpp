@@ -44,8 +44,8 @@ SensitivityOutcome simulate_with_sensitivities(const CaseSpec& spec,
     std::size_t first = 0;
     do {
         const std::size_t count = std::min(parameters_per_batch, parameters.size() - first);
-        // The unchanged case runs again in every batch: differences are taken between lanes that
-        // went through the same steps.
+        // The unchanged case runs again in every batch, so that differences are taken between lanes
+        // with the same steps.
         std::vector<CaseSpec> specs(count + 1, spec);
         std::vector<double> changes;
         for (std::size_t k = 0; k < count; ++k) {
@@ -53,7 +53,7 @@ SensitivityOutcome simulate_with_sensitivities(const CaseSpec& spec,
             const double value = parameter.get(spec);
             const double size = parameter.scale > 0.0 ? parameter.scale : std::abs(value);
             parameter.set(specs[k + 1], value + relative_change * size);
-            // The change that arrived, after rounding: 1e-6 of a number keeps only ten of its
+            // The actual change after rounding: a change of 1e-6 keeps only ten of the number's
             // digits.
             changes.push_back(parameter.get(specs[k + 1]) - value);
         }

@@ -17,7 +17,7 @@ struct CaseParameter {
     physics::ParameterId id;
     std::function<double(const CaseSpec&)> get;
     std::function<void(CaseSpec&, double)> set;
-    /// A size of the number for parameters that may be zero; 0: its own value is the size.
+    /// The size of a parameter that may be zero; 0: its own value is the size.
     double scale = 0.0;
 };
 
@@ -32,7 +32,7 @@ struct CaseWithSensitivities {
 };
 using SensitivityOutcome = std::variant<CaseWithSensitivities, CaseFailure>;
 
-/// Simulates an implicit case and differentiates what the camera sees by every parameter.
+/// Simulates an implicit case and differentiates the camera's readings by every parameter.
 ///
 /// The case and its neighbours, each with one parameter changed by 1e-6 of its size, go through
 /// the same steps in SIMD lanes (internal numerical differentiation: Bock 1981). A method without

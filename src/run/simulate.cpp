@@ -35,8 +35,8 @@ bool can_share_lanes(const CaseSpec& a, const CaseSpec& b) {
         a.stem.sphere_count != b.stem.sphere_count || dimensions_of(a) != dimensions_of(b) ||
         !same_kind_of_model(a, b))
         return false;
-    // Lanes take their steps together: implicit ones choose them by the tolerance that all share,
-    // explicit ones must have the same step and the same moments to be kept.
+    // Lanes take their steps together: implicit ones choose them by a common tolerance, explicit
+    // ones must have the same step and the same sample times.
     if (a.integrator.method == IntegrationMethod::Implicit)
         return a.integrator.relative_tolerance == b.integrator.relative_tolerance &&
                a.integrator.step_limit == b.integrator.step_limit;
@@ -60,8 +60,8 @@ CaseOutcome Simulator::simulate(const CaseSpec& spec, const Heartbeat& heartbeat
     }
 }
 
-/// Cases that share lanes. What has no value in one lane (a user's formula) ends them all, so each
-/// is then computed by itself, in lanes as well: the neighbours of a lane do not change its bits.
+/// Simulates cases that share lanes. If a user's formula has no value in one lane, all lanes end.
+/// Each case is then computed alone, also in lanes: a lane's neighbours do not change its bits.
 std::vector<CaseOutcome> Simulator::simulate_lanes(std::span<const CaseSpec> batch,
                                                    const Heartbeat& heartbeat) {
     const IntegrationMethod method = batch.front().integrator.method;

@@ -22,7 +22,7 @@ struct Abandoned {};
 class Simulator {
   public:
     /// Pulls the tip aside, finds the static equilibrium, releases it and follows the free
-    /// vibration. A case that cannot be computed comes back as a CaseFailure.
+    /// vibration. A case that cannot be computed returns a CaseFailure.
     [[nodiscard]] CaseOutcome simulate(const CaseSpec& spec, const Heartbeat& heartbeat = {});
 
     /// The same for several cases, those that can share SIMD lanes side by side (see
@@ -38,7 +38,7 @@ class Simulator {
     integrate::SundialsIntegrators integrators_;
 };
 
-/// By a Simulator of its own.
+/// Simulates one case with a new Simulator.
 [[nodiscard]] CaseOutcome simulate(const CaseSpec& spec, const Heartbeat& heartbeat = {});
 [[nodiscard]] std::vector<CaseOutcome> simulate_together(std::span<const CaseSpec> specs,
                                                          const Heartbeat& heartbeat = {});
@@ -48,9 +48,9 @@ class Simulator {
 /// ones with equal step, duration and samples.
 [[nodiscard]] bool can_share_lanes(const CaseSpec& a, const CaseSpec& b);
 
-/// Cases that fill the lanes of this machine.
+/// Number of cases that fill the lanes of this machine.
 [[nodiscard]] std::size_t lanes_per_batch();
-/// Lanes that a case's method works with: one with SUNDIALS.
+/// Number of lanes of a case's method; 1 for SUNDIALS.
 [[nodiscard]] std::size_t lanes_per_batch(IntegrationMethod method);
 
 /// The largest stable explicit step of a case, s: velocity Verlet on the linearised straight chain,

@@ -14,15 +14,15 @@
 namespace culm::run {
 namespace {
 
-/// Steps tried in one round; not the machine's lanes, so that every machine tries the same steps.
+/// Steps tried in one round; independent of the lanes, so that every machine tries the same steps.
 constexpr std::size_t trials_per_round = 8;
 /// First round: steps from the start/8 to 16 times the start.
 constexpr double first_ratio = 2.0;
 constexpr int widening_rounds = 6;
-/// Steps between two looks at the energy and the heartbeat.
+/// Steps between two checks of the energy and the heartbeat.
 constexpr std::int64_t steps_per_look = 1000;
 
-/// For each step: does the motion gain energy within the trial?
+/// Whether the motion gains energy within the trial, for each step.
 template <int Dim>
 std::vector<bool> gains_energy(const CaseSpec& spec, std::span<const double> steps,
                                std::int64_t trial_steps, const Heartbeat& heartbeat) {
@@ -41,7 +41,7 @@ std::vector<bool> gains_energy(const CaseSpec& spec, std::span<const double> ste
     return unstable;
 }
 
-/// A round of ascending steps; the number of them that are stable before the first unstable one.
+/// Runs a round of ascending steps; returns how many are stable before the first unstable one.
 std::size_t stable_among(const CaseSpec& spec, std::span<const double> steps,
                          std::int64_t trial_steps, const Heartbeat& heartbeat) {
     for (std::size_t begin = 0; begin < steps.size(); begin += core::lane_count) {
@@ -91,7 +91,7 @@ StabilityBracket search_stable_step(const CaseSpec& spec, double start,
                         bracket.stable == 0.0 ? "even the smallest" : "even the largest",
                         bracket.stable == 0.0 ? "unstable" : "stable"));
     while (bracket.unstable > bracket.stable * (1.0 + options.tolerance)) {
-        // Eight steps divide the bracket into nine equal ratios, at the price of one run of full
+        // Eight steps divide the bracket into nine equal ratios, at the cost of one run of full
         // lanes.
         const double ratio = std::pow(bracket.unstable / bracket.stable,
                                       1.0 / static_cast<double>(trials_per_round + 1));

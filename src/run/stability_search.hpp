@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The largest stable explicit step of a stem: found by running it, and what theory says.
+// The largest stable explicit step of a stem: found by trial runs, and predicted by theory.
 #pragma once
 
 #include "integrate/step_error.hpp"
@@ -15,11 +15,11 @@ struct StabilitySearchOptions {
     double tolerance = 0.01; ///< of the limit: unstable/stable − 1 at the end
     /// Steps after which a motion that has not gained energy counts as stable. A step that exceeds
     /// the limit by the share e makes the fastest mode grow by about 2e a step, from rounding
-    /// (1e-16) to the size that is noticed: some 20/e steps.
+    /// (1e-16) to the size that is detected: about 20/e steps.
     std::int64_t trial_steps = 20'000;
 };
 
-/// What the search found. Both steps were run with the nonlinear chain.
+/// Result of the search. Both steps were run with the nonlinear chain.
 struct StabilityBracket {
     double stable = 0.0;   ///< s; the largest step that was run without gaining energy
     double unstable = 0.0; ///< s; the smallest step that was run and gained energy
@@ -29,9 +29,9 @@ struct StabilityBracket {
     [[nodiscard]] double limit() const { return 0.5 * (stable + unstable); }
 };
 
-/// Nests the limit between runs of the case's stem, released from its deflection: geometric
-/// sections of the bracket, eight at once in SIMD lanes, beginning at `start` (s, any guess). The
-/// predicted limit plays no part. Throws core::NumericalError (StaticFailed, or Instability if no
+/// Brackets the limit by runs of the case's stem, released from its deflection: geometric sections
+/// of the bracket, eight at once in SIMD lanes, beginning at `start` (s, any guess). The predicted
+/// limit is not used. Throws core::NumericalError (StaticFailed, or Instability if no
 /// step within a factor of 1e6 around the start is stable or unstable) and Abandoned.
 [[nodiscard]] StabilityBracket search_stable_step(const CaseSpec& spec, double start,
                                                   const StabilitySearchOptions& options,
@@ -56,7 +56,7 @@ struct TimestepLimits {
 /// a sphere's mass, s. It contains a safety factor.
 [[nodiscard]] double published_timestep_rule(const physics::StemParameters<double>& stem);
 
-/// What a step does to the first mode; nothing if the linearised stem creeps back without swinging.
+/// Error of a step in the first mode; empty if the linearised stem returns without oscillation.
 [[nodiscard]] std::optional<integrate::FirstModeStepError> step_error(const CaseSpec& spec);
 
 } // namespace culm::run

@@ -13,7 +13,7 @@
 namespace culm::run {
 namespace {
 
-/// One lane's run: its step, how far it has come, and what it has recorded.
+/// One lane's run: its step, its progress, and its recorded samples.
 struct Run {
     std::int64_t steps_per_sample = 0;
     std::size_t recorded = 0; ///< samples
@@ -41,8 +41,8 @@ class Comparison {
     }
 
     [[nodiscard]] std::vector<CaseOutcome> run(const Heartbeat& heartbeat) {
-        // Time is counted in steps, which all lanes take together; the same step number is another
-        // time in each lane.
+        // Time is counted in steps, which all lanes take together; the same step number means a
+        // different time in each lane.
         for (std::int64_t now = 0;;) {
             record(now);
             const std::int64_t next = next_event();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One stem in every SIMD lane, each lane with a time step of its own.
+// One stem in every SIMD lane, each lane with its own time step.
 #pragma once
 
 #include "core/lanes.hpp"
@@ -16,9 +16,9 @@
 
 namespace culm::run {
 
-/// Lanes advance by one common step h₀, so a lane's own step h is brought about by a change of the
-/// unit of time: a chain of modulus Y·(h/h₀)² (and gravity g·(h/h₀)²) stepped by h₀ goes through
-/// the same positions as one of modulus Y stepped by h. That is exact, because every damping
+/// Lanes advance by one common step h₀, so a lane's own step h is obtained by a change of the
+/// unit of time: a chain of modulus Y·(h/h₀)² (and gravity g·(h/h₀)²) stepped by h₀ has the same
+/// positions as one of modulus Y stepped by h. That is exact, because every damping
 /// coefficient 2β√(inertia·stiffness) scales as a stiffness times a time.
 template <int Dim>
 class StepLanes {
@@ -48,8 +48,8 @@ class StepLanes {
         return verlet_.position(chain_.layout().sphere_count() - 1)[1][lane];
     }
 
-    /// Has the motion of each lane gained more than this share of the energy that it was released
-    /// with (or is its energy no number)? A released stem only loses energy.
+    /// Whether the motion of each lane has gained more than this share of its initial energy, or
+    /// its energy is not a number. A released stem only loses energy.
     [[nodiscard]] std::vector<bool> have_gained(double share) const {
         const Lanes energy = stored_energy();
         std::vector<bool> gained(used_);
@@ -97,7 +97,7 @@ class StepLanes {
         return physics::chain_energy(chain_, chain_.straight_state().data()).stored();
     }
 
-    /// Above that of the straight chain at rest, in each lane's own unit of time.
+    /// Energy above that of the straight chain at rest, in each lane's own unit of time.
     [[nodiscard]] Lanes stored_energy() const {
         return physics::chain_energy(chain_, verlet_.state().data()).stored() - straight_;
     }

@@ -38,7 +38,7 @@ inline constexpr int sphere_count = 5;
 
 inline const std::string identity = "[study]\npoints = 6\nfactor = \"modulus\"\n";
 
-/// Point 2 failed; every other one completed. Values that no two points share.
+/// Point 2 failed; every other one completed. No two points share a value.
 inline PointRecord record_of(std::int64_t point) {
     PointRecord record;
     record.point = point;

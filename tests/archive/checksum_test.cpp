@@ -26,7 +26,7 @@ std::uint32_t crc32_by_division(std::span<const std::byte> bytes) {
 }
 
 TEST(Crc32, EqualsTheDivisionOfPolynomialsForEveryLengthAndAlignment) {
-    // Longer than three strides of 64 bytes, by which long texts are taken.
+    // Longer than three of the 64-byte strides in which long texts are processed.
     std::vector<std::byte> bytes(300);
     std::mt19937 random(1);
     for (std::byte& byte : bytes)
@@ -38,7 +38,7 @@ TEST(Crc32, EqualsTheDivisionOfPolynomialsForEveryLengthAndAlignment) {
         }
 }
 
-TEST(Crc32, OfLongPartsContinuedEqualsThatOfTheWhole) {
+TEST(Crc32, GivesTheSameValueInLongPartsAsAtOnce) {
     std::vector<std::byte> bytes(1000);
     std::mt19937 random(2);
     for (std::byte& byte : bytes)
@@ -48,7 +48,7 @@ TEST(Crc32, OfLongPartsContinuedEqualsThatOfTheWhole) {
         ASSERT_EQ(crc32(all.subspan(cut), crc32(all.first(cut))), crc32(all)) << cut;
 }
 
-TEST(Crc32, OfPartsContinuedEqualsThatOfTheWhole) {
+TEST(Crc32, GivesTheSameValueInPartsAsAtOnce) {
     const std::string_view text = "a text that is cut at every place";
     const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
     for (std::size_t cut = 0; cut <= bytes.size(); ++cut)

@@ -44,7 +44,7 @@ class FileSizeLimit {
     void (*handler_)(int) = SIG_DFL;
 };
 
-TEST(JournalOnAFullDisk, CutsAPartialRecordOffAndGoesOnWhenThereIsRoomAgain) {
+TEST(JournalOnAFullDisk, RemovesAPartialRecordAndContinuesWhenThereIsRoomAgain) {
     const example::TemporaryFolder folder;
     const std::filesystem::path path = folder / "rank-00000.culmj";
     JournalWriter writer(path, identity);
@@ -77,7 +77,7 @@ TEST(JournalOnAFullDisk, NamesTheCause) {
     std::filesystem::create_symlink("/dev/full", path);
     try {
         JournalWriter writer(path, identity);
-        FAIL() << "a full device took a header";
+        FAIL() << "a full device accepted a header";
     } catch (const core::StorageError& error) {
         EXPECT_THAT(error.what(), testing::HasSubstr(path.string()));
         EXPECT_THAT(error.what(), testing::HasSubstr("No space left on device"));
@@ -108,7 +108,7 @@ TEST(JournalInUse, IsRefusedToASecondWriter) {
     }
 }
 
-TEST(JournalOfAKilledProcess, HoldsEveryPointThatWasReportedCommitted) {
+TEST(JournalOfAKilledProcess, ContainsEveryPointThatWasReportedCommitted) {
     const example::TemporaryFolder folder;
     const std::filesystem::path path = folder / "rank-00000.culmj";
     int pipe_ends[2] = {-1, -1};

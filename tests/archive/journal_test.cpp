@@ -44,7 +44,7 @@ class Journal : public testing::Test {
     std::filesystem::path path_ = folder_ / "journal/rank-00000.culmj";
 };
 
-TEST_F(Journal, GivesBackWhatWasAppended) {
+TEST_F(Journal, ReturnsTheAppendedRecords) {
     write_points(4);
     const JournalScan found = scan();
     ASSERT_EQ(found.entries.size(), 4U);
@@ -86,7 +86,7 @@ TEST_F(Journal, HasTheDocumentedBytes) {
                                     "\0\0\0\0\0\0\xF0\x3F"s + std::string(24, '\0'));
 }
 
-TEST_F(Journal, CutAtAnyByteOfTheLastRecordKeepsTheOthers) {
+TEST_F(Journal, KeepsTheOtherRecordsWhenTheLastIsCutAtAnyByte) {
     write_points(3);
     const std::string whole = read_bytes(path_);
     const JournalEntry last = scan().entries.back();
@@ -171,7 +171,7 @@ TEST_F(Journal, NeverReturnsARecordWithAFlippedBit) {
     }
 }
 
-TEST_F(Journal, WithAnUnfinishedHeaderIsEmptyAndMayBeStartedAgain) {
+TEST_F(Journal, IsEmptyAndCanBeRestartedWithAnUnfinishedHeader) {
     write_points(1);
     const std::string whole = read_bytes(path_);
     const std::size_t header = scan().entries.front().offset;
@@ -187,7 +187,7 @@ TEST_F(Journal, WithAnUnfinishedHeaderIsEmptyAndMayBeStartedAgain) {
     }
 }
 
-TEST_F(Journal, OfAnotherStudyIsRefusedAndLeftAlone) {
+TEST_F(Journal, RefusesAnotherStudyAndStaysUnchanged) {
     write_points(2);
     const std::string before = read_bytes(path_);
     const std::string other = "[study]\npoints = 7\nfactor = \"modulus\"\n";
@@ -203,7 +203,7 @@ TEST_F(Journal, OfAnotherStudyIsRefusedAndLeftAlone) {
     EXPECT_EQ(read_bytes(path_), before);
 }
 
-TEST_F(Journal, OfAnotherVersionOrOtherContentIsRefused) {
+TEST_F(Journal, IsRefusedWithAnotherVersionOrOtherContent) {
     write_points(1);
     const std::string whole = read_bytes(path_);
     const auto message = [this](const std::string& bytes) -> std::string {
@@ -225,11 +225,11 @@ TEST_F(Journal, OfAnotherVersionOrOtherContentIsRefused) {
     damaged[20] ^= 1;
     EXPECT_THAT(message(damaged), testing::HasSubstr("the header is damaged"));
     std::string longer = whole;
-    longer[14] = 1; // the length of the identity now reaches behind the end of the file
+    longer[14] = 1; // the identity now extends beyond the end of the file
     EXPECT_THAT(message(longer), testing::HasSubstr("the header is damaged"));
 }
 
-TEST_F(Journal, OfVersion1IsReadAndGoneOnWith) {
+TEST_F(Journal, IsReadAndContinuedInVersion1) {
     std::vector<std::byte> bytes = encode_journal_header(identity, 1);
     std::vector<std::byte> record;
     encode_record(record_of(0), record);
@@ -244,7 +244,7 @@ TEST_F(Journal, OfVersion1IsReadAndGoneOnWith) {
     EXPECT_EQ(read_journal_identity(path_), std::nullopt);
 }
 
-TEST_F(Journal, CountsThePointsThatWereInWorkWhenAProcessDied) {
+TEST_F(Journal, CountsThePointsInProgressWhenAProcessDied) {
     const std::vector<std::int64_t> begun{0, 1, 2};
     for (int death = 1; death <= 2; ++death) {
         JournalWriter writer(path_, identity); // destroyed without an outcome for 1 and 2
@@ -267,7 +267,7 @@ TEST_F(Journal, DoesNotCountPointsThatWereGivenBackOrHaveAnOutcome) {
     EXPECT_TRUE(scan().unfinished_starts.empty());
 }
 
-TEST_F(Journal, ScanOfHeadersPassesOverPayloads) {
+TEST_F(Journal, SkipsPayloadsInAScanOfHeaders) {
     write_points(3);
     const JournalScan whole = scan();
     std::string bytes = read_bytes(path_);

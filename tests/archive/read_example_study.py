@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads the example study as others would: the layout of docs/archive-format.md, seen from h5py."""
+"""Reads the example study with h5py, following the layout in docs/archive-format.md."""
 import importlib.util
 import sys
 
@@ -64,13 +64,13 @@ def check_h5md(study):
     assert position["step"][:].tolist() == list(range(40))
     assert np.allclose(position["time"][:], 5e-5 * np.arange(40), rtol=1e-15, atol=0.0)
     expected = 1e-3 * np.sin(0.1 * (5000 + np.arange(600)) + 3)
-    # The argument is near 560, so its last digit (a fused multiply-add may change it) is 1e-13;
-    # times the amplitude of 1e-3 that is 1e-16.
+    # The argument is near 560, so its rounding error (a fused multiply-add may change it) is 1e-13.
+    # With the amplitude of 1e-3 this is 1e-16.
     assert np.allclose(position["value"][:].ravel(), expected, rtol=0.0, atol=1e-15)
 
 
 def check_mdanalysis(path):
-    """MDAnalysis has no metre among its units of length: it is told that there is one."""
+    """MDAnalysis lacks the metre as a unit of length, so the metre is added to its table."""
     import MDAnalysis
     from MDAnalysis.coordinates.H5MD import H5MDReader
 
@@ -81,7 +81,7 @@ def check_mdanalysis(path):
     universe.load_new(path, format="H5MD", convert_units=False)
     assert len(universe.trajectory) == 40
     assert universe.trajectory[7].dimensions is None
-    # MDAnalysis keeps positions in single precision.
+    # MDAnalysis stores positions in single precision.
     assert np.allclose(universe.atoms.positions, expected, rtol=1e-6, atol=1e-10)
 
 

@@ -35,7 +35,7 @@ herr_t add_name(hid_t, const char* name, const H5O_info_t* info, void* data) {
     return 0;
 }
 
-/// Where the data of every dataset stand in the file.
+/// Positions of the data of every dataset in the file.
 std::map<std::string, std::vector<StoredChunk>> locate_chunks(const std::filesystem::path& path) {
     const Hdf5Input input(path);
     std::vector<std::string> names;
@@ -88,7 +88,7 @@ class StudyDamage : public testing::TestWithParam<int> {
     std::string whole_;
 };
 
-TEST_P(StudyDamage, IsWholeAtFirst) {
+TEST_P(StudyDamage, IsAbsentAtFirst) {
     const Verification verification = verify(path_);
     EXPECT_TRUE(verification.is_whole());
     // point, 2 factors; status, 2 texts, 2 results; time, step, heights, tip, heights' deflection;
@@ -96,7 +96,7 @@ TEST_P(StudyDamage, IsWholeAtFirst) {
     EXPECT_EQ(verification.datasets, 3 + 5 + 5 + 3 + 4);
 }
 
-TEST_P(StudyDamage, FlippedBitsAreFoundInEveryDatasetAndOnlyThere) {
+TEST_P(StudyDamage, IsFoundInTheDatasetWithAFlippedBitAndOnlyThere) {
     for (const auto& [name, chunks] : locate_chunks(path_)) {
         ASSERT_FALSE(chunks.empty()) << name;
         for (const StoredChunk& chunk : chunks) {
@@ -113,7 +113,7 @@ TEST_P(StudyDamage, FlippedBitsAreFoundInEveryDatasetAndOnlyThere) {
     }
 }
 
-TEST_P(StudyDamage, NeverGivesDamagedNumbersToAReader) {
+TEST_P(StudyDamage, NeverReachesAReaderAsNumbers) {
     const auto chunks = locate_chunks(path_);
     flip(chunks.at("/histories/tip_deflection").at(3).offset + 5);
     const StudyFile study(path_);
@@ -142,9 +142,9 @@ void read_whatever_is_left(const std::filesystem::path& path) {
     }
 }
 
-TEST_P(StudyDamage, OverwrittenAnywhereNeverCrashesTheReader) {
+TEST_P(StudyDamage, NeverCrashesTheReaderAtAnyPosition) {
     constexpr std::size_t stretch = 97;
-    // In a process that ends without clearing up: HDF5 loses memory over damaged metadata.
+    // A child process does this, because HDF5 leaks memory on damaged metadata.
     const pid_t child = ::fork();
     if (child == 0) {
         for (std::size_t place = 0; place < whole_.size(); place += stretch) {
@@ -179,7 +179,7 @@ INSTANTIATE_TEST_SUITE_P(TrajectoryCompression, StudyDamage, testing::Values(0, 
                                                          : std::string("deflate");
                          });
 
-TEST(ForeignStudy, OfAnotherFormatOrVersionIsRefused) {
+TEST(ForeignStudy, IsRefusedWithAnotherFormatOrVersion) {
     const example::TemporaryFolder folder;
     const std::filesystem::path path = folder / "foreign.h5";
     const auto message = [&path](const char* format, const char* version) -> std::string {
@@ -202,7 +202,7 @@ TEST(ForeignStudy, OfAnotherFormatOrVersionIsRefused) {
                 testing::HasSubstr("has format version 2.0; this culm reads version 1.x"));
 }
 
-TEST(LockedStudy, SaysThatAnotherProcessMayHaveIt) {
+TEST(LockedStudy, ReportsThatAnotherProcessMayHaveItOpen) {
     const example::TemporaryFolder folder;
     const std::filesystem::path path = folder / "study.h5";
     write_bytes(path, "");

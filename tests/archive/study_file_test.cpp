@@ -49,7 +49,7 @@ class Study : public testing::Test {
     std::filesystem::path path_ = folder_ / "study.h5";
 };
 
-TEST_F(Study, GivesBackItsDescriptionAndDesign) {
+TEST_F(Study, ReturnsItsDescriptionAndDesign) {
     write();
     const StudyFile study(path_);
     EXPECT_EQ(study.description(), example::description());
@@ -57,7 +57,7 @@ TEST_F(Study, GivesBackItsDescriptionAndDesign) {
     EXPECT_EQ(study.factor("bond_damping").at(3), 30.5);
 }
 
-TEST_F(Study, GivesBackEveryRecord) {
+TEST_F(Study, ReturnsEveryRecord) {
     write();
     const StudyFile study(path_);
     for (std::int64_t point = 0; point < example::point_count; ++point)
@@ -85,7 +85,7 @@ TEST_F(Study, ReportsFailedAndMissingPointsAsSuch) {
                 testing::HasSubstr("there is no point 6; the points are 0 to 5"));
 }
 
-TEST_F(Study, IsTheSameBytesWhicheverRankWroteWhichPointWhen) {
+TEST_F(Study, HasTheSameBytesForAnyRanksAndOrderOfPoints) {
     const std::vector<std::vector<std::int64_t>> orders{{0, 1, 2, 3, 5}, {5, 3, 1, 2, 0}};
     std::vector<std::string> contents;
     for (std::size_t run = 0; run < orders.size(); ++run) {
@@ -128,7 +128,7 @@ TEST_F(Study, StoresOnlyTheHistoriesThatWereAskedFor) {
                 testing::HasSubstr("does not store tip histories"));
 }
 
-TEST_F(Study, OfMoreRowsThanAChunkIsWhole) {
+TEST_F(Study, IsWholeWithMoreRowsThanAChunk) {
     constexpr std::int64_t points = 20'001; // three chunks of 8192, the last one partly filled
     StudyDescription description = example::description();
     description.points = points;
@@ -154,7 +154,7 @@ TEST_F(Study, OfMoreRowsThanAChunkIsWhole) {
     EXPECT_TRUE(verify(path_).is_whole());
 }
 
-TEST_F(Study, WithCompressedTrajectoriesHoldsTheSameNumbers) {
+TEST_F(Study, ContainsTheSameNumbersWithCompressedTrajectories) {
     StudyDescription description = example::description();
     description.trajectory_compression = 4;
     write(description);
@@ -178,13 +178,13 @@ TEST_F(Study, TakesHardlyMoreRoomThanItsTrajectories) {
         record.positions.assign(coordinates, 0.25);
         return std::optional(record);
     });
-    // Beyond the coordinates: config text (0.1 MB) and metadata; 1 % of 21.5 MB is 0.2 MB.
+    // The rest is config text (0.1 MB) and metadata; 1 % of 21.5 MB is 0.2 MB.
     const double raw = 8.0 * static_cast<double>(coordinates * sizeof(double));
     EXPECT_LT(static_cast<double>(std::filesystem::file_size(path_)), 1.02 * raw);
     EXPECT_EQ(StudyFile(path_).positions(7).size(), coordinates);
 }
 
-TEST_F(Study, UnknownColumnNamesTheNearestOne) {
+TEST_F(Study, NamesTheColumnNearestToAnUnknownOne) {
     write();
     const StudyFile study(path_);
     EXPECT_THAT(message<core::InputError>([&] { (void)study.result("frequenzy"); }),
@@ -229,7 +229,7 @@ TEST_F(Study, RefusesADescriptionThatCannotBeStored) {
                 testing::HasSubstr("the design has 12 values; 7 points and 2 factors"));
 }
 
-TEST_F(Study, AnOldFileStaysUntilTheNewOneIsWhole) {
+TEST_F(Study, KeepsTheOldFileUntilTheNewOneIsWhole) {
     write();
     const std::string before = read_bytes(path_);
     EXPECT_THROW(write_study_file(path_, example::description(), example::design(),
@@ -243,8 +243,8 @@ TEST_F(Study, AnOldFileStaysUntilTheNewOneIsWhole) {
     EXPECT_FALSE(std::filesystem::exists(path_.string() + ".tmp"));
 }
 
-/// Writes the example under a file size limit, in a process of its own: HDF5 keeps a file whose
-/// close failed, and the exit must stay orderly nevertheless. 0: StorageError with the right text.
+/// Writes the example under a file size limit in a child process: HDF5 keeps a file whose close
+/// failed, and the exit must still be orderly. Returns 0 for a StorageError with the right text.
 int write_with_limit(const std::filesystem::path& path, rlim_t limit) {
     const pid_t child = ::fork();
     if (child == 0) {
@@ -269,7 +269,7 @@ int write_with_limit(const std::filesystem::path& path, rlim_t limit) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
 }
 
-TEST_F(Study, OnAFullDiskIsAStorageErrorAndTheOldFileStays) {
+TEST_F(Study, ReportsAFullDiskAndKeepsTheOldFile) {
     write();
     const std::string before = read_bytes(path_);
     for (std::size_t limit = 0; limit < before.size(); limit += 1 + before.size() / 40) {

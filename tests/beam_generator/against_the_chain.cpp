@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Two models of one stem that share no line: what the beam records, the chain of spheres explains.
+// Fits of the chain of spheres to recordings of the beam, a model that shares no code with it.
 #include "beam_generator/random_case.hpp"
 #include "beam_generator/recording.hpp"
 #include "fit/fit_model.hpp"
@@ -24,7 +24,7 @@ RecordingSpec recording(std::vector<HiddenEffect> effects, double noise) {
     return spec;
 }
 
-TEST(Chain, FitsABeamThatLacksNothingAndReturnsItsModulusAndDamping) {
+TEST(Chain, RecoversModulusAndDampingOfAPlainBeam) {
     const RecordingSpec spec = recording({}, 0.0);
     const fit::Fit fit = tests::fit_baseline(record(spec));
     ASSERT_FALSE(fit.failed()) << fit.reason;
@@ -36,7 +36,7 @@ TEST(Chain, FitsABeamThatLacksNothingAndReturnsItsModulusAndDamping) {
     EXPECT_NEAR(found.tip_deflection, spec.tip_deflection, 1e-6);
 }
 
-/// The true effect is added: the error falls to the noise and the parameter comes back.
+/// Adds the true effect: the error falls to the noise and the parameter is recovered.
 void expect_found(const HiddenEffect& effect, const std::string& parameter, double tolerance) {
     const RecordingSpec spec = recording({effect}, 5e-5);
     const measure::Measurement measurement = record(spec);
@@ -73,9 +73,9 @@ TEST(Chain, FindsTheRelaxationOfTheBeam) {
                  "fraction", 0.1);
 }
 
-// Mass at the tip, Y and β are told apart by a second mode that dies within five frames: along that
-// valley χ² rises a million times less than across it, and a solution that stops in it is wrong by
-// many standard errors while the residuals look like noise.
+// Only the second mode, which dies within five frames, separates the tip mass from Y and β. Along
+// this valley χ² rises a million times less than across it. A solution that stops in it is wrong by
+// many standard errors, although the residuals look like noise.
 TEST(Chain, EndsAtTheBestMassAtTheTipAndNotInTheValleyBeforeIt) {
     const RecordingSpec spec = random_case(1, CaseKind::Single, 30).spec;
     const double truth = spec.effects.front().value("mass_kg");
@@ -87,7 +87,7 @@ TEST(Chain, EndsAtTheBestMassAtTheTipAndNotInTheValleyBeforeIt) {
     const fit::Fit free = fitted("tip_mass");
     const fit::Fit fixed = fitted(fmt::format("tip_mass(mass_kg={:.12g})", truth));
     ASSERT_FALSE(free.failed() || fixed.failed()) << free.reason << fixed.reason;
-    // A free number cannot fit worse; Huber's loss and the noise of the runs blur that by ~ 1.
+    // A free mass cannot fit worse, up to ~ 1 for Huber's loss and the noise of the runs.
     EXPECT_LT(free.parts.front().chi_squared, fixed.parts.front().chi_squared + 1.0);
     const auto* const mass = free.parts.front().find(tests::id("tip_mass.mass_kg"));
     ASSERT_NE(mass, nullptr);

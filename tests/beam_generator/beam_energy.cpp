@@ -76,7 +76,7 @@ double BeamModel::energy(const VectorXd& q, const VectorXd& v) const {
     MatrixXd bent = bending(at, q).curvature;
     const MatrixXd moments = elastic_moments(bent);
     bent.col(0) -= curved_at_rest_;
-    // Of M = EI κ (1 + γ κ²) the energy is ½ M κ less ¼ γ EI κ⁴.
+    // The energy of M = EI κ (1 + γ κ²) is ½ M κ less ¼ γ EI κ⁴.
     const Eigen::ArrayXd square = bent.rowwise().squaredNorm().array();
     energy += grid_.weight.dot((0.5 * (moments.array() * bent.array()).rowwise().sum() -
                                 0.25 * terms_.cubic_bending * rigidity_.array() * square.square())

@@ -11,7 +11,7 @@
 
 namespace culm::beam {
 
-/// Points of a stretch of the beam between places where its stiffness jumps.
+/// Points of a section of the beam between jumps of its stiffness.
 struct Panel {
     double begin = 0.0; ///< m
     double end = 0.0;

@@ -43,8 +43,8 @@ struct BranchStep {
 /// w across it as the unknown fields: deflections are their integrals, linear in the unknowns, and
 /// the stem cannot stretch. Bending is that of Kirchhoff's rod without twist: the components of
 /// t' in the normals that the smallest rotation from the stem's axis to t carries along. Galerkin's
-/// method with the functions of BeamGrid; the fields' coefficients stand one after the other.
-/// It has nothing in common with the chain of spheres but the physics.
+/// method with the functions of BeamGrid; the fields' coefficients follow one after the other.
+/// The model shares only the physics with the chain of spheres.
 class BeamModel {
   public:
     BeamModel(const BeamStem& stem, const BeamTerms& terms);
@@ -56,15 +56,15 @@ class BeamModel {
     [[nodiscard]] Eigen::Index freedoms() const { return fields() * grid_.functions(); }
 
     /// Inertia and inner forces less outer ones, (freedoms); zero in motion. The finger's force is
-    /// `finger` times what finger_direction() says; point laws are left out. `rates` (if not null)
+    /// `finger` times finger_direction(); point laws are omitted. `rates` (if not null)
     /// gets the branches' q̇.
     [[nodiscard]] Eigen::VectorXd out_of_balance(const BeamState& state, double finger,
                                                  const BranchStep& branches,
                                                  BranchMoments* rates = nullptr) const;
-    /// The same at rest, with point laws and what the branches have left of a long hold.
+    /// The same at rest, with point laws and the moments of the branches after a long hold.
     [[nodiscard]] Eigen::VectorXd out_of_balance_at_rest(const Eigen::VectorXd& q,
                                                          double finger) const;
-    /// Of the branches when the stem is let go.
+    /// Moments of the branches at the release.
     [[nodiscard]] BranchMoments held_branches(const Eigen::VectorXd& q) const;
 
     /// Derivative of the tip's deflection by the coordinates.
@@ -72,8 +72,8 @@ class BeamModel {
     [[nodiscard]] const std::vector<PointLaw>& point_laws() const { return point_laws_; }
 
     /// Mass, damping and stiffness of small motions about the straight stem, (freedoms, freedoms).
-    /// `branch_step`: a step of the branches, s, whose stiffness is added to the damping, as is
-    /// what damping by curvature has at the coordinates `q`.
+    /// `branch_step`: a step of the branches, s, whose stiffness is added to the damping. The
+    /// damping by curvature is that at the coordinates `q`.
     [[nodiscard]] Eigen::MatrixXd mass_matrix() const;
     [[nodiscard]] Eigen::MatrixXd damping_matrix(double branch_step,
                                                  const Eigen::VectorXd& q) const;

@@ -143,7 +143,7 @@ class Stepper {
         last_ = std::move(at);
     }
 
-    /// Adds to the accelerations what the point laws do about them, one after the other.
+    /// Adds the contributions of the point laws to the accelerations, one after the other.
     [[nodiscard]] VectorXd with_point_laws(VectorXd acceleration, const VectorXd& q,
                                            const VectorXd& v) {
         const auto& laws = model_.point_laws();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A beam is held aside at its tip and let go.
+// The motion of a beam that is held aside at its tip and released.
 #pragma once
 
 #include "beam_generator/beam_model.hpp"

@@ -23,7 +23,7 @@ struct BeamStem {
     [[nodiscard]] double mass_per_length() const {
         return density * std::numbers::pi / 6.0 * diameter * diameter;
     }
-    /// Of the slender, undamped cantilever, Hz.
+    /// First frequency of the slender, undamped cantilever, Hz.
     [[nodiscard]] double first_frequency() const {
         constexpr double root_squared = 3.51601526850015; // 1.8751…², of cos x cosh x = −1
         return root_squared / (2.0 * std::numbers::pi * length * length) *

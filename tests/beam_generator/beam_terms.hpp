@@ -14,11 +14,11 @@ struct WeakSegment {
     double stiffness_factor = 1.0;
 };
 
-/// A spring and a dashpot in series beside the bending stiffness: q̇ = g E I κ̇ − q/τ.
+/// A spring and a dashpot in series, parallel to the bending stiffness: q̇ = g E I κ̇ − q/τ.
 struct RelaxingBranch {
     double fraction = 0.0;   ///< g
     double time = 1.0;       ///< τ, s
-    double held_share = 0.0; ///< of g E I κ that is left when the stem is let go
+    double held_share = 0.0; ///< share of g E I κ that remains at the release
 };
 
 /// Moment on the beam's first cross-section: −k θ − M tanh(θ̇/ω_r).
@@ -48,7 +48,7 @@ struct LossyCable {
     double speed = 0.0; ///< v0, m/s
 };
 
-/// Something solid beside the stem: a material point that moves beyond −gap is pushed back.
+/// A solid object next to the stem: it pushes back a material point that moves beyond −gap.
 struct ImpactStop {
     double height = 0.0;    ///< of the material point on the straight stem, m
     double gap = 0.0;       ///< m
@@ -56,7 +56,7 @@ struct ImpactStop {
     double damping = 0.0;   ///< N s/m, while in contact
 };
 
-/// Zeros and empty: none of it.
+/// A term that is zero or empty is absent.
 struct BeamTerms {
     double taper = 0.0;              ///< d(s) = d [1 + r (s/L − ½)]
     double stiffness_gradient = 0.0; ///< Y(s) = Y [1 + r (s/L − ½)]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The beam against what textbooks say of it.
+// Compares the beam with closed-form solutions.
 #include "beam_generator/beam_motion.hpp"
 #include "beam_generator/constant_loss.hpp"
 
@@ -42,7 +42,7 @@ TEST(Beam, HasTheFrequenciesOfACantilever) {
     EXPECT_NEAR(found[2], 7.8547574382376126, frequency_tolerance);
 }
 
-TEST(Beam, WithATipMassHasTheFrequenciesOfLaura) {
+TEST(Beam, HasTheFrequenciesOfLauraWithATipMass) {
     const BeamStem stem;
     BeamTerms terms;
     terms.tip_mass = 0.2 * stem.mass_per_length() * stem.length;
@@ -55,7 +55,7 @@ TEST(Beam, WithATipMassHasTheFrequenciesOfLaura) {
     EXPECT_NEAR(found[1], root_between(characteristic, 3.5, 4.694), frequency_tolerance);
 }
 
-TEST(Beam, InAYieldingClampHasTheFrequenciesOfChun) {
+TEST(Beam, HasTheFrequenciesOfChunInAYieldingClamp) {
     const BeamStem stem;
     BeamTerms terms;
     terms.clamp = TurningClamp{.stiffness = 20.0 * stem.rigidity() / stem.length};
@@ -68,7 +68,7 @@ TEST(Beam, InAYieldingClampHasTheFrequenciesOfChun) {
     EXPECT_NEAR(found[1], root_between(characteristic, 4.0, 4.694), frequency_tolerance);
 }
 
-TEST(Beam, AcrossTheTwoPrincipalPlanesHasTwoFrequencies) {
+TEST(Beam, HasTwoFrequenciesInItsPrincipalPlanes) {
     BeamTerms terms;
     terms.is_spatial = true;
     terms.stiffness_split = 0.1;
@@ -101,16 +101,16 @@ struct Elastica {
     }
 };
 
-TEST(HeldBeam, IsTheElastica) {
+TEST(HeldBeam, FollowsTheElastica) {
     const BeamStem stem;
     const BeamModel model(stem, {});
     // The pulls of recordings, and a much larger one.
     for (const double angle : {0.2, 0.7}) {
         const Elastica exact(stem, angle);
         const HeldBeam held = held_at_tip(model, exact.deflection);
-        // Polynomials of degree 11 for a smooth curvature: far below what is asked here.
+        // Polynomials of degree 11 describe this smooth curvature far better than the tolerance.
         EXPECT_NEAR(held.finger_force / exact.force, 1.0, 1e-8);
-        // Of the Legendre polynomials only the constant has an integral over the whole length.
+        // Only the constant Legendre polynomial has a nonzero integral over the whole length.
         EXPECT_NEAR(held.q[0], std::sin(angle), 1e-8);
     }
 }

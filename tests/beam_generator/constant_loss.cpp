@@ -30,7 +30,7 @@ double loss_factor_at(const std::vector<RelaxingBranch>& branches, double freque
 }
 
 std::vector<RelaxingBranch> constant_loss(double loss_factor, double first_frequency) {
-    // A little beyond the band, so that its ends are not the ends of the row.
+    // The row extends a little beyond both ends of the band.
     const double from = 0.5 * lowest * first_frequency;
     const double ratio = std::pow(4.0 * highest / lowest, 1.0 / (branch_count - 1));
     std::vector<RelaxingBranch> branches;
@@ -38,7 +38,7 @@ std::vector<RelaxingBranch> constant_loss(double loss_factor, double first_frequ
     for (int k = 0; k < branch_count; ++k) {
         frequencies.push_back(from * std::pow(ratio, k));
         const double time = 1.0 / (2.0 * std::numbers::pi * frequencies.back());
-        // Of an endless row of branches (Liu et al. 1976).
+        // The fraction in an infinite row of branches (Liu et al. 1976).
         branches.push_back({2.0 / std::numbers::pi * loss_factor * std::log(ratio), time, 0.0});
     }
     for (int sweep = 0; sweep < sweeps && loss_factor > 0.0; ++sweep)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How the beam's motion dies away: laws of decay and the balance of energy.
+// The decay of the beam's motion and the balance of its energy.
 #include "beam_generator/beam_motion.hpp"
 
 #include <algorithm>
@@ -48,7 +48,7 @@ std::vector<double> turning_points(const BeamMotion& motion, const FirstMode& mo
     return amplitudes;
 }
 
-/// From the shape of mode 1 alone: what mode 2 does to drag and friction is not in the formulas.
+/// Releases the shape of mode 1 alone, because the formulas neglect mode 2.
 BeamMotion released(const BeamModel& model, const FirstMode& mode, double amplitude,
                     double duration) {
     return release(model, {amplitude * mode.shape, 0.0}, duration, default_step(model));
@@ -60,7 +60,7 @@ BeamStem undamped() {
     return stem;
 }
 
-TEST(Decay, OfInternalDampingIsExponential) {
+TEST(Decay, IsExponentialWithInternalDamping) {
     const BeamStem stem;
     const BeamModel model(stem, {});
     const FirstMode mode(model);
@@ -72,7 +72,7 @@ TEST(Decay, OfInternalDampingIsExponential) {
     EXPECT_NEAR(std::log(peaks[1] / peaks[9]) / 8.0 / decrement, 1.0, 1e-3);
 }
 
-TEST(Decay, OfQuadraticDragIsHyperbolic) {
+TEST(Decay, IsHyperbolicWithQuadraticDrag) {
     BeamTerms terms;
     terms.quadratic_drag = 5e-3;
     const BeamModel model(undamped(), terms);
@@ -92,7 +92,7 @@ TEST(Decay, OfQuadraticDragIsHyperbolic) {
     EXPECT_NEAR(late / early, 1.0, 0.01);
 }
 
-TEST(Decay, OfDryFrictionIsLinear) {
+TEST(Decay, IsLinearWithDryFriction) {
     const BeamStem stem = undamped();
     BeamTerms terms;
     terms.clamp = TurningClamp{.stiffness = 20.0 * stem.rigidity() / stem.length,
@@ -104,7 +104,7 @@ TEST(Decay, OfDryFrictionIsLinear) {
     ASSERT_GT(peaks.size(), 10u);
     // A cycle loses 4 M_f Θ of ½ M ω² A², with the clamp's rotation Θ = θ_1 A.
     const double lost = 4.0 * 1e-4 * mode.shape[0] / (mode.mass * mode.omega * mode.omega);
-    // Reversals of the friction excite a little of mode 2, which takes its share.
+    // Reversals of the friction excite a little of mode 2, which also loses energy.
     EXPECT_NEAR((peaks[1] - peaks[5]) / (4.0 * lost), 1.0, 0.02);
     EXPECT_NEAR((peaks[5] - peaks[9]) / (4.0 * lost), 1.0, 0.02);
 }
@@ -133,12 +133,12 @@ TEST(Energy, IsConservedWithoutLosses) {
         double worst = 0.0;
         for (std::size_t k = 0; k < motion.q.size(); ++k)
             worst = std::max(worst, std::abs(model.energy(motion.q[k], motion.v[k]) / start - 1.0));
-        // The integrator damps modes above the fourth, which hold a share of some 1e-5.
+        // The integrator damps modes above the fourth, which contain some 1e-5 of the energy.
         EXPECT_LT(worst, 1e-4) << is_spatial;
     }
 }
 
-TEST(Energy, FallsByWhatDampingAndDragTake) {
+TEST(Energy, FallsByTheLossesToDampingAndDrag) {
     const BeamStem stem;
     BeamTerms terms;
     terms.quadratic_drag = 2e-3;

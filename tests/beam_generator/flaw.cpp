@@ -31,7 +31,7 @@ const std::vector<Flaw>& flaws() {
 const Flaw& flaw_named(std::string_view name) {
     const auto found = std::ranges::find(flaws(), name, &Flaw::name);
     if (found == flaws().end())
-        throw std::invalid_argument(fmt::format("{} is no flaw of a recording", name));
+        throw std::invalid_argument(fmt::format("{} is not a flaw of a recording", name));
     return *found;
 }
 

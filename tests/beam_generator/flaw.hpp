@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What may be wrong with a recording besides what the stem does.
+// Errors of a recording that do not depend on the stem.
 #pragma once
 
 #include "beam_generator/recording.hpp"

@@ -22,7 +22,7 @@ struct HiddenEffect {
     [[nodiscard]] double value(std::string_view parameter) const;
 };
 
-/// What the camera does: a row at height h is read T h/L later and e h/L larger.
+/// Errors of the camera: a row at height h is read T h/L later and e h/L larger.
 struct CameraFaults {
     double readout_time = 0.0; ///< T, s
     double scale_change = 0.0; ///< e

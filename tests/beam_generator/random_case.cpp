@@ -12,7 +12,7 @@
 namespace culm::beam {
 namespace {
 
-/// Not two of them at once: the second contains the first.
+/// Whether one effect contains the other, so that they are not combined.
 bool exclude_each_other(const std::string& one, const std::string& other) {
     return (one == "clamp_compliance" && other == "clamp_friction") ||
            (one == "clamp_friction" && other == "clamp_compliance");
@@ -70,7 +70,7 @@ CaseKind case_kind(std::string_view name) {
          {CaseKind::Null, CaseKind::Single, CaseKind::Pair, CaseKind::Unknown})
         if (to_string(kind) == name)
             return kind;
-    throw std::invalid_argument(fmt::format("{} is no kind of case", name));
+    throw std::invalid_argument(fmt::format("{} is not a kind of case", name));
 }
 
 std::vector<std::vector<std::string>> effect_pairs() {

@@ -17,7 +17,7 @@ double angular_frequency(const Pull& pull) {
     return 2.0 * std::numbers::pi * pull.stem.first_frequency();
 }
 
-/// 3 δ/L²: of the root of a cantilever that is held at its tip.
+/// 3 δ/L², the curvature at the root of a cantilever that is held at its tip.
 double root_curvature(const Pull& pull) {
     return 3.0 * pull.tip_deflection / (pull.stem.length * pull.stem.length);
 }

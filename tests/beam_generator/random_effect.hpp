@@ -37,7 +37,7 @@ class Dice {
     RandomPlace place_;
 };
 
-/// What the strengths are measured by.
+/// Sets the scales of the strengths.
 struct Pull {
     BeamStem stem;
     double tip_deflection = 0.0; ///< m

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random numbers that are a pure function of what they are for: the same on every rank.
+// Random numbers that are a pure function of their use: the same on every rank.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace culm::beam {
 
 enum class RandomUse : std::uint64_t { CaseDraw = 101, Noise, Outlier, Gap };
 
-/// The place of a number among those of one use.
+/// The position of a number in the sequence of one use.
 struct RandomPlace {
     std::uint64_t seed = 1;
     RandomUse use = RandomUse::CaseDraw;

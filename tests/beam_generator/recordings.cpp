@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Made-up recordings: noise, gaps, and that they are the same wherever they are made.
+// Synthetic recordings: noise, gaps and reproducibility.
 #include "beam_generator/random_case.hpp"
 #include "beam_generator/random_effect.hpp"
 #include "core/error.hpp"
@@ -81,7 +81,7 @@ TEST(Recording, ShowsTheHeldStemBeforeTheRelease) {
             EXPECT_EQ(measurement.deflection(frame, row), measurement.deflection(5, row));
 }
 
-TEST(Recording, SurvivesAFolder) {
+TEST(Recording, IsUnchangedByWritingAndReading) {
     const tests::TemporaryFolder folder;
     RandomCase drawn = random_case(3, CaseKind::Single, 5);
     drawn.spec.errors.missing_share = 0.02;
@@ -106,7 +106,7 @@ TEST(RandomCase, FollowsFromItsSeedAndNumberAlone) {
               random_case(11, CaseKind::Pair, 4).spec.seed);
 }
 
-TEST(RandomCase, OfSinglesCoversWhatCulmTriesUnasked) {
+TEST(RandomCase, CoversEveryEffectOfTheLibraryWithSingles) {
     std::vector<std::string> names = library_effects();
     std::vector<std::string> culms;
     for (const physics::EffectPointer& effect : physics::all_effects())
@@ -128,18 +128,18 @@ TEST(RandomCase, HasParametersOfCulmsNamesWithinCulmsBounds) {
     }
 }
 
-TEST(RandomCase, OfEveryKindCanBeRecorded) {
+TEST(RandomCase, CanBeRecordedInEveryKind) {
     for (const CaseKind kind : {CaseKind::Null, CaseKind::Pair, CaseKind::Unknown})
         for (std::uint64_t number = 0; number < 5; ++number) {
             const measure::Measurement measurement = record(random_case(2, kind, number).spec);
-            // The highest row stays in sight of a stem that is pulled by 25 mm.
+            // A stem that is pulled by 25 mm still reaches the highest row.
             for (std::size_t frame = 0; frame < measurement.times.size(); ++frame)
                 EXPECT_FALSE(
                     std::isnan(measurement.deflection(frame, measurement.heights.size() - 1)));
         }
 }
 
-TEST(HiddenEffect, OfAnUnknownNameIsRefused) {
+TEST(HiddenEffect, IsRefusedWithAnUnknownNameOrWithoutParameters) {
     EXPECT_THROW(static_cast<void>(hidden_physics({}, {{"quadratic_darg", {}}})), core::InputError);
     EXPECT_THROW(static_cast<void>(hidden_physics({}, {{"taper", {}}})), core::InputError);
 }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs the culm program in a folder of its own; what the tests of the command line share."""
+"""Runs the culm program in an empty folder; shared by the tests of the command line."""
 
 import os
 import shutil
@@ -12,7 +12,7 @@ from pathlib import Path
 PROGRAM = os.environ["CULM_PROGRAM"]
 # How many times slower the program is than a release build: preset "asan" says 10.
 SLOWNESS = float(os.environ.get("CULM_TEST_SLOWNESS", "1"))
-# Seconds after which a run hangs: far beyond what any of these studies takes.
+# Seconds after which a run is taken to hang: far longer than any of these studies takes.
 PATIENCE = 60 * SLOWNESS
 
 DONE, BAD_INPUT, POINTS_FAILED, STOPPED_EARLY = 0, 2, 3, 75
@@ -48,8 +48,8 @@ UNDISTURBED: dict[str, str] = {}
 
 
 def journal_bytes(study: Path) -> int:
-    """Size of the journals of a study that runs: a journal may go between the listing and the look,
-    since a study that ends removes them."""
+    """Size of the journals of a running study. A study removes its journals when it ends, so a
+    listed journal may no longer exist."""
     size = 0
     for journal in study.glob("journal/*.culmj"):
         try:
@@ -60,7 +60,7 @@ def journal_bytes(study: Path) -> int:
 
 
 def children_of(process_id: int) -> list[int]:
-    """Processes whose parent that is, from /proc."""
+    """The child processes of a process, from /proc."""
     children = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -87,7 +87,7 @@ class CulmTest(unittest.TestCase):
         return name
 
     def culm(self, *arguments, **options) -> subprocess.CompletedProcess:
-        """Runs to the end, in the test's folder; options as of subprocess.run."""
+        """Runs culm to its end in the test's folder; the options are those of subprocess.run."""
         return subprocess.run([PROGRAM, *arguments], cwd=self.folder, text=True,
                               capture_output=True, timeout=PATIENCE, check=False, **options)
 
@@ -105,7 +105,7 @@ class CulmTest(unittest.TestCase):
         process.communicate()
 
     def wait_for_points(self, folder: str, count: int):
-        """Returns when the journals hold so many points of 1001 samples each."""
+        """Returns when the journals contain `count` points of 1001 samples each."""
         deadline = time.monotonic() + PATIENCE
         while time.monotonic() < deadline:
             if journal_bytes(self.folder / folder) > count * 1001 * 8:
@@ -117,14 +117,14 @@ class CulmTest(unittest.TestCase):
         self.assertEqual(finished.returncode, code, finished.stdout + finished.stderr)
 
     def assert_refused(self, finished: subprocess.CompletedProcess, message: str):
-        """Bad input: exactly this message, nothing else on the screen."""
+        """Asserts that the input is refused with exactly this message and no other output."""
         self.assertEqual(finished.stderr, message)
         self.assertEqual(finished.stdout, "")
         self.assertEqual(finished.returncode, BAD_INPUT)
 
     def fits(self, folder: str) -> str:
-        """All fits of a study with every digit, by the study's options and by others: equal texts
-        mean equal histories."""
+        """All fits of a study with every digit, with the study's options and with others. Equal
+        texts mean equal histories."""
         stored = (self.folder / folder / "fits.csv").read_text(encoding="utf-8")
         again = f"{folder}-again"
         shutil.copytree(self.folder / folder, self.folder / again)
@@ -136,7 +136,7 @@ class CulmTest(unittest.TestCase):
         return stored + text
 
     def fits_of_undisturbed_run(self, study: str) -> str:
-        """On one rank; computed once for all tests of a file."""
+        """The fits of a run on one rank, computed once for all tests of a file."""
         text = (self.folder / study).read_text(encoding="utf-8")
         if text not in UNDISTURBED:
             self.assert_exit(self.culm("run", study, "-o", "undisturbed", "-q"), DONE)

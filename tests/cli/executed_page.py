@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A page of documentation that does what it says: every command runs, every output is as printed.
+"""Tests a page of documentation: every command must run, every output must be as printed.
 
-A fenced block marked sh holds commands; a block marked text right behind it holds what they print
-on the standard output, or on the error output if that is all. The blocks run one after the other in
+A fenced block marked sh contains commands. A block marked text directly after it contains their
+standard output, or their error output if there is no other. The blocks run one after the other in
 one folder, with `~/culm` replaced by the repository, its build folder by that of the program under
-test, and `mpirun -n N` by a launcher that may start two processes anywhere. A tutorial begins in an empty folder and every block of it is
-a command or an output; a page of reference may begin with what it takes for granted (`given`), and
-holds other blocks as well. Of the output
- * a line of nothing but `…` stands for any lines, `…` inside a line for any text (or the
-   character itself, which culm prints between the ends of an interval);
- * numbers may differ by 2 %, those with a decimal point or an exponent by one unit of the last
-   digit that is printed if that is more: fits end within a small part of their standard error,
-   and processors round differently;
- * everything else is literal, but for the width of the gaps between words.
+test, and `mpirun -n N` by a launcher of two processes. A tutorial begins in an empty folder, and
+every block of it is a command or an output. A page of reference may begin with files (`given`) and
+contain other blocks. Outputs are compared by these rules:
+ * a line `…` matches any lines, `…` inside a line matches any text (or the character itself,
+   which culm prints between the ends of an interval);
+ * numbers may differ by 2 %, those with a decimal point or an exponent also by one unit of the
+   last printed digit: fits end within a small part of their standard error, and processors round
+   differently;
+ * everything else is literal, except for the width of the gaps between words.
 """
 
 import os
@@ -28,18 +28,18 @@ from culm_program import PROGRAM, SLOWNESS
 MPIEXEC = os.environ["CULM_MPIEXEC"]
 ROOT = Path(__file__).resolve().parents[2]
 NEEDED_FOR_FIGURES = ("matplotlib", "numpy")
-# Seconds after which a block hangs; the slowest takes half a minute of an idle core.
+# Seconds after which a block is taken to hang; the slowest takes half a minute on an idle core.
 PATIENCE = 300 * SLOWNESS
 
 FENCE = re.compile(r"^```(.*)\n((?:(?!```).*\n)*)^```$", re.MULTILINE)
-# Neither part of a word (T2, chi2) nor an interval's or a list's punctuation.
+# Excludes digits that are part of a name (T2, chi2) and the punctuation of intervals and lists.
 NUMBER = re.compile(r"(?<![\w.])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w])")
 ANYTHING = "…"
 TOLERANCE = 0.02
 
 
 class Step:
-    """Commands, and what they print (None where the tutorial does not show it)."""
+    """Commands, and their output (None if the tutorial does not show it)."""
 
     def __init__(self, commands: str, line: int):
         self.commands, self.line = commands, line
@@ -51,8 +51,8 @@ class Step:
 
 
 def steps_of(text: str, only_commands: bool = True) -> list[Step]:
-    """Raises ValueError where a block is neither commands nor the output of commands, unless the
-    page may hold other blocks as well."""
+    """The steps of a page. Raises ValueError for a block that is neither commands nor their output,
+    unless the page may contain other blocks."""
     steps, end_of_commands = [], -1
     for block in FENCE.finditer(text):
         language, content = block.groups()
@@ -63,7 +63,7 @@ def steps_of(text: str, only_commands: bool = True) -> list[Step]:
         elif language == "text" and text[end_of_commands:block.start()] == "\n":
             steps[-1].output = content
         elif only_commands:
-            raise ValueError(f"line {line}: a block that no command stands for: ```{language}")
+            raise ValueError(f"line {line}: a block without a command: ```{language}")
     return steps
 
 
@@ -72,7 +72,7 @@ def words(line: str) -> str:
 
 
 def last_digit(number: str) -> float:
-    """One unit of the last digit that is written: 0.01 of 1.25, 1e5 of 2e+05, 0 of a count."""
+    """One unit of the last written digit: 0.01 for 1.25, 1e5 for 2e+05, 0 for a count."""
     if number.lstrip("+-").isdigit():
         return 0.0
     mantissa, _, exponent = number.partition("e")
@@ -81,14 +81,14 @@ def last_digit(number: str) -> float:
 
 def agree(expected: str, found: str, uncertainty: float = 0.0) -> bool:
     wanted, value = float(expected), float(found)
-    # A hundredth more, for a difference of one unit is not exact in binary. What is no different
-    # from 0 differs between processors by more than a share of itself.
+    # The factor 1.01 allows for a difference of one unit, which is not exact in binary. A number
+    # that is consistent with 0 may differ between processors by more than 2 % of its value.
     return abs(value - wanted) <= max(TOLERANCE * abs(wanted), 1.01 * last_digit(expected),
                                       TOLERANCE * uncertainty)
 
 
 def line_agrees(expected: str, found: str) -> bool:
-    """Whether a line is as the tutorial has it, numbers within the tolerance."""
+    """Whether a line matches the line of the tutorial, with numbers within the tolerance."""
     expected, found = words(expected), words(found)
     pattern, end = "", 0
     numbers: list[str] = []
@@ -109,7 +109,7 @@ def line_agrees(expected: str, found: str) -> bool:
 
 
 def difference(expected: str, found: str) -> str | None:
-    """The first line of the tutorial that was not printed where it should be; None if all were."""
+    """The first line that differs between the tutorial and the output; None if there is none."""
     printed = found.splitlines()
     place, skipping = 0, False
     for line in expected.splitlines():
@@ -129,13 +129,13 @@ def difference(expected: str, found: str) -> str | None:
 
 
 class ExecutedPage:
-    """Tests of a page, for a unittest.TestCase that says which one: `page`."""
+    """Tests of a page, for a unittest.TestCase that defines `page`."""
 
     page: Path
     is_tutorial = True
     # First line of a block that is not run -> why not.
     left_out: dict[str, str] = {}
-    # Command of culm -> options that make it small; only where no output is shown.
+    # Command of culm -> options that shorten it; only for commands whose output is not shown.
     small: dict[str, str] = {}
 
     @classmethod
@@ -144,7 +144,7 @@ class ExecutedPage:
         cls.steps = steps_of(cls.text, cls.is_tutorial)
 
     def given(self, folder: Path):
-        """Puts into the folder what the page takes for granted."""
+        """Puts the files into the folder that the page needs."""
 
     def test_does_what_it_says(self):
         can_draw = all(map(find_spec, NEEDED_FOR_FIGURES))
@@ -153,7 +153,7 @@ class ExecutedPage:
             folder.mkdir()
             self.given(folder)
             programs = self.programs(Path(scratch) / "bin")
-            # The figures need the Python that runs this test.
+            # The figures need the Python interpreter of this test.
             variables.write_text(f"export PATH='{programs}:{ROOT / 'postprocess'}:"
                                  f"{Path(sys.executable).parent}':$PATH\n", "utf-8")
             for step in self.steps:
@@ -177,7 +177,7 @@ class ExecutedPage:
         return folder
 
     def run_step(self, step: Step, folder: Path, variables: Path) -> str:
-        """`variables` carries what a block exports to the next, as in one terminal."""
+        """`variables` passes the exports of a block to the next one, as in one terminal."""
         commands = step.commands.replace("~/culm/build/release/src/cli", str(Path(PROGRAM).parent))
         commands = commands.replace("~/culm", str(ROOT))
         commands = re.sub(r"\bmpirun -n \d+", f"{MPIEXEC} --oversubscribe -n 2", commands)

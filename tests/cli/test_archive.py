@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""culm archive as programs and older studies meet it: JSON schema, older formats, missing data, and
-readers that are not culm's."""
+"""culm archive for programs and for older studies: JSON schema, older formats, missing data, and
+other readers."""
 
 import csv
 import importlib.util
@@ -43,7 +43,7 @@ upper = 10
 
 class ArchiveTest(CulmTest):
     def told(self, command: str, folder: str) -> dict:
-        """The JSON of info, status or verify, which follows the schema."""
+        """The JSON of info, status or verify, validated by the schema."""
         finished = self.culm("archive", command, folder, "--json", "-")
         self.assertIn(finished.returncode, (DONE, POINTS_FAILED), finished.stderr)
         found = json.loads(finished.stdout)
@@ -51,7 +51,7 @@ class ArchiveTest(CulmTest):
         return found
 
     def interrupted(self, text: str = SLOW):
-        """A folder with journals of some points, of a run that met a limit of the file size."""
+        """A folder with the journals of a run that reached a limit of the file size."""
         self.write("s.toml", text)
         stopped = self.culm(
             "run", "s.toml", "-o", "out", "-q",
@@ -65,7 +65,7 @@ class ArchiveTest(CulmTest):
 
 
 class Json(ArchiveTest):
-    def test_of_a_whole_study_follows_the_schema(self):
+    def test_follows_the_schema_for_a_whole_study(self):
         self.write("s.toml", FULL)
         self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), DONE)
         for command in ("info", "status", "verify"):
@@ -75,7 +75,7 @@ class Json(ArchiveTest):
         self.assertTrue(found["is_whole"])
         self.assertIn("config", found["archive"]["provenance"])
 
-    def test_of_journals_and_of_damage_follows_the_schema(self):
+    def test_follows_the_schema_for_journals_and_for_damage(self):
         self.interrupted()
         for command in ("info", "status", "verify"):
             found = self.told(command, "out")
@@ -88,7 +88,7 @@ class Json(ArchiveTest):
         (self.folder / "out/journal/study.json").unlink()
         self.assertIsNone(self.told("verify", "out")["points"])
 
-    def test_of_a_running_study_follows_the_schema(self):
+    def test_follows_the_schema_for_a_running_study(self):
         self.write("s.toml", SLOW)
         process = self.start(PROGRAM, "run", "s.toml", "-o", "out", "-q")
         self.wait_for_points("out", 1)
@@ -112,13 +112,13 @@ class OlderFormats(ArchiveTest):
         self.assertEqual((self.folder / "tables/points.csv").read_bytes(),
                          (OLDER / "study-1.0/points.csv").read_bytes())
         self.assert_exit(self.culm("reduce", folder, "--keep"), DONE)
-        # Nothing is left to compute.
+        # No point is missing.
         resumed = self.culm("run", "study.toml", "-o", folder, "--resume")
         self.assert_exit(resumed, DONE)
         self.assertNotIn("points/s", resumed.stderr)
 
     def test_archive_of_version_1_0_can_be_repeated(self):
-        # Its numbers came from another integrator: they differ, and that is told.
+        # Its numbers were computed by another integrator; the differences are reported.
         folder = self.copied("study-1.0")
         again = self.culm("run", "--from-archive", folder, "-o", "again", "-q")
         self.assert_exit(again, POINTS_FAILED)
@@ -131,7 +131,7 @@ class OlderFormats(ArchiveTest):
         folder = self.copied("journal-1")
         found = self.told("verify", folder)
         self.assertEqual(found["journals"][0]["outcomes"], 4)
-        self.assertIsNone(found["points"])  # there was no note beside it yet
+        self.assertIsNone(found["points"])  # its version had no note next to the journal
         resumed = self.culm("run", "study.toml", "-o", folder, "--resume")
         self.assert_exit(resumed, DONE)
         self.assertIn("2/2 points", resumed.stderr)
@@ -139,7 +139,7 @@ class OlderFormats(ArchiveTest):
         self.table(folder)
         new = (self.folder / "tables/points.csv").read_text(encoding="utf-8").splitlines()
         self.assertEqual(len(new), 7)
-        self.assertEqual(len(set(old) & set(new)), 1 + 4)  # the header, and what was kept
+        self.assertEqual(len(set(old) & set(new)), 1 + 4)  # the header, and the kept points
 
     @unittest.skipUnless(HAS_H5PY, "h5py is missing")
     def test_archive_of_a_newer_version_is_refused_with_what_to_do(self):
@@ -160,9 +160,9 @@ class OlderFormats(ArchiveTest):
         content[8] = 9
         journal.write_bytes(content)
         refused = self.culm("run", "study.toml", "-o", folder, "--resume")
-        self.assertIn("has journal format version 9; this culm reads versions 1 to 2. Go on with "
-                      "the culm that began the study, or move the file away to compute its points "
-                      "again", refused.stderr)
+        self.assertIn("has journal format version 9; this culm reads versions 1 to 2. "
+                      "Continue with the culm that began the study, or move the file away to "
+                      "compute its points again", refused.stderr)
         self.assertNotEqual(refused.returncode, DONE)
         self.assertEqual(journal.read_bytes(), content)
 
@@ -181,12 +181,12 @@ class MissingData(ArchiveTest):
                 self.assertEqual(frequency, "")
             else:
                 self.assertTrue(math.isfinite(float(frequency)))
-        # No table of deflections is made up for them.
+        # No table of deflections is invented for them.
         exported = self.culm("archive", "export", "merged", "-o", "t2", "--histories")
         self.assert_exit(exported, POINTS_FAILED)
         self.assertFalse((self.folder / f"t2/point_{missing[0]:06}.csv").exists())
 
-    def test_of_failed_points_are_empty_with_the_reason_beside(self):
+    def test_are_empty_for_failed_points_with_the_reason(self):
         # Stiff stems swing faster than the formula allows.
         self.write("bounded.toml", BOUNDED)
         self.write("s.toml", '[study]\neffects = ["bounded.toml"]\n' + QUICK)
@@ -200,14 +200,14 @@ class MissingData(ArchiveTest):
             self.assertIn("is not a number at", row["failure_reason"])
         self.assertEqual(len(self.told("verify", "out")["failed_points"]), len(failed))
 
-    def test_of_histories_without_a_fit_are_empty(self):
+    def test_are_empty_for_histories_without_a_fit(self):
         self.write("s.toml", OVERDAMPED)
         self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), POINTS_FAILED)
         without = [row["bond_damping"] for row in self.table("out") if not row["frequency [Hz]"]]
         self.assertEqual(without, ["30000"] * 3)
 
     @unittest.skipUnless(HAS_H5PY, "h5py is missing")
-    def test_are_not_a_number_for_other_readers_never_zero(self):
+    def test_are_not_a_number_for_other_readers_and_never_zero(self):
         import h5py
         import numpy
         self.interrupted()

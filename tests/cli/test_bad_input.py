@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is wrong with a study is said before any work, all of it, with exit code 2."""
+"""All errors of a study are reported before any work, with exit code 2."""
 
 import unittest
 
@@ -12,34 +12,34 @@ class BadStudy(CulmTest):
         self.assert_refused(self.culm("run", study, "-o", "out"), message)
         self.assertFalse((self.folder / "out").exists())
 
-    def test_that_is_missing(self):
+    def test_is_refused_if_it_is_missing(self):
         self.assert_refused(self.culm("run", "no.toml"),
                             "culm: no.toml: cannot be read: No such file or directory\n")
 
-    def test_that_is_a_folder(self):
+    def test_is_refused_if_it_is_a_folder(self):
         self.assert_refused(self.culm("run", "."), "culm: .: cannot be read: it is a folder\n")
 
-    def test_that_is_no_toml_shows_the_line(self):
+    def test_shows_the_line_that_is_not_toml(self):
         study = self.write("s.toml", "[stem]\nspheres = = 3\n")
         finished = self.culm("run", study)
         self.assert_exit(finished, BAD_INPUT)
         self.assertRegex(finished.stderr, r"^culm: s\.toml:2: not valid TOML: \w.*\n$")
 
-    def test_with_an_unknown_law_gets_the_nearest_name(self):
+    def test_gets_the_nearest_name_for_an_unknown_law(self):
         self.refused('[law]\nname = "schram2019"\n',
                      'culm: s.toml:2: law.name = "schram2019": must be "schramm2019" or '
                      '"consistent" (did you mean "schramm2019"?)\n')
 
-    def test_with_a_value_that_is_not_a_number(self):
+    def test_is_refused_for_a_value_that_is_not_a_number(self):
         self.refused("[stem]\nbond_damping = nan\n",
                      "culm: s.toml:2: stem.bond_damping = nan: must be a number in [0, 100000]\n")
 
-    def test_with_a_negative_parameter(self):
+    def test_is_refused_for_a_negative_parameter(self):
         self.refused("[stem]\ndensity_kg_m3 = -125\n",
                      "culm: s.toml:2: stem.density_kg_m3 = -125: must be a number in "
                      "(0, 30000] kg/m³\n")
 
-    def test_with_many_errors_gets_all_of_them_at_once(self):
+    def test_gets_all_of_its_errors_at_once(self):
         self.refused(
             '[law]\nname = "consistant"\n'
             "[stem]\nsphres = 4\nlength_mm = -3\n"
@@ -50,13 +50,13 @@ class BadStudy(CulmTest):
             "s.toml:5: stem.length_mm = -3: must be a number in (0, 100000] mm\n"
             "s.toml:7: factors.bond_damping = inf: must be a number in [0, 100000]\n")
 
-    def test_with_an_explicit_step_above_the_limit_says_the_limit(self):
+    def test_gets_the_limit_of_an_explicit_step_that_is_too_large(self):
         study = self.write("s.toml", '[integrator]\nmethod = "explicit"\ntimestep_s = 1e-8\n'
                                      "[stem]\nspheres = 10\n"
                                      "[factors]\nbond_damping = [1, 100, 200]\n")
         finished = self.culm("run", study, "-o", "out")
         self.assert_exit(finished, BAD_INPUT)
-        # Damping alone decides both limits: twice as much of it halves the step.
+        # Both limits depend on the damping only: twice the damping halves the step.
         self.assertEqual(
             finished.stderr,
             "culm: s.toml: 2 of 3 points are impossible:\n"
@@ -73,7 +73,7 @@ class BadOption(CulmTest):
         super().setUp()
         self.write("s.toml", QUICK)
 
-    def test_of_simulate_that_is_no_finite_number_in_range(self):
+    def test_is_refused_if_it_is_not_a_finite_number_in_range(self):
         cases = {
             ("--bond-damping", "nan"): "[0, 100000]",
             ("--bond-damping", "-1"): "[0, 100000]",
@@ -88,7 +88,7 @@ class BadOption(CulmTest):
                 f"culm simulate: {option}: {value} is not a number in {allowed}\n"
                 "Try `culm simulate --help`.\n")
 
-    def test_simulate_says_what_it_lacks(self):
+    def test_is_named_if_simulate_lacks_it(self):
         self.assert_refused(self.culm("simulate"),
                             "culm: simulate needs a study file, or --via DIR\n")
         self.assert_refused(self.culm("simulate", "s.toml", "--via", "out"),
@@ -102,7 +102,7 @@ class BadOption(CulmTest):
             "culm: --via DIR needs --frequency-hz and --decay-per-cycle, the measured b2 and b1 of "
             "the stem\n")
 
-    def test_folder_without_a_study_is_said(self):
+    def test_is_refused_if_the_folder_has_no_study(self):
         message = "culm: out: there is no study here (study.h5 is missing)\n"
         self.assert_refused(self.culm("reduce", "out"), message)
         self.assert_refused(self.culm("simulate", "--via", "out", "--frequency-hz", "90",

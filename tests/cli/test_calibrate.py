@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`culm calibrate` and `culm export` as their users meet them."""
+"""`culm calibrate` and `culm export` on the command line."""
 
 import csv
 import json
@@ -35,7 +35,7 @@ class Calibrate(CulmTest):
         return finished, result
 
     def damaged(self) -> Path:
-        """A folder that holds a good stem and one that does not vibrate."""
+        """A folder that contains a good stem and one that does not vibrate."""
         folder = self.folder / "stems"
         shutil.copytree(EXAMPLES / "T1-null", folder / "good")
         shutil.copytree(EXAMPLES / "T1-null", folder / "still")
@@ -45,7 +45,7 @@ class Calibrate(CulmTest):
         file.write_text("\n".join([lines[0], *still]) + "\n", "utf-8")
         return folder
 
-    def test_null_stem_with_check(self):
+    def test_recovers_the_null_stem_with_check(self):
         finished, result = self.calibrate(str(EXAMPLES / "T1-null"), "--check")
         stem = result["stems"][0]
         modulus = stem["parameters"]["bond_youngs_modulus_pa"]
@@ -59,17 +59,17 @@ class Calibrate(CulmTest):
         self.assertIn("No model deficiency detectable in this recording.", finished.stdout)
         self.assertIn("check: Eq. 1 fitted to the simulated stem", finished.stdout)
 
-    def test_residual_is_the_one_with_every_input_as_stated(self):
+    def test_states_the_residual_with_every_input_as_stated(self):
         clamp = TESTS / "data" / "hidden-effect" / "T3-clamp_compliance"
         fit = self.calibrate(str(clamp), *QUICKLY)[1]["stems"][0]["fit"]
         self.assertAlmostEqual(fit["rmse_over_noise"], fit["rmse_mm"] / fit["noise_mm"], delta=0.01)
-        self.assertGreater(fit["rmse_over_noise"], 3)  # with a clamp that is moved by 9 mm: 1
+        self.assertGreater(fit["rmse_over_noise"], 3)  # it is 1 with the clamp moved by 9 mm
         self.assertIn("clamp height", "".join(each["name"] for each in fit["contradicted_inputs"]))
 
-    def test_a_stem_is_known_as_well_as_its_inputs(self):
+    def test_knows_a_stem_as_well_as_its_inputs(self):
         by_default, plain = self.calibrate(str(EXAMPLES / "T1-null"), *QUICKLY)
         self.assertIn("No uncertainty is stated for length, diameter, density, scale, clamp "
-                      "height: that of a careful laboratory counts.\n", by_default.stdout)
+                      "height: the defaults are used.\n", by_default.stdout)
         shutil.copytree(EXAMPLES / "T1-null", self.folder / "measured")
         stem = self.folder / "measured" / "stem.toml"
         text = stem.read_text("utf-8")
@@ -91,8 +91,8 @@ class Calibrate(CulmTest):
         after, narrow = shares(better)
         self.assertGreater(before["diameter"], 0.5)
         self.assertLess(after["diameter"], 0.01)
-        # Y is the same, as the readings know the diameter only from the scale; its interval was
-        # that of the calipers.
+        # Y is the same, because the readings determine the diameter only through the scale; its
+        # interval was that of the calipers.
         self.assertAlmostEqual(wide["value"] / narrow["value"], 1.0, places=4)
         self.assertAlmostEqual(wide["stderr_of_readings"] / narrow["stderr_of_readings"], 1.0,
                                delta=0.02)
@@ -100,14 +100,14 @@ class Calibrate(CulmTest):
         self.assertIn("0.001 mm  ", finished.stdout)
         self.assertNotIn("stated for length, diameter", finished.stdout)
 
-    def test_profile_intervals_hold_the_value(self):
+    def test_gives_profile_intervals_that_contain_the_value(self):
         _, result = self.calibrate(str(EXAMPLES / "T1-null"), "--profile", *QUICKLY)
         for name, found in result["stems"][0]["parameters"].items():
             lower, upper = found["profile_interval"]
             self.assertLess(lower, found["value"], name)
             self.assertGreater(upper, found["value"], name)
 
-    def test_population_with_a_failure(self):
+    def test_summarises_a_population_with_a_failure(self):
         finished, result = self.calibrate(str(EXAMPLES), str(self.damaged() / "still"), *QUICKLY,
                                           code=POINTS_FAILED)
         self.assertEqual(len(result["stems"]), 4)
@@ -117,7 +117,7 @@ class Calibrate(CulmTest):
         self.assertIn("90 % of the stems lie in", finished.stdout)
         self.assertIn("failed:", finished.stdout)
 
-    def test_same_result_on_two_ranks(self):
+    def test_gives_the_same_result_on_two_ranks(self):
         folder = str(self.damaged())
         _, alone = self.calibrate(folder, *QUICKLY, code=POINTS_FAILED)
         environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1",
@@ -133,7 +133,7 @@ class Calibrate(CulmTest):
                          (1, 2))
         self.assertEqual(shared, alone)
 
-    def test_predictions_stand_beside_the_readings(self):
+    def test_writes_predictions_with_the_readings(self):
         self.calibrate(str(EXAMPLES / "T1-null"), *QUICKLY, "-o", "out")
         with (self.folder / "out" / "predictions" / "001.csv").open(encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
@@ -143,7 +143,7 @@ class Calibrate(CulmTest):
                                float(first["predicted h=148mm"]), delta=0.25)
         self.assertTrue((self.folder / "out" / "calibration.json").is_file())
 
-    def test_via_a_study_of_another_stem_warns(self):
+    def test_warns_of_a_study_of_another_stem(self):
         self.write("study.toml", QUICK)
         self.assert_exit(self.culm("run", "study.toml", "-o", "study", "-q"), DONE)
         finished, result = self.calibrate(str(EXAMPLES / "T1-null"), *QUICKLY, "--via", "study")
@@ -152,18 +152,18 @@ class Calibrate(CulmTest):
         self.assertIn("WARNING", finished.stdout)
         self.assertTrue(any("ANOTHER STEM" in warning for warning in via["warnings"]))
 
-    def test_unknown_effect_is_refused_with_the_nearest_name(self):
+    def test_refuses_an_unknown_effect_with_the_nearest_name(self):
         finished = self.culm("calibrate", str(EXAMPLES / "T1-null"), "--with", "quadratic_dragg")
         self.assert_exit(finished, BAD_INPUT)
         self.assertIn("quadratic_drag", finished.stderr)
 
-    def test_missing_folder_is_refused(self):
+    def test_refuses_a_missing_folder(self):
         finished = self.culm("calibrate", "nowhere")
         self.assert_exit(finished, BAD_INPUT)
         self.assertIn("nowhere", finished.stderr)
 
 
-# A public recording that stays outside the repository (docs/real-data.md).
+# A public recording that is not part of the repository (docs/real-data.md).
 OPTIONAL = Path(os.environ.get("CULM_OPTIONAL_DATA", TESTS.parents[1] / "shared" / "data"))
 BEAM = OPTIONAL / "real" / "silicone-cantilever" / "beam_gravity_V2_a.c3d"
 
@@ -195,7 +195,7 @@ gravity_direction = "transverse"
 """
 
 
-@unittest.skipUnless(BEAM.is_file(), "the recording is not at hand")
+@unittest.skipUnless(BEAM.is_file(), "the recording is not available")
 class SiliconeCantilever(CulmTest):
     def setUp(self):
         super().setUp()
@@ -203,17 +203,17 @@ class SiliconeCantilever(CulmTest):
         self.assert_exit(
             self.culm("import", "mapping.toml", "-o", "beam", "--recording", str(BEAM)), DONE)
 
-    def test_nothing_moves_it_without_gravity(self):
+    def test_does_not_move_without_gravity(self):
         finished = self.culm("calibrate", "beam")
         self.assert_exit(finished, POINTS_FAILED)
         self.assertIn("add --with gravity", finished.stdout)
 
-    def test_gravity_explains_most_of_it_and_culm_says_that_something_is_missing(self):
+    def test_is_mostly_but_not_fully_explained_by_gravity(self):
         finished = self.culm("calibrate", "beam", "--with", "gravity", "--json", "beam.json")
         self.assert_exit(finished, DONE)
         stem = json.loads((self.folder / "beam.json").read_text("utf-8"))["stems"][0]
-        # The authors' modulus of the material is 0.264 MPa; the chain lacks what
-        # docs/real-data.md lists, which is worth tens of per cent at most.
+        # The authors' modulus of the material is 0.264 MPa. The effects that the chain lacks
+        # (docs/real-data.md) change it by tens of per cent at most.
         modulus = stem["parameters"]["bond_youngs_modulus_pa"]["value"]
         self.assertAlmostEqual(modulus / 0.264e6, 1, delta=0.3)
         self.assertLess(stem["fit"]["rmse_mm"], 0.05 * 10.079)  # of the largest deflection
@@ -226,7 +226,7 @@ class Export(CulmTest):
                                    "--json", f"{law}.json"), DONE)
         return f"{law}.json"
 
-    def test_liggghts_lines_hold_the_calibrated_values(self):
+    def test_writes_liggghts_lines_with_the_calibrated_values(self):
         file = self.calibrated("schramm2019")
         finished = self.culm("export", "liggghts", file)
         self.assert_exit(finished, DONE)
@@ -235,7 +235,7 @@ class Export(CulmTest):
                      if line.startswith("bond_coeff"))
         # Type, outer, inner, Y, G, damping type, beta, breakage type, two limits.
         self.assertEqual(len(words), 11)
-        # Those of this chain, with the inputs as they are stated.
+        # The values of this chain, with every input as stated.
         for word, key in ((4, "bond_youngs_modulus_pa"), (7, "bond_damping")):
             of_chain = stem["chain"][key]
             self.assertAlmostEqual(float(words[word]) / of_chain, 1, places=7)
@@ -243,7 +243,7 @@ class Export(CulmTest):
             self.assertLess(abs(of_chain - found["value"]), found["stderr"])
         self.assertIn("law schramm2019, SI units", finished.stdout)
 
-    def test_the_wrong_law_is_refused(self):
+    def test_refuses_the_wrong_law(self):
         file = self.calibrated("consistent")
         finished = self.culm("export", "liggghts", file)
         self.assert_exit(finished, BAD_INPUT)
@@ -252,7 +252,7 @@ class Export(CulmTest):
         self.assertIn("bond_style bpm/rotational",
                       (self.folder / "stem.lmp").read_text("utf-8"))
 
-    def test_known_masses_and_effects_go_with_the_stem(self):
+    def test_includes_known_masses_and_effects(self):
         shutil.copytree(EXAMPLES / "T1-null", self.folder / "stem")
         with open(self.folder / "stem" / "stem.toml", "a", encoding="utf-8") as file:
             file.write("\n[[added_mass]]\nheight_mm = 157.0\nmass_g = 0.002\n")
@@ -276,7 +276,7 @@ class Export(CulmTest):
         own = chain["tip_mass_share"] * chain["sphere_density_kg_m3"]
         self.assertAlmostEqual(density / (own + 2e-6 / volume), 1, places=7)
 
-    def test_a_calibration_without_added_masses_is_refused(self):
+    def test_refuses_a_calibration_without_added_masses(self):
         file = self.calibrated("consistent")
         document = json.loads((self.folder / file).read_text("utf-8"))
         del document["stems"][0]["chain"]["added_masses"]
@@ -285,7 +285,7 @@ class Export(CulmTest):
         self.assert_exit(finished, BAD_INPUT)
         self.assertIn("calibrate the stem again", finished.stderr)
 
-    def test_another_file_is_refused(self):
+    def test_refuses_another_file(self):
         self.write("fit.json", '{"format": "culm-fit"}')
         finished = self.culm("export", "lammps", "fit.json")
         self.assert_exit(finished, BAD_INPUT)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""culm compare: where a model fails, and what an effect makes of it."""
+"""culm compare: where a model fails, and how an effect changes that."""
 
 import json
 import re
@@ -46,7 +46,7 @@ class Compare(CulmTest):
         heights = rung["where"]["by_height"]
         self.assertEqual(max(heights, key=lambda group: group["rms_over_noise"]), heights[-1])
 
-    def test_watches_the_error_fall_to_the_noise_with_the_missing_effect(self):
+    def test_reaches_the_noise_with_the_missing_effect(self):
         finished = self.culm("compare", DRAG, *QUICK, "--with", "quadratic_drag", "-o", "out")
         self.assert_exit(finished, DONE)
         self.assertRegex(finished.stdout, r"(?m)^baseline \+ quadratic_drag .* adequate$")
@@ -67,7 +67,7 @@ class Compare(CulmTest):
                          ["time_s", "measured h=14mm", "model 1 h=14mm", "model 2 h=14mm"])
 
     @unittest.skipIf(h5py is None, "h5py is missing")
-    def test_leaves_its_arrays_for_h5py(self):
+    def test_writes_its_arrays_for_h5py(self):
         self.assert_exit(self.culm("compare", DRAG, "--spheres", "12", "--window", "0.2", "--with",
                                    "quadratic_drag", "-o", "out"), DONE)
         found = json.loads((self.folder / "out" / "comparison.json").read_text("utf-8"))
@@ -104,7 +104,7 @@ class Compare(CulmTest):
         one, other = (json.loads(text)["ladder"][1] for text in texts)
         self.assertEqual(one, other)
 
-    def test_says_that_a_record_is_too_short_to_tell(self):
+    def test_says_that_a_record_is_too_short(self):
         finished = self.culm("compare", NULL, *QUICK, "--window", "0.01")
         self.assert_exit(finished, DONE)
         self.assertIn("Undecided: 10 frames", finished.stdout)
@@ -119,7 +119,7 @@ class Compare(CulmTest):
 
 
 class Table(CulmTest):
-    def test_has_every_effect_alone_and_what_is_named(self):
+    def test_has_every_effect_alone_and_the_named_models(self):
         finished = self.culm("compare", "--table", DRAG, "--spheres", "8", "--window", "0.06",
                              "--with", "quadratic_drag,taper", "--json", "table.json")
         self.assert_exit(finished, DONE)
@@ -138,7 +138,7 @@ class Table(CulmTest):
 
 
 class BadInput(CulmTest):
-    def test_is_refused_in_words(self):
+    def test_is_refused_with_a_message(self):
         refusals = {
             "quadratic_dreg": 'culm: there is no effect "quadratic_dreg" (did you mean '
                               '"quadratic_drag"?); `culm effects` lists those there are\n',
@@ -166,7 +166,7 @@ class BadInput(CulmTest):
                       finished.stderr)
 
     def test_lists_a_model_whose_formula_loses_its_value_later_as_failed(self):
-        # The tip swings by 19 mm; in the motions in which a formula is tried it does by 10 mm.
+        # The tip swings by 19 mm, but only by 10 mm in the motions with which formulas are tested.
         finished = self.culm("compare", NULL, *QUICK, "--with",
                              self.formula("-c*v*sqrt(0.015 - x)"))
         self.assert_exit(finished, POINTS_FAILED)
@@ -174,7 +174,7 @@ class BadInput(CulmTest):
                                           r"-c\*v\*sqrt\(0.015 - x\) is not a number at s = ")
         self.assertIn("\nmy_drag could not be fitted.\n", finished.stdout)
 
-    def test_of_mere_noise_is_refused(self):
+    def test_is_refused_if_it_is_only_noise(self):
         shutil.copytree(NULL, self.folder / "noisy")
         stem = self.folder / "noisy" / "stem.toml"
         stem.write_text(re.sub("noise_mm = .*", "noise_mm = 30.0", stem.read_text("utf-8")), "utf-8")
@@ -187,14 +187,14 @@ class BadInput(CulmTest):
         finished = self.culm("compare", "noisy", *QUICK)
         self.assert_exit(finished, BAD_INPUT)
         self.assertRegex(finished.stderr, r"(?m)^culm: T1: the readings after the release \(rms .* mm\) "
-                                          r"cannot be told from their noise \(30 mm\)")
+                                          r"cannot be distinguished from noise \(30 mm\)")
 
-    def test_shows_the_place_of_a_mistake_in_a_formula(self):
+    def test_shows_the_position_of_a_mistake_in_a_formula(self):
         finished = self.culm("compare", NULL, "--with", self.formula("-c*abs(v*v"))
         self.assert_exit(finished, BAD_INPUT)
         self.assertRegex(finished.stderr, r"(?m)^ *\^$")
 
-    def test_of_several_measurements_points_to_the_table(self):
+    def test_points_to_the_table_for_several_measurements(self):
         self.assert_refused(self.culm("compare", NULL, DRAG),
                             "culm: 2 measurements; compare takes one, --table takes many\n")
 

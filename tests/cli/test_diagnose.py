@@ -22,13 +22,13 @@ NULL, S01 = RECORDS / "measurements" / "T1-null", RECORDS / "measurements" / "S0
 DRAG = RECORDS / "hidden-effect" / "T2-quadratic_drag"
 # Enough spheres for an error below the noise, few enough to be quick.
 QUICK = ("--spheres", "24", "-q")
-# Where the question is not whether the answer is right.
+# For tests that do not depend on the right answer.
 COARSE = ("--spheres", "12", "--window", "0.1", "-q")
 
 
 class Diagnose(CulmTest):
     def diagnose(self, *arguments, code=DONE):
-        """What the command prints and writes; the file is as the schema says."""
+        """The output of the command, and its file, which must follow the schema."""
         finished = self.culm("diagnose", *arguments, "--json", "found.json")
         self.assert_exit(finished, code)
         found = json.loads((self.folder / "found.json").read_text("utf-8"))
@@ -55,7 +55,7 @@ class Answers(Diagnose):
                          {"clamp_compliance", "taper"})
         for curve in ("frequency_vs_amplitude", "decay_vs_amplitude"):
             self.assertGreater(len(found["where"][curve]), 2)
-        # beta was 74 % too high (README.md); with few spheres a little else.
+        # beta was 74 % too high (README.md); the number differs a little with few spheres.
         self.assertRegex(finished.stdout, r"beta: .* a change of -4\d %")
         self.assertIn("EFFECT: quadratic_drag is missing from the published chain (probability ",
                       finished.stdout)
@@ -65,7 +65,7 @@ class Answers(Diagnose):
                          found)
         self.assertFalse((self.folder / "out" / "missing_force.toml").exists())
 
-    def test_names_nothing_where_nothing_is_missing_and_says_what_it_would_have_seen(self):
+    def test_names_nothing_where_nothing_is_missing_and_states_detection_limits(self):
         finished, found = self.diagnose(NULL, *QUICK, "--candidates",
                                         "quadratic_drag,clamp_compliance,taper")
         self.assertEqual(found["verdict"], "adequate")
@@ -83,11 +83,11 @@ class Answers(Diagnose):
         self.assertIn("detection limits (3 sigma): ", finished.stdout)
         self.assertLessEqual(len(finished.stdout.splitlines()), 25)
 
-    def test_of_a_laboratory_stem_names_nothing_either(self):
+    def test_names_nothing_for_a_laboratory_stem(self):
         _, found = self.diagnose(S01, *QUICK, "--candidates", "quadratic_drag,taper")
         self.assertEqual(found["verdict"], "adequate")
 
-    def test_without_the_right_candidate_is_unknown_and_leaves_the_force_as_an_effect(self):
+    def test_is_unknown_without_the_right_candidate_and_writes_the_force_as_an_effect(self):
         finished, found = self.diagnose(DRAG, *QUICK, "--candidates", "taper,camera_tilt",
                                         "-o", "out")
         self.assertEqual(found["verdict"], "unknown")
@@ -106,7 +106,7 @@ class Answers(Diagnose):
         self.assert_exit(again, DONE)
         self.assertRegex(again.stdout, r"missing_force improves on the baseline")
 
-    def test_takes_what_is_known_into_every_model(self):
+    def test_includes_known_effects_in_every_model(self):
         finished, found = self.diagnose(DRAG, *QUICK, "--known", "quadratic_drag", "--candidates",
                                         "taper,quadratic_drag")
         self.assertEqual(found["verdict"], "adequate")
@@ -125,7 +125,7 @@ class Answers(Diagnose):
 
 
 class SeveralRecordings(Diagnose):
-    def test_share_the_material_and_have_releases_of_their_own(self):
+    def test_share_the_material_and_have_their_own_releases(self):
         shutil.copytree(DRAG, self.folder / "both" / "a")
         shutil.copytree(DRAG, self.folder / "both" / "b")
         stem = self.folder / "both" / "b" / "stem.toml"
@@ -149,17 +149,17 @@ class Reproduction(Diagnose):
         return self.without_provenance(finished.stdout)
 
     def without_provenance(self, text: str) -> str:
-        """Every other byte: it alone may depend on the ranks and the command."""
+        """The document without the provenance, which may depend on the ranks and the command."""
         document = json.loads(text)
         self.assertEqual(document["provenance"]["inputs"][1]["file"], str(DRAG / "deflection.csv"))
         del document["provenance"]
         return json.dumps(document)
 
-    def test_order_of_the_candidates_changes_nothing(self):
+    def test_does_not_depend_on_the_order_of_the_candidates(self):
         self.assertEqual(self.document("--candidates", "taper,quadratic_drag,gravity"),
                          self.document("--candidates", "gravity,quadratic_drag,taper"))
 
-    def test_two_ranks_find_the_same_to_the_last_bit(self):
+    def test_is_exact_to_the_last_bit_on_two_ranks(self):
         candidates = ("--candidates", "taper,quadratic_drag,clamp_friction,clamp_compliance")
         alone = self.document(*candidates)
         environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1",
@@ -173,7 +173,7 @@ class Reproduction(Diagnose):
         self.assertEqual(json.loads(together.stdout)["provenance"]["ranks"], 2)
         self.assertEqual(self.without_provenance(together.stdout), alone)
 
-    def test_progress_is_told_unless_quiet(self):
+    def test_reports_progress_unless_quiet(self):
         loud = self.culm("diagnose", DRAG, *COARSE[:-1], "--candidates", "taper")
         self.assertRegex(loud.stderr, r"(?m)^ +\d+\.\d s  fitting the published chain$")
         quiet = self.culm("diagnose", DRAG, *COARSE, "--candidates", "taper")
@@ -182,7 +182,7 @@ class Reproduction(Diagnose):
 
 
 class BadInput(CulmTest):
-    def test_is_refused_in_words(self):
+    def test_is_refused_with_a_message(self):
         refusals = {
             ("--candidates", "quadratic_dreg"):
                 'culm: there is no effect "quadratic_dreg" (did you mean "quadratic_drag"?); '
@@ -198,19 +198,19 @@ class BadInput(CulmTest):
             with self.subTest(options=options):
                 self.assert_refused(self.culm("diagnose", NULL, *options), message)
 
-    def test_of_a_folder_that_is_no_measurement(self):
+    def test_is_refused_if_a_folder_is_not_a_measurement(self):
         (self.folder / "empty").mkdir()
         self.assert_refused(self.culm("diagnose", "empty"),
                             "culm: empty: neither this folder nor a folder in it holds a "
                             "deflection.csv\n")
 
-    def test_of_two_recordings_with_one_name(self):
+    def test_is_refused_if_two_recordings_have_one_name(self):
         shutil.copytree(NULL, self.folder / "again")
         self.assert_refused(self.culm("diagnose", NULL, "again"),
                             'culm: two recordings are called "T1"; give each its own stem.id in '
                             "stem.toml\n")
 
-    def test_of_two_specimens(self):
+    def test_is_refused_if_recordings_are_of_two_specimens(self):
         for name in ("A", "B"):
             shutil.copytree(NULL, self.folder / name)
             stem = self.folder / name / "stem.toml"
@@ -221,14 +221,14 @@ class BadInput(CulmTest):
                             "and one beta to all recordings, so they must be of one specimen. "
                             "Diagnose each specimen alone, or correct stem.specimen in stem.toml\n")
 
-    def test_of_a_missing_effect_file(self):
+    def test_is_refused_if_an_effect_file_is_missing(self):
         finished = self.culm("diagnose", NULL, "--effect-file", "no.toml")
         self.assert_exit(finished, BAD_INPUT)
         self.assertRegex(finished.stderr, r"^culm: no\.toml: cannot be read")
 
 
 class ShortRecord(Diagnose):
-    def test_is_said_to_tell_nothing(self):
+    def test_is_reported_as_too_short(self):
         finished, found = self.diagnose(NULL, *QUICK, "--window", "0.012", "--candidates", "taper")
         self.assertIn(found["verdict"], ("adequate", "unknown"))
         self.assertEqual(found["effects"], [])

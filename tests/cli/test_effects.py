@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The library of effects and users' formulas, as culm effects shows them."""
+"""The library of effects and the formulas of users, as shown by culm effects."""
 
 import json
 import re
@@ -42,13 +42,13 @@ class Library(CulmTest):
         names = [line.split()[0] for line in self.culm("effects").stdout.splitlines() if "[" in line]
         self.assertEqual([card["name"] for card in cards["effects"]], names)
 
-    def test_stands_in_the_documents(self):
+    def test_is_in_the_documents(self):
         printed = self.culm("effects", "--markdown").stdout
         documented = DOCUMENT.split(BEGIN)[1].split(END)[0]
         self.assertEqual(documented, printed, "put what `culm effects --markdown` prints between "
                                               "the marks of docs/effects.md")
 
-    def test_card_says_what_one_sees_and_what_to_do(self):
+    def test_describes_the_signature_of_an_effect_and_what_to_do(self):
         finished = self.culm("effects", "clamp_friction")
         self.assert_exit(finished, DONE)
         for label in ("law", "source", "you see", "do", "energy", "contains"):
@@ -69,7 +69,7 @@ class UsersEffect(CulmTest):
             self.assert_exit(self.culm("effects", str(example)), DONE)
             self.assertIn(f"config/effects/{example.name}", DOCUMENT)
 
-    def test_in_the_documents_is_valid(self):
+    def test_is_valid_in_the_documents(self):
         blocks = re.findall(r"```toml\n(.*?)```", DOCUMENT, re.DOTALL)
         self.assertTrue(blocks)
         for block in blocks:
@@ -80,7 +80,7 @@ class UsersEffect(CulmTest):
         self.assert_exit(finished, DONE)
         self.assertIn("sideways force per length, N/m: -c*abs(v)*v\n", finished.stdout)
 
-    def test_with_a_mistake_in_the_formula_gets_a_caret(self):
+    def test_gets_a_caret_at_a_mistake_in_the_formula(self):
         name = self.write("mine.toml", DRAG.replace("abs(v)*v", "abs(v)*w"))
         finished = self.culm("effects", name)
         self.assertEqual(finished.returncode, 2)
@@ -88,7 +88,7 @@ class UsersEffect(CulmTest):
                          r'^culm: mine\.toml:4: effect\.expression: unknown name "w"; there are s, '
                          r"x, v, .*\n    -c\*abs\(v\)\*w\n              \^\n$")
 
-    def test_without_a_value_at_rest_is_refused(self):
+    def test_is_refused_without_a_value_at_rest(self):
         name = self.write("mine.toml", DRAG.replace("abs(v)*v", "v/abs(v)"))
         self.assert_refused(
             self.culm("effects", name),
@@ -96,13 +96,13 @@ class UsersEffect(CulmTest):
             "s = 0, x = 0, v = 0, kappa = 0, kappa_rate = 0, t = 0, c = 0.001; a formula must have "
             "a value at rest and in every motion, for all that its parameters' bounds allow\n")
 
-    def test_that_takes_a_name_of_the_library_is_refused(self):
+    def test_is_refused_if_it_has_a_name_of_the_library(self):
         name = self.write("mine.toml", DRAG.replace("my_drag", "taper"))
         self.assert_refused(self.culm("effects", name),
                             'culm: mine.toml:2: effect.name = "taper": is the name of an effect of '
                             "the library; choose another\n")
 
-    def test_everything_that_is_wrong_is_said_at_once(self):
+    def test_gets_all_of_its_errors_at_once(self):
         text = DRAG.replace("force_per_length", "force").replace("upper = 1.0", "upper = -1.0\n"
                                                                  "lowr = 2")
         finished = self.culm("effects", self.write("mine.toml", text))
@@ -111,12 +111,12 @@ class UsersEffect(CulmTest):
                             (9, "parameters.c.lowr: unknown key (did you mean lower?)")):
             self.assertIn(f"mine.toml:{line}: {fault}", finished.stderr)
 
-    def test_whose_bounds_exclude_its_default_is_refused(self):
+    def test_is_refused_if_its_bounds_exclude_its_default(self):
         finished = self.culm("effects", self.write("mine.toml", DRAG.replace("1e-3", "2.0")))
         self.assert_refused(
             finished, "culm: mine.toml:6: parameters.c.default = 2: must lie from 0 to 1\n")
 
-    def test_in_no_file_is_refused(self):
+    def test_is_refused_without_a_file(self):
         self.assert_refused(self.culm("effects", "./none.toml"),
                             "culm: ./none.toml: cannot be read: No such file or directory\n")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""--help and docs/cli.md tell the same, and mistyped commands are answered."""
+"""--help and docs/cli.md agree, and mistyped commands get a helpful answer."""
 
 import re
 import unittest
@@ -22,7 +22,7 @@ def documented_options(command: str) -> set[str]:
 
 
 def options_in(help_text: str) -> dict[tuple[str, ...], str]:
-    """Names of each option, and its description."""
+    """The names of each option, and its description."""
     options = {}
     for names, text in re.findall(r"^  (-[\w,-]+)(.*(?:\n {10,}.*)*)", help_text, re.MULTILINE):
         options[tuple(names.split(","))] = text
@@ -30,7 +30,7 @@ def options_in(help_text: str) -> dict[tuple[str, ...], str]:
 
 
 class Help(CulmTest):
-    def test_of_the_program_lists_the_commands_and_the_exit_codes(self):
+    def test_lists_the_commands_and_the_exit_codes(self):
         finished = self.culm("--help")
         self.assert_exit(finished, DONE)
         for command in COMMANDS:
@@ -38,7 +38,7 @@ class Help(CulmTest):
         for code in ("0 done", "2 bad input", "3 some points failed", "75 stopped early"):
             self.assertIn(code, finished.stdout)
 
-    def test_of_every_command_has_the_documented_options(self):
+    def test_has_the_documented_options_of_every_command(self):
         for command in COMMANDS + NESTED:
             documented = documented_options(command)
             self.assertGreater(len(documented), 0, command)
@@ -47,7 +47,7 @@ class Help(CulmTest):
             offered = {name for names in options_in(finished.stdout) for name in names}
             self.assertLessEqual(documented, offered, command)
 
-    def test_of_every_command_describes_each_option_and_docs_has_it(self):
+    def test_describes_each_option_of_every_command_as_docs_does(self):
         for command in COMMANDS + NESTED:
             documented = documented_options(command) | {"--help"}
             help_text = self.culm(*command.split(), "--help").stdout
@@ -68,14 +68,14 @@ class MistypedCommand(CulmTest):
             'culm: there is no command "simulat" (did you mean `culm simulate`?)\n'
             "Try `culm --help`.\n")
 
-    def test_far_from_all_commands_gets_none(self):
+    def test_gets_no_command_if_it_is_far_from_all(self):
         self.assert_refused(self.culm("xyzzy"),
                             'culm: there is no command "xyzzy"\nTry `culm --help`.\n')
 
-    def test_missing_command_is_said(self):
+    def test_is_reported_if_it_is_missing(self):
         self.assert_refused(self.culm(), "culm: A subcommand is required\nTry `culm --help`.\n")
 
-    def test_wrong_option_names_the_command_whose_help_to_read(self):
+    def test_is_named_with_its_help_for_a_wrong_option(self):
         self.assert_refused(
             self.culm("run", "x.toml", "--dryrun"),
             "culm run: The following argument was not expected: --dryrun\n"

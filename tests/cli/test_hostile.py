@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Hostile and careless input: files cannot lead out of their folder, endless ones end, formulas are
-bounded, and an archive that somebody has altered is refused, never trusted."""
+"""Hostile and careless input: paths cannot lead out of their folder, endless files are read up to a
+limit, formulas are bounded, and altered archives are refused."""
 
 import importlib.util
 import unittest
@@ -64,7 +64,7 @@ class Paths(CulmTest):
     def study(self, effect: str) -> str:
         return self.write("study/s.toml", f'[study]\neffects = ["{effect}"]\n' + QUICK)
 
-    def test_of_effects_stay_in_the_folder_of_the_study(self):
+    def test_stay_in_the_folder_of_the_study_for_effects(self):
         for name in ("../outside.toml", str(self.folder / "outside.toml"), "/etc/passwd",
                      "sub/../../outside.toml"):
             refused = self.culm("run", self.study(name), "--dry-run")
@@ -78,11 +78,11 @@ class Paths(CulmTest):
         (self.folder / "study/link.toml").symlink_to(self.folder / "outside.toml")
         self.assert_exit(self.culm("run", self.study("link.toml"), "--dry-run"), DONE)
 
-    def test_on_the_command_line_lead_anywhere(self):
+    def test_lead_anywhere_on_the_command_line(self):
         self.write("study/s.toml", QUICK)
         self.assert_exit(self.culm("effects", str(self.folder / "outside.toml")), DONE)
 
-    def test_of_recordings_stay_in_the_folder_of_their_description(self):
+    def test_stay_in_the_folder_of_the_description_for_recordings(self):
         for name in ("../frames/%05d.png", "/tmp/%05d.png"):
             self.write("study/video.toml", VIDEO.format(frames=name))
             refused = self.culm("track", "study/video.toml", "-o", "out")
@@ -129,8 +129,8 @@ class Formulas(CulmTest):
     def test_are_bounded_in_length_depth_and_operations(self):
         self.assertIn("1005 characters; 1000 are allowed", self.refusal("-c" + "*v" * 501 + "*"))
         self.assertIn("nested deeper than 50", self.refusal("(" * 51 + "v" + ")" * 51))
-        # Operators and functions nest as well as parentheses do, without a bound of their own: the
-        # length bounds them.
+        # Operators and functions nest like parentheses. Their depth has no separate bound; it is
+        # bounded by the length.
         self.write("mine.toml", EFFECT.format(formula="-c*v" + "*1" * 498))
         self.assert_exit(self.culm("effects", "./mine.toml"), DONE)
 
@@ -141,7 +141,7 @@ class Formulas(CulmTest):
 
 @unittest.skipUnless(HAS_H5PY, "h5py is missing")
 class AlteredArchives(CulmTest):
-    """Alterations with right checksums, as only somebody who means it makes them."""
+    """Deliberate alterations, with right checksums."""
 
     def setUp(self):
         super().setUp()
@@ -230,7 +230,7 @@ class AlteredArchives(CulmTest):
                                   f"{command}: {finished.stderr}")
                     self.assertNotIn("internal error", finished.stderr)
                     codes.append(finished.returncode)
-                self.assertTrue(any(code != DONE for code in codes), f"nobody noticed: {codes}")
+                self.assertTrue(any(code != DONE for code in codes), f"no command failed: {codes}")
 
 
 if __name__ == "__main__":

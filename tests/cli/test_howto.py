@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""docs/howto.md does what it says."""
+"""docs/howto.md is correct."""
 
 import unittest
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Signals and kill -9 in the middle of a run: what was computed is kept, and resume finishes it."""
+"""Signals and kill -9 during a run: computed points are kept, and resume finishes the run."""
 
 import re
 import signal
@@ -16,7 +16,7 @@ class Interruption(CulmTest):
         self.write("s.toml", SLOW)
 
     def interrupt(self, signal_number: int):
-        """Sends a signal once two points are kept; returns exit code and standard error."""
+        """Sends a signal when two points are kept; returns exit code and standard error."""
         process = self.start(PROGRAM, "run", "s.toml", "-o", "out", "-q")
         self.wait_for_points("out", 2)
         process.send_signal(signal_number)
@@ -25,7 +25,7 @@ class Interruption(CulmTest):
         return process.returncode, errors
 
     def resume(self) -> int:
-        """Finishes the study; returns how many points that took."""
+        """Finishes the study; returns the number of points that were computed."""
         finished = self.culm("run", "s.toml", "-o", "out", "--resume")
         self.assert_exit(finished, DONE)
         self.assertEqual(self.fits("out"), self.fits_of_undisturbed_run("s.toml"))

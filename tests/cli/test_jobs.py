@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""culm jobs, and the loop of its scripts, with stand-ins for the commands of batch systems.
+"""culm jobs and the loop in its scripts, with substitutes for the commands of batch systems.
 
 tests/slurm runs such scripts in a real Slurm."""
 
@@ -16,7 +16,7 @@ from culm_program import BAD_INPUT, DONE, PATIENCE, QUICK, STOPPED_EARLY, CulmTe
 ROOT = Path(__file__).resolve().parent.parent.parent
 NASTY = "it's \"a\"; $(touch hacked) `touch hacked`\n#SBATCH --hold\n#PBS -h\ntouch hacked #"
 
-# Writes its arguments, then ends with the next exit code of the file "codes" (the last stays).
+# Writes its arguments, then ends with the next exit code in the file "codes" or repeats the last.
 PROGRAM_OF_CODES = """#!/bin/bash
 echo "$*" >>calls
 code=$(head -n 1 codes)
@@ -24,7 +24,7 @@ code=$(head -n 1 codes)
 exit "$code"
 """
 
-# Waits for USR1 and ends as culm does then.
+# Waits for USR1 and then ends like culm.
 PROGRAM_THAT_WAITS = """#!/bin/bash
 echo "$*" >>calls
 trap 'echo USR1 >>calls; exit 75' USR1
@@ -100,7 +100,7 @@ class Loop(CulmTest):
         self.assertEqual(len(self.lines("calls")), 3)
         self.assertEqual(self.lines("submissions"), [])
 
-    def test_goes_on_at_once_when_a_process_died(self):
+    def test_continues_at_once_when_a_process_died(self):
         self.assertEqual(self.run_job([139, 137, 1, 0], PBS_JOBID="1"), DONE)
         self.assertEqual(len(self.lines("calls")), 4)
 
@@ -138,7 +138,7 @@ class Loop(CulmTest):
 
 
 class Scripts(CulmTest):
-    def test_of_the_jobs_folder_are_sound(self):
+    def test_are_sound_in_the_jobs_folder(self):
         scripts = [*(ROOT / "jobs/slurm").glob("*.sbatch"), *(ROOT / "jobs/pbs").glob("*.pbs"),
                    *(ROOT / "jobs").glob("*.sh")]
         self.assertGreaterEqual(len(scripts), 14)
@@ -154,7 +154,7 @@ class Scripts(CulmTest):
                                       capture_output=True, check=False)
             self.assertEqual(finished.stdout, "")
 
-    def test_with_hostile_names_hold_them_as_words_only(self):
+    def test_contain_hostile_names_as_words_only(self):
         place = self.folder / NASTY
         place.mkdir()
         (place / "s.toml").write_text(QUICK, encoding="utf-8")
@@ -167,7 +167,7 @@ class Scripts(CulmTest):
             text = script.read_text(encoding="utf-8")
             for line in text.splitlines():
                 self.assertNotRegex(line, r"^#SBATCH --hold|^#PBS -h")
-            # Alone instead of under mpirun, as if a batch system had started it.
+            # Runs without mpirun, as if a batch system had started it.
             script.write_text(text.replace("LAUNCHER=(mpirun) ", "LAUNCHER=() "), encoding="utf-8")
             self.assertNotEqual(script.read_text(encoding="utf-8"), text)
             environment = {name: value for name, value in os.environ.items()
@@ -185,7 +185,7 @@ class Sizes(CulmTest):
         return self.culm("jobs", "slurm", "s.toml", "--nodes", "3", "--ranks-per-node", "4",
                          *options)
 
-    def test_come_from_the_cost_model_and_are_told(self):
+    def test_come_from_the_cost_model_and_are_reported(self):
         self.write("s.toml", QUICK)
         finished = self.jobs()
         self.assert_exit(finished, DONE)
@@ -209,13 +209,13 @@ class Sizes(CulmTest):
         self.assertGreater(missing, 0)
         self.assertIn("core seconds at the pace of this study's runs so far\n", finished.stderr)
 
-    def test_of_a_complete_study_are_refused(self):
+    def test_are_refused_for_a_complete_study(self):
         self.write("s.toml", QUICK)
         self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), DONE)
         self.assert_refused(self.jobs("--study-output", "out"),
                             "culm: out: the study is complete; there is nothing to compute\n")
 
-    def test_of_another_study_in_the_folder_are_refused(self):
+    def test_are_refused_for_another_study_in_the_folder(self):
         self.write("s.toml", QUICK)
         self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), DONE)
         self.write("s.toml", QUICK.replace("spheres = 15", "spheres = 14"))
@@ -223,13 +223,13 @@ class Sizes(CulmTest):
                             "culm: out holds another study; choose another folder with "
                             "--study-output\n")
 
-    def test_names_that_could_carry_directives_are_refused(self):
+    def test_are_refused_with_names_that_could_carry_directives(self):
         self.write("s.toml", QUICK)
         self.assert_refused(self.jobs("--partition", "a\n#SBATCH --hold"),
-                            "culm: --partition: $'a\\012#SBATCH --hold' is no name that a batch "
-                            "system has; allowed are letters, digits and _ . - + @ ,\n")
+                            "culm: --partition: $'a\\012#SBATCH --hold' is not a name that a batch "
+                            "system accepts; allowed are letters, digits and _ . - + @ ,\n")
         self.assert_refused(self.jobs("--walltime", "12"),
-                            'culm: --walltime: "12" is no duration above zero and of at most a '
+                            'culm: --walltime: "12" is not a duration above zero and of at most a '
                             "year; allowed are HH:MM:SS, MM:SS, D-HH, D-HH:MM, D-HH:MM:SS, or a "
                             "number with its unit: 90s, 45min, 12h, 2d\n")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`culm import` and `culm fit` as their users meet them."""
+"""`culm import` and `culm fit` on the command line."""
 
 import csv
 import json
@@ -64,13 +64,13 @@ class Fit(CulmTest):
         finished, result = self.fit(str(EXAMPLES / "T1-null"), "--phase", "free")
         stem, = result["stems"]
         self.assertIsNone(result["population"])
-        # 86.1974 Hz without damping, 0.26 per cycle; large deflections lower both a little.
+        # The truth is 86.1974 Hz without damping and 0.26 per cycle; large deflections lower both.
         self.assertAlmostEqual(stem["natural_frequency_hz"], 86.197, delta=0.2)
         self.assertAlmostEqual(-stem["b1_per_cycle"]["value"], 0.26, delta=0.003)
         self.assertLess(len(finished.stdout.splitlines()), 20)
         self.assertIn("banding:", finished.stdout)
 
-    def test_of_a_folder_of_stems_summarises_the_population(self):
+    def test_summarises_the_population_of_a_folder_of_stems(self):
         finished, result = self.fit(str(EXAMPLES), "--phase", "free", "-o", "out")
         self.assertEqual([stem["measurement"] for stem in result["stems"]], ["S01", "S10", "T1"])
         self.assertEqual(result["population"]["stems"], 3)
@@ -82,13 +82,13 @@ class Fit(CulmTest):
         self.assertIn("3 stems", finished.stdout)
         self.assertEqual(json.loads((self.folder / "out/fit.json").read_text("utf-8")), result)
 
-    @unittest.skipUnless(POPULATION.is_dir(), "the population is not at hand")
+    @unittest.skipUnless(POPULATION.is_dir(), "the population is not available")
     def test_reproduces_the_laboratory_population(self):
         _, result = self.fit(str(POPULATION), "--phase", "free")
         population = result["population"]
         self.assertEqual(population["stems"], 29)
-        # Mean and deviation of the truth as its README states them; seen were 63.61 (20.26) Hz and
-        # 0.460 (0.172): large deflections make the fitted decay larger by a per cent.
+        # Mean and deviation of the truth are those of its README. The fits give 63.61 (20.26) Hz
+        # and 0.460 (0.172): large deflections increase the fitted decay by one per cent.
         for key, mean, deviation, part in (("natural_frequency_hz", 63.6, 20.3, 0.003),
                                            ("b1_per_cycle", -0.456, 0.170, 0.015)):
             self.assertAlmostEqual(population[key]["mean"] / mean, 1, delta=part)
@@ -106,12 +106,12 @@ class Fit(CulmTest):
         after = min(values, key=lambda row: abs(row[0] - 1.0))
         self.assertAlmostEqual(after[-1], math.exp(-0.26), delta=0.05)
 
-    def test_with_json_on_stdout_prints_nothing_else(self):
+    def test_prints_nothing_else_with_json_on_stdout(self):
         finished = self.culm("fit", str(EXAMPLES / "S01"), "--json", "-")
         self.assert_exit(finished, DONE)
         self.assertEqual(schema_faults(json.loads(finished.stdout), SCHEMA), [])
 
-    def test_reads_everything_before_it_fits_and_says_all_that_is_wrong(self):
+    def test_reads_everything_before_it_fits_and_reports_all_errors(self):
         for name in ("a", "b"):
             shutil.copytree(EXAMPLES / "S01", self.folder / "stems" / name)
         table = self.folder / "stems/a/deflection.csv"
@@ -125,7 +125,7 @@ class Fit(CulmTest):
         self.assertIn("stems/b/stem.toml:4: stem.diametre_mm: unknown key (did you mean "
                       "diameter_mm?)", finished.stderr)
 
-    def test_stem_that_does_not_swing_is_named(self):
+    def test_names_a_stem_that_does_not_swing(self):
         shutil.copytree(EXAMPLES / "S01", self.folder / "still")
         (self.folder / "still/deflection.csv").write_text(
             "time_s,h=14mm\n" + "".join(f"{i / 960},1\n" for i in range(50)), "utf-8")
@@ -133,7 +133,7 @@ class Fit(CulmTest):
         self.assert_exit(finished, POINTS_FAILED)
         self.assertIn("S01            no height could be fitted", finished.stdout)
 
-    def test_missing_folder_is_bad_input(self):
+    def test_refuses_a_missing_folder(self):
         self.assert_refused(self.culm("fit", "nowhere"),
                             "culm: nowhere: there is no such folder\n")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The same under mpirun: one voice on the screen, the same data, the same exit codes."""
+"""culm under mpirun: output from one rank only, and the same data and exit codes as alone."""
 
 import os
 import re
@@ -41,14 +41,14 @@ class TwoRanks(CulmTest):
         self.assertEqual(errors.count("culm: no.toml: cannot be read: No such file or directory\n"),
                          1)
 
-    def test_tell_failed_points_by_the_exit_code(self):
+    def test_report_failed_points_by_the_exit_code(self):
         self.write("s.toml", OVERDAMPED)
         code, output, _ = self.launch("run", "s.toml", "-o", "out", "-q")
         self.assertEqual(code, POINTS_FAILED)
         self.assertEqual(output.count("3 of 9 points failed:"), 1)
 
     def test_end_together_when_the_summary_cannot_be_written(self):
-        # Only rank 0 meets this error; the other must not wait for it for ever.
+        # Only rank 0 has this error; the other rank must not wait for it for ever.
         self.write("s.toml", QUICK)
         (self.folder / "out/summary.json").mkdir(parents=True)
         code, _, errors = self.launch("run", "s.toml", "-o", "out", "-q")
@@ -71,7 +71,7 @@ class TwoRanksInterrupted(CulmTest):
         return int(said[0])
 
     def assert_resume_finishes(self, missing: int):
-        """On one rank, whatever two have left behind."""
+        """Resumes the run of two ranks on one rank; `missing` points must be computed."""
         self.assertFalse((self.folder / "out/study.h5").exists())
         finished = self.culm("run", "s.toml", "-o", "out", "--resume")
         self.assert_exit(finished, DONE)
@@ -79,34 +79,34 @@ class TwoRanksInterrupted(CulmTest):
         self.assertEqual(self.fits("out"), self.fits_of_undisturbed_run("s.toml"))
 
     def assert_resume_keeps_points(self):
-        """The same when nobody said how many points there are, but at least four."""
+        """Resumes a run that did not report its number of kept points, which is at least four."""
         finished = self.culm("run", "s.toml", "-o", "out", "--resume")
         self.assert_exit(finished, DONE)
         computed = re.findall(r"(\d+)/\1 points", finished.stderr)
         self.assertLessEqual(int(computed[-1]) if computed else 0, 24 - 4)
         self.assertEqual(self.fits("out"), self.fits_of_undisturbed_run("s.toml"))
 
-    def test_by_a_signal_to_one_rank_stop_both(self):
+    def test_stop_both_after_a_signal_to_one_rank(self):
         os.kill(children_of(self.launcher.pid)[-1], signal.SIGTERM)
         _, errors = self.launcher.communicate(timeout=PATIENCE)
         self.assertEqual(self.launcher.returncode, STOPPED_EARLY)
         self.assert_resume_finishes(24 - self.kept_points(errors))
 
-    def test_by_the_signal_that_mpirun_forwards_stop_with_the_exit_code(self):
+    def test_stop_with_the_exit_code_after_a_signal_that_mpirun_forwards(self):
         self.launcher.send_signal(signal.SIGUSR1)
         _, errors = self.launcher.communicate(timeout=PATIENCE)
         self.assertEqual(self.launcher.returncode, STOPPED_EARLY)
         self.assert_resume_finishes(24 - self.kept_points(errors))
 
-    def test_by_the_signal_that_ends_mpirun_keep_their_points(self):
-        # mpirun takes a second to pass SIGTERM on, and ends with a code of its own: the study may
-        # be complete by then.
+    def test_keep_their_points_after_the_signal_that_ends_mpirun(self):
+        # mpirun forwards SIGTERM after a second and ends with its own exit code. The study may be
+        # complete by then.
         self.launcher.send_signal(signal.SIGTERM)
         self.launcher.communicate(timeout=PATIENCE)
         self.assertNotEqual(self.launcher.returncode, DONE)
         self.assert_resume_keeps_points()
 
-    def test_by_the_death_of_one_rank_keep_the_points_of_both(self):
+    def test_keep_the_points_of_both_after_the_death_of_one(self):
         os.kill(children_of(self.launcher.pid)[-1], signal.SIGKILL)
         self.launcher.communicate(timeout=PATIENCE)
         self.assertNotEqual(self.launcher.returncode, DONE)

@@ -22,7 +22,7 @@ class Reduce(CulmTest):
         with open(self.folder / "out/fits.csv", encoding="utf-8", newline="") as file:
             return [float(row["frequency_hz"]) for row in csv.DictReader(file)]
 
-    def test_without_options_gives_the_summary_of_the_run(self):
+    def test_gives_the_summary_of_the_run_without_options(self):
         before = self.frequencies()
         self.assert_exit(self.culm("reduce", "out"), DONE)
         self.assertEqual(self.read_summary(), self.summary)
@@ -57,7 +57,7 @@ class Reduce(CulmTest):
                  for summary in (found, self.summary)]
         self.assertLess(terms[0], terms[1])
 
-    def test_keep_leaves_the_files_alone(self):
+    def test_does_not_change_the_files_with_keep(self):
         finished = self.culm("reduce", "out", "--window", "0.03", "--keep", "--json", "other.json")
         self.assert_exit(finished, DONE)
         self.assertEqual(self.read_summary(), self.summary)

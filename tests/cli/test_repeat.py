@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""culm run --from-archive: the archive alone repeats its study, and what differs is told."""
+"""culm run --from-archive: the archive alone repeats its study, and differences are reported."""
 
 import json
 import os
@@ -44,7 +44,7 @@ class Repetition(CulmTest):
         self.write("there/law/my_drag.toml", EFFECT)
 
     def archived(self):
-        """A study whose files are gone: its archive is all that is left."""
+        """A study whose files were removed; only its archive exists."""
         self.assert_exit(self.culm("run", "there/s.toml", "-o", "out", "-q"), DONE)
         for file in ("s.toml", "law/my_drag.toml"):
             (self.folder / "there" / file).unlink()
@@ -54,7 +54,7 @@ class Repetition(CulmTest):
         self.assertEqual(schema_faults(found, SCHEMA), [])
         return found
 
-    def test_from_the_archive_alone_is_identical_bit_for_bit(self):
+    def test_is_identical_bit_for_bit_from_the_archive_alone(self):
         self.archived()
         again = self.culm("run", "--from-archive", "out", "-o", "again", "-q")
         self.assert_exit(again, DONE)
@@ -65,12 +65,12 @@ class Repetition(CulmTest):
         self.assertEqual(found["points"], 9)
         self.assertEqual(found["facts"]["version"]["archived"], found["facts"]["version"]["now"])
         self.assertEqual(self.fits("again"), self.fits("out"))
-        # A study that was repeated can be repeated.
+        # A repeated study can be repeated again.
         third = self.culm("run", "--from-archive", "again", "-q")
         self.assert_exit(third, DONE)
         self.assertTrue(self.told("results/kept-repeated")["is_identical"])
 
-    def test_on_two_ranks_is_identical_too(self):
+    def test_is_identical_on_two_ranks(self):
         self.archived()
         launch = [os.environ["CULM_MPIEXEC"], "--oversubscribe", "--allow-run-as-root", "-n", "2"]
         process = self.start(*launch, PROGRAM, "run", "--from-archive", "out", "-o", "again", "-q")
@@ -79,7 +79,7 @@ class Repetition(CulmTest):
         self.assertEqual(output.count("identical  bit for bit"), 1)
         self.assertEqual(self.told("again")["facts"]["ranks"], {"archived": "1", "now": "2"})
 
-    def test_other_commands_need_no_file_beside_the_archive(self):
+    def test_other_commands_need_only_the_archive(self):
         self.archived()
         self.assert_exit(self.culm("reduce", "out", "--keep"), DONE)
         self.assert_exit(self.culm("archive", "merge", "out", "-o", "merged"), DONE)
@@ -87,7 +87,7 @@ class Repetition(CulmTest):
         self.assert_exit(self.culm("run", "--from-archive", "merged", "-o", "again", "-q"), DONE)
 
     @unittest.skipIf(h5py is None, "h5py is missing: no archive can be altered")
-    def test_tells_what_differs_and_by_how_much(self):
+    def test_reports_what_differs_and_by_how_much(self):
         self.archived()
         with h5py.File(self.folder / "out/study.h5", "r+") as file:  # its checksums follow
             frequency = file["results/frequency"]
@@ -104,7 +104,7 @@ class Repetition(CulmTest):
         self.assertFalse(found["is_identical"])
         by_name = {entry["dataset"]: entry for entry in found["differing"]}
         self.assertEqual(set(by_name), {"results/frequency", "particles"})
-        # To the rounding of the product above.
+        # The limits allow for the rounding of the product above.
         self.assertAlmostEqual(by_name["results/frequency"]["largest"], expected, delta=1e-9)
         self.assertEqual(by_name["results/frequency"]["first_point"], 4)
         self.assertEqual(by_name["particles"]["first_point"], 2)
@@ -116,7 +116,7 @@ class Repetition(CulmTest):
         self.assert_exit(again, POINTS_FAILED)
         self.assertTrue(self.told("again")["is_identical"])
 
-    def test_refusals(self):
+    def test_refuses_wrong_options_and_folders(self):
         self.archived()
         self.assert_refused(self.culm("run"), "culm: give a study file or --from-archive DIR, one "
                                               "of the two\n")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A population of stems: what is told about it, on any number of ranks, and without its table."""
+"""A population of stems: its summary, on any number of ranks and without its table."""
 
 import json
 import os
@@ -46,7 +46,7 @@ class Replicates(CulmTest):
     def fits(self, folder: str) -> bytes:
         return (self.folder / folder / "fits.csv").read_bytes()
 
-    def test_the_spread_is_printed_and_written(self):
+    def test_print_and_write_the_spread(self):
         finished = self.culm("run", self.study, "-o", "out")
         self.assert_exit(finished, DONE)
         for text in ("Spread of 72 points", "sd between stems", "Where the spread comes from",
@@ -61,16 +61,16 @@ class Replicates(CulmTest):
                    summary["sensitivity"]["frequency"]["indices"]}
         self.assertEqual(set(indices), {"bond_youngs_modulus_gpa", "bond_damping, density_kg_m3",
                                         "tip_deflection_mm"})
-        # The frequency goes with the root of the modulus, which spreads by a factor of three.
+        # The frequency is proportional to the root of the modulus, which varies threefold.
         self.assertGreater(indices["bond_youngs_modulus_gpa"]["first_order"]["value"], 0.8)
         self.assertGreater(summary["sensitivity"]["frequency"]["predicted_share"], 0.99)
 
-    def test_the_plan_tells_stems_and_tests(self):
+    def test_show_stems_and_tests_in_the_plan(self):
         finished = self.culm("run", self.study, "--dry-run")
         self.assert_exit(finished, DONE)
         self.assertIn("stems          24, 3 tests of each\n", finished.stdout)
 
-    def test_an_interrupted_run_goes_on_with_the_same_stems(self):
+    def test_are_the_same_stems_after_an_interruption(self):
         self.write("long.toml", POPULATION.replace("points = 24", "points = 800"))
         self.assert_exit(self.culm("run", "long.toml", "-o", "whole", "-q"), DONE)
         process = self.start(PROGRAM, "run", "long.toml", "-o", "parts", "-q")
@@ -81,7 +81,7 @@ class Replicates(CulmTest):
         self.assert_exit(self.culm("run", "long.toml", "-o", "parts", "--resume", "-q"), DONE)
         self.assertEqual(self.fits("whole"), self.fits("parts"))
 
-    def test_any_number_of_ranks_gives_the_same_tables(self):
+    def test_give_the_same_tables_on_any_number_of_ranks(self):
         self.assert_exit(self.culm("run", self.study, "-o", "alone", "-q"), DONE)
         process = self.start(*LAUNCH, PROGRAM, "run", self.study, "-o", "ranks", "-q")
         _, errors = process.communicate(timeout=PATIENCE)
@@ -91,14 +91,14 @@ class Replicates(CulmTest):
         for key in ("population", "variance_components", "sensitivity"):
             self.assertEqual(one[key], other[key])
 
-    def test_the_archive_is_reduced_without_the_table(self):
+    def test_are_reduced_from_the_archive_without_the_table(self):
         self.assert_exit(self.culm("run", self.study, "-o", "out", "-q"), DONE)
         before = self.summary("out")
         (self.folder / "stems.csv").unlink()
         self.assert_exit(self.culm("reduce", "out"), DONE)
         self.assertEqual(self.summary("out"), before)
 
-    def test_another_table_is_another_study(self):
+    def test_are_another_study_with_another_table(self):
         self.assert_exit(self.culm("run", self.study, "-o", "out", "-q"), DONE)
         self.write("stems.csv", "id,modulus\na,1.0\nb,1.4\nc,2.2\nd,3.2\n")
         refused = self.culm("run", self.study, "-o", "out", "--resume")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A study that runs to its end: files, exit codes, the dry run, and folders that are taken."""
+"""A study that runs to its end: files, exit codes, the dry run, and folders in use."""
 
 import csv
 import json
@@ -9,7 +9,7 @@ from culm_program import BAD_INPUT, DONE, OVERDAMPED, POINTS_FAILED, QUICK, Culm
 
 
 class Run(CulmTest):
-    def test_leaves_archive_summary_and_fits_and_prints_the_regressions(self):
+    def test_writes_archive_summary_and_fits_and_prints_the_regressions(self):
         study = self.write("s.toml", QUICK)
         finished = self.culm("run", study, "-o", "out")
         self.assert_exit(finished, DONE)
@@ -26,17 +26,17 @@ class Run(CulmTest):
         slope = summary["regression"]["sqrt_youngs_modulus"]["slope"]
         self.assertIn(f"sqrt(Y) = {slope:.2f} b2", finished.stdout)
 
-    def test_without_a_folder_goes_to_results_and_the_study_name(self):
+    def test_writes_to_results_and_the_study_name_without_a_folder(self):
         study = self.write("s.toml", '[study]\nname = "first"\n' + QUICK)
         self.assert_exit(self.culm("run", study), DONE)
         self.assertTrue((self.folder / "results/first/study.h5").is_file())
 
-    def test_quietly_prints_no_progress(self):
+    def test_prints_no_progress_if_quiet(self):
         study = self.write("s.toml", QUICK)
         self.assertIn("9/9 points", self.culm("run", study, "-o", "loud").stderr)
         self.assertEqual(self.culm("run", study, "-o", "quiet", "-q").stderr, "")
 
-    def test_with_failed_points_lists_them_and_ends_with_their_code(self):
+    def test_lists_failed_points_and_ends_with_their_code(self):
         study = self.write("s.toml", OVERDAMPED)
         finished = self.culm("run", study, "-o", "out")
         self.assert_exit(finished, POINTS_FAILED)
@@ -52,7 +52,7 @@ class Run(CulmTest):
 
 class DryRun(CulmTest):
     def printed(self, text: str) -> dict[str, str]:
-        """Lines of a plan; the run must have written nothing."""
+        """The lines of a plan; the run must have written nothing."""
         study = self.write("s.toml", text)
         finished = self.culm("run", study, "-o", "out", "--dry-run")
         self.assert_exit(finished, DONE)
@@ -63,7 +63,7 @@ class DryRun(CulmTest):
             lines[line[:15].strip()] = line[15:]
         return lines
 
-    def test_of_an_implicit_study_prints_the_plan_and_writes_nothing(self):
+    def test_prints_the_plan_of_an_implicit_study_and_writes_nothing(self):
         plan = self.printed(QUICK)
         self.assertRegex(plan["points"], r"^9 in \d+ batch(es)?, up to \d+ SIMD lanes each$")
         self.assertEqual(plan["integrator"], "implicit, relative tolerance 2e-06")
@@ -73,7 +73,7 @@ class DryRun(CulmTest):
         self.assertEqual(plan["archive"], "72.9 kB before compression")
         self.assertEqual(plan["output"], "out")
 
-    def test_of_an_explicit_study_tells_the_lanes_and_the_steps(self):
+    def test_states_the_lanes_and_the_steps_of_an_explicit_study(self):
         plan = self.printed('[integrator]\nmethod = "explicit"\ntimestep_s = 1e-10\n' + QUICK)
         self.assertRegex(plan["points"], r"^9 in \d+ batch(es)?, up to \d+ SIMD lanes each$")
         self.assertEqual(plan["integrator"],
@@ -91,13 +91,13 @@ class TakenFolder(CulmTest):
         self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), DONE)
         self.archive = (self.folder / "out/study.h5").read_bytes()
 
-    def test_by_this_study_asks_for_resume(self):
+    def test_asks_for_resume_if_it_has_this_study(self):
         self.assert_refused(
             self.culm("run", "s.toml", "-o", "out"),
             "culm: out already holds this study, whole or in part; add --resume to compute only "
             "what is missing, or choose another folder with -o\n")
 
-    def test_by_another_study_is_refused_with_the_difference(self):
+    def test_is_refused_with_the_difference_if_it_has_another_study(self):
         self.write("other.toml", QUICK.replace("[1, 4, 9]", "[1, 4, 8]"))
         for options in ([], ["--resume"]):
             self.assert_refused(
@@ -107,7 +107,7 @@ class TakenFolder(CulmTest):
                 "factors.bond_youngs_modulus_gpa: stored [1, 4, 9], now [1, 4, 8]\n")
         self.assertEqual((self.folder / "out/study.h5").read_bytes(), self.archive)
 
-    def test_is_finished_already_and_resume_only_reduces_it_again(self):
+    def test_is_only_reduced_again_by_resume_if_it_is_finished(self):
         (self.folder / "out/summary.json").unlink()
         finished = self.culm("run", "s.toml", "-o", "out", "--resume")
         self.assert_exit(finished, DONE)
@@ -115,7 +115,7 @@ class TakenFolder(CulmTest):
         self.assertTrue((self.folder / "out/summary.json").is_file())
         self.assertEqual((self.folder / "out/study.h5").read_bytes(), self.archive)
 
-    def test_by_a_renamed_study_is_the_same_study(self):
+    def test_has_the_same_study_if_only_its_name_differs(self):
         self.write("renamed.toml", "# The same numbers.\n[study]\nname = \"renamed\"\n" + QUICK)
         self.assert_exit(self.culm("run", "renamed.toml", "-o", "out", "--resume"), DONE)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What culm writes as JSON follows docs/schemas, and no schema is without such a test."""
+"""The JSON that culm writes follows docs/schemas, and every schema has such a test."""
 
 import json
 import re
@@ -32,7 +32,7 @@ stems = 8
 within = 2
 """
 
-# A chain so short that its limits are found in a blink; without damping one law has no points.
+# The limits of this short chain are found quickly; without damping one law has no points.
 TIMESTEP = """
 [study]
 kind = "timestep"
@@ -57,27 +57,27 @@ class Summary(CulmTest):
         summary["wall_seconds"] = summary.pop("wall_s")
         self.assertNotEqual(schema_faults(summary, SUMMARY), [])
 
-    def test_of_a_factorial_design(self):
+    def test_follows_its_schema_for_a_factorial_design(self):
         self.assert_follows(QUICK)
 
-    def test_of_a_design_with_failed_points(self):
+    def test_follows_its_schema_for_a_design_with_failed_points(self):
         self.assert_follows(OVERDAMPED, POINTS_FAILED)
 
-    def test_of_one_point_that_tells_no_law(self):
+    def test_follows_its_schema_for_one_point_without_a_law(self):
         self.assert_follows("[stem]\nspheres = 12\nlength_mm = 150\n")
 
-    def test_of_stems_with_several_tests(self):
+    def test_follows_its_schema_for_stems_with_several_tests(self):
         self.assert_follows(POPULATION)
 
-    def test_of_time_steps(self):
+    def test_follows_its_schema_for_time_steps(self):
         self.assert_follows(TIMESTEP.format(damping=[0, 5, 20], fractions=[0.25, 0.5, 0.95]))
 
-    def test_of_time_steps_without_damping(self):
+    def test_follows_its_schema_for_time_steps_without_damping(self):
         self.assert_follows(TIMESTEP.format(damping=[0], fractions=[0.5]))
 
 
 class Track(CulmTest):
-    def test_report_of_a_video(self):
+    def test_reports_a_video_by_its_schema(self):
         (self.folder / "frames").mkdir()
         for number, picture in enumerate(PICTURES):
             (self.folder / f"frames/{number:03d}.pgm").write_bytes(picture)
@@ -90,7 +90,7 @@ class Track(CulmTest):
 
 
 class EverySchema(unittest.TestCase):
-    def test_is_held_against_what_the_program_writes(self):
+    def test_is_compared_with_what_the_program_writes(self):
         tests = "".join(file.read_text("utf-8") for file in Path(__file__).parent.glob("test_*.py"))
         tested = set(re.findall(r"[\w-]+\.schema\.json", tests))
         self.assertEqual(tested, {file.name for file in SCHEMAS.iterdir()})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Completion and manual pages say what --help says, and the programs that read them accept them."""
+"""Completion and manual pages agree with --help, and the programs that read them accept them."""
 
 import shutil
 import subprocess
@@ -18,7 +18,7 @@ printf '%s\\n' "${COMPREPLY[@]}"
 
 class Completion(CulmTest):
     def offered(self, *words: str) -> set[str]:
-        """What bash would offer for the last of these words."""
+        """The completions that bash offers for the last of these words."""
         script = self.folder / "culm.bash"
         script.write_text(self.culm("completion", "bash").stdout, encoding="utf-8")
         asked = subprocess.run(["bash", "-u", "-c", ASK, "bash", str(script), PROGRAM, *words],
@@ -26,11 +26,11 @@ class Completion(CulmTest):
         self.assertEqual(asked.stderr, "")
         return set(asked.stdout.split())
 
-    def test_of_the_first_word_offers_the_commands(self):
+    def test_offers_the_commands_for_the_first_word(self):
         self.assertLessEqual({"run", "archive", "diagnose", "report"}, self.offered(""))
         self.assertEqual(self.offered("arc"), {"archive"})
 
-    def test_goes_into_commands_of_commands(self):
+    def test_completes_commands_of_commands(self):
         self.assertEqual(self.offered("archive", "ver"), {"verify"})
         self.assertIn("--json", self.offered("archive", "verify", "--j"))
 
@@ -40,12 +40,12 @@ class Completion(CulmTest):
         self.assertEqual(self.offered("run", "stu"), set())
         self.assertEqual(self.offered("run", "x.toml", "-o", ""), set())
 
-    def test_tells_fish_what_each_word_means(self):
+    def test_describes_each_word_for_fish(self):
         said = self.culm("complete", "archive", "ver").stdout
         self.assertEqual(said.split("\t")[0], "verify")
         self.assertIn("checksum", said)
 
-    def test_of_a_hidden_command_is_not_offered(self):
+    def test_does_not_offer_a_hidden_command(self):
         self.assertNotIn("complete", self.offered(""))
 
     def test_is_a_script_that_each_shell_accepts(self):
@@ -58,7 +58,7 @@ class Completion(CulmTest):
                 said = subprocess.run([*check, script], capture_output=True, text=True, check=False)
                 self.assertEqual((said.returncode, said.stderr), (0, ""), shell)
 
-    def test_of_an_unknown_shell_is_refused(self):
+    def test_is_refused_for_an_unknown_shell(self):
         finished = self.culm("completion", "tcsh")
         self.assertEqual(finished.returncode, BAD_INPUT)
         self.assertIn("tcsh", finished.stderr)
@@ -78,7 +78,7 @@ class Manual(CulmTest):
         expected = {f"culm-{name}.1" for name in commands} | {"culm.1", "culm-archive-verify.1"}
         self.assertLessEqual(expected, set(self.pages()))
 
-    def test_tells_every_option_of_the_help(self):
+    def test_has_every_option_of_the_help(self):
         page = self.pages()["culm-diagnose.1"].replace("\\-", "-")
         for option in ("--known", "--candidates", "--spheres", "--json"):
             self.assertIn(option, page)

@@ -7,7 +7,7 @@ import unittest
 
 from culm_program import DONE, POINTS_FAILED, QUICK, CulmTest
 
-# 56 spheres as in the paper, around the stem that is asked for.
+# 56 spheres as in the paper, with a design around the requested stem.
 CALIBRATION = """
 [vibration]
 duration_s = 0.05
@@ -26,7 +26,7 @@ class ClosedLoop(CulmTest):
     def simulate(self, *options):
         return self.culm("simulate", "--via", "out", *options)
 
-    def test_gives_back_frequency_and_decay_of_stems_inside_the_design(self):
+    def test_recovers_frequency_and_decay_of_stems_inside_the_design(self):
         for frequency, decay in ((111.0, -0.36), (102.0, -0.33), (118.0, -0.41)):
             finished = self.simulate("--frequency-hz", str(frequency), "--decay-per-cycle",
                                      str(decay), "--json", "-")
@@ -35,14 +35,14 @@ class ClosedLoop(CulmTest):
             by_law, by_terms = json.loads(finished.stdout)
             self.assertEqual(by_law["parameters_from"], "paper's laws")
             self.assertEqual(by_terms["parameters_from"], "F-test terms")
-            # What the curvature of the decay over this design leaves to a straight law is 0.2 %;
+            # The curvature of the decay over this design causes an error of 0.2 % in a linear law;
             # the paper reports 1.8 % and 0.9 %, culm's aim is 0.3 %.
             self.assertAlmostEqual(by_terms["frequency_hz"] / frequency, 1, delta=0.003)
             self.assertAlmostEqual(by_terms["decay_per_cycle"] / decay, 1, delta=0.003)
             self.assertAlmostEqual(by_terms["frequency_error_percent"],
                                    100 * (by_terms["frequency_hz"] / frequency - 1), delta=1e-9)
 
-    def test_prints_what_was_wanted_and_what_came_back(self):
+    def test_prints_the_wanted_and_the_recovered_values(self):
         finished = self.simulate("--frequency-hz", "111", "--decay-per-cycle", "-0.36")
         self.assert_exit(finished, DONE)
         self.assertRegex(finished.stdout, r"(?m)^F-test terms: Y = [34]\.\d+ GPa, beta = \d+\.\d+$")

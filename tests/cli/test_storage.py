@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Disks that are full or read-only: a clear message, and nothing computed is lost."""
+"""Full and read-only disks: the message is clear, and no computed point is lost."""
 
 import os
 import re
@@ -19,14 +19,14 @@ class FullDisk(CulmTest):
         self.write("s.toml", QUICK)
 
     def assert_finishes(self, folder: str, missing: int):
-        """--resume computes the missing points alone and ends as if nothing had happened."""
+        """Asserts that --resume computes only the missing points and completes the study."""
         finished = self.culm("run", "s.toml", "-o", folder, "--resume")
         self.assert_exit(finished, DONE)
         self.assertIn(f"{missing}/{missing} points", finished.stderr)
         self.assertEqual(self.fits(folder), self.fits_of_undisturbed_run("s.toml"))
 
-    def test_full_at_a_file_size_limit_stops_early_and_resume_finishes(self):
-        # Linux tells a file beyond the limit by EFBIG once SIGXFSZ is ignored.
+    def test_stops_a_run_early_at_a_file_size_limit_and_resume_finishes(self):
+        # Linux reports a file beyond the limit as EFBIG if SIGXFSZ is ignored.
         limit = 40_000
         stopped = self.culm(
             "run", "s.toml", "-o", "out", "-q",
@@ -41,7 +41,7 @@ class FullDisk(CulmTest):
         self.assert_finishes("out", 5)
 
     def mount(self, kilobytes: int) -> str:
-        """A file system of that size, without a study in it; skips where there can be none."""
+        """An empty file system of that size; skips the test if none can be mounted."""
         (self.folder / "disk").mkdir()
         command = ["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "tmpfs", "disk"]
         if os.geteuid() != 0 or subprocess.run(command, cwd=self.folder, check=False,
@@ -53,7 +53,7 @@ class FullDisk(CulmTest):
     def make_room(self):
         subprocess.run(["mount", "-o", "remount,size=10m", "disk"], cwd=self.folder, check=True)
 
-    def test_full_while_points_are_computed_stops_early_and_resume_finishes(self):
+    def test_stops_a_run_early_while_points_are_computed_and_resume_finishes(self):
         place = self.mount(40)
         stopped = self.culm("run", "s.toml", "-o", place, "-q")
         self.assert_exit(stopped, STOPPED_EARLY)
@@ -62,15 +62,15 @@ class FullDisk(CulmTest):
                                          r"device\n")
         kept = int(KEPT.search(stopped.stderr)[1])
         self.assertGreater(kept, 1)
-        # Without room there is no progress, but no loss either.
+        # Without free space the run makes no progress but loses nothing.
         again = self.culm("run", "s.toml", "-o", place, "-q", "--resume")
         self.assert_exit(again, STOPPED_EARLY)
         self.assertEqual(int(KEPT.search(again.stderr)[1]), kept)
         self.make_room()
         self.assert_finishes(place, 9 - kept)
 
-    def test_full_when_the_archive_is_written_keeps_the_journals_and_resume_finishes(self):
-        place = self.mount(120)  # 80 kB of journals fit, the archive beside them does not
+    def test_keeps_the_journals_when_the_archive_is_written_and_resume_finishes(self):
+        place = self.mount(120)  # 80 kB of journals fit, but not the archive as well
         stopped = self.culm("run", "s.toml", "-o", place, "-q")
         self.assert_exit(stopped, STOPPED_EARLY)
         self.assertRegex(stopped.stderr, r"^culm: .*study\.h5.*No space left on device.*\n"
@@ -80,10 +80,10 @@ class FullDisk(CulmTest):
         self.make_room()
         finished = self.culm("run", "s.toml", "-o", place, "--resume")
         self.assert_exit(finished, DONE)
-        self.assertNotIn("points/s", finished.stderr)  # nothing was left to compute
+        self.assertNotIn("points/s", finished.stderr)  # no point was missing
         self.assertEqual(self.fits(place), self.fits_of_undisturbed_run("s.toml"))
 
-    def test_summary_that_cannot_be_written_leaves_the_archive(self):
+    def test_keeps_the_archive_if_the_summary_cannot_be_written(self):
         (self.folder / "out/summary.json").mkdir(parents=True)
         stopped = self.culm("run", "s.toml", "-o", "out", "-q")
         self.assert_exit(stopped, STOPPED_EARLY)
@@ -105,7 +105,7 @@ class ReadOnlyFolder(CulmTest):
         (self.folder / "closed").mkdir(mode=0o555)
 
     def as_ordinary_user(self, *arguments):
-        """Root may write everywhere."""
+        """Runs culm as an ordinary user, because root may write everywhere."""
         if os.geteuid() != 0:
             return self.culm(*arguments)
         try:
@@ -123,7 +123,7 @@ class ReadOnlyFolder(CulmTest):
             "culm: cannot create the folder closed/out: Permission denied; choose another one with "
             "-o\n")
 
-    def test_that_may_not_be_searched_is_refused(self):
+    def test_is_refused_if_it_may_not_be_searched(self):
         (self.folder / "closed").chmod(0o000)
         self.addCleanup((self.folder / "closed").chmod, 0o700)
         for command, complaint in (
@@ -135,7 +135,7 @@ class ReadOnlyFolder(CulmTest):
             self.assert_exit(finished, BAD_INPUT)
             self.assertEqual(finished.stderr, f"culm: {complaint}\n")
 
-    def test_place_of_a_file_is_refused(self):
+    def test_is_refused_if_a_file_has_its_name(self):
         self.assert_refused(self.culm("run", "s.toml", "-o", "s.toml"),
                             "culm: cannot create the folder s.toml: Not a directory; choose "
                             "another one with -o\n")

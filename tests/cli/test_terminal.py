@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a person sees: colours on terminals alone, the cost before long work, the next command."""
+"""Output for people: colours on terminals only, the cost before long work, the next command."""
 import json
 import os
 import pty
@@ -23,7 +23,7 @@ SECONDS = r"[\d.e+]+ (s|min|h)"
 
 class Terminal(CulmTest):
     def on_terminal(self, *arguments, code=DONE, **variables) -> str:
-        """All that is printed on a pseudo-terminal, which is standard output and standard error."""
+        """The output on a pseudo-terminal, which is both standard output and standard error."""
         environment = {**os.environ, "TERM": "xterm", "NO_COLOR": "", **variables}
         main, terminal = pty.openpty()
         with subprocess.Popen([PROGRAM, *arguments], cwd=self.folder, stdin=subprocess.DEVNULL,
@@ -34,7 +34,7 @@ class Terminal(CulmTest):
                 while block := os.read(main, 65536):
                     printed += block
             except OSError:
-                pass  # how Linux tells that the other end is closed
+                pass  # Linux reports in this way that the other end is closed
             os.close(main)
             self.assertEqual(process.wait(timeout=PATIENCE), code, printed)
         return printed.decode()
@@ -62,7 +62,7 @@ class Terminal(CulmTest):
             with self.subTest(variables):
                 self.assertNotIn(ESCAPE, self.on_terminal("calibrate", NULL, *QUICKLY, **variables))
 
-    def test_pipes_and_files_hold_no_escapes(self):
+    def test_gets_escapes_but_pipes_and_files_do_not(self):
         for command in (("calibrate", NULL, *QUICKLY, "-o", "c"), ("compare", NULL, *QUICKLY),
                         ("fit", NULL), ("reduce", "nowhere"), ("runn",)):
             with self.subTest(command):
@@ -73,7 +73,7 @@ class Terminal(CulmTest):
 
 class Cost(CulmTest):
     def assert_told(self, pattern, *command):
-        """On standard error, unless --quiet or a document goes to the standard output."""
+        """The cost is printed on standard error, except with --quiet or JSON on standard output."""
         self.assertRegex(self.culm(*command).stderr, pattern)
         self.assertEqual(self.culm(*command, "-q").stderr, "")
         if command[0] != "run":
@@ -81,7 +81,7 @@ class Cost(CulmTest):
             self.assertEqual(document.stderr, "")
             json.loads(document.stdout)
 
-    def test_of_a_study_before_it_runs(self):
+    def test_is_stated_before_a_study_runs(self):
         self.write("s.toml", QUICK)
         told = self.culm("run", "s.toml", "-o", "out").stderr
         self.assertRegex(told, rf"^9 points to compute: about {SECONDS} of processor time on the "
@@ -89,15 +89,15 @@ class Cost(CulmTest):
         again = self.culm("run", "s.toml", "-o", "out", "--resume").stderr
         self.assertNotIn("to compute", again)
 
-    def test_of_fits_before_they_begin(self):
+    def test_is_stated_before_fits_begin(self):
         time = rf"about {SECONDS} to {SECONDS} of processor time on the reference machine\n"
         self.assert_told(rf"(?m)^3 recordings, one fit of the chain to each: {time}",
                          "calibrate", STEMS, *QUICKLY)
         self.assert_told(rf"(?m)^2 models, three fits of each: {time}",
                          "compare", NULL, "--with", "quadratic_drag", *QUICKLY)
 
-    def test_of_a_diagnosis_before_it_begins(self):
-        # Its progress too goes to standard error.
+    def test_is_stated_before_a_diagnosis_begins(self):
+        # Its progress is printed on standard error, too.
         told = self.culm("diagnose", NULL, *QUICKLY, "--candidates", "taper,quadratic_drag").stderr
         self.assertRegex(told, rf"^2 candidates scored, the promising ones fitted to 1 "
                                rf"recording: about {SECONDS} to {SECONDS} of processor time on the "
@@ -144,7 +144,7 @@ class NextCommand(CulmTest):
 
 
 class Provenance(CulmTest):
-    def test_tells_the_command_the_cost_and_the_files(self):
+    def test_states_the_command_the_cost_and_the_files(self):
         for command in (("fit", NULL), ("calibrate", NULL, *QUICKLY), ("compare", NULL, *QUICKLY),
                         ("diagnose", NULL, *QUICKLY, "--candidates", "taper")):
             with self.subTest(command[0]):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A time-step study: what it prints and leaves, and which commands do not apply to it."""
+"""A time-step study: its output and files, and the commands that do not apply to it."""
 
 import csv
 import json
@@ -36,7 +36,7 @@ class Timestep(CulmTest):
         with open(self.folder / "out" / name, encoding="utf-8", newline="") as file:
             return list(csv.DictReader(file))
 
-    def test_leaves_limits_errors_and_summary_and_prints_the_laws(self):
+    def test_writes_limits_errors_and_summary_and_prints_the_laws(self):
         finished = self.run_study()
         self.assertEqual({path.name for path in (self.folder / "out").iterdir()},
                          {"study.h5", "summary.json", "limits.csv", "step_errors.csv"})
@@ -60,7 +60,7 @@ class Timestep(CulmTest):
         self.assert_exit(self.culm("reduce", "out"), DONE)
         self.assertEqual((self.folder / "out/summary.json").read_text(encoding="utf-8"), before)
 
-    def test_dry_run_tells_what_it_is(self):
+    def test_is_named_in_the_dry_run(self):
         finished = self.culm("run", "s.toml", "--dry-run")
         self.assert_exit(finished, DONE)
         self.assertIn("points         6 in 6 batches\n", finished.stdout)

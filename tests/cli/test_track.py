@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""culm track: from frames to a measurement folder, alone and on two ranks."""
+"""culm track: from frames to a measurement folder, on one and on two ranks."""
 
 import json
 import math
@@ -16,7 +16,7 @@ WIDTH, HEIGHT, CLAMP_ROW, LENGTH, STEM_WIDTH, FRAMES = 70, 90, 84, 76, 4.0, 90
 
 
 def frame(number: int) -> bytes:
-    """A portable grey map of a bright stem, held for 9 frames and then swinging."""
+    """A portable grey map of a bright stem that is held for 9 frames and then swings."""
     generator = random.Random(number)
     cycles = max(0.0, (number - 8.5) / 12)
     swing = math.exp(-0.7 * cycles) * math.cos(2 * math.pi * cycles) if cycles else 1.0
@@ -96,7 +96,7 @@ class Track(TrackTest):
                             "culm: nothing: cannot be read: No such file or directory\n")
         self.assertFalse((self.folder / "out").exists())
 
-    def test_goes_on_with_the_other_videos(self):
+    def test_continues_with_the_other_videos(self):
         finished = self.culm("track", "A.toml", "empty.toml", "-o", "out")
         self.assert_exit(finished, POINTS_FAILED)
         self.assertIn("culm: 1 of 2 videos gave a measurement\n", finished.stderr)
@@ -124,13 +124,13 @@ class HandOver(TrackTest):
                                   timeout=PATIENCE)
         self.assertEqual(finished.returncode, DONE, finished.stderr)
 
-    def test_without_its_partner_says_what_is_missing(self):
+    def test_says_what_is_missing_without_its_partner(self):
         shutil.copy(PROGRAM, self.folder / "alone")
         finished = subprocess.run(["./alone", "track", "A.toml", "-o", "out"], check=False,
                                   cwd=self.folder, capture_output=True, text=True,
                                   timeout=PATIENCE)
         self.assertEqual(finished.returncode, BAD_INPUT)
-        self.assertIn("culm-track: cannot be run, though it belongs beside culm", finished.stderr)
+        self.assertIn("culm-track: cannot be run; install it next to culm", finished.stderr)
 
     @unittest.skipIf(shutil.which("ldd") is None, "no ldd here")
     def test_spares_other_commands_the_video_libraries(self):

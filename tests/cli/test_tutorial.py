@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""docs/tutorial-hidden-effect.md does what it says, and its sentences quote what it prints."""
+"""docs/tutorial-hidden-effect.md is correct, and its sentences quote the printed numbers."""
 
 import re
 import unittest
@@ -18,7 +18,7 @@ class Tutorial(ExecutedPage, unittest.TestCase):
     page = ROOT / "docs" / "tutorial-hidden-effect.md"
 
     def run_step(self, step, folder, variables):
-        """The diagnosis, which takes half a minute, is run once for this page and for README.md."""
+        """Runs the diagnosis, which takes half a minute, once for this page and for README.md."""
         printed = super().run_step(step, folder, variables)
         if step.commands == "culm diagnose first -o diagnosis\n":
             shown = next(other for other in steps_of(README.read_text("utf-8"), False)
@@ -27,7 +27,7 @@ class Tutorial(ExecutedPage, unittest.TestCase):
             self.assertIsNone(difference(shown.output, printed), "README.md")
 
     def test_numbers_in_its_sentences_are_those_of_its_outputs(self):
-        """Or those that are hidden in the recordings; rounded, and whatever the unit's prefix."""
+        """Numbers may also be those of the recordings' truth, rounded and with any unit prefix."""
         shown = "\n".join(step.commands + (step.output or "") for step in self.steps)
         known = {significant_digits(number) for number in
                  NUMBER.findall(shown + HIDDEN.read_text("utf-8"))}
@@ -42,7 +42,7 @@ class Tutorial(ExecutedPage, unittest.TestCase):
 
 
 class Comparison(unittest.TestCase):
-    def test_of_numbers_allows_two_percent_or_the_last_digit(self):
+    def test_allows_two_percent_or_the_last_digit_of_numbers(self):
         self.assertTrue(line_agrees("rms 1.000 mm", "rms   1.019 mm"))
         self.assertFalse(line_agrees("rms 1.000 mm", "rms 1.021 mm"))
         self.assertTrue(line_agrees("7.0e-07 ± 3.2e-06 N m", "7.3e-07 ± 3.2e-06 N m"))
@@ -52,19 +52,19 @@ class Comparison(unittest.TestCase):
         self.assertFalse(line_agrees("beta -42.6 %", "beta +42.6 %"))
         self.assertTrue(line_agrees("p <1e-12, Y 2e+05", "p <1e-12, Y 3e+05"))
 
-    def test_of_words_is_literal(self):
+    def test_is_literal_for_words(self):
         self.assertFalse(line_agrees("T2: fits", "T7: fits"))
         self.assertFalse(line_agrees("(fits)", "(misses)"))
         self.assertTrue(line_agrees("next: … --with x", "next: culm compare d --with x"))
 
-    def test_of_lines_skips_only_where_the_tutorial_says_so(self):
+    def test_skips_lines_only_where_the_tutorial_says_so(self):
         self.assertIsNone(difference("a\n…\nc\n", "a\nb\nb\nc\n"))
         self.assertIsNone(difference("a\n…\n", "a\nb\n"))
         self.assertIn("printed:  b", difference("a\nc\n", "a\nb\nc\n"))
         self.assertIn("not printed: x", difference("a\n…\nx\n", "a\nb\nc\n"))
         self.assertIn("not in the tutorial: b", difference("a\n", "a\nb\n"))
 
-    def test_of_blocks_refuses_one_that_nothing_makes(self):
+    def test_refuses_a_block_that_no_command_prints(self):
         with self.assertRaises(ValueError):
             steps_of("```text\n4.85\n```\n")
         with self.assertRaises(ValueError):

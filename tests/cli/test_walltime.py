@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""--walltime: a run ends by itself, keeps what it has, and goes on later; nobody asks in vain."""
+"""--walltime: a run ends in time, keeps its points and can be resumed; useless runs are refused."""
 
 import json
 import os
@@ -40,7 +40,7 @@ class Walltime(CulmTest):
             kept = self.kept_points(finished)
             self.assertGreater(kept, before)
             before = kept
-            # What the points took is known to the next run, and to `culm jobs`.
+            # The next run and `culm jobs` know the computing time of the points.
             pace = json.loads((self.folder / "out/journal/pace.json").read_text(encoding="utf-8"))
             self.assertGreater(pace["seconds"], 0)
         status = self.culm("archive", "status", "out", "--json", "-")
@@ -54,14 +54,14 @@ class Walltime(CulmTest):
         self.assertEqual(process.returncode, STOPPED_EARLY, errors)
         self.assertEqual(errors.count("stopped early before the walltime ends"), 1, errors)
 
-    def test_that_suffices_changes_nothing(self):
+    def test_changes_nothing_if_it_suffices(self):
         self.write("s.toml", QUICK)
         self.assert_exit(self.culm("run", "s.toml", "-o", "out", "--walltime", "2h"), DONE)
         self.assertEqual(self.fits("out"), self.fits_of_undisturbed_run("s.toml"))
         self.assertFalse((self.folder / "out/journal").exists())
 
-    def test_in_which_no_point_fits_is_refused_and_not_asked_for_again(self):
-        # One second is kept for ending in order.
+    def test_is_refused_without_a_retry_if_no_point_fits(self):
+        # A run reserves one second for an orderly end.
         self.write("s.toml", QUICK)
         finished = self.culm("run", "s.toml", "-o", "out", "--walltime", "1s", "-q")
         self.assert_exit(finished, BAD_INPUT)
@@ -70,26 +70,26 @@ class Walltime(CulmTest):
                          r"this run; the shortest takes about 00:00:01 on the reference machine; "
                          r"give it a longer --walltime \(job limit\)\n$")
 
-    def test_without_a_unit_is_refused(self):
+    def test_is_refused_without_a_unit(self):
         self.write("s.toml", QUICK)
         self.assert_refused(
             self.culm("run", "s.toml", "-o", "out", "--walltime", "90"),
-            'culm: --walltime: "90" is no duration above zero and of at most a year; allowed are '
-            "HH:MM:SS, MM:SS, D-HH, D-HH:MM, D-HH:MM:SS, or a number with its unit: 90s, 45min, "
-            "12h, 2d\n")
+            'culm: --walltime: "90" is not a duration above zero and of at most a year; allowed '
+            "are HH:MM:SS, MM:SS, D-HH, D-HH:MM, D-HH:MM:SS, or a number with its unit: 90s, "
+            "45min, 12h, 2d\n")
 
-    def test_of_a_pbs_job_counts_from_the_start_of_its_shell(self):
+    def test_counts_from_the_start_of_the_shell_of_a_pbs_job(self):
         self.write("s.toml", QUICK)
         environment = os.environ | {"PBS_JOBID": "1.server", "PBS_WALLTIME": "1000000"}
         environment.pop("SLURM_JOB_ID", None)
         finished = self.culm("run", "s.toml", "-o", "out", env=environment,
                              start_new_session=True)
         self.assert_exit(finished, DONE)
-        # A session of its own is some seconds old at most; 1e6 s are 11 days, 13:46:40.
+        # The new session is a few seconds old at most; 1e6 s are 11 days, 13:46:40.
         self.assertRegex(finished.stderr,
                          r"culm: this run ends within 11-13:4[56]:\d\d \(PBS_WALLTIME\)")
 
-    def test_a_damaged_note_of_the_pace_is_ignored(self):
+    def test_does_not_depend_on_a_damaged_note_of_the_pace(self):
         self.write("s.toml", ENDLESS)
         self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q", "--walltime", "3s"),
                          STOPPED_EARLY)

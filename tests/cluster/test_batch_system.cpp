@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the batch system says of the time that is left, and asking other programs.
+// The remaining time according to the batch system, and the output of other programs.
 #include "cluster/batch_system.hpp"
 
 #include <map>
@@ -10,7 +10,7 @@
 namespace culm::cluster {
 namespace {
 
-/// A batch system on paper: variables, squeue's answer, and the commands that were run.
+/// A simulated batch system: variables, squeue's answer, and the commands that were run.
 struct PaperSystem {
     std::map<std::string, std::string> variables;
     std::string answer;
@@ -26,13 +26,13 @@ struct PaperSystem {
     }
 };
 
-TEST(BatchSystem, says_nothing_outside_of_a_job) {
+TEST(BatchSystem, GivesNoTimeOutsideOfAJob) {
     PaperSystem system;
     EXPECT_FALSE(system.time_left().has_value());
     EXPECT_TRUE(system.asked.empty());
 }
 
-TEST(BatchSystem, slurm_is_asked_once_by_squeue) {
+TEST(BatchSystem, AsksSlurmOnceBySqueue) {
     PaperSystem system{{{"SLURM_JOB_ID", "17"}}, "1:30:00 \n", {}};
     const auto left = system.time_left();
     ASSERT_TRUE(left.has_value());
@@ -42,40 +42,40 @@ TEST(BatchSystem, slurm_is_asked_once_by_squeue) {
                                 {"squeue", "--noheader", "--jobs=17", "--Format=TimeLeft"}}));
 }
 
-TEST(BatchSystem, the_end_time_that_newer_slurms_set_needs_no_question) {
+TEST(BatchSystem, UsesTheEndTimeOfNewerSlurmsWithoutSqueue) {
     PaperSystem system{{{"SLURM_JOB_ID", "17"}, {"SLURM_JOB_END_TIME", "1600"}}, "9:00", {}};
     EXPECT_EQ(system.time_left()->seconds, 600.0);
     EXPECT_TRUE(system.asked.empty());
 }
 
-TEST(BatchSystem, a_job_without_limit_or_answer_has_no_time_left_to_tell) {
+TEST(BatchSystem, GivesNoTimeForAJobWithoutLimitOrAnswer) {
     for (const char* answer : {"UNLIMITED\n", "", "error"}) {
         PaperSystem system{{{"SLURM_JOB_ID", "17"}}, answer, {}};
         EXPECT_FALSE(system.time_left().has_value()) << answer;
     }
 }
 
-TEST(BatchSystem, a_job_number_that_is_none_is_not_asked_for) {
+TEST(BatchSystem, DoesNotAskForAnInvalidJobNumber) {
     PaperSystem system{{{"SLURM_JOB_ID", "17;id"}}, "1:00", {}};
     EXPECT_FALSE(system.time_left().has_value());
     EXPECT_TRUE(system.asked.empty());
 }
 
-TEST(BatchSystem, pbs_counts_from_the_start_of_the_jobs_shell) {
+TEST(BatchSystem, CountsFromTheStartOfTheShellUnderPbs) {
     PaperSystem system{{{"PBS_JOBID", "12.server"}, {"PBS_WALLTIME", "3600"}}, "", {}};
     EXPECT_EQ(system.time_left()->seconds, 3560.0);
     system.variables.erase("PBS_JOBID");
     EXPECT_FALSE(system.time_left().has_value());
 }
 
-TEST(BatchSystem, the_real_clock_and_session_are_sane) {
+TEST(BatchSystem, HasASaneClockAndSession) {
     const BatchSystemAccess access = real_batch_system();
     EXPECT_GT(access.now(), 1.7e9); // 2023
     EXPECT_GE(access.session_age(), 0.0);
     EXPECT_EQ(access.variable("CULM_NO_SUCH_VARIABLE"), "");
 }
 
-TEST(ProgramOutput, is_what_the_program_prints_without_a_shell) {
+TEST(ProgramOutput, IsWhatTheProgramPrintsWithoutAShell) {
     using std::chrono::seconds;
     EXPECT_EQ(program_output({"printf", "%s", "$(id) *"}, seconds(20)), "$(id) *");
     EXPECT_EQ(program_output({"false"}, seconds(20)), "");
@@ -84,7 +84,7 @@ TEST(ProgramOutput, is_what_the_program_prints_without_a_shell) {
     EXPECT_EQ(program_output({}, seconds(20)), "");
 }
 
-TEST(ProgramOutput, of_a_program_that_hangs_or_floods_is_nothing) {
+TEST(ProgramOutput, IsEmptyForAProgramThatHangsOrFloods) {
     EXPECT_EQ(program_output({"sleep", "1000"}, std::chrono::milliseconds(50)), "");
     EXPECT_EQ(program_output({"yes"}, std::chrono::seconds(20)), "");
 }

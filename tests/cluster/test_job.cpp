@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Jobs are sized from the cost model, and their scripts hold user text only as quoted words.
+// Jobs are sized from the cost model, and their scripts contain user text only as quoted words.
 #include "cluster/job_script.hpp"
 #include "core/error.hpp"
 
@@ -15,7 +15,7 @@ std::vector<farm::Batch> batches(int count, double cost) {
     return std::vector<farm::Batch>(static_cast<std::size_t>(count), farm::Batch{{0}, cost});
 }
 
-TEST(JobSize, follows_the_reference_machine_until_something_was_timed) {
+TEST(JobSize, FollowsTheReferenceMachineUntilSomethingWasTimed) {
     const JobSize size = size_job(batches(1000, 60.0), {}, {2, 16, std::nullopt});
     EXPECT_EQ(size.ranks, 32);
     EXPECT_EQ(size.nodes, 2);
@@ -28,7 +28,7 @@ TEST(JobSize, follows_the_reference_machine_until_something_was_timed) {
     EXPECT_FALSE(size.pace_is_learned);
 }
 
-TEST(JobSize, follows_the_pace_that_was_learned) {
+TEST(JobSize, FollowsTheLearnedPace) {
     farm::Pace pace;
     pace.learn(100.0, 300.0); // this machine takes three times as long
     const JobSize size = size_job(batches(1000, 60.0), pace, {2, 16, std::nullopt});
@@ -37,21 +37,21 @@ TEST(JobSize, follows_the_pace_that_was_learned) {
     EXPECT_TRUE(size.pace_is_learned);
 }
 
-TEST(JobSize, takes_no_more_ranks_than_there_are_batches) {
+TEST(JobSize, TakesNoMoreRanksThanThereAreBatches) {
     const JobSize size = size_job(batches(20, 60.0), {}, {4, 16, std::nullopt});
     EXPECT_EQ(size.ranks, 20);
     EXPECT_EQ(size.nodes, 2);
 }
 
-TEST(JobSize, says_how_often_a_short_job_has_to_start) {
+TEST(JobSize, GivesTheNumberOfShortJobs) {
     const JobSize size = size_job(batches(1000, 60.0), {}, {1, 10, 1000.0});
     EXPECT_DOUBLE_EQ(size.walltime_s, 1000.0);
-    // 6000 s on 10 ranks; of 1000 s a tenth is for the start and the end, and 60 s at most are left
-    // unused because a batch no longer fits: 6000 / 840.
+    // 6000 s on 10 ranks. A job of 1000 s needs a tenth for its start and end, and leaves at most
+    // 60 s unused when no batch fits any more: 6000 / 840.
     EXPECT_EQ(size.jobs, 8);
 }
 
-TEST(JobSize, refuses_a_walltime_in_which_the_longest_point_does_not_fit) {
+TEST(JobSize, RefusesAWalltimeTooShortForTheLongestPoint) {
     try {
         (void)size_job(batches(3, 7200.0), {}, {1, 1, 3600.0});
         FAIL();
@@ -66,7 +66,7 @@ JobText text_of(const std::string& name) {
     return {name, "/data/" + name + ".toml", "/data/" + name, "/opt/culm", "", "", 2, 5};
 }
 
-TEST(JobScript, asks_slurm_for_what_the_study_needs) {
+TEST(JobScript, RequestsTheNeedsOfTheStudyFromSlurm) {
     JobText text = text_of("doe");
     text.partition = "short,long";
     text.account = "lab-7@x";
@@ -81,7 +81,7 @@ TEST(JobScript, asks_slurm_for_what_the_study_needs) {
     EXPECT_EQ(script.find("#PBS"), std::string::npos);
 }
 
-TEST(JobScript, gives_pbs_the_timer_that_it_lacks) {
+TEST(JobScript, AddsATimerForPbs) {
     JobText text = text_of("doe");
     text.partition = "workq";
     const std::string script =
@@ -92,7 +92,7 @@ TEST(JobScript, gives_pbs_the_timer_that_it_lacks) {
     EXPECT_EQ(script.find("\n#SBATCH"), std::string::npos);
 }
 
-TEST(JobScript, has_user_text_in_no_line_that_the_batch_system_reads) {
+TEST(JobScript, HasNoUserTextInLinesThatTheBatchSystemReads) {
     const std::string nasty = "a\n#SBATCH --uid=0\n$(id)'";
     const std::string script = job_script(BatchSystem::Slurm, text_of(nasty),
                                           size_job(batches(4, 60.0), {}, {2, 2, 7200.0}));
@@ -102,7 +102,7 @@ TEST(JobScript, has_user_text_in_no_line_that_the_batch_system_reads) {
               std::string::npos);
 }
 
-TEST(JobScript, refuses_names_that_no_batch_system_has) {
+TEST(JobScript, RefusesNamesThatNoBatchSystemHas) {
     for (const char* name : {"a b", "a\nb", "-x", "$(id)", "a'b", "a\"b", "é"}) {
         JobText text = text_of("doe");
         text.partition = name;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// bash reads a quoted word as the text that it was made of, whatever that holds.
+// bash reads a quoted word as the original text, whatever its bytes are.
 #include "cluster/batch_system.hpp"
 #include "cluster/shell_word.hpp"
 #include "core/error.hpp"
@@ -13,7 +13,7 @@
 namespace culm::cluster {
 namespace {
 
-/// What a program gets that bash calls with this word.
+/// The argument that a program receives when bash calls it with this word.
 std::string as_bash_reads(const std::string& word) {
     return program_output({"bash", "-c", "printf %s " + word + "; printf ."},
                           std::chrono::seconds(20));
@@ -23,13 +23,13 @@ std::string byte(int value) {
     return std::string(1, static_cast<char>(value));
 }
 
-TEST(ShellWord, leaves_plain_paths_readable) {
+TEST(ShellWord, KeepsPlainPathsReadable) {
     EXPECT_EQ(shell_word("/home/a_b/study-1.toml"), "/home/a_b/study-1.toml");
     EXPECT_EQ(shell_word("my study"), "'my study'");
     EXPECT_EQ(shell_word(""), "''");
 }
 
-TEST(ShellWord, is_read_back_by_bash_as_the_same_text) {
+TEST(ShellWord, IsReadByBashAsTheSameText) {
     const std::vector<std::string> nasty = {"",         " ",
                                             "a b",      "it's",
                                             "\"",       "$HOME",
@@ -49,7 +49,7 @@ TEST(ShellWord, is_read_back_by_bash_as_the_same_text) {
         EXPECT_EQ(as_bash_reads(shell_word(text)), text + ".") << shell_word(text);
 }
 
-TEST(ShellWord, of_every_byte_is_read_back) {
+TEST(ShellWord, PreservesEveryByte) {
     std::string all;
     for (int value = 1; value < 256; ++value)
         all += byte(value);
@@ -61,7 +61,7 @@ TEST(ShellWord, of_every_byte_is_read_back) {
               "1.");
 }
 
-TEST(ShellWord, of_random_bytes_is_read_back) {
+TEST(ShellWord, PreservesRandomBytes) {
     std::mt19937 random(5);
     std::uniform_int_distribution<int> any(1, 255);
     for (int k = 0; k < 50; ++k) {
@@ -72,11 +72,11 @@ TEST(ShellWord, of_random_bytes_is_read_back) {
     }
 }
 
-TEST(ShellWord, stays_on_one_line) {
+TEST(ShellWord, StaysOnOneLine) {
     EXPECT_EQ(shell_word("a\n#SBATCH --hold").find('\n'), std::string::npos);
 }
 
-TEST(ShellWord, refuses_a_zero_byte) {
+TEST(ShellWord, RefusesAZeroByte) {
     EXPECT_THROW((void)shell_word(std::string("a\0b", 3)), core::InputError);
 }
 

@@ -10,7 +10,7 @@
 namespace culm::cluster {
 namespace {
 
-TEST(Walltime, is_read_in_every_form_that_batch_systems_write) {
+TEST(Walltime, IsReadInEveryFormThatBatchSystemsWrite) {
     EXPECT_EQ(parse_walltime("w", "01:02:03"), 3723.0);
     EXPECT_EQ(parse_walltime("w", "100:00:00"), 360000.0);
     EXPECT_EQ(parse_walltime("w", "5:30"), 330.0);
@@ -19,7 +19,7 @@ TEST(Walltime, is_read_in_every_form_that_batch_systems_write) {
     EXPECT_EQ(parse_walltime("w", "2-01:00:01"), 176401.0);
 }
 
-TEST(Walltime, is_read_as_a_number_with_its_unit) {
+TEST(Walltime, IsReadAsANumberWithItsUnit) {
     EXPECT_EQ(parse_walltime("w", "90s"), 90.0);
     EXPECT_EQ(parse_walltime("w", "45min"), 2700.0);
     EXPECT_EQ(parse_walltime("w", "45m"), 2700.0);
@@ -27,7 +27,7 @@ TEST(Walltime, is_read_as_a_number_with_its_unit) {
     EXPECT_EQ(parse_walltime("w", "2d"), 172800.0);
 }
 
-TEST(Walltime, of_other_forms_is_refused) {
+TEST(Walltime, IsRefusedInOtherForms) {
     // A number alone is minutes for Slurm and seconds for PBS.
     for (const char* text : {"", "90", "-5s", "0s", "00:00:00", "nans", "infs", "1e99s", "1:2:3:4",
                              "1-", "-1", "1--2", "1-2:3:4:5", "s", "12x", "1:2s", "+3:00", "400d"})
@@ -37,13 +37,13 @@ TEST(Walltime, of_other_forms_is_refused) {
         FAIL();
     } catch (const core::InputError& error) {
         EXPECT_EQ(std::string(error.what()),
-                  "--walltime: \"90\" is no duration above zero and of at most a year; allowed are "
-                  "HH:MM:SS, MM:SS, D-HH, D-HH:MM, D-HH:MM:SS, or a number with its unit: 90s, "
+                  "--walltime: \"90\" is not a duration above zero and of at most a year; allowed "
+                  "are HH:MM:SS, MM:SS, D-HH, D-HH:MM, D-HH:MM:SS, or a number with its unit: 90s, "
                   "45min, 12h, 2d");
     }
 }
 
-TEST(Walltime, that_squeue_prints_is_read) {
+TEST(Walltime, IsReadAsSqueuePrintsIt) {
     EXPECT_EQ(parse_time_left("1:58                \n"), 118.0);
     EXPECT_EQ(parse_time_left("0:00\n"), 0.0);
     EXPECT_EQ(parse_time_left("1-02:03:04\n"), 93784.0);
@@ -52,7 +52,7 @@ TEST(Walltime, that_squeue_prints_is_read) {
         EXPECT_EQ(parse_time_left(text), std::nullopt) << text;
 }
 
-TEST(Walltime, is_written_as_it_is_read) {
+TEST(Walltime, IsWrittenAsItIsRead) {
     EXPECT_EQ(walltime_text(59.2), "00:01:00");
     EXPECT_EQ(walltime_text(3723.0), "01:02:03");
     EXPECT_EQ(walltime_text(93784.0), "1-02:03:04");

@@ -14,7 +14,7 @@ using culm::core::decimal_text;
 using culm::core::parse_decimal;
 using culm::core::with_point_moved;
 
-TEST(DecimalText, MovesThePointInTheTextSoThatNothingIsRounded) {
+TEST(DecimalText, MovesThePointWithoutRounding) {
     EXPECT_EQ(parse_decimal("0.1820", -3), 1.82e-4);
     EXPECT_EQ(parse_decimal("-17.6e1", -3), -0.176);
     EXPECT_EQ(parse_decimal("+2.83", -3), 2.83e-3);
@@ -34,7 +34,7 @@ TEST(DecimalText, IsPlainAndShort) {
     EXPECT_EQ(decimal_text(1.25e20), "1.25e20");
 }
 
-TEST(DecimalText, RefusesWhatIsNoFiniteDecimalNumber) {
+TEST(DecimalText, RefusesTextThatIsNotAFiniteDecimalNumber) {
     for (const char* text :
          {"", "+", "-", "1,5", "1.5mm", "1.5 ", "inf", "nan", "0x10", "1e999", "+-1"})
         EXPECT_FALSE(parse_decimal(text)) << text;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files that are read as a whole: what comes back, and what is refused.
+// Files that are read as a whole, and the files that are refused.
 #include "core/error.hpp"
 #include "core/user_files.hpp"
 #include "support/temporary_folder.hpp"
@@ -30,7 +30,7 @@ TEST(FileText, HasEveryByteOfTheFile) {
     EXPECT_EQ(file_text(folder / "f", bytes.size()), bytes);
 }
 
-TEST(FileText, OfAFileAboveTheLimitIsRefused) {
+TEST(FileText, RefusesAFileAboveTheLimit) {
     const tests::TemporaryFolder folder;
     const std::size_t limit = std::size_t{1} << 20U;
     std::ofstream(folder / "f", std::ios::binary) << std::string(limit + 1, 'x');
@@ -38,12 +38,12 @@ TEST(FileText, OfAFileAboveTheLimitIsRefused) {
               (folder / "f").string() + ": cannot be read: it is larger than 1 MiB");
 }
 
-TEST(FileText, OfAnEndlessDeviceIsRefusedAtTheLimit) {
+TEST(FileText, RefusesAnEndlessDeviceAtTheLimit) {
     EXPECT_EQ(refusal_of("/dev/zero", std::size_t{2} << 20U),
               "/dev/zero: cannot be read: it is larger than 2 MiB");
 }
 
-TEST(FileText, OfAFolderOrOfNothingIsRefusedWithTheReason) {
+TEST(FileText, RefusesAFolderOrAMissingFileWithTheReason) {
     const tests::TemporaryFolder folder;
     EXPECT_EQ(refusal_of(folder.path(), 1),
               folder.path().string() + ": cannot be read: it is a folder");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Names of files inside other files: what they may lead to.
+// Names of files inside other files, and the paths that they may lead to.
 #include "core/error.hpp"
 #include "core/user_files.hpp"
 
@@ -14,7 +14,7 @@ TEST(NamedPath, LeadsToTheFolderOfTheNamingFileAndBelow) {
     EXPECT_EQ(path_named_in("/s/study.toml", "x/../my.toml"), "/s/x/../my.toml");
 }
 
-TEST(NamedPath, ThatLeadsElsewhereIsRefused) {
+TEST(NamedPath, IsRefusedWhenItLeadsElsewhere) {
     for (const char* name : {"/etc/passwd", "../other.toml", "a/../../b", "..", "a/./../..//c", ""})
         EXPECT_THROW((void)path_named_in("s/study.toml", name), InputError) << name;
     EXPECT_NE(named_path_fault(std::string_view("a\0b", 3)), "");

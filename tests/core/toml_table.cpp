@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the one reader of TOML files says of mistakes.
+// Error messages of the reader of TOML files.
 #include "core/error.hpp"
 #include "core/toml/table.hpp"
 
@@ -76,17 +76,17 @@ TEST(TomlTable, NamesTheNearestKeyHereThenElsewhere) {
               "a.toml:2: stem.operator: unknown key; allowed: length_mm");
 }
 
-TEST(TomlTable, SaysLineValueAndWhatIsAllowed) {
+TEST(TomlTable, ReportsLineValueAndAllowedValues) {
     EXPECT_EQ(refusal("[stem]\nlength_mm = 0.5\n"),
               "a.toml:2: stem.length_mm = 0.5: must be a number in [1, 100000]");
     EXPECT_EQ(refusal("[stem]\nlength_m = nan\n"),
               "a.toml:2: stem.length_m = nan: must be a number in [0.001, 100]");
-    // No double equals it: toml++ gives none.
+    // No double equals it, so toml++ returns none.
     EXPECT_EQ(refusal("[stem]\nlength_mm = 9223372036854775807\n"),
               "a.toml:2: stem.length_mm = 9223372036854775807: must be a number in [1, 100000]");
     EXPECT_EQ(refusal("[stem]\nlength_mm = \"156 ± 0.4\"\n"),
               "a.toml:2: stem.length_mm = \"156 ± 0.4\": must be a number without quotes; a bare ± "
-              "does not say what it means: give the standard uncertainty in a key of its own");
+              "does not say what it means: give the standard uncertainty in a separate key");
     EXPECT_EQ(refusal("[measurement]\nreading = \"rows\"\n"),
               "a.toml:2: measurement.reading = \"rows\": must be \"row\" or \"material\" (did you "
               "mean \"row\"?)");

@@ -10,7 +10,7 @@
 namespace culm::core {
 namespace {
 
-TEST(Vec, CrossProductIsNormalToBothFactorsAndRightHanded) {
+TEST(Vec, HasACrossProductNormalToBothFactorsAndRightHanded) {
     const Vec<3, double> x{{1.0, 0.0, 0.0}};
     const Vec<3, double> y{{0.0, 1.0, 0.0}};
     EXPECT_EQ(cross(x, y)[2], 1.0);
@@ -21,7 +21,7 @@ TEST(Vec, CrossProductIsNormalToBothFactorsAndRightHanded) {
     EXPECT_NEAR(dot(cross(a, b), b), 0.0, 1e-15);
 }
 
-TEST(Vec, PlanarCrossProductIsTheThirdComponent) {
+TEST(Vec, HasTheThirdComponentAsPlanarCrossProduct) {
     const Vec<2, double> a{{0.3, -1.2}};
     const Vec<2, double> b{{-0.7, 0.1}};
     const Vec<3, double> in_space =
@@ -29,7 +29,7 @@ TEST(Vec, PlanarCrossProductIsTheThirdComponent) {
     EXPECT_EQ(cross(a, b), in_space[2]);
 }
 
-TEST(Lanes, EveryLaneComputesItsOwnVector) {
+TEST(Lanes, ComputeAVectorInEveryLane) {
     const Lanes numbers([](auto lane) { return double(lane) + 1.0; });
     const Vec<2, Lanes> v{{numbers, numbers * numbers}};
     const Lanes squares = dot(v, v);

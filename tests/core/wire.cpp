@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Values survive the way through bytes, bit for bit, and damaged messages are noticed.
+// Values are encoded and decoded bit for bit, and damaged messages are detected.
 #include "core/wire.hpp"
 
 #include "core/item_map.hpp"
@@ -63,12 +63,12 @@ Fit full_fit() {
     return fit;
 }
 
-TEST(Wire, a_struct_comes_back_as_it_was) {
+TEST(Wire, PreservesAStruct) {
     EXPECT_EQ(decoded<Fit>(encoded(full_fit())), full_fit());
     EXPECT_EQ(decoded<Fit>(encoded(Fit())), Fit());
 }
 
-TEST(Wire, every_bit_of_a_double_is_kept) {
+TEST(Wire, KeepsEveryBitOfADouble) {
     for (const std::uint64_t bits : {0x8000000000000000ULL, 0x7FF8000000000001ULL,
                                      0xFFF4000000000000ULL, 0x3FB999999999999AULL}) {
         const auto value = std::bit_cast<double>(bits);
@@ -79,7 +79,7 @@ TEST(Wire, every_bit_of_a_double_is_kept) {
     }
 }
 
-TEST(Wire, every_truncated_message_is_refused) {
+TEST(Wire, RefusesEveryTruncatedMessage) {
     const Bytes whole = encoded(full_fit());
     for (std::size_t length = 0; length < whole.size(); ++length)
         EXPECT_THROW((void)decoded<Fit>(
@@ -88,20 +88,20 @@ TEST(Wire, every_truncated_message_is_refused) {
             << length << " bytes";
 }
 
-TEST(Wire, a_message_with_something_left_over_is_refused) {
+TEST(Wire, RefusesAMessageWithExtraBytes) {
     Bytes bytes = encoded(full_fit());
     bytes.push_back(std::byte{0});
     EXPECT_THROW((void)decoded<Fit>(bytes), WireError);
 }
 
-TEST(Wire, a_length_beyond_the_message_is_refused_before_memory_is_taken) {
+TEST(Wire, RefusesALengthBeyondTheMessageBeforeItAllocates) {
     const Bytes huge = encoded(~std::size_t{0} / 16);
     EXPECT_THROW((void)decoded<std::string>(huge), WireError);
     EXPECT_THROW((void)decoded<std::vector<double>>(huge), WireError);
     EXPECT_THROW((void)decoded<std::vector<std::string>>(huge), WireError);
 }
 
-TEST(ItemMap, in_one_process_gives_every_outcome_in_the_order_of_the_items) {
+TEST(ItemMap, GivesEveryOutcomeInTheOrderOfTheItems) {
     const std::vector<ItemOutcome<Fit>> found =
         ItemMap().outcomes({1.0, 3.0, 2.0}, [](std::size_t item, const Heartbeat&) {
             if (item == 1)
@@ -117,7 +117,7 @@ TEST(ItemMap, in_one_process_gives_every_outcome_in_the_order_of_the_items) {
     EXPECT_EQ(found[1].failure, "no fit");
 }
 
-TEST(ItemMap, values_of_items_that_throw_are_an_error_with_the_reason) {
+TEST(ItemMap, ReportsTheReasonWhenAnItemThrows) {
     const auto work = [](std::size_t item, const Heartbeat&) {
         if (item == 2)
             throw std::logic_error("odd");
@@ -133,7 +133,7 @@ TEST(ItemMap, values_of_items_that_throw_are_an_error_with_the_reason) {
     }
 }
 
-TEST(ItemMap, a_full_disk_ends_the_map) {
+TEST(ItemMap, EndsOnAFullDisk) {
     EXPECT_THROW((void)ItemMap().outcomes({1.0},
                                           [](std::size_t, const Heartbeat&) -> int {
                                               throw StorageError("no space left");

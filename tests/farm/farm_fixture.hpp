@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the MPI tests of the farm share: lists of batches and the count of what was computed where.
+// Shared by the MPI tests of the farm: lists of batches and counts of computed points.
 #pragma once
 
 #include "farm/farm.hpp"
@@ -54,14 +54,14 @@ class FarmTest : public ::testing::Test {
         return {static_cast<std::int64_t>(batch.points.size()), 0, 0.0};
     }
 
-    /// Works for so many milliseconds.
+    /// Works for this time.
     static void spin(double milliseconds, Heartbeat& heartbeat) {
         const auto end = Clock::now() + std::chrono::duration<double, std::milli>(milliseconds);
         while (Clock::now() < end)
             heartbeat.beat();
     }
 
-    /// The same summary must have come out on all ranks. Collective.
+    /// Expects the same summary on all ranks. Collective.
     void expect_same_everywhere(const Summary& summary) const {
         EXPECT_EQ(core::decoded<Summary>(world_.broadcast(core::encoded(summary))), summary)
             << "on rank " << world_.rank();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Runs the tests of one program on every rank, in the same order; ranks other than 0 tell failures
-// only.
+// Runs the tests of one program on every rank, in the same order. Ranks other than 0 report only
+// failures.
 #include "farm/environment.hpp"
 
 #include <iostream>

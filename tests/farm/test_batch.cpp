@@ -21,29 +21,29 @@ std::string text_of_error(double cost) {
     return "no error";
 }
 
-TEST(PlanOrder, puts_the_longest_batch_first) {
+TEST(PlanOrder, PutsTheLongestBatchFirst) {
     const std::vector<Batch> batches = {{{0}, 1.0}, {{1}, 5.0}, {{2}, 3.0}};
     EXPECT_EQ(plan_order(batches), (std::vector<std::size_t>{1, 2, 0}));
 }
 
-TEST(PlanOrder, breaks_ties_by_the_first_point_then_by_index) {
+TEST(PlanOrder, BreaksTiesByTheFirstPointThenByIndex) {
     const std::vector<Batch> batches = {
         {{9}, 2.0}, {{4, 1}, 2.0}, {{7}, 2.0}, {{4}, 2.0}, {{}, 2.0}};
     EXPECT_EQ(plan_order(batches), (std::vector<std::size_t>{4, 1, 3, 2, 0}));
 }
 
-TEST(PlanOrder, of_nothing_is_empty) {
+TEST(PlanOrder, IsEmptyWithoutBatches) {
     EXPECT_TRUE(plan_order({}).empty());
 }
 
-TEST(PlanOrder, refuses_costs_that_cannot_be_ordered) {
+TEST(PlanOrder, RefusesCostsThatCannotBeOrdered) {
     EXPECT_EQ(text_of_error(-1.0), "batch 1: cost = -1: must be finite and not negative");
     EXPECT_EQ(text_of_error(std::nan("")), "batch 1: cost = nan: must be finite and not negative");
     EXPECT_EQ(text_of_error(std::numeric_limits<double>::infinity()),
               "batch 1: cost = inf: must be finite and not negative");
 }
 
-TEST(Digest, differs_when_a_point_a_cost_or_a_border_between_batches_does) {
+TEST(Digest, DiffersWithAPointACostOrABorderBetweenBatches) {
     const std::vector<Batch> base = {{{0, 1}, 1.0}, {{2}, 1.0}};
     EXPECT_EQ(digest(base), digest(std::vector<Batch>(base)));
     EXPECT_NE(digest(base), digest(std::vector<Batch>{{{0, 1}, 1.0}, {{3}, 1.0}}));
@@ -51,7 +51,7 @@ TEST(Digest, differs_when_a_point_a_cost_or_a_border_between_batches_does) {
     EXPECT_NE(digest(base), digest(std::vector<Batch>{{{0}, 1.0}, {{1, 2}, 1.0}}));
 }
 
-TEST(Digest, of_nothing_is_the_offset_basis_of_fnv_1a) {
+TEST(Digest, IsTheOffsetBasisOfFnv1aWithoutBatches) {
     EXPECT_EQ(digest({}), 0xcbf29ce484222325ULL);
 }
 

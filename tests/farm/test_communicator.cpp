@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Collective helpers give every rank what they promise, for any root and any length.
+// Collective helpers give the right result on every rank, for any root and any length.
 #include "farm/batch.hpp"
 #include "farm/communicator.hpp"
 #include "farm/environment.hpp"
@@ -9,7 +9,7 @@
 namespace culm::farm {
 namespace {
 
-TEST(Communicator, broadcasts_texts_of_any_length_from_any_root) {
+TEST(Communicator, BroadcastsTextsOfAnyLengthFromAnyRoot) {
     const Communicator world = Communicator::world();
     for (int root = 0; root < world.size(); ++root)
         for (const std::size_t length : {0U, 1U, 100000U}) {
@@ -18,13 +18,13 @@ TEST(Communicator, broadcasts_texts_of_any_length_from_any_root) {
         }
 }
 
-TEST(Communicator, broadcasts_bytes_with_zeros_in_them) {
+TEST(Communicator, BroadcastsBytesThatIncludeZeros) {
     const Communicator world = Communicator::world();
     const Bytes bytes = {std::byte{1}, std::byte{0}, std::byte{255}};
     EXPECT_EQ(world.broadcast(world.rank() == 0 ? bytes : Bytes()), bytes);
 }
 
-TEST(Communicator, gathers_texts_of_different_lengths_in_the_order_of_ranks) {
+TEST(Communicator, GathersTextsOfDifferentLengthsInTheOrderOfRanks) {
     const Communicator world = Communicator::world();
     const int root = world.size() - 1;
     const std::vector<std::string> texts =
@@ -38,13 +38,13 @@ TEST(Communicator, gathers_texts_of_different_lengths_in_the_order_of_ranks) {
         EXPECT_EQ(texts[rank], std::string(rank, 'x'));
 }
 
-TEST(Communicator, one_rank_is_enough_to_make_it_true) {
+TEST(Communicator, IsTrueAnywhereIfOneRankSaysSo) {
     const Communicator world = Communicator::world();
     EXPECT_TRUE(world.is_true_anywhere(world.rank() == world.size() - 1));
     EXPECT_FALSE(world.is_true_anywhere(false));
 }
 
-TEST(Communicator, a_duplicate_has_the_same_ranks) {
+TEST(Communicator, HasTheSameRanksAsItsDuplicate) {
     const Communicator world = Communicator::world();
     const Communicator other = world.duplicate();
     EXPECT_EQ(other.rank(), world.rank());
@@ -52,7 +52,7 @@ TEST(Communicator, a_duplicate_has_the_same_ranks) {
     other.barrier();
 }
 
-TEST(Communicator, an_invalid_root_is_reported_with_the_name_of_the_call) {
+TEST(Communicator, ReportsAnInvalidRootWithTheNameOfTheCall) {
     const Communicator world = Communicator::world();
     try {
         (void)world.broadcast(std::string("x"), world.size());
@@ -62,7 +62,7 @@ TEST(Communicator, an_invalid_root_is_reported_with_the_name_of_the_call) {
     }
 }
 
-TEST(Environment, exists_only_once) {
+TEST(Environment, ExistsOnlyOnce) {
     int argc = 0;
     char** argv = nullptr;
     EXPECT_THROW(Environment(argc, argv), FarmError);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// With a deadline no batch is begun that would not be done by then. Every rank has a clock that
-// only its own work moves on, so nothing here depends on how fast the machine is.
+// A batch that would end after the deadline is not begun. Every rank has a clock that only its own
+// work advances, so the tests do not depend on the speed of the machine.
 #include "farm_fixture.hpp"
 
 #include <algorithm>
@@ -51,7 +51,7 @@ class FarmDeadline : public FarmTest {
     Farm alone_;
 };
 
-TEST_F(FarmDeadline, a_batch_that_would_end_too_late_is_passed_over_for_a_shorter_one) {
+TEST_F(FarmDeadline, SkipsABatchThatWouldEndTooLateForAShorterOne) {
     // After 5 s of 6.5 s: 3 and 2 s do not fit, 1 s does.
     const Summary summary = compute(alone_, batches_of({5.0, 3.0, 2.0, 1.0, 1.0}), until(6.5), 1.0);
     EXPECT_EQ(mine_, (std::vector<std::int64_t>{0, 3}));
@@ -61,8 +61,8 @@ TEST_F(FarmDeadline, a_batch_that_would_end_too_late_is_passed_over_for_a_shorte
     EXPECT_TRUE(summary.lost.empty());
 }
 
-TEST_F(FarmDeadline, the_pace_is_learned_from_the_batches_that_were_done) {
-    // They take twice what was expected: of 10 s the first takes 6, and only one more fits.
+TEST_F(FarmDeadline, UsesThePaceLearnedFromFinishedBatches) {
+    // Batches take twice the expected time: the first takes 6 of 10 s, and only one more fits.
     const Summary summary =
         compute(alone_, batches_of({3.0, 3.0, 1.0, 1.0, 1.0}), until(10.0), 2.0);
     EXPECT_EQ(mine_, (std::vector<std::int64_t>{0, 2}));
@@ -70,29 +70,29 @@ TEST_F(FarmDeadline, the_pace_is_learned_from_the_batches_that_were_done) {
     EXPECT_NEAR(summary.pace.cost, 4.0, 1e-9);
 }
 
-TEST_F(FarmDeadline, the_pace_of_an_earlier_run_counts_from_the_first_batch_on) {
+TEST_F(FarmDeadline, UsesThePaceOfAnEarlierRunFromTheFirstBatch) {
     FarmOptions options = until(6.0);
     options.pace.learn(1.0, 2.0);
-    // 3 would take 6 s and a tenth more to be sure.
+    // A cost of 3 would take 6 s and a margin of a tenth.
     (void)compute(alone_, batches_of({3.0, 3.0, 1.0, 1.0, 1.0}), options, 2.0);
     EXPECT_EQ(mine_, (std::vector<std::int64_t>{2, 3}));
 }
 
-TEST_F(FarmDeadline, nothing_is_begun_when_nothing_fits) {
+TEST_F(FarmDeadline, BeginsNothingWhenNothingFits) {
     const Summary summary = compute(alone_, batches_of({3.0, 2.0}), until(1.0), 1.0);
     EXPECT_TRUE(mine_.empty());
     EXPECT_TRUE(summary.out_of_time);
     EXPECT_FALSE(summary.pace.is_known());
 }
 
-TEST_F(FarmDeadline, that_is_far_away_changes_nothing) {
+TEST_F(FarmDeadline, ChangesNothingWhenItIsFarAway) {
     const Summary summary = compute(alone_, batches_of({3.0, 2.0}), until(1000.0), 1.0);
     EXPECT_EQ(summary.points_completed, 2);
     EXPECT_FALSE(summary.stopped_early);
     EXPECT_FALSE(summary.out_of_time);
 }
 
-TEST_F(FarmDeadline, nothing_is_learned_from_a_batch_that_was_left_early) {
+TEST_F(FarmDeadline, LearnsNothingFromAnInterruptedBatch) {
     FarmOptions options = until(100.0);
     options.stop_interval = std::chrono::milliseconds(0);
     options.poll_interval = std::chrono::microseconds(0);
@@ -110,7 +110,7 @@ TEST_F(FarmDeadline, nothing_is_learned_from_a_batch_that_was_left_early) {
     EXPECT_FALSE(summary.pace.is_known());
 }
 
-TEST_F(FarmDeadline, ends_all_ranks_and_loses_nothing) {
+TEST_F(FarmDeadline, EndsAllRanksAndLosesNothing) {
     std::vector<double> costs;
     for (int k = 0; k < 400; ++k)
         costs.push_back(0.1 + (k * 37 % 101) * 0.05);
@@ -128,7 +128,7 @@ TEST_F(FarmDeadline, ends_all_ranks_and_loses_nothing) {
     expect_same_everywhere(summary);
 }
 
-TEST_F(FarmDeadline, that_passes_on_one_rank_first_is_told_to_all) {
+TEST_F(FarmDeadline, IsSentToAllRanksWhenItPassesOnOneFirst) {
     FarmOptions options;
     options.stop_interval = std::chrono::milliseconds(0);
     if (world_.rank() == world_.size() - 1)
@@ -144,7 +144,7 @@ TEST_F(FarmDeadline, that_passes_on_one_rank_first_is_told_to_all) {
     EXPECT_LT(summary.points_completed, 100000);
 }
 
-TEST_F(FarmDeadline, after_it_the_next_map_runs_to_its_end) {
+TEST_F(FarmDeadline, LetsTheNextMapRunToItsEnd) {
     (void)compute(farm_, batches_of(std::vector<double>(200, 1.0)), until(10.0), 1.0);
     mine_.clear();
     const Summary summary =

@@ -41,7 +41,7 @@ std::vector<double> uneven_costs(std::size_t count) {
 
 class FarmItems : public FarmTest {};
 
-TEST_F(FarmItems, come_back_in_their_order_on_every_rank_bit_for_bit) {
+TEST_F(FarmItems, ReturnInTheirOrderOnEveryRankBitForBit) {
     for (const std::size_t count : {0U, 1U, 2U, 17U}) {
         const auto outcomes = map(&world_, uneven_costs(count),
                                   [](std::size_t item, const core::Heartbeat& heartbeat) {
@@ -54,7 +54,7 @@ TEST_F(FarmItems, come_back_in_their_order_on_every_rank_bit_for_bit) {
     }
 }
 
-TEST_F(FarmItems, without_a_communicator_are_the_same) {
+TEST_F(FarmItems, AreTheSameWithoutACommunicator) {
     const auto outcomes =
         map(nullptr, uneven_costs(5),
             [](std::size_t item, const core::Heartbeat&) { return found_of(item); });
@@ -63,7 +63,7 @@ TEST_F(FarmItems, without_a_communicator_are_the_same) {
         EXPECT_EQ(outcomes[item].value, found_of(item));
 }
 
-TEST_F(FarmItems, that_throw_are_outcomes_and_harm_no_other) {
+TEST_F(FarmItems, BecomeFailuresAndDoNotHarmOthersWhenTheyThrow) {
     const auto outcomes =
         map(&world_, uneven_costs(9), [](std::size_t item, const core::Heartbeat&) {
             if (item == 4)
@@ -77,7 +77,7 @@ TEST_F(FarmItems, that_throw_are_outcomes_and_harm_no_other) {
     }
 }
 
-TEST_F(FarmItems, that_throw_make_values_throw_the_same_on_every_rank) {
+TEST_F(FarmItems, ThrowTheSameReasonFromValuesOnEveryRank) {
     const core::ItemMap items = over_ranks(&world_);
     std::string reason;
     try {
@@ -92,7 +92,7 @@ TEST_F(FarmItems, that_throw_make_values_throw_the_same_on_every_rank) {
     EXPECT_EQ(reason, "item 3: no answer to 3") << "rank " << world_.rank();
 }
 
-TEST_F(FarmItems, end_on_every_rank_where_one_cannot_store) {
+TEST_F(FarmItems, EndOnEveryRankWhenOneCannotStore) {
     EXPECT_THROW((void)map(&world_, uneven_costs(4),
                            [](std::size_t item, const core::Heartbeat&) -> double {
                                if (item == 2)
@@ -102,7 +102,7 @@ TEST_F(FarmItems, end_on_every_rank_where_one_cannot_store) {
                  core::StorageError);
 }
 
-TEST_F(FarmItems, that_count_as_failed_are_shown_as_such_and_still_have_their_value) {
+TEST_F(FarmItems, KeepTheirValueWhenTheyCountAsFailed) {
     Progress last;
     ItemOptions options;
     options.progress = [&last](const Progress& progress) { last = progress; };
@@ -118,7 +118,7 @@ TEST_F(FarmItems, that_count_as_failed_are_shown_as_such_and_still_have_their_va
     }
 }
 
-TEST_F(FarmItems, of_a_lost_rank_are_lost_and_all_others_are_there) {
+TEST_F(FarmItems, AreLostOnlyOnALostRank) {
     if (world_.size() == 1)
         GTEST_SKIP() << "rank 0 cannot be lost";
     ItemOptions options;
@@ -153,7 +153,7 @@ TEST_F(FarmItems, of_a_lost_rank_are_lost_and_all_others_are_there) {
     EXPECT_EQ(later.size(), 3U);
 }
 
-TEST_F(FarmItems, what_rank_0_did_alone_reaches_every_rank_or_its_error_does) {
+TEST_F(FarmItems, SendTheResultOrTheErrorOfRank0ToEveryRank) {
     EXPECT_EQ(on_root(&world_, [] { return found_of(7); }), found_of(7));
     EXPECT_THROW((void)on_root(&world_, []() -> int { throw core::InputError("a wrong key"); }),
                  core::InputError);

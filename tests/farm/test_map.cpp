@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whatever the number of ranks, every point is computed exactly once, and failures stay local.
+// Every point is computed exactly once on any number of ranks, and failures stay local.
 #include "farm_fixture.hpp"
 
 #include <algorithm>
@@ -35,7 +35,7 @@ class FarmMap : public FarmTest {
     }
 };
 
-TEST_F(FarmMap, computes_every_point_once_for_many_shapes_of_batches) {
+TEST_F(FarmMap, ComputesEveryPointOnceForManyShapesOfBatches) {
     for (const std::int64_t count : {1, 2, 3, 5, 50, 3000})
         for (const std::int64_t size : {1, 8}) {
             SCOPED_TRACE(count);
@@ -43,36 +43,36 @@ TEST_F(FarmMap, computes_every_point_once_for_many_shapes_of_batches) {
         }
 }
 
-TEST_F(FarmMap, computes_every_point_once_when_batches_go_one_by_one) {
+TEST_F(FarmMap, ComputesEveryPointOnceWhenBatchesGoOneByOne) {
     FarmOptions options;
     options.chunk_seconds = 0.0;
     expect_complete(equal_batches(2000, 1), options);
 }
 
-TEST_F(FarmMap, computes_every_point_once_when_it_looks_at_messages_all_the_time) {
+TEST_F(FarmMap, ComputesEveryPointOnceWhenItAlwaysPollsMessages) {
     FarmOptions options;
     options.chunk_seconds = 0.0;
     options.poll_interval = std::chrono::microseconds(0);
     expect_complete(equal_batches(500, 3), options);
 }
 
-TEST_F(FarmMap, gets_along_with_more_ranks_than_batches) {
+TEST_F(FarmMap, HandlesMoreRanksThanBatches) {
     expect_complete(equal_batches(world_.size() - 1, 2));
 }
 
-TEST_F(FarmMap, gets_along_with_no_batches_and_with_batches_without_points) {
+TEST_F(FarmMap, HandlesNoBatchesAndBatchesWithoutPoints) {
     expect_complete({});
     expect_complete(std::vector<Batch>(7));
 }
 
-TEST_F(FarmMap, computes_every_point_once_when_costs_are_uneven) {
+TEST_F(FarmMap, ComputesEveryPointOnceWhenCostsAreUneven) {
     std::vector<Batch> batches = equal_batches(40, 2);
     for (std::size_t i = 0; i < batches.size(); ++i)
         batches[i].cost = static_cast<double>((7 * i) % 11);
     expect_complete(batches, {}, 0.5);
 }
 
-TEST_F(FarmMap, computes_every_point_once_when_the_costs_mislead) {
+TEST_F(FarmMap, ComputesEveryPointOnceWhenTheCostsMislead) {
     std::vector<Batch> batches = equal_batches(400, 1);
     for (std::size_t i = 0; i < batches.size(); ++i)
         batches[i].cost = i % 40 == 39 ? 1e-3 : 1.0;
@@ -87,12 +87,12 @@ TEST_F(FarmMap, computes_every_point_once_when_the_costs_mislead) {
     expect_each_once(count_everywhere(mine), 400);
 }
 
-TEST_F(FarmMap, can_be_called_again_and_again) {
+TEST_F(FarmMap, CanBeCalledManyTimes) {
     for (int i = 0; i < 200; ++i)
         expect_complete(equal_batches(i % 9, 1));
 }
 
-TEST_F(FarmMap, lists_a_batch_that_throws_as_lost_and_goes_on) {
+TEST_F(FarmMap, ListsABatchThatThrowsAsLostAndContinues) {
     std::vector<std::int64_t> mine;
     const Summary summary = farm_.map(equal_batches(100, 2), [&](const Batch& batch, Heartbeat&) {
         if (batch.points.front() == 40 || batch.points.front() == 86)
@@ -113,7 +113,7 @@ TEST_F(FarmMap, lists_a_batch_that_throws_as_lost_and_goes_on) {
     expect_same_everywhere(summary);
 }
 
-TEST_F(FarmMap, survives_that_every_batch_throws_a_long_text) {
+TEST_F(FarmMap, SurvivesALongErrorTextFromEveryBatch) {
     // The reports are then far longer than what MPI sends eagerly.
     const Summary summary =
         farm_.map(equal_batches(300, 1), [](const Batch&, Heartbeat&) -> BatchReport {
@@ -124,11 +124,11 @@ TEST_F(FarmMap, survives_that_every_batch_throws_a_long_text) {
     expect_same_everywhere(summary);
 }
 
-TEST_F(FarmMap, rank_0_serves_the_others_while_it_is_computing) {
+TEST_F(FarmMap, ServesOtherRanksWhileRank0Computes) {
     if (world_.size() == 1)
         GTEST_SKIP() << "nobody to serve";
-    // Rank 0 gets the longest batch and does not leave it before the others have done all the rest:
-    // far more than the opening hand, so it must have answered them in between.
+    // Rank 0 gets the longest batch and ends it only after the others have done all the rest. This
+    // is far more than the opening hand, so rank 0 must have answered them in between.
     std::vector<Batch> batches = equal_batches(200, 1);
     batches[0].cost = 1000.0;
     std::int64_t done = 0;
@@ -148,13 +148,13 @@ TEST_F(FarmMap, rank_0_serves_the_others_while_it_is_computing) {
         },
         options);
     if (world_.rank() == 0) {
-        EXPECT_EQ(done, 200) << "the last call tells that all is done";
+        EXPECT_EQ(done, 200) << "the last call reports that all is done";
         EXPECT_EQ(mine, std::vector<std::int64_t>{0});
     }
     EXPECT_EQ(summary.points_completed, 200);
 }
 
-TEST_F(FarmMap, ranks_with_different_lists_are_stopped_instead_of_mixed_up) {
+TEST_F(FarmMap, StopsRanksWithDifferentLists) {
     if (world_.size() == 1)
         GTEST_SKIP() << "one rank agrees with itself";
     for (const std::int64_t other : {0, 9, 11}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a unit of cost takes is learned from what was timed, and forgotten in favour of what is new.
+// The time per unit of cost is learned from timed batches, and later batches replace earlier runs.
 #include "farm/pace.hpp"
 
 #include <cmath>
@@ -9,11 +9,11 @@
 namespace culm::farm {
 namespace {
 
-TEST(Pace, knows_nothing_at_first) {
+TEST(Pace, IsUnknownAtFirst) {
     EXPECT_FALSE(Pace().is_known());
 }
 
-TEST(Pace, is_the_time_over_the_cost) {
+TEST(Pace, IsTheTimeOverTheCost) {
     Pace pace;
     pace.learn(2.0, 6.0);
     pace.learn(4.0, 12.0);
@@ -21,14 +21,14 @@ TEST(Pace, is_the_time_over_the_cost) {
     EXPECT_DOUBLE_EQ(pace.mean(), 3.0);
 }
 
-TEST(Pace, of_batches_that_take_what_they_cost_leaves_a_tenth) {
+TEST(Pace, AddsATenthWhereBatchesTakeWhatTheyCost) {
     Pace pace;
     for (const double cost : {1.0, 7.0, 30.0})
         pace.learn(cost, 2.0 * cost);
     EXPECT_NEAR(pace.cautious(), 2.2, 1e-6); // the root of a difference of rounded squares
 }
 
-TEST(Pace, is_more_cautious_where_batches_scatter) {
+TEST(Pace, IsMoreCautiousWhereBatchesScatter) {
     // Two batches of cost 1 that took 1 s and 3 s: mean 2, standard deviation 1.
     Pace pace;
     pace.learn(1.0, 1.0);
@@ -36,7 +36,7 @@ TEST(Pace, is_more_cautious_where_batches_scatter) {
     EXPECT_DOUBLE_EQ(pace.cautious(), 2.2 + 3.0);
 }
 
-TEST(Pace, of_an_earlier_run_gives_way_to_what_this_run_finds) {
+TEST(Pace, YieldsToThisRunAfterAnEarlierOne) {
     Pace earlier;
     for (int k = 0; k < 1000; ++k)
         earlier.learn(1.0, 10.0);
@@ -45,10 +45,10 @@ TEST(Pace, of_an_earlier_run_gives_way_to_what_this_run_finds) {
     EXPECT_NEAR(pace.cautious(), 11.0, 1e-5);
     pace.learn(9.0, 9.0); // a machine ten times as fast
     EXPECT_DOUBLE_EQ(pace.mean(), 1.9);
-    EXPECT_EQ(earlier.with_weight_up_to(1e9), earlier) << "little knowledge is not blown up";
+    EXPECT_EQ(earlier.with_weight_up_to(1e9), earlier) << "a small weight is not increased";
 }
 
-TEST(Pace, learns_nothing_from_work_without_cost_or_time) {
+TEST(Pace, LearnsNothingFromWorkWithoutCostOrTime) {
     Pace pace;
     pace.learn(0.0, 5.0);
     pace.learn(1.0, std::nan(""));

@@ -15,8 +15,8 @@ namespace {
 
 constexpr double one_by_one = 0.0;
 
-/// Plays a map on paper: every rank takes cost · `seconds_per_cost` for a batch. Returns how often
-/// each place was computed, and in `makespan` when the last rank was through.
+/// Simulates a map: every rank takes cost · `seconds_per_cost` for a batch. Returns how often each
+/// batch was computed; `makespan` is the time at which the last rank finished.
 struct PaperFarm {
     std::vector<double> costs;
     int ranks;
@@ -28,7 +28,7 @@ struct PaperFarm {
     std::vector<int> play() {
         Scheduler scheduler(costs, ranks, chunk_seconds);
         std::vector<int> times(costs.size(), 0);
-        using Event = std::tuple<double, int>; // when which rank is through
+        using Event = std::tuple<double, int>; // end of a range, rank
         std::priority_queue<Event, std::vector<Event>, std::greater<>> events;
         std::vector<bool> is_busy(static_cast<std::size_t>(ranks), false);
         double now = 0.0;
@@ -72,7 +72,7 @@ std::vector<double> falling_costs(int count) {
     return costs;
 }
 
-TEST(Scheduler, hands_out_every_batch_exactly_once) {
+TEST(Scheduler, HandsOutEveryBatchExactlyOnce) {
     for (const int ranks : {1, 2, 3, 17, 1000})
         for (const int batches : {0, 1, 2, 16, 17, 18, 999, 5000})
             for (const double chunk_seconds : {one_by_one, 0.01, 1e9}) {
@@ -83,13 +83,13 @@ TEST(Scheduler, hands_out_every_batch_exactly_once) {
             }
 }
 
-TEST(Scheduler, hands_out_every_batch_exactly_once_when_all_costs_are_zero) {
+TEST(Scheduler, HandsOutEveryBatchExactlyOnceWhenAllCostsAreZero) {
     PaperFarm farm{std::vector<double>(1000, 0.0), 3, 0.01, 1e-6};
     const std::vector<int> times = farm.play();
     EXPECT_EQ(std::count(times.begin(), times.end(), 1), 1000);
 }
 
-TEST(Scheduler, hands_out_in_the_order_of_the_plan) {
+TEST(Scheduler, HandsOutInTheOrderOfThePlan) {
     Scheduler scheduler(falling_costs(10), 1, one_by_one);
     for (std::int64_t place = 0; place < 10; ++place) {
         const auto range = scheduler.hand_out(0);
@@ -99,7 +99,7 @@ TEST(Scheduler, hands_out_in_the_order_of_the_plan) {
     EXPECT_TRUE(scheduler.is_finished());
 }
 
-TEST(Scheduler, deals_to_every_rank_before_any_gets_a_second_range) {
+TEST(Scheduler, DealsToEveryRankBeforeAnyGetsASecondRange) {
     Scheduler scheduler(falling_costs(20), 3, one_by_one);
     scheduler.deal();
     EXPECT_EQ(scheduler.held_by(0).front(), (Range{0, 1}));
@@ -111,7 +111,7 @@ TEST(Scheduler, deals_to_every_rank_before_any_gets_a_second_range) {
     EXPECT_EQ(scheduler.remaining(), 15);
 }
 
-TEST(Scheduler, never_gives_a_rank_more_than_one_range_ahead) {
+TEST(Scheduler, NeverGivesARankMoreThanOneRangeAhead) {
     Scheduler scheduler(falling_costs(100), 2, one_by_one);
     EXPECT_TRUE(scheduler.hand_out(1));
     EXPECT_TRUE(scheduler.hand_out(1));
@@ -120,7 +120,7 @@ TEST(Scheduler, never_gives_a_rank_more_than_one_range_ahead) {
     EXPECT_FALSE(scheduler.hand_out(0));
 }
 
-TEST(Scheduler, does_not_prefetch_when_fewer_batches_remain_than_ranks) {
+TEST(Scheduler, DoesNotPrefetchWhenFewerBatchesRemainThanRanks) {
     // 4 ranks: after the opening hand of 4 batches 3 remain.
     Scheduler scheduler(falling_costs(7), 4, one_by_one);
     scheduler.deal();
@@ -128,19 +128,19 @@ TEST(Scheduler, does_not_prefetch_when_fewer_batches_remain_than_ranks) {
         EXPECT_EQ(scheduler.held_by(rank).size(), 1U);
         EXPECT_FALSE(scheduler.hand_out(rank));
     }
-    // But a rank with nothing to do gets one.
+    // But an idle rank gets one.
     ASSERT_TRUE(scheduler.report(2, {2, 1}, 1, 1.0));
     EXPECT_EQ(scheduler.hand_out(2), (Range{4, 1}));
 }
 
-TEST(Scheduler, the_last_batch_goes_to_the_rank_that_is_free_first) {
+TEST(Scheduler, GivesTheLastBatchToTheRankThatIsFreeFirst) {
     // Queued behind one of the long batches it would end after 6 s.
     PaperFarm farm{{5.0, 5.0, 1.0, 1.0}, 3, 0.01, 1.0};
     (void)farm.play();
     EXPECT_DOUBLE_EQ(farm.makespan, 5.0);
 }
 
-TEST(Scheduler, equal_batches_that_divide_evenly_end_on_all_ranks_together) {
+TEST(Scheduler, EndsEqualBatchesThatDivideEvenlyOnAllRanksTogether) {
     for (const int ranks : {2, 4, 8}) {
         for (const int rounds : {1, 2, 3, 10}) {
             const auto batches = static_cast<std::size_t>(rounds) * static_cast<std::size_t>(ranks);
@@ -151,7 +151,7 @@ TEST(Scheduler, equal_batches_that_divide_evenly_end_on_all_ranks_together) {
     }
 }
 
-TEST(Scheduler, keeps_within_one_prefetched_batch_of_the_bound_for_list_scheduling) {
+TEST(Scheduler, KeepsWithinOnePrefetchedBatchOfTheListSchedulingBound) {
     // Graham (1969): without prefetch at most (sum - longest) / ranks + longest. A prefetched batch
     // may start later by at most the one in front of it, which is no longer than the longest.
     const int ranks = 16;
@@ -162,13 +162,13 @@ TEST(Scheduler, keeps_within_one_prefetched_batch_of_the_bound_for_list_scheduli
     EXPECT_GE(farm.makespan, sum / ranks);
 }
 
-TEST(Scheduler, hands_out_long_batches_one_by_one) {
+TEST(Scheduler, HandsOutLongBatchesOneByOne) {
     PaperFarm farm{std::vector<double>(500, 1.0), 4, 0.01, 0.02};
     (void)farm.play();
     EXPECT_EQ(farm.ranges, 500);
 }
 
-TEST(Scheduler, hands_out_tiny_batches_many_at_a_time) {
+TEST(Scheduler, HandsOutTinyBatchesManyAtATime) {
     // 1e5 batches of 1 µs, ranges of up to 10 ms: guided ranges shrink by the factor 1 - 1/(2
     // ranks), which takes some 4 ln(1e5) = 46 ranges, and the last 2 · ranks batches go one by one.
     PaperFarm farm{std::vector<double>(100000, 1.0), 2, 0.01, 1e-6};
@@ -177,7 +177,7 @@ TEST(Scheduler, hands_out_tiny_batches_many_at_a_time) {
     EXPECT_GT(farm.ranges, 10);
 }
 
-TEST(Scheduler, a_range_of_tiny_batches_takes_no_longer_than_asked) {
+TEST(Scheduler, LimitsTheTimeOfARangeOfTinyBatches) {
     Scheduler scheduler(std::vector<double>(100000, 1.0), 1, 0.01);
     const auto first = scheduler.hand_out(0);
     ASSERT_EQ(first, (Range{0, 1}));
@@ -185,7 +185,7 @@ TEST(Scheduler, a_range_of_tiny_batches_takes_no_longer_than_asked) {
     EXPECT_EQ(scheduler.hand_out(0), (Range{1, 100}));
 }
 
-TEST(Scheduler, ranges_shrink_towards_the_tail) {
+TEST(Scheduler, ShrinksRangesTowardsTheTail) {
     // Work that takes no time at all: only the guided share limits the ranges.
     Scheduler scheduler(std::vector<double>(1000, 1.0), 2, 0.01);
     std::int64_t last = 1000;
@@ -200,41 +200,41 @@ TEST(Scheduler, ranges_shrink_towards_the_tail) {
     EXPECT_EQ(last, 1);
 }
 
-TEST(Scheduler, the_first_ranges_are_long_when_the_cost_is_known_in_seconds) {
+TEST(Scheduler, StartsWithLongRangesWhenTheCostIsKnownInSeconds) {
     // 2 ranks, batches of 1 ms, ranges of 10 ms.
     Scheduler scheduler(std::vector<double>(1000, 1.0), 2, 0.01, 1e-3);
     scheduler.deal();
     EXPECT_EQ(scheduler.held_by(0).front().count, 10);
     EXPECT_EQ(scheduler.held_by(1).front().count, 10);
-    // Reports count for more than what was expected: batches turn out to take 10 ms.
+    // Reports outweigh the expected cost: batches take 10 ms.
     ASSERT_TRUE(scheduler.report(0, {0, 10}, 10, 0.1));
     EXPECT_EQ(scheduler.hand_out(0)->count, 1);
 }
 
-TEST(Scheduler, long_batches_stay_single_when_the_cost_is_known_in_seconds) {
+TEST(Scheduler, KeepsLongBatchesSingleWhenTheCostIsKnownInSeconds) {
     Scheduler scheduler(std::vector<double>(1000, 0.1), 2, 0.01, 1.0);
     scheduler.deal();
     for (const int rank : {0, 1})
         EXPECT_EQ(scheduler.held_by(rank).front().count, 1);
 }
 
-TEST(Scheduler, many_ranks_together_do_not_report_more_than_rank_0_can_answer) {
+TEST(Scheduler, LimitsTheReportsOfManyRanksToWhatRank0CanAnswer) {
     // 4096 ranks, 400 000 batches of 10 ms: one by one 409 600 reports per second.
     const int ranks = 4096;
     PaperFarm farm{std::vector<double>(400'000, 1.0), ranks, 0.01, 0.01};
     (void)farm.play();
     // A range may take 4096 * 50 µs = 0.2 s, 20 batches; the opening hand and the ranges that halve
-    // towards the end leave 7 on average. 5: the rule must be at work, not be exact.
+    // towards the end give 7 on average. The test asks for 5, to show that the rule acts.
     EXPECT_LT(farm.ranges, 400'000 / 5);
-    // And nobody waits for it: 97.7 batches for each rank, one more at the end.
+    // And no rank waits for it: 97.7 batches for each rank, one more at the end.
     EXPECT_LE(farm.makespan, 0.01 * (400'000.0 / ranks + 2.0));
 }
 
-TEST(Scheduler, hands_out_nothing_after_a_stop) {
+TEST(Scheduler, HandsOutNothingAfterAStop) {
     Scheduler scheduler(falling_costs(10), 2, one_by_one);
     scheduler.deal();
     scheduler.stop();
-    EXPECT_FALSE(scheduler.is_finished()) << "ranges are still in work";
+    EXPECT_FALSE(scheduler.is_finished()) << "ranges are still in progress";
     ASSERT_TRUE(scheduler.report(0, {0, 1}, 1, 1.0));
     EXPECT_FALSE(scheduler.hand_out(0));
     ASSERT_TRUE(scheduler.report(1, {1, 1}, 1, 1.0));
@@ -245,17 +245,17 @@ TEST(Scheduler, hands_out_nothing_after_a_stop) {
     EXPECT_DOUBLE_EQ(scheduler.finished_cost(), 10.0 + 9.0);
 }
 
-TEST(Scheduler, a_dead_rank_loses_what_it_computed_and_returns_what_was_queued) {
+TEST(Scheduler, WritesOffTheRunningRangeOfADeadRankAndTakesBackItsQueue) {
     Scheduler scheduler(falling_costs(10), 2, one_by_one);
     scheduler.deal();
     EXPECT_EQ(scheduler.write_off(1), (Range{1, 1}));
     EXPECT_EQ(scheduler.write_off(1), std::nullopt);
     ASSERT_TRUE(scheduler.report(0, {0, 1}, 1, 1.0));
-    EXPECT_EQ(scheduler.hand_out(0), (Range{2, 1})) << "what was taken back comes first";
+    EXPECT_EQ(scheduler.hand_out(0), (Range{2, 1})) << "the returned range comes first";
     EXPECT_FALSE(scheduler.report(1, {1, 1}, 1, 1.0)) << "written off";
 }
 
-TEST(Scheduler, takes_back_all_from_a_rank_that_never_began) {
+TEST(Scheduler, TakesBackAllFromARankThatNeverBegan) {
     Scheduler scheduler(falling_costs(10), 2, one_by_one);
     scheduler.deal();
     scheduler.withdraw(1);
@@ -263,7 +263,7 @@ TEST(Scheduler, takes_back_all_from_a_rank_that_never_began) {
     EXPECT_EQ(scheduler.remaining(), 9);
 }
 
-TEST(Scheduler, ignores_a_report_of_a_range_that_the_rank_does_not_hold) {
+TEST(Scheduler, IgnoresAReportOfARangeThatTheRankDoesNotHold) {
     Scheduler scheduler(falling_costs(10), 2, one_by_one);
     scheduler.deal();
     EXPECT_FALSE(scheduler.report(1, {0, 1}, 1, 1.0)) << "held by rank 0";
@@ -271,18 +271,18 @@ TEST(Scheduler, ignores_a_report_of_a_range_that_the_rank_does_not_hold) {
     EXPECT_DOUBLE_EQ(scheduler.finished_cost(), 0.0);
 }
 
-TEST(Scheduler, passes_over_batches_above_the_limit_and_hands_out_shorter_ones) {
+TEST(Scheduler, SkipsBatchesAboveTheLimitForShorterOnes) {
     Scheduler scheduler({{5.0, 4.0, 3.0, 2.0, 1.0}}, 1, one_by_one);
     const auto range = scheduler.hand_out(0, 3.5);
     EXPECT_EQ(range, (Range{2, 1}));
-    EXPECT_EQ(scheduler.remaining(), 4) << "what was passed over is still to be done";
+    EXPECT_EQ(scheduler.remaining(), 4) << "skipped batches are still to be done";
     ASSERT_TRUE(scheduler.report(0, *range, 1, 1.0));
     EXPECT_EQ(scheduler.hand_out(0, 0.5), std::nullopt);
     EXPECT_TRUE(scheduler.is_idle());
     EXPECT_FALSE(scheduler.is_finished());
 }
 
-TEST(Scheduler, hands_out_what_was_passed_over_when_the_limit_rises_again) {
+TEST(Scheduler, HandsOutSkippedBatchesWhenTheLimitRisesAgain) {
     Scheduler scheduler({{5.0, 4.0, 3.0, 2.0, 1.0}}, 1, one_by_one);
     ASSERT_EQ(scheduler.hand_out(0, 0.5), std::nullopt);
     std::vector<std::int64_t> places;
@@ -295,11 +295,11 @@ TEST(Scheduler, hands_out_what_was_passed_over_when_the_limit_rises_again) {
     EXPECT_EQ(scheduler.remaining(), 1);
 }
 
-TEST(Scheduler, a_range_costs_no_more_than_the_limit) {
+TEST(Scheduler, LimitsTheCostOfARange) {
     // 1000 batches of 1 ms, ranges of 10 ms.
     Scheduler scheduler(std::vector<double>(1000, 1.0), 1, 0.01, 1e-3);
     EXPECT_EQ(scheduler.hand_out(0, 4.5), (Range{0, 4}));
-    // What comes back is cut to the limit too, and none of it is lost.
+    // A range that is returned is cut to the limit too, and none of it is lost.
     ASSERT_TRUE(scheduler.report(0, {0, 4}, 0, 0.0));
     EXPECT_EQ(scheduler.hand_out(0, 2.0), (Range{0, 2}));
     ASSERT_TRUE(scheduler.report(0, {0, 2}, 2, 0.0));
@@ -307,7 +307,7 @@ TEST(Scheduler, a_range_costs_no_more_than_the_limit) {
     EXPECT_EQ(scheduler.remaining(), 996);
 }
 
-TEST(Scheduler, needs_a_rank) {
+TEST(Scheduler, NeedsARank) {
     EXPECT_THROW(Scheduler(falling_costs(1), 0, one_by_one), FarmError);
 }
 

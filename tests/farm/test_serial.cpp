@@ -16,7 +16,7 @@ std::vector<Batch> three_batches() {
     return {{{0, 1}, 1.0}, {{2}, 3.0}, {{3, 4, 5}, 2.0}};
 }
 
-TEST(SerialFarm, computes_longest_first_and_sums_the_reports_up) {
+TEST(SerialFarm, ComputesTheLongestFirstAndSumsTheReports) {
     std::vector<std::int64_t> first_points;
     const Summary summary =
         Farm().map(three_batches(), [&](const Batch& batch, Heartbeat& heartbeat) {
@@ -34,7 +34,7 @@ TEST(SerialFarm, computes_longest_first_and_sums_the_reports_up) {
     EXPECT_EQ(summary.ranks, 1);
 }
 
-TEST(SerialFarm, a_stop_known_beforehand_computes_nothing) {
+TEST(SerialFarm, ComputesNothingAfterADeadline) {
     FarmOptions options;
     options.deadline = Clock::now();
     const Summary summary = Farm().map(
@@ -45,7 +45,7 @@ TEST(SerialFarm, a_stop_known_beforehand_computes_nothing) {
     EXPECT_EQ(summary.points_completed, 0);
 }
 
-TEST(SerialFarm, a_stop_after_the_last_point_is_not_early) {
+TEST(SerialFarm, DoesNotCallAStopAfterTheLastPointEarly) {
     bool is_stop = false;
     FarmOptions options;
     options.stop_interval = std::chrono::milliseconds(0);
@@ -63,7 +63,7 @@ TEST(SerialFarm, a_stop_after_the_last_point_is_not_early) {
     EXPECT_FALSE(summary.stopped_early);
 }
 
-TEST(SerialFarm, a_work_function_may_leave_its_batch_when_a_stop_is_requested) {
+TEST(SerialFarm, LetsWorkLeaveItsBatchWhenAStopIsRequested) {
     FarmOptions options;
     bool is_stop = false;
     options.stop_interval = std::chrono::milliseconds(0);
@@ -82,7 +82,7 @@ TEST(SerialFarm, a_work_function_may_leave_its_batch_when_a_stop_is_requested) {
     EXPECT_EQ(summary.points_completed, 1);
 }
 
-TEST(SerialFarm, an_exception_that_is_no_std_exception_is_data_too) {
+TEST(SerialFarm, ListsABatchThatThrowsNoStdExceptionAsLost) {
     const Summary summary = Farm().map(std::vector<Batch>{{{1}, 1.0}},
                                        [](const Batch&, Heartbeat&) -> BatchReport { throw 7; });
     ASSERT_EQ(summary.lost.size(), 1U);
@@ -90,7 +90,7 @@ TEST(SerialFarm, an_exception_that_is_no_std_exception_is_data_too) {
               "the work function threw something that is not a std::exception");
 }
 
-TEST(SerialFarm, a_progress_function_that_throws_stops_the_farm) {
+TEST(SerialFarm, StopsWhenTheProgressFunctionThrows) {
     FarmOptions options;
     options.progress_interval = std::chrono::milliseconds(0);
     options.progress = [](const Progress&) { throw core::StorageError("no space for the log"); };
@@ -100,7 +100,7 @@ TEST(SerialFarm, a_progress_function_that_throws_stops_the_farm) {
     EXPECT_TRUE(summary.stopped_early);
 }
 
-TEST(SerialFarm, points_stored_before_the_disk_was_full_are_counted) {
+TEST(SerialFarm, CountsPointsStoredBeforeTheDiskWasFull) {
     const std::vector<Batch> batches = {{{0, 1, 2, 3}, 1.0}, {{4}, 1.0}};
     const Summary summary = Farm().map(batches, [](const Batch&, Heartbeat&) {
         BatchReport report;
@@ -113,7 +113,7 @@ TEST(SerialFarm, points_stored_before_the_disk_was_full_are_counted) {
     EXPECT_TRUE(summary.stopped_early);
 }
 
-TEST(SerialFarm, progress_ends_with_all_points_and_nothing_left_to_wait_for) {
+TEST(SerialFarm, EndsItsProgressWithAllPointsAndNoRemainingTime) {
     std::vector<Progress> seen;
     FarmOptions options;
     options.progress_interval = std::chrono::milliseconds(0);
@@ -134,14 +134,14 @@ TEST(SerialFarm, progress_ends_with_all_points_and_nothing_left_to_wait_for) {
     EXPECT_EQ(*seen.back().estimated_remaining_s, 0.0);
 }
 
-TEST(SerialFarm, an_invalid_cost_is_refused) {
+TEST(SerialFarm, RefusesAnInvalidCost) {
     EXPECT_THROW(
         (void)Farm().map(std::vector<Batch>{{{1}, std::numeric_limits<double>::quiet_NaN()}},
                          [](const Batch&, Heartbeat&) { return BatchReport{}; }),
         FarmError);
 }
 
-TEST(Heartbeat, outside_a_farm_never_asks_to_stop) {
+TEST(Heartbeat, NeverRequestsAStopOutsideAFarm) {
     Heartbeat heartbeat;
     heartbeat.beat();
     EXPECT_FALSE(heartbeat.stop_requested());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A rank that falls silent is given up without harm to the rest, and welcome when it speaks again.
+// A silent rank is given up without harm to the others, and takes part again when it responds.
 #include "farm_fixture.hpp"
 
 #include <thread>
@@ -11,7 +11,7 @@ class FarmSilence : public FarmTest {
   protected:
     FarmSilence() { options_.silence_until_dead = std::chrono::milliseconds(500); }
 
-    /// The last rank goes without a beat in its first batch for six times the patience of rank 0.
+    /// The last rank sends no heartbeat in its first batch for six times the patience of rank 0.
     Work work_with_a_silent_rank(std::vector<std::int64_t>& mine) {
         return [this, &mine](const Batch& batch, Heartbeat& heartbeat) {
             if (world_.rank() == world_.size() - 1 && mine.empty())
@@ -25,11 +25,11 @@ class FarmSilence : public FarmTest {
     FarmOptions options_;
 };
 
-TEST_F(FarmSilence, what_a_silent_rank_was_computing_is_lost_and_nothing_else) {
+TEST_F(FarmSilence, LosesOnlyTheRunningWorkOfASilentRank) {
     std::vector<std::int64_t> mine;
     const Summary summary =
         farm_.map(equal_batches(60, 1), work_with_a_silent_rank(mine), options_);
-    // A busy machine may silence healthy ranks too, so only what must hold in any case is expected.
+    // A busy machine may silence healthy ranks too, so more than one batch may be lost.
     ASSERT_GE(summary.lost.size(), 1U);
     const int silent = world_.size() - 1;
     bool is_named = false;
@@ -41,7 +41,7 @@ TEST_F(FarmSilence, what_a_silent_rank_was_computing_is_lost_and_nothing_else) {
     expect_same_everywhere(summary);
 }
 
-TEST_F(FarmSilence, a_rank_that_was_given_up_takes_part_in_the_following_maps) {
+TEST_F(FarmSilence, LetsALostRankTakePartInTheFollowingMaps) {
     std::vector<std::int64_t> mine;
     (void)farm_.map(equal_batches(20, 1), work_with_a_silent_rank(mine), options_);
     for (int i = 0; i < 5; ++i) {

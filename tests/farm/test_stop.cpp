@@ -8,7 +8,7 @@
 namespace culm::farm {
 namespace {
 
-/// So many batches of 0.2 ms take far longer than it takes to notice a stop.
+/// This number of batches of 0.2 ms takes far longer than the detection of a stop.
 constexpr std::int64_t endless = 200000;
 
 class FarmStop : public FarmTest {
@@ -27,7 +27,7 @@ class FarmStop : public FarmTest {
     }
 };
 
-TEST_F(FarmStop, a_stop_requested_on_the_last_rank_ends_all_ranks) {
+TEST_F(FarmStop, EndsAllRanksWhenTheLastRankRequestsIt) {
     std::vector<std::int64_t> mine;
     FarmOptions options;
     options.stop_requested = [&] { return world_.rank() == last_rank() && mine.size() >= 20; };
@@ -41,10 +41,10 @@ TEST_F(FarmStop, a_stop_requested_on_the_last_rank_ends_all_ranks) {
         options);
     expect_orderly(summary, mine);
     EXPECT_TRUE(summary.failure.empty());
-    EXPECT_GE(count_everywhere(mine).size(), 20U) << "nothing stops before it is told to";
+    EXPECT_GE(count_everywhere(mine).size(), 20U) << "nothing stops before the request";
 }
 
-TEST_F(FarmStop, work_in_progress_on_every_rank_sees_a_stop_requested_on_the_last_one) {
+TEST_F(FarmStop, ReachesWorkInProgressOnEveryRankFromTheLastOne) {
     // No batch ends before the stop has reached it.
     FarmOptions options;
     bool has_begun = false;
@@ -64,10 +64,10 @@ TEST_F(FarmStop, work_in_progress_on_every_rank_sees_a_stop_requested_on_the_las
     EXPECT_LE(mine.size(), 1U);
 }
 
-TEST_F(FarmStop, the_deadline_ends_all_ranks) {
+TEST_F(FarmStop, EndsAllRanksAtTheDeadline) {
     std::vector<std::int64_t> mine;
     FarmOptions options;
-    // On rank 0 alone: the others must learn of it by message.
+    // Only rank 0 has the deadline: the others must learn of it by message.
     if (world_.rank() == 0)
         options.deadline = Clock::now() + std::chrono::milliseconds(50);
     const Summary summary = farm_.map(
@@ -81,7 +81,7 @@ TEST_F(FarmStop, the_deadline_ends_all_ranks) {
     expect_orderly(summary, mine);
 }
 
-TEST_F(FarmStop, a_storage_error_on_one_rank_stops_everybody_and_its_text_reaches_all) {
+TEST_F(FarmStop, FollowsAStorageErrorOnOneRankAndItsTextReachesAll) {
     for (const int culprit : {0, last_rank()}) {
         std::vector<std::int64_t> mine;
         const Summary summary =
@@ -99,7 +99,7 @@ TEST_F(FarmStop, a_storage_error_on_one_rank_stops_everybody_and_its_text_reache
     }
 }
 
-TEST_F(FarmStop, a_stop_function_that_throws_stops_everybody_and_its_text_reaches_all) {
+TEST_F(FarmStop, FollowsAStopFunctionThatThrowsAndItsTextReachesAll) {
     std::vector<std::int64_t> mine;
     FarmOptions options;
     options.stop_requested = [&]() -> bool {
@@ -120,7 +120,7 @@ TEST_F(FarmStop, a_stop_function_that_throws_stops_everybody_and_its_text_reache
               "rank " + std::to_string(last_rank()) + ": the stop file cannot be read");
 }
 
-TEST_F(FarmStop, after_a_stop_the_next_map_runs_to_its_end) {
+TEST_F(FarmStop, LetsTheNextMapRunToItsEnd) {
     for (int i = 0; i < 20; ++i) {
         FarmOptions stopping;
         stopping.stop_requested = [] { return true; };

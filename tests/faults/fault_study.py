@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Small studies that are killed, damaged and resumed: what the fault programs share."""
+"""Small studies that are killed, damaged and resumed; shared by the fault programs."""
 
 import json
 import os
@@ -10,18 +10,18 @@ import sys
 import time
 from pathlib import Path
 
-# What the tests of the command line know of the program, these know too.
+# The definitions are shared with the tests of the command line.
 sys.path.append(str(Path(__file__).resolve().parent.parent / "cli"))
 from culm_program import (BAD_INPUT, DONE, POINTS_FAILED, PROGRAM, SLOWNESS,  # noqa: E402,F401
                           STOPPED_EARLY, children_of, journal_bytes)
 
 MPIEXEC = os.environ["CULM_MPIEXEC"]
-# Seconds after which a run hangs: far beyond what any of these studies takes.
+# Seconds after which a run is taken to hang: far longer than any of these studies takes.
 PATIENCE = 120 * SLOWNESS
 # mpirun processes that end_in_order had to kill.
 HUNG_LAUNCHERS: list[int] = []
 
-# 24 points of some 0.05 s; every history is kept, so that every kind of dataset is in the archive.
+# 24 points of some 0.05 s; all histories are stored, so that the archive has every kind of dataset.
 STUDY = """
 [study]
 store = "full"
@@ -37,7 +37,7 @@ bond_damping = [25, 50, 100]
 bond_youngs_modulus_gpa = [1, 2, 3, 4, 5, 6, 7, 8]
 """
 
-# The same with four times the points: time enough to be stopped in the middle.
+# The same study with four times the points, which takes long enough to be stopped during the run.
 LONG_STUDY = STUDY.replace("[25, 50, 100]", "[10, 20, 25, 30, 40, 50, 60, 70, 80, 90, 100, 110]")
 
 
@@ -46,26 +46,26 @@ def environment() -> dict[str, str]:
 
 
 def command(ranks: int, *arguments) -> list[str]:
-    """culm on so many ranks; one rank means without a launcher."""
+    """culm on `ranks` ranks; one rank is started without a launcher."""
     launcher = [MPIEXEC, "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
     return [*launcher, PROGRAM, *arguments]
 
 
 def culm(folder: Path, *arguments, ranks: int = 1) -> subprocess.CompletedProcess:
-    """Runs to the end."""
-    # A damaged archive may have texts that are not UTF-8.
+    """Runs culm to its end."""
+    # A damaged archive may contain texts that are not UTF-8.
     return subprocess.run(command(ranks, *arguments), cwd=folder, text=True, errors="replace",
                           capture_output=True, timeout=PATIENCE, check=False, env=environment())
 
 
 def start(folder: Path, *arguments, ranks: int) -> subprocess.Popen:
-    """Begins a run in a process group of its own, so that all of it can be killed at once."""
+    """Begins a run in a new process group, so that all its processes can be killed at once."""
     return subprocess.Popen(command(ranks, *arguments), cwd=folder, stdout=subprocess.DEVNULL,
                             stderr=subprocess.DEVNULL, start_new_session=True, env=environment())
 
 
 def verify(folder: Path, study: str) -> dict:
-    """What culm archive verify says of the folder, with its exit code."""
+    """The output of culm archive verify for the folder, with its exit code."""
     finished = culm(folder, "archive", "verify", study, "--json", "-")
     if finished.returncode == BAD_INPUT:
         return {"exit_code": BAD_INPUT, "message": finished.stderr}
@@ -83,7 +83,7 @@ def committed_points(folder: Path, study: str) -> set[int]:
 
 def kill_at_random(process: subprocess.Popen, chance: random.Random, ranks: int,
                    delay: float) -> str:
-    """kill -9 of one rank or of the whole job after the delay; tells which, or "ended"."""
+    """Kills one rank or the whole job with kill -9 after the delay; returns which, or "ended"."""
     try:
         process.wait(timeout=delay)
         return "ended"
@@ -104,9 +104,9 @@ def kill_at_random(process: subprocess.Popen, chance: random.Random, ranks: int,
 
 
 def end_in_order(process: subprocess.Popen, workers: list[int]) -> bool:
-    """Waits for the ranks, then for their launcher. Open MPI 4.1.4's locks itself up now and then
-    (in PMIx_server_finalize) when ranks die while it starts them: then it is killed, and False is
-    returned. Ranks that go on for ever are the program's fault: AssertionError."""
+    """Waits for the ranks, then for their launcher. The launcher of Open MPI 4.1.4 sometimes hangs
+    (in PMIx_server_finalize) if ranks die while it starts them; it is then killed, and False is
+    returned. Raises AssertionError if a rank does not end, which is a fault of the program."""
     if not workers:
         process.wait(timeout=PATIENCE)
         return True
@@ -130,7 +130,7 @@ def kill(process_id: int):
 
 
 def wait_for_the_end_of(process_ids: list[int]):
-    """mpirun gives ranks a second to end; until then they hold their journals."""
+    """mpirun gives ranks a second to end; until then their journals are open."""
     deadline = time.monotonic() + PATIENCE
     while time.monotonic() < deadline:
         if not any(is_alive(process_id) for process_id in process_ids):

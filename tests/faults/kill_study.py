@@ -4,9 +4,9 @@
 
 kill_study.py --kills 20 --seed 1
 
-For every kill: no point that was committed before is missing afterwards, no point has two outcomes,
-every file is readable. For every finished study: its tables are, byte for byte, those of a run that
-nobody disturbed. Prints one line for each study and a summary; exit code 1 at the first violation.
+After every kill no committed point may be missing, no point may have two outcomes, and every file
+must be readable. The tables of a finished study must equal those of an undisturbed run byte for
+byte. Prints one line for each study and a summary; exit code 1 at the first violation.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from fault_study import (DONE, STUDY, committed_points, culm, kill_at_random, st
 
 
 class Violation(Exception):
-    """A promise that was broken."""
+    """A promise is broken."""
 
 
 def require(condition: bool, text: str):
@@ -35,8 +35,8 @@ def tables(folder: Path, study: str) -> bytes:
 
 
 def contents(folder: Path, study: str) -> dict[str, bytes]:
-    """The raw bytes of every dataset but the provenance, which tells when and where."""
-    import h5py  # only here: without it the kills are still worth while
+    """The raw bytes of every dataset except the provenance, which states the time and the host."""
+    import h5py  # imported here because the kills are useful without it
     found = {}
 
     def take(name, item):
@@ -61,14 +61,14 @@ def check_after_kill(folder: Path, study: str, before: set[int]) -> set[int]:
 
 
 def finish(folder: Path, study: str, ranks: int):
-    """--resume until the study is complete."""
+    """Completes the study by --resume."""
     finished = culm(folder, "run", "s.toml", "-o", study, "-q", "--resume", "--crash-limit", "0",
                     ranks=ranks)
     require(finished.returncode == DONE, f"resume failed: {finished.stderr}")
 
 
 def disturb(folder: Path, study: str, chance: random.Random, kills: Counter, wanted: int) -> int:
-    """One study, killed again and again until it is complete; returns its number of kills."""
+    """Kills a study repeatedly until it is complete; returns its number of kills."""
     committed: set[int] = set()
     count = 0
     started = time.monotonic()
@@ -76,11 +76,11 @@ def disturb(folder: Path, study: str, chance: random.Random, kills: Counter, wan
         ranks = chance.choice([1, 2, 3, 4])
         process = start(folder, "run", "s.toml", "-o", study, "-q", "--resume", "--crash-limit",
                         "0", ranks=ranks)
-        # From before the first journal is there until some batches later.
+        # Kills occur between the start, before the first journal exists, and some batches later.
         kind = kill_at_random(process, chance, ranks, chance.expovariate(1.0 / 0.4))
         committed = check_after_kill(folder, study, committed)
         if kind == "ended":
-            require(process.returncode == DONE, f"a run nobody killed ended with "
+            require(process.returncode == DONE, f"an undisturbed run ended with "
                                                 f"{process.returncode}")
             break
         kills[kind] += 1
@@ -119,7 +119,7 @@ def main() -> int:
 
 
 def end_with(main):
-    """Ends the program with what main returns, or 1 and the sentence of a violation."""
+    """Ends the program with the result of main, or with 1 and the sentence of a violation."""
     try:
         sys.exit(main())
     except Violation as violation:

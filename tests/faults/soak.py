@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Minutes of random kills, stop signals, full disks, torn and zero-filled journals and resumes on
-random small studies, with every promise checked after every disturbance.
+"""Disturbs random small studies by kills, stop signals, full disks, torn and zero-filled journals
+for some minutes, and checks every promise after every disturbance.
 
 soak.py --minutes 10 --seed 1
 
-Each round makes a study of random kind, size and storage, computes it once in peace, then again in
-another folder under disturbances until it is complete. After each disturbance: every point that was
-committed before is there (but those whose records the round itself has damaged), none twice, every
-file readable. At the end of a round the archive is whole and its data are, byte for byte, those of
-the undisturbed run. Full disks need the right to mount a small tmpfs; without it files are limited
-in size instead. Prints one line a round and a summary; exit code 1 at the first violation.
+Each round makes a study of random kind, size and storage, computes it once undisturbed, then in
+another folder with disturbances until it is complete. After each disturbance every committed
+point must exist (except those whose records the round has damaged), none twice, and every file must
+be readable. At the end of a round the archive must be whole and its data equal to those of the
+undisturbed run byte for byte. Full disks need the right to mount a small tmpfs; without it the size
+of files is limited. Prints one line a round and a summary; exit code 1 at the first violation.
 """
 
 import argparse
@@ -34,7 +34,7 @@ RESUME = ("--resume", "--crash-limit", "0")
 
 
 def random_study(chance: random.Random) -> str:
-    """12 to 48 points; explicit, implicit or a time-step study; some of them impossible to fit."""
+    """A study of 12 to 48 points, explicit, implicit or of time steps; some points have no fit."""
     if chance.random() < 0.15:
         return f"""
 [study]
@@ -71,7 +71,7 @@ bond_youngs_modulus_gpa = {sorted(chance.sample(range(1, 20), chance.randint(6, 
 
 
 class Disk:
-    """A tmpfs that can be made small; without the right to mount one, an ordinary folder."""
+    """A tmpfs whose size can be reduced, or an ordinary folder without the right to mount one."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -101,7 +101,7 @@ class Round:
         (self.folder / "s.toml").write_text(random_study(chance), encoding="utf-8")
 
     def check(self):
-        """What was committed is there, once, and readable."""
+        """Every committed point must exist once and be readable."""
         found = verify(self.folder, "out")
         after = committed_points(self.folder, "out")
         require(self.committed <= after,
@@ -118,7 +118,7 @@ class Round:
 
     def stopped(self):
         ranks = self.chance.choice([1, 2, 3])
-        # TERM makes mpirun kill its ranks after a while, which is a fault as well.
+        # TERM makes mpirun kill its ranks after a while, which is also a disturbance.
         number = self.chance.choice([signal.SIGUSR1, signal.SIGUSR2, signal.SIGTERM, signal.SIGINT])
         job = start(self.folder, "run", "s.toml", "-o", "out", "-q", *RESUME, ranks=ranks)
         try:
@@ -134,13 +134,13 @@ class Round:
             for process in [*workers, job.pid]:
                 kill(process)
             raise Violation(f"{signal.Signals(number).name} did not end the run") from None
-        early = job.returncode < 0 and ranks == 1  # before the handlers are there
+        early = job.returncode < 0 and ranks == 1  # before the handlers are installed
         require(ranks > 1 or early or job.returncode in (DONE, POINTS_FAILED, STOPPED_EARLY),
                 f"{signal.Signals(number).name}: exit code {job.returncode}")
         self.counts["stop signals"] += 1
 
     def full(self):
-        """Room for some kilobytes more, then for all."""
+        """Runs with free space for a few kilobytes, then removes the limit."""
         room = self.chance.choice([4, 20, 60, 200])
         limit = {}
         if self.disk.is_mounted:
@@ -161,7 +161,7 @@ class Round:
                     "disks that sufficed"] += 1
 
     def torn(self):
-        """The tail of a journal is lost or zeros, as after the crash of a node."""
+        """Removes the tail of a journal or fills it with zeros, as in the crash of a node."""
         journals = [file for file in self.folder.glob("out/journal/*.culmj")
                     if file.stat().st_size > 2000]
         if not journals:
@@ -171,7 +171,7 @@ class Round:
         cut = self.chance.randrange(1, min(len(content) - 1500, 6000))
         zeros = self.chance.choice([0, 512, 4096])
         journal.write_bytes(content[:-cut] + bytes(zeros))
-        self.committed = committed_points(self.folder, "out")  # less by what was torn off here
+        self.committed = committed_points(self.folder, "out")  # without the removed points
         self.counts["torn journals"] += 1
 
     def finish(self):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A wall clock that jumps by years in the middle of a run changes the dates in the archive, nothing
-else: intervals are measured on the clock that cannot be set."""
+"""A wall clock that jumps by years during a run changes only the dates in the archive, because
+intervals are measured with the monotonic clock."""
 
 import json
 import subprocess
@@ -13,7 +13,7 @@ from fault_study import (DONE, LONG_STUDY, MPIEXEC, PATIENCE, PROGRAM, culm, env
                          journal_bytes)
 
 LIBRARIES = sorted(Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"))
-# Ahead, far back, and ahead by more than any lease, heartbeat or walltime.
+# Jumps ahead, far back, and ahead by more than any lease, heartbeat or walltime.
 JUMPS = ("+400d", "-9000d", "+9000d")
 
 
@@ -55,17 +55,17 @@ class Jumps(unittest.TestCase):
     def assert_only_dates_differ(self, seconds: float):
         info = culm(self.folder, "archive", "info", "out", "--json", "-")
         facts = json.loads(info.stdout)["archive"]["provenance"]
-        # The jumps were felt: the study ended years before or after it began.
+        # The jumps had an effect: by its dates the study ended years before or after it began.
         self.assertGreater(abs(int(facts["end"][:4]) - int(facts["start"][:4])), 0)
-        # Its own stop-watch did not feel them.
+        # They had no effect on the duration that it measured.
         self.assertLess(float(facts["wall_s"]), seconds)
         self.assertEqual((self.folder / "out/fits.csv").read_bytes(),
                          (self.folder / "whole/fits.csv").read_bytes())
 
-    def test_of_the_clock_do_not_disturb_a_run(self):
+    def test_do_not_disturb_a_run(self):
         self.assert_only_dates_differ(self.run_with_jumps([]))
 
-    def test_of_the_clock_do_not_disturb_two_ranks(self):
+    def test_do_not_disturb_two_ranks(self):
         self.assert_only_dates_differ(
             self.run_with_jumps([MPIEXEC, "--oversubscribe", "-n", "2"]))
 

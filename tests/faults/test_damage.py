@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Damage is found and told, nothing is changed by looking, and a folder has one study and one job."""
+"""Damage is found and reported, reading changes nothing, and a folder has one study and one job."""
 
 import random
 import shutil
@@ -21,7 +21,7 @@ MAGIC = b"\xc5REC\r\n\x1a\xf1"
 
 
 def stored_ranges(archive: Path) -> dict[str, list[tuple[int, int]]]:
-    """Offset and size in the file of all that is stored of each dataset."""
+    """Offsets and sizes in the file of the stored parts of each dataset."""
     found = {}
 
     def take(name, item):
@@ -52,13 +52,13 @@ class FaultTest(unittest.TestCase):
                 raise RuntimeError(finished.stderr)
 
     def fresh(self, name: str) -> Path:
-        """A copy of the whole study under this name; its archive."""
+        """Copies the whole study to this name; returns its archive."""
         shutil.rmtree(self.folder / name, ignore_errors=True)
         shutil.copytree(self.folder / "whole", self.folder / name)
         return self.folder / name / "study.h5"
 
     def killed(self, name: str) -> Path:
-        """A study whose only process was killed after some points; its journal."""
+        """Kills the only process of a study after some points; returns its journal."""
         shutil.rmtree(self.folder / name, ignore_errors=True)
         process = self.stopped(name)
         process.kill()
@@ -66,7 +66,7 @@ class FaultTest(unittest.TestCase):
         return self.folder / name / "journal" / "rank-00000.culmj"
 
     def stopped(self, name: str):
-        """A process that has committed some points and stands still."""
+        """A process that is stopped after it has committed some points."""
         process = start(self.folder, "run", "long.toml", "-o", name, "-q", ranks=1)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
@@ -95,7 +95,7 @@ class Archive(FaultTest):
             found = verify(self.folder, "flipped")
             self.assertEqual(found["exit_code"], POINTS_FAILED, dataset)
             damaged = found["archive"]["damaged"]
-            if dataset.startswith("provenance/"):  # opening reads it; verify says which it is
+            if dataset.startswith("provenance/"):  # read on opening; verify names the dataset
                 self.assertTrue(found["problems"] or damaged, dataset)
             # A trajectory shares its times with the others, under as many names.
             names = {entry["dataset"].rsplit("/", 1)[-1] for entry in damaged}
@@ -120,11 +120,11 @@ class Archive(FaultTest):
             self.assertIn(looked.returncode, (DONE, BAD_INPUT, POINTS_FAILED),
                           f"byte {place}: {looked.stderr}")
             found += looked.returncode != DONE
-        # The rest lies in gaps and in short texts, which have no checksum.
+        # The other bits are in gaps and in short texts, which have no checksum.
         self.assertGreater(found, 50)
 
-    def test_texts_without_checksums_cannot_kill_who_looks_at_them(self):
-        # HDF5 believes the sizes of texts in its global heap; see study_probe.hpp.
+    def test_texts_without_checksums_cannot_kill_a_reader(self):
+        # HDF5 trusts the sizes of texts in its global heap; see study_probe.hpp.
         archive = self.fresh("heap")
         content = archive.read_bytes()
         heap = content.find(b"GCOL")
@@ -137,7 +137,7 @@ class Archive(FaultTest):
             archive.write_bytes(flipped)
             found = verify(self.folder, "heap")
             self.assertEqual(found["exit_code"], POINTS_FAILED)
-            deaths += "HDF5 itself dies of it" in found["problems"][0]
+            deaths += "HDF5 itself crashes or does not terminate" in found["problems"][0]
         self.assertGreater(deaths, 0)
 
     def test_truncated_file_is_found_and_not_overwritten(self):
@@ -180,7 +180,7 @@ class Archive(FaultTest):
 
 class Journal(FaultTest):
     def finish(self, name: str) -> int:
-        """--resume; the tables are those of the whole study. Points computed this time."""
+        """Resumes; the tables must be those of the whole study. Returns the points computed."""
         kept = len(committed_points(self.folder, name))
         finished = culm(self.folder, "run", "long.toml", "-o", name, "-q", "--resume")
         self.assertEqual(finished.returncode, DONE, finished.stderr)
@@ -204,7 +204,7 @@ class Journal(FaultTest):
         journal = self.killed("zeros")
         content = bytearray(journal.read_bytes())
         before = len(committed_points(self.folder, "zeros"))
-        # Within the first record that has a payload: marks have none.
+        # The block is in the first record that has a payload; marks have none.
         record = content.find(MAGIC)
         while content.find(MAGIC, record + 1) == record + 40:
             record += 40
@@ -244,7 +244,7 @@ class Merge(FaultTest):
         self.assertIn(finished.returncode, (DONE, POINTS_FAILED), finished.stderr)
         return self.folder / target
 
-    def test_of_two_halves_gives_the_tables_of_the_whole(self):
+    def test_gives_the_tables_of_the_whole_from_two_halves(self):
         self.killed("half")
         again = self.killed("other-half")
         content = again.read_bytes()
@@ -254,7 +254,7 @@ class Merge(FaultTest):
         self.assertEqual(found["points"]["total"], POINTS)
         self.assertEqual(found["archive"]["damaged"], [])
         self.assertGreater(found["points"]["missing"], 0)
-        self.assertEqual(again.read_bytes(), content)  # sources stay as they are
+        self.assertEqual(again.read_bytes(), content)  # sources do not change
         lines = (self.export("merged") / "points.csv").read_text(encoding="utf-8").splitlines()
         self.assertEqual(sum(",missing," in line for line in lines), found["points"]["missing"])
         finished = culm(self.folder, "run", "long.toml", "-o", "merged", "-q", "--resume")
@@ -303,8 +303,8 @@ class Jobs(FaultTest):
         self.assertEqual((self.folder / "shared" / "fits.csv").read_bytes(),
                          (self.folder / "long-whole" / "fits.csv").read_bytes())
 
-    def test_of_several_jobs_that_start_together_one_computes_each_point(self):
-        # What a job has read of the folder must still be true when it begins to write.
+    def test_compute_each_point_once_if_they_start_together(self):
+        # The state of the folder must not change between a job's reading and its first write.
         for attempt in range(5):
             name = f"together-{attempt}"
             jobs = [start(self.folder, "run", "s.toml", "-o", name, "-q", "--resume", ranks=1)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Final tables are byte-identical for 1, 2, 4 and 8 ranks, however often they were interrupted and
-whichever numbers of ranks took turns."""
+"""Final tables are byte-identical for 1, 2, 4 and 8 ranks and do not depend on interruptions or on
+changes of the number of ranks."""
 
 import random
 import signal

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Points that kill their process, and points that failed, as the command line treats them."""
+"""How the command line treats points that kill their process and points that failed."""
 
 import json
 import shutil
@@ -11,7 +11,7 @@ from pathlib import Path
 from fault_study import (BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, children_of, culm, end_in_order,
                          kill, start)
 
-# Two points that take a second or two each: time enough to be killed in the first.
+# Two points of one or two seconds each, long enough to be killed during the first.
 HEAVY = """
 [stem]
 spheres = 100
@@ -36,7 +36,7 @@ class CrashLimit(unittest.TestCase):
         (self.folder / "s.toml").write_text(HEAVY, encoding="utf-8")
 
     def starts(self) -> dict[int, int]:
-        """How often each unfinished point was begun."""
+        """The number of times that each unfinished point was begun."""
         looked = culm(self.folder, "archive", "status", "out", "--json", "-")
         if looked.returncode == BAD_INPUT:
             return {}
@@ -44,7 +44,7 @@ class CrashLimit(unittest.TestCase):
         return {entry["point"]: entry["times"] for entry in found["unfinished_starts"]}
 
     def die(self, ranks: int, options: list[str]):
-        """Runs until a point is in work that was not when it began, then kills the whole job."""
+        """Runs until another point has been begun, then kills the whole job."""
         before = self.starts()
         job = start(self.folder, "run", "s.toml", "-o", "out", "-q", *options, ranks=ranks)
         deadline = time.monotonic() + PATIENCE
@@ -76,7 +76,7 @@ class CrashLimit(unittest.TestCase):
         self.assertEqual({entry["kind"] for entry in failed}, {"rank_died"})
         self.assertIn(f"died {LIMIT} times (--crash-limit {LIMIT}); --retry-failed tries it again",
                       failed[0]["reason"])
-        # Without being asked nobody tries them again.
+        # They are not tried again without --retry-failed.
         again = culm(self.folder, "run", "s.toml", "-o", "out", "-q", "--resume", *limit,
                      ranks=ranks)
         self.assertEqual(again.returncode, POINTS_FAILED, again.stderr)
@@ -85,11 +85,11 @@ class CrashLimit(unittest.TestCase):
         self.assertEqual(retried.returncode, DONE, retried.stderr)
         self.assertEqual(self.summary()["failed"], [])
 
-    def test_of_a_run_alone_is_kept_and_retry_failed_computes_what_was_given_up(self):
+    def test_is_kept_by_a_run_alone_and_lifted_by_retry_failed(self):
         self.give_up_and_retry(ranks=1)
 
     @unittest.skipIf(shutil.which("mpirun") is None, "mpirun is missing")
-    def test_under_mpirun_is_kept_and_retry_failed_computes_what_was_given_up(self):
+    def test_is_kept_under_mpirun_and_lifted_by_retry_failed(self):
         self.give_up_and_retry(ranks=2)
 
     def test_retry_failed_needs_resume(self):

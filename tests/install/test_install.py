@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`cmake --install` gives a tree that works wherever it is moved to, and libraries to link."""
+"""`cmake --install` makes a tree that works after it is moved, and libraries to link."""
 
 import os
 import subprocess

@@ -51,7 +51,7 @@ void expect_solution(const physics::Chain<Dim, double>& chain, double gamma) {
         x[k] = 1e-6 * static_cast<double>(1 + k % 3);
     if (layout.base_turns())
         x[layout.sphere_offset(0) + 2 * Dim + physics::bending_axis<Dim>] = 0.2;
-    // b = (I − γJ) x, so that the solve has to give x back.
+    // b = (I − γJ) x, so that the solve must return x.
     const auto jx = jacobian_times(chain, state, x, 1e-3);
     std::vector<double> b(x.size());
     for (std::size_t k = 0; k < x.size(); ++k)
@@ -62,8 +62,8 @@ void expect_solution(const physics::Chain<Dim, double>& chain, double gamma) {
     ASSERT_TRUE(newton.factorise(gamma));
     std::vector<double> solved(x.size());
     newton.solve(b.data(), solved.data());
-    // Judged through the system itself, whose solution may be ill-conditioned: the residual
-    // must vanish against b. The difference quotient is exact to about 1e-8.
+    // The solution may be ill-conditioned, so the test checks that the residual is small relative
+    // to b. The difference quotient has an error of about 1e-8.
     const auto jsolved = jacobian_times(chain, state, solved, 1e-3);
     double worst = 0.0;
     double size = 0.0;
@@ -107,7 +107,7 @@ struct SteepResistance {
     }
 };
 
-/// Every part that an effect may add, each of a size that matters.
+/// Every part that an effect may add, each with a significant value.
 physics::ChainModel<double> model_with_everything() {
     const auto stem = short_stem();
     auto model = physics::plain_chain(stem, physics::consistent_law());
@@ -120,8 +120,8 @@ physics::ChainModel<double> model_with_everything() {
     model.branches = {{0.3, 1e-4, 1.0}, {0.2, 1e-2, 0.0}};
     model.air = {{&physics::resistance_law<SteepResistance>, 1e-2, {0.7}}};
     model.bending = physics::BendingLaw<double>{-1e-3, 0.2, 0.5};
-    // Each uses what its Jacobian knows: a force and the clamp see deflection and velocity, a bond
-    // its curvature.
+    // Each law uses the inputs that its Jacobian covers: deflection and velocity for a force and
+    // the clamp, curvature for a bond.
     const auto on_motion = [](const physics::UserLawInputs& in, std::span<const double> p) {
         return -p[0] * (in.velocity * std::abs(in.velocity) + 300.0 * in.deflection);
     };
@@ -143,7 +143,7 @@ physics::ChainModel<double> model_with_everything() {
 TYPED_TEST(CondensedNewtonTest, SolvesTheFullSystemWithEffects) {
     constexpr int Dim = TypeParam::value;
     physics::ChainModel<double> model = model_with_everything();
-    // In space the Jacobian leaves out that branch moments turn with the bond.
+    // In space the Jacobian neglects that branch moments rotate with the bond.
     if (Dim == 3)
         model.branches.clear();
     for (const double gamma : {1e-8, 1e-6, 1e-4})
@@ -174,7 +174,7 @@ TEST(BlockTridiagonal, ReproducesADenseSolve) {
     ASSERT_TRUE(system.factorise());
     system.solve(x);
     const Eigen::VectorXd expected = dense.partialPivLu().solve(b);
-    for (int i = 0; i < count; ++i) // a well-conditioned system: some ten roundings
+    for (int i = 0; i < count; ++i) // a well-conditioned system: about ten roundings
         EXPECT_LT((x[static_cast<std::size_t>(i)] - expected.segment<size>(size * i)).norm(),
                   1e-14 * expected.norm());
 }

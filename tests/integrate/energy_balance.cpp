@@ -27,7 +27,7 @@ double integral(const std::vector<double>& times, const std::vector<double>& pow
     return sum;
 }
 
-TEST(ReleasedStem, StoredPlusDissipatedEnergyStaysTheInitialOne) {
+TEST(ReleasedStem, ConservesStoredPlusDissipatedEnergy) {
     for (const auto& law : {physics::consistent_law(), physics::schramm2019_law()}) {
         physics::StemParameters<double> stem;
         stem.sphere_count = 20;

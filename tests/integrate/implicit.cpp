@@ -52,7 +52,7 @@ std::vector<double> tip_history(const physics::Chain<Dim, double>& chain, std::v
 
 class SmallAmplitude : public testing::TestWithParam<Case> {};
 
-TEST_P(SmallAmplitude, FrequencyAndDecayAreThoseOfTheLinearisedChain) {
+TEST_P(SmallAmplitude, HasTheFrequencyAndDecayOfTheLinearisedChain) {
     const auto stem = stem_of(GetParam());
     const auto law = *physics::law_by_name(GetParam().law);
     const physics::Chain<2, double> chain(stem, law);
@@ -67,11 +67,11 @@ TEST_P(SmallAmplitude, FrequencyAndDecayAreThoseOfTheLinearisedChain) {
     std::vector<double> times(count);
     for (std::size_t k = 0; k < count; ++k)
         times[k] = interval * static_cast<double>(k);
-    // Re(e^{λt}) starts with a phase of zero only if the velocity at t = 0 is Re λ: it does.
+    // Re(e^{λt}) starts with a phase of zero because the velocity at t = 0 is Re λ.
     const auto fit = reduce::fit_ring_down(times, history);
     const double frequency = mode.eigenvalue.imag() / (2 * 3.14159265358979323846);
     const double decay_per_cycle = mode.eigenvalue.real() / frequency;
-    // What the default tolerance promises is 0.1 % of both.
+    // The default tolerance guarantees 0.1 % of both.
     EXPECT_NEAR(fit.frequency / frequency, 1.0, 1e-5);
     EXPECT_NEAR(fit.decay_per_cycle / decay_per_cycle, 1.0, 1e-3);
 }
@@ -134,7 +134,7 @@ TEST(ImplicitTolerance, BoundsTheErrorOfAReleasedStemAndConverges) {
         double worst = 0.0;
         for (std::size_t k = 0; k < history.size(); ++k)
             worst = std::max(worst, std::abs(history[k] - reference[k]) / 15e-3);
-        // The tolerance holds per step; some hundred steps add up.
+        // The tolerance applies to one step; the errors of some hundred steps add up.
         EXPECT_LT(worst, 300 * tolerance);
         errors.push_back(worst);
     }
@@ -153,7 +153,7 @@ TEST(ImplicitSolver, AgreesInSpaceWithThePlane) {
         tip_history(planar, deflected_equilibrium(planar, 5e-3).state, scales, 1e-5, 201, options);
     const auto space = tip_history(spatial, deflected_equilibrium(spatial, 5e-3).state, scales,
                                    1e-5, 201, options);
-    for (std::size_t k = 0; k < flat.size(); ++k) // both within some hundred tolerances
+    for (std::size_t k = 0; k < flat.size(); ++k) // both are within some hundred tolerances
         EXPECT_NEAR(space[k], flat[k], 1e-6 * 5e-3) << "sample " << k;
 }
 

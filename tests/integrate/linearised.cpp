@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The linearised chain against beam theory and against the slopes that other people's runs gave.
+// The linearised chain against beam theory and against the slopes of the design document.
 #include "integrate/modes.hpp"
 
 #include <cmath>
@@ -25,27 +25,27 @@ double damping_slope(const physics::BondLawOptions& law, double damping = 200.0)
     return damping / vibration_modes(linearise_transverse(stem, law), 1).front().decay_per_cycle;
 }
 
-TEST(LowestNaturalFrequency, IsThatOfAllModesWithoutDamping) {
+TEST(LowestNaturalFrequency, EqualsTheFirstOfAllModesWithoutDamping) {
     const auto law = physics::consistent_law();
     const auto chain = linearise_transverse(paper_stem(2e9, 1e-6), law);
-    // Damping of β = 1e-6 lowers the frequency by far less than rounding does.
+    // The change of the frequency by β = 1e-6 is far below rounding.
     EXPECT_NEAR(lowest_natural_frequency(chain) / vibration_modes(chain, 1).front().frequency, 1.0,
                 1e-9);
 }
 
-// Design section 1.1 states these slopes with four digits; they are those at the end of the
-// published range, β = 200. The tolerance is half the last digit, and a rounding of our own.
+// Design section 1.1 states these slopes with four digits, at the end of the published range,
+// β = 200. The tolerance is half the last digit, plus a rounding of the computed value.
 constexpr double half_last_digit = 0.06;
 
-TEST(DampingSlope, OfTheAuthorsLawIsTheirOwn) {
+TEST(DampingSlope, MatchesTheDesignForTheAuthorsLaw) {
     EXPECT_NEAR(damping_slope(physics::schramm2019_law()), -274.2, half_last_digit);
 }
 
-TEST(DampingSlope, OfTheConsistentLawIsMoreThanTwiceThat) {
+TEST(DampingSlope, IsMoreThanTwiceAsLargeForTheConsistentLaw) {
     EXPECT_NEAR(damping_slope(physics::consistent_law()), -622.7, half_last_digit);
 }
 
-TEST(DampingSlope, WithUnreducedInertiaIsSmallerByTheRootOfTwo) {
+TEST(DampingSlope, ShrinksByTheRootOfTwoForUnreducedInertia) {
     physics::BondLawOptions authors = physics::schramm2019_law();
     authors.damping_inertia = physics::DampingInertia::Individual;
     EXPECT_NEAR(damping_slope(authors), -193.8, half_last_digit);
@@ -57,18 +57,18 @@ TEST(DampingSlope, WithUnreducedInertiaIsSmallerByTheRootOfTwo) {
                 1.0 / std::sqrt(2.0), 1e-6);
 }
 
-TEST(FrequencySlope, OfTheAuthorsLawIs569RootPascalPerHertz) {
+TEST(FrequencySlope, Is569RootPascalPerHertzForTheAuthorsLaw) {
     const auto mode =
         vibration_modes(linearise_transverse(paper_stem(1e9, 25.0), physics::schramm2019_law()), 1);
     EXPECT_NEAR(std::sqrt(1e9) / mode.front().frequency, 569.0, 0.05);
 }
 
-TEST(Frequency, GrowsWithTheRootOfTheModulusAndItsDecayPerCycleDoesNot) {
+TEST(Frequency, GrowsWithTheRootOfTheModulusAtConstantDecayPerCycle) {
     const auto law = physics::schramm2019_law();
     const auto soft = vibration_modes(linearise_transverse(paper_stem(1e9, 25.0), law), 1).front();
     const auto stiff =
         vibration_modes(linearise_transverse(paper_stem(10e9, 25.0), law), 1).front();
-    // Both follow exactly from the scaling of the equations; the eigenvalue solver leaves 1e-9.
+    // Both follow exactly from the scaling of the equations; the solver is accurate to 1e-9.
     EXPECT_NEAR(stiff.frequency / soft.frequency, std::sqrt(10.0), 1e-7);
     EXPECT_NEAR(stiff.decay_per_cycle / soft.decay_per_cycle, 1.0, 1e-6);
 }
@@ -89,9 +89,9 @@ physics::StemParameters<double> slender_stem(int spheres) {
 }
 
 TEST(Frequency, ConvergesToEulerBernoulliAtFirstOrderOfTheTipMassAndSecondWithoutIt) {
-    // All of the last sphere's mass sits at the tip where a beam has half of it: a tip mass of
-    // m'l/2 lowers ω by −2 · (m'l/2)/(m'L) = −l/L at first order (diagnosis 2.1: φ(L)² = 4). With
-    // that taken off, the lumped chain converges at second order.
+    // The last sphere has its whole mass at the tip; a beam has half of it there. A tip mass of
+    // m'l/2 changes ω by −2 · (m'l/2)/(m'L) = −l/L at first order (diagnosis 2.1: φ(L)² = 4).
+    // Without this part the lumped chain converges at second order.
     std::vector<double> errors;
     const std::vector<int> counts{29, 57, 113};
     for (const int spheres : counts) {
@@ -128,7 +128,7 @@ TEST(Frequency, ConvergesToEulerBernoulliAtFirstOrderOfTheTipMassAndSecondWithou
     }
 }
 
-TEST(Decay, OfAKelvinVoigtBeamWithoutShearIsPiOmegaTau) {
+TEST(Decay, EqualsPiOmegaTauForAKelvinVoigtBeamWithoutShear) {
     // Consistent law, slender chain: bending damping alone, per-cycle decay −π ω τ_b.
     auto stem = slender_stem(57);
     stem.bond_damping = 1.0;
@@ -203,8 +203,8 @@ TEST(Frequency, ConvergesAtSecondOrderToTimoshenkosBeam) {
         errors.push_back(relative);
     }
     // The third mode is not asymptotic yet: its errors of shear and of rotation have opposite
-    // signs. Chains of more spheres meet rounding: the stiffness matrix's condition grows as their
-    // fourth power, to 2e-6 of the frequency at 161 spheres and 1e-7 here.
+    // signs. Rounding limits longer chains: the condition of the stiffness matrix grows as the
+    // fourth power of their number of spheres, to 2e-6 of the frequency at 161 and 1e-7 here.
     for (std::size_t mode = 0; mode < 2; ++mode) {
         const double order = std::log2(errors[0][mode] / errors[1][mode]);
         EXPECT_GT(order, 1.8) << "mode " << mode + 1 << ", error " << errors[1][mode];
@@ -214,7 +214,7 @@ TEST(Frequency, ConvergesAtSecondOrderToTimoshenkosBeam) {
         EXPECT_LT(error, 6e-5);
 }
 
-TEST(Eigenvalues, FastestRealOneIsTheStiffnessThatTheDesignStates) {
+TEST(Eigenvalues, HaveTheFastestRateThatTheDesignStates) {
     const auto values =
         eigenvalues(linearise_transverse(paper_stem(10e9, 200.0), physics::consistent_law()));
     // Design 1.2: −6.8e9 1/s, two digits (the authors' own law reaches −4.4e9, axially).
@@ -224,7 +224,7 @@ TEST(Eigenvalues, FastestRealOneIsTheStiffnessThatTheDesignStates) {
         EXPECT_LT(value.real(), 0.0) << "the straight chain is stable";
 }
 
-TEST(LargestStableStep, OfAnUndampedAxialChainIsTwoOverItsHighestFrequency) {
+TEST(LargestStableStep, EqualsTwoOverTheHighestFrequencyOfAnUndampedAxialChain) {
     auto stem = paper_stem(1e9, 1e-12);
     const auto chain = linearise_axial(stem, physics::consistent_law());
     // Clamped-free chain of equal masses: ω_max = 2 √(k/m) cos(π/(2N+1)) with N moving spheres.
@@ -234,9 +234,9 @@ TEST(LargestStableStep, OfAnUndampedAxialChainIsTwoOverItsHighestFrequency) {
     EXPECT_NEAR(largest_stable_step(chain) * omega / 2, 1.0, 1e-8);
 }
 
-TEST(LargestStableStep, ShrinksWithDampingAsVerletTheoryDemands) {
-    // For one mode with ω and c (u'' + c u' + ω² u = 0): h = (√(c² + 4ω²) − c)/ω². The axial chain
-    // with proportional damping C = (c_n/k_n) K has that for its highest mode.
+TEST(LargestStableStep, ShrinksWithDampingAsVerletTheoryPredicts) {
+    // For one mode with ω and c (u'' + c u' + ω² u = 0): h = (√(c² + 4ω²) − c)/ω². This is
+    // the limit of the highest mode of an axial chain with damping C = (c_n/k_n) K.
     auto stem = paper_stem(1e9, 25.0);
     const auto chain = linearise_axial(stem, physics::schramm2019_law());
     const auto bond = physics::make_bond_coefficients(stem, physics::schramm2019_law());

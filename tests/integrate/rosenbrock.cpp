@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The Rosenbrock methods: their orders on the chain, and SIMD lanes that neither change nor disturb
-// one another. sundials.cpp compares RODAS5 with ARKODE and CVODE.
+// The orders of the Rosenbrock methods on the chain, and the independence of SIMD lanes.
+// sundials.cpp compares RODAS5 with ARKODE and CVODE.
 #include "integrate/rosenbrock.hpp"
 
 #include "core/error.hpp"
@@ -47,8 +47,8 @@ struct MethodNames {
 using Methods = testing::Types<Rodas4, Rodas4p, Rodas5, Rodas5p>;
 TYPED_TEST_SUITE(RosenbrockOrder, Methods, MethodNames);
 
-/// A deflected stem one period after its release: bent far out of the linear range, its higher
-/// modes died away by the strong damping, so that the solution is smooth beside its stiffness.
+/// A stem one period after its release, bent far beyond the linear range. The strong damping has
+/// removed its higher modes, so that the solution is smooth although the system is stiff.
 struct SmoothMotion {
     physics::StemParameters<double> stem = stem_of(20, 1e9, 100.0);
     physics::Chain<2, double> chain{stem, physics::schramm2019_law()};
@@ -76,7 +76,7 @@ struct SmoothMotion {
     }
 };
 
-TYPED_TEST(RosenbrockOrder, IsTheNominalOneOnTheChain) {
+TYPED_TEST(RosenbrockOrder, EqualsTheNominalOrderOnTheChain) {
     const SmoothMotion motion;
     const double exact = motion.tip_after<Rodas5>(1000);
     const auto error = [&](int steps) {
@@ -84,15 +84,15 @@ TYPED_TEST(RosenbrockOrder, IsTheNominalOneOnTheChain) {
     };
     const double coarse = error(20);
     const double fine = error(80);
-    // Far above rounding, which leaves 1e-11 here, and far below the size of the motion.
+    // The errors are far above rounding, 1e-11 here, and far below the size of the motion.
     EXPECT_LT(coarse, 3e-6);
-    // Some terms beyond the leading one still show with 20 steps a period; they raise the order.
+    // With 20 steps per period the higher terms are still visible; they raise the order.
     const double order = std::log2(coarse / fine) / 2.0;
     EXPECT_GT(order, TypeParam::order - 0.3) << coarse << " -> " << fine;
     EXPECT_LT(order, TypeParam::order + 0.8) << coarse << " -> " << fine;
 }
 
-/// As many stems as there are lanes, and one more for the tests of neighbours.
+/// One stem for each lane, and one more for the tests of neighbours.
 std::vector<physics::StemParameters<double>> different_stems() {
     std::vector<physics::StemParameters<double>> stems;
     for (std::size_t k = 0; k <= core::lane_count; ++k) {
@@ -102,7 +102,7 @@ std::vector<physics::StemParameters<double>> different_stems() {
     return stems;
 }
 
-/// Stems released together, one a lane; their own durations, in periods of each.
+/// Stems released together, one per lane; each runs for a given number of its periods.
 template <int Dim>
 class StemsInLanes {
     using Stems = std::vector<physics::StemParameters<double>>;
@@ -110,10 +110,10 @@ class StemsInLanes {
   public:
     explicit StemsInLanes(Stems stems) : stems_(std::move(stems)) {}
 
-    /// In lane `lane`, the state is no number.
+    /// Sets the state of lane `lane` to NaN.
     void spoil(std::size_t lane) { spoiled_ = lane; }
 
-    /// Runs and returns the histories of the lanes, empty where a lane failed.
+    /// Runs the lanes and returns their histories, which are empty for lanes that failed.
     [[nodiscard]] std::vector<History> run() {
         const auto packed = pack();
         const physics::Chain<Dim, Lanes> chain(packed, physics::consistent_law());
@@ -138,7 +138,7 @@ class StemsInLanes {
     }
     [[nodiscard]] const LaneOutcome& outcome(std::size_t lane) const { return outcomes_[lane]; }
 
-    /// The same stem in a double.
+    /// The same stem, computed with doubles.
     [[nodiscard]] History run_alone(std::size_t lane) const {
         const physics::Chain<Dim, double> chain(stems_[lane], physics::consistent_law());
         auto state = deflected_equilibrium(chain, deflection).state;
@@ -192,16 +192,16 @@ void expect_lanes_like_doubles() {
     const auto together = stems.run();
     for (std::size_t lane = 0; lane < core::lane_count; ++lane) {
         ASSERT_FALSE(stems.outcome(lane).failure) << "lane " << lane;
-        // The compiler orders and fuses operations differently: rounding, magnified by the
-        // stiffness, enters the error estimates and so the steps. A wrong formula would show in the
-        // size of the tolerance, 1e-6, or more.
+        // The compiler orders and fuses operations differently. The stiffness amplifies this
+        // rounding, which changes the error estimates and hence the steps. A wrong formula would
+        // cause a difference of at least the tolerance, 1e-6.
         EXPECT_LT(largest_difference(together[lane], stems.run_alone(lane)),
                   1e-9 * stems.deflection)
             << "lane " << lane;
     }
 }
 
-TEST(RosenbrockLanes, GiveWhatADoubleGives) {
+TEST(RosenbrockLanes, AgreeWithDoubles) {
     expect_lanes_like_doubles<2>();
     expect_lanes_like_doubles<3>();
 }
@@ -209,7 +209,7 @@ TEST(RosenbrockLanes, GiveWhatADoubleGives) {
 TEST(RosenbrockLanes, DoNotDependOnTheirNeighbours) {
     auto stems = different_stems();
     const auto before = StemsInLanes<2>(stems).run();
-    // Another neighbour in lane 0: the lanes beside it must not change by a single bit.
+    // With another stem in lane 0 the other lanes must not change by a single bit.
     stems[0] = stems.back();
     const auto after = StemsInLanes<2>(stems).run();
     EXPECT_NE(before[0], after[0]);
@@ -217,7 +217,7 @@ TEST(RosenbrockLanes, DoNotDependOnTheirNeighbours) {
         EXPECT_EQ(before[lane], after[lane]) << "lane " << lane;
 }
 
-TEST(RosenbrockLanes, ThatFailDoNotHarmTheOthers) {
+TEST(RosenbrockLanes, KeepTheirHistoriesWhenAnotherLaneFails) {
     if (core::lane_count < 2)
         GTEST_SKIP() << "this machine has one lane";
     const auto whole = StemsInLanes<2>(different_stems()).run();
@@ -235,7 +235,7 @@ TEST(RosenbrockLanes, ThatFailDoNotHarmTheOthers) {
     }
 }
 
-TEST(StepController, RejectsAnErrorThatIsNoNumberAndGivesUpInTheEnd) {
+TEST(StepController, RejectsAnErrorThatIsNotANumberAndFinallyGivesUp) {
     StepController controller(1e-3, 4);
     EXPECT_FALSE(controller.judge(std::nan("")));
     EXPECT_EQ(controller.step(), 1e-4);
@@ -248,7 +248,7 @@ TEST(StepController, RejectsAnErrorThatIsNoNumberAndGivesUpInTheEnd) {
 }
 
 TEST(StepController, FollowsTheErrorOfAFifthOrderMethod) {
-    // The error per step of a smooth problem is (h/h₁)⁵: the step settles below h₁, near the
+    // The error per step of a smooth problem is (h/h₁)⁵: the step converges to h₁ times about the
     // controller's safety factor.
     StepController controller(1e-6, 4);
     constexpr double allowed = 2e-3;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Coefficients of the Rosenbrock methods that RODAS5 is compared with.
+// Coefficients of the Rosenbrock methods with which RODAS5 is compared.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The slowest mode alone against all modes, from hardly damped stems to aperiodic ones.
+// The slowest mode against all modes, from lightly damped stems to aperiodic ones.
 #include "integrate/modes.hpp"
 
 #include <cmath>
@@ -22,7 +22,7 @@ void expect_first_of_all(const LinearisedChain& chain, double damping) {
     ASSERT_EQ(slowest.has_value(), !all.empty()) << damping;
     if (all.empty())
         return;
-    // All modes come from a companion matrix, whose rounding is the larger one.
+    // All modes are computed from a companion matrix, whose rounding dominates.
     EXPECT_NEAR(slowest->frequency / all.front().frequency, 1.0, 1e-8) << damping;
     EXPECT_NEAR(slowest->decay_rate / all.front().decay_rate, 1.0, 1e-6) << damping;
     EXPECT_NEAR(slowest->decay_per_cycle / all.front().decay_per_cycle, 1.0, 1e-6) << damping;
@@ -34,7 +34,7 @@ TEST(SlowestMode, IsTheFirstOfAllModes) {
             expect_first_of_all(stem(damping, law), damping);
 }
 
-TEST(SlowestMode, OfASupportThatYieldsHasTheClampsRotation) {
+TEST(SlowestMode, IncludesTheRotationOfACompliantClamp) {
     physics::StemParameters<double> parameters;
     parameters.bond_youngs_modulus = 2e9;
     const auto law = physics::consistent_law();

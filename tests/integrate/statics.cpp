@@ -14,7 +14,7 @@
 namespace culm::integrate {
 namespace {
 
-/// Slender enough (d/L = 1/300) for shear to play no part: 3EI/(GA L²) = 1e-5 of the deflection.
+/// So slender (d/L = 1/300) that shear is negligible: 3EI/(GA L²) = 1e-5 of the deflection.
 physics::StemParameters<double> statics_stem(int spheres) {
     physics::StemParameters<double> stem;
     stem.sphere_count = spheres;
@@ -52,8 +52,8 @@ TEST(HeldStem, YieldsToShearAsATimoshenkoCantileverWhereItIsStocky) {
     const physics::Chain<2, double> chain(stem, physics::consistent_law());
     const double compliance = deflection / deflected_equilibrium(chain, deflection).holding_force;
     const double bending_part = std::pow(length, 3) / (3 * bending) * (1.0 - 0.25 / (40.0 * 40.0));
-    // Shear is a thirteenth of the compliance here; geometry leaves (δ/L)², the discretisation
-    // none.
+    // Shear is a thirteenth of the compliance here. The geometric error is (δ/L)²; the
+    // discretisation has none.
     EXPECT_NEAR(compliance / (bending_part + length / shear), 1.0, 1e-6);
     EXPECT_GT(length / shear, 0.07 * bending_part);
 }
@@ -118,7 +118,7 @@ TEST(HeldStem, FollowsTheElasticaAtThreeTenthsOfItsLength) {
         // stretch under the axial part of the force 1e-6.
         EXPECT_LT(force_errors.back(), 1.5e-4);
         EXPECT_NEAR(sphere.position[0] / tip.axial, 1.0, 1e-4);
-        // The linear cantilever would need 3 % less or more: the test sees large deflections.
+        // The force of a linear cantilever differs by 3 %: the test covers large deflections.
         const double linear = 3 * bending * 0.3 / (length * length);
         EXPECT_GT(std::abs(held.holding_force / linear - 1.0), 0.02);
     }
@@ -144,7 +144,7 @@ TEST(HeldStem, IsTheSameToEitherSideAndInSpace) {
 }
 
 TEST(HeldStem, HasTheShapeThatThePublicCodeSettledTo) {
-    // Reference: the damped dynamics of another code at rest, positions with nine digits (mm).
+    // Reference: rest positions from the damped dynamics of another code, nine digits (mm).
     for (const auto& [name, gravity] :
          {std::pair{"Y1_b5", 0.0}, std::pair{"Y1_b5_gravity", -9.81}}) {
         physics::StemParameters<double> stem;
@@ -165,8 +165,8 @@ TEST(HeldStem, HasTheShapeThatThePublicCodeSettledTo) {
             double z = 0.0;
             in >> sphere >> x >> z;
             const auto at = chain.layout().sphere(held.state.data(), sphere - 1);
-            // The tip's deflection is rounded to 5e-9 m in the README; our load steps leave 1e-5
-            // of the rotation path, that is 1e-7 m at the tip's height.
+            // The README rounds the tip's deflection to 5e-9 m. The path error of the load steps is
+            // 1e-5 of the rotation, that is 1e-7 m at the tip.
             EXPECT_NEAR(at.position[0], x * 1e-3, 5e-8) << name << " sphere " << sphere;
             EXPECT_NEAR(at.position[1], z * 1e-3, 5e-8) << name << " sphere " << sphere;
             ++rows;
@@ -175,7 +175,7 @@ TEST(HeldStem, HasTheShapeThatThePublicCodeSettledTo) {
     }
 }
 
-TEST(HeldStem, ThatCannotBeComputedIsRefusedWithTheDeflectionThatWasReached) {
+TEST(HeldStem, FailsWithTheDeflectionReachedIfNoEquilibriumIsFound) {
     physics::StemParameters<double> stem;
     stem.sphere_count = 20;
     stem.bond_youngs_modulus = std::nan("");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ARKODE and CVODE against RODAS5, which shares the chain's equations with them and nothing else;
-// what an integrator keeps from one chain to the next; failures.
+// ARKODE and CVODE against RODAS5, which shares only the chain's equations with them; the reuse of
+// an integrator for another chain; failures.
 #include "core/error.hpp"
 #include "integrate/recording.hpp"
 #include "integrate/statics.hpp"
@@ -25,7 +25,7 @@ StemParameters<double> stiff_stem(int spheres, double youngs_modulus, double dam
     return stem;
 }
 
-/// A stem that was pulled aside by a tenth of its length.
+/// A stem whose tip was deflected by a tenth of its length.
 template <int Dim>
 struct ReleasedStem {
     StemParameters<double> stem;
@@ -83,8 +83,8 @@ double disagreement(const StemParameters<double>& stem, const BondLawOptions& la
            released.deflection;
 }
 
-// At 1e-8 the method errs by some 1e-7; what Newton's iteration leaves of the bonds' histories is
-// more.
+// At a tolerance of 1e-8 the error of the method is about 1e-7. The error of Newton's iteration in
+// the bonds' histories is larger.
 constexpr double arkode_accuracy = 3e-6;
 
 TEST(Sundials, ArkodeAgreesWithRodas5ForBothLaws) {
@@ -124,7 +124,7 @@ TEST(Sundials, ToleranceControlsTheError) {
     }
 }
 
-TEST(Sundials, ResultDoesNotDependOnTheChainsBefore) {
+TEST(Sundials, DoesNotDependOnEarlierChains) {
     const auto law = physics::consistent_law();
     const ReleasedStem<2> wanted(stiff_stem(20, 1e9, 25.0), law);
     const ReleasedStem<2> other(stiff_stem(20, 5e9, 2.0), law);
@@ -142,7 +142,7 @@ TEST(Sundials, CountsItsWork) {
     const ReleasedStem<2> stem(stiff_stem(20, 1e9, 25.0), physics::consistent_law());
     for (const SundialsSolver solver : {SundialsSolver::Arkode, SundialsSolver::Cvode}) {
         SundialsIntegrator<2> integrator(stem.chain.layout(), solver);
-        std::int64_t observed = -1; // the state at t = 0 is none of a step
+        std::int64_t observed = -1; // the state at t = 0 does not belong to a step
         const auto run = [&] {
             observed = -1;
             return integrator
@@ -174,7 +174,7 @@ TEST(Sundials, ReportsTheStepLimit) {
     EXPECT_EQ(outcome.work.steps, 5);
 }
 
-TEST(Sundials, NamesTheFlagOfAFailureInWords) {
+TEST(Sundials, ReportsTheCauseAndTheFlagOfAFailure) {
     const ReleasedStem<2> stem(stiff_stem(20, 1e9, 25.0), physics::consistent_law());
     std::vector<double> broken = stem.state;
     broken[stem.chain.layout().bond_offset(3)] = std::numeric_limits<double>::quiet_NaN();
@@ -190,7 +190,7 @@ TEST(Sundials, NamesTheFlagOfAFailureInWords) {
             << text;
         EXPECT_NE(text.find(solver == SundialsSolver::Arkode ? "(ARK_" : "(CV_"), std::string::npos)
             << text;
-        // The integrator serves the next chain all the same.
+        // The integrator can still be used for the next chain.
         EXPECT_FALSE(by_sundials(integrator, stem, 1e-3, 1e-6).empty());
     }
 }

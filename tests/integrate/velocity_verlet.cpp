@@ -68,14 +68,14 @@ double observed_order(double damping) {
 }
 
 TYPED_TEST(ExplicitOrder, IsTwoWithoutDamping) {
-    // The histories' initial half step is not centred: a first-order part of relative size
-    // (hω)·1e-3 remains below the second-order one at these steps.
+    // The initial half step of the histories is not centred. Its first-order error, (hω)·1e-3 in
+    // relative terms, is below the second-order one at these steps.
     EXPECT_NEAR(observed_order<TypeParam::value>(1e-9), 2.0, 0.15);
 }
 
-TYPED_TEST(ExplicitOrder, IsOneWithDampingAsTheModifiedEquationSays) {
+TYPED_TEST(ExplicitOrder, IsOneWithDampingAsTheModifiedEquationPredicts) {
     // Forces from half-step velocities give (λ−1)² + hc(λ−1) + h²ω²λ = 0 for a mode, that is
-    // s²(1 − hc/2) + cs + ω² = O(h²): first order in h, with the small factor c.
+    // s²(1 − hc/2) + cs + ω² = O(h²): the error is of first order in h, with the small factor c.
     EXPECT_NEAR(observed_order<TypeParam::value>(5.0), 1.0, 0.1);
 }
 
@@ -100,13 +100,13 @@ TEST(ExplicitDamping, FirstOrderErrorHasTheSizeOfTheModifiedEquation) {
     const double exact = std::exp(mode.eigenvalue * time).real();
     const double predicted = std::exp(modified * time).real();
     ASSERT_GT(std::abs(predicted - exact), 1e-7);
-    // The mode shapes of the discrete map differ at first order, too, which the scalar equation
-    // does not see: the size must agree, not the digits.
+    // The mode shapes of the discrete map also differ at first order, which the scalar equation
+    // neglects. Therefore only the magnitudes must agree.
     EXPECT_LT(std::abs(tip - exact), 5 * std::abs(predicted - exact));
-    EXPECT_LT(std::abs(tip - exact), 1e-4) << "negligible beside the camera's noise";
+    EXPECT_LT(std::abs(tip - exact), 1e-4) << "negligible relative to the camera's noise";
 }
 
-TEST(ExplicitStability, EndsWhereTheLinearisedChainSaysForBothLaws) {
+TEST(ExplicitStability, EndsAtTheLimitOfTheLinearisedChainForBothLaws) {
     for (const auto& law : {physics::schramm2019_law(), physics::consistent_law()})
         for (const double damping : {1.0, 25.0}) {
             const auto stem = small_stem(damping);
@@ -120,9 +120,9 @@ TEST(ExplicitStability, EndsWhereTheLinearisedChainSaysForBothLaws) {
                 verlet.advance(20000);
                 return physics::chain_energy(chain, verlet.state().data()).stored();
             };
-            // Beyond the limit rounding errors grow by (1 + some 1e-2) a step. Deflections may
-            // stay bounded: an unstable axial mode saturates in a crumpled chain, so that only the
-            // energy tells.
+            // Above the limit rounding errors grow by about 1 % per step. Deflections may stay
+            // bounded, since an unstable axial mode saturates in a crumpled chain; therefore the
+            // test uses the energy.
             EXPECT_LT(energy_after(0.99 * limit), initial);
             EXPECT_FALSE(energy_after(1.01 * limit) < initial);
         }
@@ -195,7 +195,7 @@ TEST(VelocityVerlet, ReportsVelocitiesAtTheTimeOfThePositions) {
     verlet.advance(10000);
     const auto tip = chain.layout().sphere(verlet.state().data(), 11);
     const auto exact = mode.eigenvalue * 1e-6 * std::exp(mode.eigenvalue * (10000 * step));
-    // Half a step's mistake would show as ω² h/2 relative to ω: 2e-5 at this frequency.
+    // An error of half a step would be ω² h/2 relative to ω: 2e-5 at this frequency.
     EXPECT_NEAR(tip.velocity[1] / exact.real(), 1.0, 5e-6);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes tiny C3D files, so that the reader is tested without anybody's recording.
+// Writes small C3D files, so that the tests of the reader need no recording.
 #pragma once
 
 #include <bit>

@@ -14,7 +14,7 @@ using namespace culm::tests;
 
 C3dExample example() {
     C3dExample file;
-    // Multiples of the scale, so that integers hold them too.
+    // Multiples of the scale, so that integers represent them exactly.
     for (int i = 0; i < 18; ++i)
         file.positions.push_back(0.25F * static_cast<float>(i) - 2.0F);
     file.scale = 0.25F;
@@ -31,7 +31,7 @@ std::string complaint(const std::string& bytes) {
     return refusal([&] { static_cast<void>(read(bytes)); });
 }
 
-TEST(C3dFile, IsReadWhicheverProcessorAndNumbersItHas) {
+TEST(C3dFile, IsReadForEveryProcessorAndNumberFormat) {
     for (const int processor : {84, 85, 86})
         for (const bool is_real : {true, false})
             for (const int analog : {0, 5}) {
@@ -51,7 +51,7 @@ TEST(C3dFile, IsReadWhicheverProcessorAndNumbersItHas) {
             }
 }
 
-TEST(C3dFile, MarkerThatWasNotSeenIsAGap) {
+TEST(C3dFile, HasGapsWhereAMarkerIsNotSeen) {
     C3dExample file = example();
     file.seen = {true, true, true, false, true, true};
     const measure::C3dTracks tracks = read(file.bytes());
@@ -59,7 +59,7 @@ TEST(C3dFile, MarkerThatWasNotSeenIsAGap) {
         EXPECT_EQ(std::isnan(tracks.positions[i]), i >= 9 && i < 12) << i;
 }
 
-TEST(C3dFile, RefusesWhatIsNoneAndWhatIsCutShort) {
+TEST(C3dFile, RefusesOtherFormatsAndTruncatedFiles) {
     const std::string whole = example().bytes();
     EXPECT_NE(complaint("time,x\n").find("its first two bytes"), std::string::npos);
     EXPECT_NE(complaint(whole.substr(0, 600)).find("it ends after 600 bytes"), std::string::npos);
@@ -68,7 +68,7 @@ TEST(C3dFile, RefusesWhatIsNoneAndWhatIsCutShort) {
     std::string other = whole;
     other[512 + 3] = 80;
     EXPECT_NE(complaint(other).find("processor type 80"), std::string::npos);
-    // Whatever byte is damaged: an answer or a refusal, never a crash.
+    // A damaged byte must lead to a result or a refusal, never to a crash.
     for (std::size_t at = 0; at < 900; at += 3) {
         std::string damaged = whole;
         damaged[at] = static_cast<char>(~damaged[at]);
@@ -78,7 +78,7 @@ TEST(C3dFile, RefusesWhatIsNoneAndWhatIsCutShort) {
 
 TEST(C3dFile, NumberOfMarkersIsBoundedByTheFormatAndTheFile) {
     C3dExample file = example();
-    // 2^63 markers made a frame of 0 bytes after an overflow, and a loop of 2^63 iterations.
+    // An overflow once turned 2^63 markers into frames of 0 bytes and 2^63 iterations.
     for (const float used : {0x1p63F, 0x1p61F, -1.0F, 2.5F, 65536.0F, NAN, INFINITY}) {
         file.used = used;
         const std::string text = complaint(file.bytes());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The examples in config/measurements are read as they stand.
+// The examples in config/measurements are valid.
 #include "measure/import/import_mapping.hpp"
 #include "measure/track/track.hpp"
 #include "support/temporary_folder.hpp"

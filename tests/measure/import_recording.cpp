@@ -26,7 +26,7 @@ const std::string square_stem =
 constexpr double release = 0.2512; // s, between two frames of 1/200 s
 constexpr double level = 50.0;     // mm
 
-/// mm: held at a level, then swinging down about 10 mm below it.
+/// Position in mm: held at a level, then swinging about 10 mm below it.
 double travel(double time) {
     const double t = time - release;
     return t <= 0.0
@@ -73,7 +73,7 @@ std::string table(char delimiter, bool has_decimal_comma) {
 void expect_the_beam(const Measurement& measurement) {
     ASSERT_EQ(measurement.heights, (std::vector<double>{0.05, 0.1}));
     ASSERT_EQ(measurement.times.size(), 200U);
-    // The release lies between frames 50 and 51; which frame is the last at rest decides noise.
+    // The release lies between frames 50 and 51; noise determines the last frame at rest.
     const double found = -measurement.times.front();
     EXPECT_NEAR(found, release, 1.0 / 200.0);
     for (std::size_t i = 0; i < 200; ++i) {
@@ -101,7 +101,7 @@ C3dExample recording() {
     file.frames = 200;
     for (int i = 0; i < 200; ++i) {
         const double time = i / 200.0;
-        const double shake = 0.5 * std::sin(40.0 * time); // mm, of the whole stand
+        const double shake = 0.5 * std::sin(40.0 * time); // mm, motion of the whole set-up
         const double x = level - travel(time) + unevenness(i) + shake;
         for (const double value : {level + shake, 3.0, 0.0, x + 5.0, 3.0, 90.0, x - 5.0, 3.0, 95.0})
             file.positions.push_back(static_cast<float>(value));
@@ -126,7 +126,7 @@ TEST(ImportRecording, TakesMarkersAlongAnAxisLessTheMotionOfTheClamp) {
                     2e-5); // the unevenness, its mean, and floats of 50 mm
 }
 
-TEST(ImportRecording, SaysWhatTheRecordingHasInstead) {
+TEST(ImportRecording, ReportsMistakesWithTheNearestName) {
     const auto complaint = [](std::string mapping, const std::string& from, const std::string& to,
                               const std::string& name, const std::string& content) {
         mapping.replace(mapping.find(from), from.size(), to);
@@ -168,7 +168,7 @@ TEST(ImportRecording, BoundsTheNumberOfHeightsAndColumns) {
               std::string::npos);
 }
 
-TEST(ImportRecording, RefusesToGuessAReleaseThatIsNotThere) {
+TEST(ImportRecording, RefusesToGuessAnAbsentRelease) {
     std::string still = "t,tip1,middle,tip 2\n";
     for (int i = 0; i < 100; ++i)
         still += fmt::format("{},{},{},{}\n", 5 * i, 5.0 + 0.1 * unevenness(i), 5.0, 5.0);
@@ -178,8 +178,8 @@ TEST(ImportRecording, RefusesToGuessAReleaseThatIsNotThere) {
               std::string::npos);
 }
 
-/// A swing of 14 mm and 5 Hz with noise, 400 frames at 200/s; the mapping says that the release was
-/// in frame 179, in the middle of it.
+/// A swing of 14 mm and 5 Hz with noise, 400 frames at 200/s; the mapping states a release in
+/// frame 179, in the middle of the swing.
 std::string swinging_table(double amplitude) {
     std::mt19937 generator(3);
     std::normal_distribution<double> noise(0.0, 0.01); // mm
@@ -211,10 +211,10 @@ TEST(ImportRecording, EstimatesNoNoiseFromFramesThatMove) {
         "the stem moves in the 179 frames before the release: the recording begins in the "
         "middle of a swing (then write [release] kind = \"moving\"), or release_s is wrong. No "
         "noise is estimated from these frames, "
-        "and their mean is no zero: set zero = \"at_rest\" or \"as_given\"");
+        "and their mean is not a valid zero: set zero = \"at_rest\" or \"as_given\"");
 }
 
-TEST(ImportRecording, EstimatesNoiseOfAStemAtRestBesideNoMotion) {
+TEST(ImportRecording, EstimatesNoiseFromFramesWithoutMotion) {
     const Measurement measurement =
         import_text(mapping_with_release(), "a.txt", swinging_table(0.0));
     EXPECT_EQ(measurement.noise_source, "scatter of 179 frames before the release");
@@ -237,7 +237,7 @@ TEST(TimeGaps, AreWhereFramesAreMissing) {
 TEST(ImportRecording, TakesThePublicSiliconeBeam) {
     const auto file = optional_data("real/silicone-cantilever/beam_gravity_V2_a.c3d");
     if (!file)
-        GTEST_SKIP() << "the public recording is not at hand";
+        GTEST_SKIP() << "the public recording is not available";
     const TemporaryFolder place;
     write_file(place / "mapping.toml",
                square_stem + "[time]\nrelease_s = \"detect\"\n[motion]\naxis = [-1, 0, 0]\n"

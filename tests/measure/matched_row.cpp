@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Rows that are drawn here: a stem of known place before a known ground.
+// Synthetic rows: a stem at a known position in front of a known background.
 #include "measure/track/matched_row.hpp"
 
 #include <cmath>
@@ -15,14 +15,14 @@ namespace {
 constexpr int width = 120;
 constexpr double reach = 10.0;
 
-/// Of a stem 7 pixels wide behind a lens that blurs by 0.8 pixels.
+/// Contrast of a stem 7 pixels wide behind a lens that blurs by 0.8 pixels.
 double contrast(double distance) {
     const double blur = std::numbers::sqrt2 * 0.8;
     return 50.0 * (std::erf((distance + 3.5) / blur) - std::erf((distance - 3.5) / blur));
 }
 
-/// Mean over an exposure in which the axis moves by `length`, and by `bend` (2τ)² besides. The mean
-/// of the axis lies at `axis`.
+/// Mean over an exposure in which the axis moves by `length` and additionally by `bend` (2τ)². The
+/// mean position of the axis is `axis`.
 std::vector<float> drawn(double axis, const measure::Path& path) {
     constexpr int parts = 400;
     std::vector<float> row(width, 0.0F);
@@ -41,7 +41,7 @@ measure::PixelRow pixels(const std::vector<float>& row) {
     return {row.data(), nullptr, width};
 }
 
-/// From stems that keep still at many places, as at the ends of swings.
+/// Profile from still stems at many positions, as at the turning points of swings.
 measure::StemProfile profile() {
     measure::StemProfile profile(reach);
     for (double axis = 40.0; axis < 80.0; axis += 0.37) {
@@ -61,9 +61,9 @@ double error(const measure::StemProfile& of, const measure::Path& path,
     return found ? found->axis - axis : std::nan("");
 }
 
-TEST(MatchedRow, OfAStemThatTurnsIsReadAtItsMean) {
+TEST(MatchedRow, ReadsATurningStemAtItsMeanPosition) {
     const measure::StemProfile still = profile();
-    // 46 pixels at 65 Hz and an exposure of a millisecond, where it moves and turns.
+    // An amplitude of 46 pixels at 65 Hz and an exposure of 1 ms: the stem moves and turns.
     const measure::Path turning{9.0, 2.0};
     EXPECT_NEAR(error(still, turning, turning), 0.0, 3e-3);
     EXPECT_GT(std::abs(error(still, turning, {turning.length, 0.0})), 0.05);
@@ -71,8 +71,8 @@ TEST(MatchedRow, OfAStemThatTurnsIsReadAtItsMean) {
     EXPECT_NEAR(error(still, {0.0, -2.0}, {0.0, -2.0}), 0.0, 3e-3);
 }
 
-// A stain behind a stem that dies down soon: few frames show it.
-TEST(GroundRow, IsWhatFewFramesShowWhereTheyShowMoreThanNoise) {
+// A stain behind a stem whose motion decays quickly is visible in few frames only.
+TEST(GroundRow, RecoversTextureFromFewFramesAndSuppressesNoise) {
     constexpr double noise = 4.0;
     std::mt19937 dice(1);
     std::normal_distribution<double> grey(0.0, noise);
@@ -97,8 +97,8 @@ TEST(GroundRow, IsWhatFewFramesShowWhereTheyShowMoreThanNoise) {
         of_textured += std::pow(textured[c] - ground[c], 2) / 15.0;
         of_even += std::pow(even[c], 2) / 15.0;
     }
-    EXPECT_LT(std::sqrt(of_textured), 1.5); // 20 frames leave 0.9 grey values, a straight line 7
-    EXPECT_LT(std::sqrt(of_even), 0.6);     // of which nothing counts where there is no texture
+    EXPECT_LT(std::sqrt(of_textured), 1.5); // the error of 20 frames is 0.9, of a straight line 7
+    EXPECT_LT(std::sqrt(of_even), 0.6);     // without texture the estimate must be near zero
 }
 
 } // namespace

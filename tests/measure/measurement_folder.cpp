@@ -182,7 +182,7 @@ TEST(MeasurementFolder, UnitOfTheHeaderIsThatOfTheDeflections) {
     EXPECT_EQ(measurement.deflection(0, 1), 0.0176);
 }
 
-TEST(MeasurementFolder, TakesWhatSpreadsheetsAddWithoutHarm) {
+TEST(MeasurementFolder, AcceptsHarmlessAdditionsOfSpreadsheets) {
     const Measurement expected = read_texts(plain_stem, plain_table);
     const std::string bom = "\xEF\xBB\xBF";
     expect_same(expected, read_texts(bom + plain_stem, bom + plain_table));
@@ -245,7 +245,7 @@ TEST(MeasurementFolder, KeepsTheZerosAtTheEndOfAMass) {
 TEST(MeasurementFolder, ReadsARigWithStatedUncertainties) {
     const auto rig = optional_data("lab-rig");
     if (!rig)
-        GTEST_SKIP() << "the recordings of a rig are not at hand";
+        GTEST_SKIP() << "the recordings of a rig are not available";
     const MeasurementSet set = read_measurements({rig->string()});
     ASSERT_EQ(set.measurements.size(), 12U);
     for (const Measurement& measurement : set.measurements) {
@@ -279,7 +279,7 @@ TEST(MeasurementFolder, BeginsAtTheStartOfARecordingInMotion) {
     EXPECT_NEAR(measurement.deflection(0, 0), 3e-3, 1e-12);
 }
 
-TEST(MeasurementFolder, RefusesAStartThatMeansNothing) {
+TEST(MeasurementFolder, RefusesAMeaninglessStart) {
     const TemporaryFolder folder;
     EXPECT_NE(refusal([&] {
                   static_cast<void>(read_measurement(
@@ -316,7 +316,7 @@ TEST(MeasurementFolder, IsNotWrittenIfItsReaderWouldRefuseIt) {
                  core::StorageError);
 }
 
-TEST(MeasurementFolder, HoldsAnUncertaintyOfEveryReading) {
+TEST(MeasurementFolder, StoresAnUncertaintyOfEveryReading) {
     const TemporaryFolder folder;
     Measurement measurement = computed(CircularSection{0.003, std::nullopt}, false);
     for (std::size_t at = 0; at < measurement.deflections.size(); ++at)
@@ -326,7 +326,7 @@ TEST(MeasurementFolder, HoldsAnUncertaintyOfEveryReading) {
     const Measurement read = read_measurement(folder.path());
     EXPECT_EQ(read.reading_uncertainties, measurement.reading_uncertainties);
     EXPECT_EQ(read.uncertainties.row, measurement.uncertainties.row);
-    // One that states none leaves none of the one before it.
+    // Writing a measurement without uncertainties removes the earlier ones.
     measurement.reading_uncertainties.clear();
     write_measurement(folder.path(), measurement);
     EXPECT_TRUE(read_measurement(folder.path()).reading_uncertainties.empty());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the reader of measurement folders says of near misses.
+// Messages of the reader of measurement folders for invalid files.
 #include "measure/measurement_files.hpp"
 
 #include <utility>
@@ -136,7 +136,7 @@ TEST(StemFile, SaysWhichKeyIsWrongAndWhatIsAllowed) {
          "stem.diameter_mm = 0.00283: must be a number in [0.01, 10000]"},
         {"[stem]\nid = \"A\"\nlength_mm = 157\nlength_m = 0.157\ndiameter_mm = 2\ndensity_kg_m3 = "
          "125\n",
-         "stem.length_m = 0.157: stands beside length_mm"},
+         "stem.length_m = 0.157: is given in addition to length_mm"},
         {plain_stem + section, "the file also has a [section]: remove one of them"},
         {no_diameter + section, "section.width_mm is missing: across the plane of motion"},
         {no_diameter + "[section]\nshape = \"rectangel\"\n", "(did you mean \"rectangle\"?)"},
@@ -159,7 +159,7 @@ TEST(StemFile, SaysWhichKeyIsWrongAndWhatIsAllowed) {
 }
 
 TEST(StemFile, RefusesAKeyInTheWrongPlaceAndNamesTheRightOne) {
-    // Each of these was ignored with a note; the fit then took rows for marks, for example.
+    // These keys were once ignored with a note; for example, the fit then took rows for marks.
     const std::vector<std::pair<std::string, std::string>> cases{
         {plain_stem + "reading = \"material\"\n",
          "stem.toml:6: stem.reading: unknown key: reading belongs into [measurement]"},
@@ -190,12 +190,12 @@ TEST(StemFile, ChecksStatedUncertainties) {
          "stem.toml:6: stem.length_uncertainty_mm = 0: must be a number in (0, 100000]"},
         {plain_stem + "length_uncertainty_mm = \"0.4\"\n", "must be a number without quotes"},
         {plain_stem + "length_expanded_uncertainty_mm = 0.8\n",
-         "stem.coverage_factor is missing: length_expanded_uncertainty_mm is so many standard "
-         "uncertainties"},
+         "stem.coverage_factor is missing: ratio of length_expanded_uncertainty_mm to the standard "
+         "uncertainty"},
         {plain_stem + "length_expanded_uncertainty_mm = 0.8\ncoverage_factor = 0.5\n",
          "stem.coverage_factor = 0.5: must be a number in [1, 10]"},
         {plain_stem + "length_limits_mm = [156.5, 157.5]\nlength_uncertainty_mm = 0.3\n",
-         "stem.length_limits_mm = [156.5, 157.5]: stands beside length_uncertainty_mm"},
+         "stem.length_limits_mm = [156.5, 157.5]: is given in addition to length_uncertainty_mm"},
         {plain_stem + "length_limits_mm = [157.5, 156.5]\n",
          "must be [lowest, highest] with 157 between them"},
         {plain_stem + "length_limits_mm = [150, 151]\n", "with 157 between them"},
@@ -231,7 +231,7 @@ TEST(MeasurementFolder, RefusesUncertaintiesOfOtherReadings) {
                     "uncertainty above 0");
     expect_contains(refused("time_s,h=10mm,h=20mm\n0,1,1\n0.1,1,\n"),
                     "uncertainty.csv: nothing at 0.1 s and 20 mm");
-    // What was not seen needs none.
+    // A missing reading needs no uncertainty.
     write_file(folder / "uncertainty.csv", "time_s,h=10mm,h=20mm\n0,1,1\n0.1,,1\n");
     EXPECT_EQ(culm::measure::read_measurement(folder.path()).reading_uncertainties[1], 1e-3);
 }

@@ -101,7 +101,7 @@ TEST(CameraRow, DoesNotChangeWhenTheCurveSlidesAlongItself) {
             deflection_in_row(forward, 2, height) - deflection_in_row(backward, 2, height);
         // Tangents of the polygon differ from those of its cubic by (l κ)²/24, κ up to 6/m.
         EXPECT_NEAR(change / 2e-6, 0.0, 1e-4);
-        // A mark does move along.
+        // A mark moves with the curve.
         if (height > 0.05) {
             EXPECT_GT((deflection_of_mark(forward, 2, bond_length, height) -
                        deflection_of_mark(backward, 2, bond_length, height)) /

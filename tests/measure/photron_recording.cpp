@@ -14,7 +14,7 @@ namespace {
 
 using tests::refusal;
 
-/// A header as the camera's viewer writes it; `change` replaces one line by another.
+/// A header as the camera's viewer writes it; `change` replaces one line with another.
 std::string header_text(int width, int height, int frames, int bits) {
     return fmt::format("#Camera Information Header\n"
                        "Camera Type : FASTCAM\n"
@@ -36,7 +36,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
     return text.replace(text.find(what), what.size(), by);
 }
 
-/// Appends values of so many bits, the highest bit first and without gaps.
+/// Appends values of `bits` bits each, the highest bit first and without gaps.
 void pack(std::vector<std::uint8_t>& bytes, const std::vector<unsigned>& values, int bits) {
     std::vector<bool> stream;
     for (const unsigned value : values)
@@ -61,7 +61,7 @@ PhotronHeader small_header(int bits) {
     return header;
 }
 
-TEST(PhotronPixels, OfTenAndTwelveBitsAreUnpackedHighestBitFirst) {
+TEST(PhotronPixels, AreUnpackedHighestBitFirstAtTenAndTwelveBits) {
     for (const int bits : {10, 12}) {
         std::vector<unsigned> values;
         for (unsigned i = 0; i < 15; ++i)
@@ -76,7 +76,7 @@ TEST(PhotronPixels, OfTenAndTwelveBitsAreUnpackedHighestBitFirst) {
         for (std::size_t p = 0; p < values.size(); ++p)
             EXPECT_NEAR(frame.values[p], 255.0 * values[p] / ((1U << unsigned(bits)) - 1U), 1e-4);
     }
-    // The same by hand: 0xABC and 0xDEF are the bytes AB CD EF.
+    // A hand-worked example: 0xABC and 0xDEF are the bytes AB CD EF.
     PhotronHeader pair = small_header(12);
     pair.width = 2;
     pair.height = 1;
@@ -86,7 +86,7 @@ TEST(PhotronPixels, OfTenAndTwelveBitsAreUnpackedHighestBitFirst) {
     EXPECT_NEAR(frame.values[1], 255.0 * 0xDEF / 4095.0, 1e-4);
 }
 
-TEST(PhotronPixels, OfSixteenBitsHaveTheLowByteFirstAndMayLeaveHighBitsFree) {
+TEST(PhotronPixels, HaveTheLowByteFirstAndMayLeaveHighBitsUnusedAtSixteenBits) {
     PhotronHeader header = small_header(16);
     header.width = 2;
     header.height = 1;
@@ -109,7 +109,7 @@ TEST(PhotronHeader, GivesRateAndFormat) {
     EXPECT_EQ(header.bytes_per_frame(), 640U * 40U * 3U / 2U);
 }
 
-TEST(PhotronHeader, AsXmlIsReadToo) {
+TEST(PhotronHeader, IsAlsoReadFromXml) {
     const tests::TemporaryFolder folder;
     std::ofstream(folder / "a.cihx")
         << "binary\x01<cih><fileInfo><date>x</date></fileInfo>"
@@ -128,7 +128,7 @@ TEST(PhotronHeader, AsXmlIsReadToo) {
     EXPECT_DOUBLE_EQ(header.frames_per_second(), 5000.0);
 }
 
-TEST(PhotronHeader, WithWhatCannotBeReadIsRefusedByName) {
+TEST(PhotronHeader, NamesTheEntryThatIsRefused) {
     const tests::TemporaryFolder folder;
     const auto refused = [&](const std::string& what, const std::string& by) {
         std::ofstream(folder / "a.cih") << replaced(header_text(8, 8, 2, 8), what, by);
@@ -149,12 +149,12 @@ TEST(PhotronHeader, WithWhatCannotBeReadIsRefusedByName) {
               "File Format : Avi: must be MRaw (of an image sequence, give the pictures)");
 }
 
-TEST(PhotronRecording, ThatIsShorterThanItsHeaderSaysIsRefused) {
+TEST(PhotronRecording, IsRefusedIfMissingOrShorterThanItsHeaderStates) {
     const tests::TemporaryFolder folder;
     std::ofstream(folder / "a.cih") << header_text(8, 8, 3, 8);
     EXPECT_NE(refusal([&] {
                   (void)open_photron(folder / "a.cih");
-              }).find("no .mraw file with this name lies beside it"),
+              }).find("no .mraw file with this name is in the same folder"),
               std::string::npos);
     std::ofstream(folder / "a.mraw") << std::string(130, 'x');
     EXPECT_NE(refusal([&] {
@@ -186,7 +186,7 @@ TEST(PhotronRecording, IsTrackedLikePictures) {
     EXPECT_DOUBLE_EQ(track.frames_per_second, 960.0);
     EXPECT_LT(error_of(track, video).rms, 0.1);
 
-    // The header knows the camera's rate: another one in video.toml is a mistake.
+    // The header states the camera's rate; a different one in video.toml is a mistake.
     std::ofstream(file) << replaced(text, "fps = 960\n", "fps = 1000\n");
     EXPECT_NE(refusal([&] {
                   (void)track_video(read_track_settings(file), {1});
@@ -194,10 +194,10 @@ TEST(PhotronRecording, IsTrackedLikePictures) {
               std::string::npos);
 }
 
-TEST(PhotronRecording, OfARealCameraIsRead) {
+TEST(PhotronRecording, IsReadFromARealCamera) {
     const auto data = tests::optional_data("real/photron-camera");
     if (!data)
-        GTEST_SKIP() << "the recording is not at hand";
+        GTEST_SKIP() << "the recording is not available";
     const auto source = open_frames(*data, "data_showcase.cih");
     EXPECT_EQ(source->numbers().size(), 75U);
     ASSERT_TRUE(source->stated_fps());
@@ -218,7 +218,7 @@ TEST(PhotronRecording, OfARealCameraIsRead) {
                     std::abs(frame.values[p] - frame.values[p - 1]) / double(frame.values.size());
         }
     });
-    // A picture, not noise: neighbours resemble one another, and so do all frames.
+    // In a picture, unlike noise, neighbouring pixels are similar, and so are all frames.
     for (std::size_t i = 0; i < all.size(); ++i) {
         EXPECT_GT(means[i], 5.0);
         EXPECT_LT(steps[i], 30.0);

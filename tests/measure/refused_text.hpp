@@ -8,7 +8,7 @@
 
 namespace culm::tests {
 
-/// What core::InputError says, or "accepted".
+/// The message of core::InputError, or "accepted".
 template <class Action>
 [[nodiscard]] std::string refusal(const Action& action) {
     try {

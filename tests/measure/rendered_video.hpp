@@ -17,9 +17,9 @@
 
 namespace culm::measure {
 
-/// A stem that is held in a cantilever's static shape, let go, and swings in that shape, from
-/// rest, damped. Its edges are error functions of the distance from the axis, integrated by
-/// nothing: the axis is exact in every row.
+/// A stem that is held in a cantilever's static shape, released from rest, and swings in that
+/// shape with damping. Its edges are error functions of the distance from the axis, evaluated
+/// without integration, so that the axis is exact in every row.
 struct RenderedVideo {
     int width = 120;
     int height = 200;
@@ -30,7 +30,7 @@ struct RenderedVideo {
     double pull = 24.0;      ///< of the tip, pixels
     double frames_per_cycle = 16.0;
     double decay_per_cycle = 0.8;
-    double release_frame = 10.4; ///< the stem is let go between frames 10 and 11
+    double release_frame = 10.4; ///< the stem is released between frames 10 and 11
     int frames = 150;
     double background = 60.0;
     double contrast = 120.0; ///< negative: a dark stem

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recordings that give no measurement are refused with the reason; those that may mislead say so.
+// Unusable recordings are refused with the reason; doubtful ones are reported in a remark.
 #include "measure/refused_text.hpp"
 #include "measure/tracked_video.hpp"
 
@@ -20,7 +20,7 @@ std::string refused(const RenderedVideo& video, const std::string& extra = "") {
     return refusal([&] { (void)track_rendered(video, extra); });
 }
 
-TEST(Recording, WithoutAStemIsRefused) {
+TEST(Recording, IsRefusedWithoutAStem) {
     RenderedVideo video;
     video.contrast = 0.0;
     video.frames = 30;
@@ -29,16 +29,16 @@ TEST(Recording, WithoutAStemIsRefused) {
     EXPECT_NE(refused(video).find("no stem is visible"), std::string::npos);
 }
 
-TEST(Recording, OfAStemThatNeverMovesIsRefused) {
+TEST(Recording, IsRefusedIfTheStemNeverMoves) {
     RenderedVideo video;
     video.release_frame = 1e9;
     video.frames = 40;
     EXPECT_NE(refused(video).find("the stem does not move"), std::string::npos) << refused(video);
 }
 
-TEST(Recording, OfAStemThatIsPulledButNeverLetGoIsRefused) {
-    // At rest for 15 frames, pulled slowly aside, and held there to the end. A quarter of an
-    // undamped swing, backward in time, is the pull.
+TEST(Recording, IsRefusedIfTheStemIsPulledButNeverReleased) {
+    // The stem is at rest for 15 frames, pulled slowly aside, and held to the end. The pull is a
+    // quarter of an undamped swing, reversed in time.
     RenderedVideo video;
     video.frames_per_cycle = 160.0;
     video.decay_per_cycle = 0.0;
@@ -54,15 +54,15 @@ TEST(Recording, OfAStemThatIsPulledButNeverLetGoIsRefused) {
     EXPECT_NE(text.find("the stem does not swing"), std::string::npos) << text;
 }
 
-TEST(Recording, ThatBeginsAfterTheReleaseIsRefused) {
+TEST(Recording, IsRefusedIfItBeginsAfterTheRelease) {
     RenderedVideo video;
     video.release_frame = -6.0;
     EXPECT_NE(refused(video).find("no frame shows the stem held still"), std::string::npos)
         << refused(video);
 }
 
-TEST(Recording, ThatBeginsBeforeATurningPointIsRefused) {
-    // A camera that is fast for this swing sees it all but still for three frames at its turn.
+TEST(Recording, IsRefusedIfItBeginsBeforeATurningPoint) {
+    // With a fast camera the stem hardly moves in three frames at its turning point.
     RenderedVideo video;
     video.frames_per_cycle = 100.0;
     video.decay_per_cycle = 0.3;
@@ -72,7 +72,7 @@ TEST(Recording, ThatBeginsBeforeATurningPointIsRefused) {
         << refused(video);
 }
 
-TEST(Recording, ThatIsTooShortIsRefused) {
+TEST(Recording, IsRefusedIfItIsTooShort) {
     RenderedVideo video;
     video.frames = 11;
     EXPECT_NE(refused(video).find("11 frames are too few"), std::string::npos);
@@ -81,7 +81,7 @@ TEST(Recording, ThatIsTooShortIsRefused) {
         << refused(video);
 }
 
-TEST(Recording, WithAMissingFileKeepsTheTimesOfTheOthers) {
+TEST(Recording, KeepsTheTimesOfTheOtherFramesIfFilesAreMissing) {
     const RenderedVideo video;
     const tests::TemporaryFolder folder;
     const std::filesystem::path file = video.write(folder);
@@ -96,24 +96,24 @@ TEST(Recording, WithAMissingFileKeepsTheTimesOfTheOthers) {
     EXPECT_NEAR(step * rendered_fps, 3.0, 1e-5); // times are rounded to the nanosecond
 }
 
-TEST(Recording, WithSilentlyLostFramesIsDoubted) {
+TEST(Recording, ReportsAJumpAtSilentlyLostFrames) {
     const RenderedVideo video;
     const tests::TemporaryFolder folder;
     const std::filesystem::path file = video.write(folder);
-    // Two frames are gone and the later ones numbered on, as cameras do that lose frames.
+    // Two frames are lost and the later ones are renumbered, as some cameras do.
     for (int k = 60; k + 2 < video.frames; ++k)
         std::filesystem::rename(folder / fmt::format("frames/{:05d}.png", k + 2),
                                 folder / fmt::format("frames/{:05d}.png", k));
     const Track track = track_video(read_track_settings(file), {2});
     EXPECT_TRUE(has_remark(track, "between the frames 59 and 60 the swing jumps"));
-    // Told so, the times are right again.
+    // With the missing frames stated the times are correct.
     std::ofstream(file) << video.settings("missing_frames = [60, 61]\n");
     const Track corrected = track_video(read_track_settings(file), {2});
     EXPECT_FALSE(has_remark(corrected, "jumps"));
     EXPECT_LT(error_of(corrected, video).rms, 0.1);
 }
 
-TEST(Recording, WithFramesLostInTheFirstSwingIsDoubted) {
+TEST(Recording, ReportsAJumpAtFramesLostInTheFirstSwing) {
     RenderedVideo video;
     EXPECT_TRUE(track_rendered(video).remarks.empty());
     const tests::TemporaryFolder folder;
@@ -122,13 +122,13 @@ TEST(Recording, WithFramesLostInTheFirstSwingIsDoubted) {
         std::filesystem::rename(folder / fmt::format("frames/{:05d}.png", k + 1),
                                 folder / fmt::format("frames/{:05d}.png", k));
     const Track track = track_video(read_track_settings(file), {2});
-    // The passages through the rest at a quarter and three quarters of the cycle of 16 frames.
+    // The zero crossings are at a quarter and three quarters of the cycle of 16 frames.
     EXPECT_TRUE(has_remark(track, "between the frames 14 and 22 the swing jumps"))
         << (track.remarks.empty() ? "" : track.remarks.front());
 }
 
-TEST(Recording, OfAStemThatIsLetGoSlowlySaysSo) {
-    // Four frames in which the finger follows the stem, then the swing.
+TEST(Recording, ReportsASlowRelease) {
+    // The finger follows the stem for four frames; then the stem swings.
     RenderedVideo video;
     const tests::TemporaryFolder folder;
     const std::filesystem::path file = video.write(folder);
@@ -147,7 +147,7 @@ TEST(Recording, OfAStemThatIsLetGoSlowlySaysSo) {
         has_remark(track_video(read_track_settings(file), {2}), "leaves its hold otherwise"));
 }
 
-TEST(Recording, WithRepeatedFramesLeavesThemOut) {
+TEST(Recording, OmitsRepeatedFrames) {
     const RenderedVideo video;
     const tests::TemporaryFolder folder;
     const std::filesystem::path file = video.write(folder);
@@ -159,7 +159,7 @@ TEST(Recording, WithRepeatedFramesLeavesThemOut) {
     EXPECT_LT(error_of(track, video).rms, 0.1);
 }
 
-TEST(Recording, WithAnImpossibleRateOrScaleIsDoubted) {
+TEST(Recording, ReportsAnImplausibleRateOrScale) {
     const RenderedVideo video;
     EXPECT_TRUE(has_remark(track_rendered(video, "fps = 30.0\n"),
                            "GPa for a plain beam, outside the range of plant stems"));
@@ -168,7 +168,7 @@ TEST(Recording, WithAnImpossibleRateOrScaleIsDoubted) {
     EXPECT_TRUE(has_remark(track_rendered(fast),
                            "frames per swing: decay and higher modes are poorly resolved"));
     RenderedVideo small;
-    small.length = 120.0; // the settings say so
+    small.length = 120.0; // the settings below claim 136 and 180
     small.stem_width = 5.0;
     const tests::TemporaryFolder folder;
     const std::filesystem::path file = small.write(folder);
@@ -177,7 +177,7 @@ TEST(Recording, WithAnImpossibleRateOrScaleIsDoubted) {
     std::ofstream(file) << claimed.settings();
     EXPECT_TRUE(has_remark(track_video(read_track_settings(file), {2}),
                            "mm of the stem are seen above the clamp"));
-    // A third of the stem would be missing, and nobody said where the clamp is.
+    // A third of the stem would be missing, and the clamp position is not given.
     claimed.length = 180.0;
     std::ofstream(file) << claimed.settings();
     EXPECT_NE(refusal([&] {
@@ -186,7 +186,7 @@ TEST(Recording, WithAnImpossibleRateOrScaleIsDoubted) {
               std::string::npos);
 }
 
-TEST(Recording, AsAVideoFileIsTrackedAndItsPlaybackRateNamed) {
+TEST(Recording, IsTrackedFromAVideoFileAndReportsItsPlaybackRate) {
     const RenderedVideo video;
     const tests::TemporaryFolder folder;
     const std::filesystem::path avi = folder / "stem.avi";
@@ -204,7 +204,7 @@ TEST(Recording, AsAVideoFileIsTrackedAndItsPlaybackRateNamed) {
     const std::filesystem::path file = folder / "video.toml";
     std::ofstream(file) << video.settings("frames = \"stem.avi\"\n");
     const Track track = track_video(read_track_settings(file), {2});
-    // JPEG's blocks cost some of the precision.
+    // JPEG compression reduces the precision.
     EXPECT_LT(error_of(track, video).rms, 0.2);
     EXPECT_TRUE(has_remark(track, "the video file states 25 frames/s, video.toml 960"));
 
@@ -217,7 +217,7 @@ TEST(Recording, AsAVideoFileIsTrackedAndItsPlaybackRateNamed) {
               std::string::npos);
 }
 
-TEST(Recording, ThatIsNoPictureIsRefused) {
+TEST(Recording, IsRefusedWithInvalidPicturesOrSettings) {
     RenderedVideo video;
     video.frames = 20;
     const tests::TemporaryFolder folder;
@@ -232,7 +232,7 @@ TEST(Recording, ThatIsNoPictureIsRefused) {
                   (void)track_video(read_track_settings(file), {2});
               }).find("no file has a name of this form"),
               std::string::npos);
-    // A step below the distance of two rows would give heights without end.
+    // A step below the distance of two rows would give too many heights.
     std::ofstream(file) << video.settings("height_step_mm = 1e-9\n");
     EXPECT_NE(refusal([&] {
                   (void)read_track_settings(file);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tracker against rendered videos, as laboratories have them and with everything that goes
-// wrong there.
+// The tracker on rendered videos, which resemble those of laboratories and include their usual
+// defects.
 #include "measure/refused_text.hpp"
 #include "measure/tracked_video.hpp"
 
@@ -19,9 +19,9 @@ namespace {
 
 using tests::refusal;
 
-// With noise of 3 grey values on a contrast of 120 the matched filter of both edges could tell a
-// row to 0.03 pixels. A straight line through five rows and the rest position's own error: 0.1 is
-// three times what is seen, and far below the 0.25 that is asked for.
+// With noise of 3 grey values on a contrast of 120 the matched filter of both edges can locate the
+// stem in a row to 0.03 pixels. With a straight line through five rows and the error of the rest
+// position, 0.1 is three times the observed error and far below the required 0.25.
 constexpr double good = 0.1;
 
 TEST(TrackedVideo, FollowsABrightStem) {
@@ -37,8 +37,8 @@ TEST(TrackedVideo, FollowsABrightStem) {
     EXPECT_TRUE(track.remarks.empty()) << track.remarks.front();
 }
 
-// An edge lies between pixels: its error must not repeat with them. What is stated is what is made.
-TEST(TrackedVideo, StatesWhatEveryReadingIsOffBy) {
+// Errors must not depend on an edge's position between pixels and must match the stated ones.
+TEST(TrackedVideo, StatesTheErrorOfEveryReading) {
     for (const double blur : {0.5, 0.9, 1.8})
         for (const double noise : {0.5, 3.0, 5.0}) {
             RenderedVideo video;
@@ -53,8 +53,8 @@ TEST(TrackedVideo, StatesWhatEveryReadingIsOffBy) {
         }
 }
 
-// The fast stem is smeared over more than its width, and one of its edges is twice as bright.
-TEST(TrackedVideo, IsNotLedAstrayByAnExposure) {
+// The fast stem is blurred over more than its width, and one of its edges is twice as bright.
+TEST(TrackedVideo, ToleratesAnExposure) {
     RenderedVideo video;
     video.stem_width = 7.3;
     video.pull = 40.0;
@@ -70,8 +70,8 @@ TEST(TrackedVideo, IsNotLedAstrayByAnExposure) {
     EXPECT_FALSE(track_rendered(still_shutter).measurement.exposure);
 }
 
-/// Least-squares factor between what is read and what is there, where the tip swings by 0.05 to
-/// half a pixel.
+/// Least-squares factor between readings and true deflections, for tip amplitudes of 0.05 to 0.5
+/// pixels.
 double gain_of_small_swings(const Track& track, const RenderedVideo& video) {
     const Measurement& measurement = track.measurement;
     const double px = rendered_mm_per_px * 1e-3;
@@ -94,8 +94,8 @@ double gain_of_small_swings(const Track& track, const RenderedVideo& video) {
     return product / square;
 }
 
-// Most of the slowest frames are those at rest, where the stem's edges lie on the same pixels.
-TEST(TrackedVideo, ShowsASwingOfLessThanAPixelInItsSize) {
+// Most of the slowest frames are at rest, where the stem's edges are on the same pixels.
+TEST(TrackedVideo, MeasuresASwingOfLessThanAPixelWithoutBias) {
     RenderedVideo video;
     video.stem_width = 7.3;
     video.decay_per_cycle = 0.35;
@@ -106,7 +106,7 @@ TEST(TrackedVideo, ShowsASwingOfLessThanAPixelInItsSize) {
     EXPECT_NEAR(gain_of_small_swings(track, video), 1.0, 0.015);
 }
 
-/// Mean error of what lies three to ten pixels from rest, away from it.
+/// Mean error, away from rest, of readings three to ten pixels from rest.
 double error_away_from_rest(const Track& track, const RenderedVideo& video) {
     const Measurement& measurement = track.measurement;
     const double px = rendered_mm_per_px * 1e-3;
@@ -126,8 +126,8 @@ double error_away_from_rest(const Track& track, const RenderedVideo& video) {
     return sum / count;
 }
 
-// The ground under the stem's edges is known from other frames than that beside it.
-TEST(TrackedVideo, IsNotLedAstrayByALampThatFlickers) {
+// The background behind the stem's edges is known only from other frames, unlike that around it.
+TEST(TrackedVideo, ToleratesAFlickeringLamp) {
     RenderedVideo video;
     video.background = 180.0;
     video.contrast = -80.0;
@@ -148,7 +148,7 @@ TEST(TrackedVideo, FindsReleaseFrequencyAndNoise) {
     const RenderedVideo video;
     const Track track = track_rendered(video);
     EXPECT_EQ(track.window.last_held, 10U);
-    // This stem leaves as one mode does, not with the beam's waves: 0.35 frames are left.
+    // This stem moves in one mode, without a beam's waves: the error is up to 0.35 frames.
     EXPECT_NEAR(track.window.release_number, video.release_frame, 0.35);
     EXPECT_NEAR(track.window.cycles_per_frame, 1.0 / video.frames_per_cycle, 1e-3);
     EXPECT_EQ(track.measurement.noise_source.find("11 frames before"), 0U);
@@ -156,12 +156,12 @@ TEST(TrackedVideo, FindsReleaseFrequencyAndNoise) {
     const double noise_px = *track.measurement.noise * 1e3 / rendered_mm_per_px;
     EXPECT_GT(noise_px, 0.005);
     EXPECT_LT(noise_px, 0.06);
-    // Time 0 is the release, and the first kept frame is one of those before it.
+    // Time 0 is the release; the first frame kept is before it.
     EXPECT_LT(track.measurement.times.front(), 0.0);
 }
 
-/// Five places of a stem that is held for 60 frames and let go; each errs for itself, by an
-/// autoregression of the correlation.
+/// Five positions on a stem that is held for 60 frames and released. Their errors are independent
+/// autoregressive processes with the given correlation.
 AxisRecord held_and_released(double correlation) {
     std::mt19937_64 random(3);
     std::normal_distribution<double> normal(0.0, 0.03);
@@ -183,7 +183,7 @@ AxisRecord held_and_released(double correlation) {
     return record;
 }
 
-TEST(RingDownWindow, TellsTheCorrelationOfTheErrorsFromStillFrames) {
+TEST(RingDownWindow, EstimatesTheCorrelationOfTheErrorsFromStillFrames) {
     const auto told = [](double correlation) {
         return find_ring_down(held_and_released(correlation),
                               {.source = "v", .length = 100.0, .release_frame = {}})
@@ -213,7 +213,7 @@ TEST(TrackedVideo, FindsTheBandInWhichAColouredStemIsSeen) {
     EXPECT_EQ(track_rendered(video).survey.view.band, Band::Blue);
 }
 
-TEST(TrackedVideo, FollowsAStemThatStandsInAnyDirection) {
+TEST(TrackedVideo, FollowsAStemInAnyDirection) {
     const RenderedVideo video;
     for (const Up up : {Up::IncreasingRow, Up::DecreasingColumn, Up::IncreasingColumn}) {
         const Track track = track_rendered(video, "", up);
@@ -243,7 +243,7 @@ TEST(TrackedVideo, TakesAGivenClampAndSideInEveryDirection) {
     EXPECT_LT(other.measurement.deflection(0, other.measurement.heights.size() - 1), 0.0);
 }
 
-TEST(TrackedVideo, IsNotLedAstrayByUnevenLight) {
+TEST(TrackedVideo, ToleratesUnevenLight) {
     RenderedVideo video;
     video.decorate = [](cv::Mat& picture, int frame) {
         // Three times as bright at the top right as at the bottom left, and a flickering lamp.
@@ -258,9 +258,9 @@ TEST(TrackedVideo, IsNotLedAstrayByUnevenLight) {
     EXPECT_GT(error.seen, 0.98);
 }
 
-TEST(TrackedVideo, IsNotLedAstrayByABrightReflection) {
+TEST(TrackedVideo, ToleratesABrightReflection) {
     RenderedVideo video;
-    // Brighter than the stem and as wide, where the stem passes by, and a large blot beside it.
+    // A line in the stem's path, as wide as the stem but brighter, and a large blot next to it.
     video.decorate = [](cv::Mat& picture, int) {
         cv::line(picture, {72, 20}, {76, 120}, cv::Scalar(250.0), 5);
         cv::circle(picture, {25, 90}, 14, cv::Scalar(240.0), cv::FILLED);
@@ -268,9 +268,9 @@ TEST(TrackedVideo, IsNotLedAstrayByABrightReflection) {
     const Track track = track_rendered(video);
     const TrackError error = error_of(track, video);
     EXPECT_LT(error.rms, 2.0 * good);
-    // Nowhere may the reflection be taken for the stem: it is some five to thirty pixels away.
+    // The reflection, some five to thirty pixels away, must never be taken for the stem.
     EXPECT_LT(error.largest, 1.5);
-    // The stem is hidden while it passes.
+    // The stem is hidden while it passes the reflection.
     EXPECT_GT(error.seen, 0.75);
 }
 
@@ -292,7 +292,7 @@ TEST(TrackedVideo, FollowsTheStemAboveAReflectionThatCoversIt) {
 TEST(TrackedVideo, FindsTheReleaseBelowAFingerThatHidesTheTip) {
     RenderedVideo video;
     video.decorate = [](cv::Mat& picture, int frame) {
-        // It holds the tip from the right and goes back to where it came from.
+        // The finger holds the tip from the right and returns to the right.
         const int edge = 92 + 5 * std::max(0, frame - 10);
         if (edge < picture.cols)
             cv::rectangle(picture, {edge - 12, 26}, {picture.cols, 60}, cv::Scalar(160.0),
@@ -318,7 +318,7 @@ TEST(TrackedVideo, LeavesOutHeightsBeyondThePicture) {
               std::string::npos);
 }
 
-TEST(TrackedVideo, IsNotLedAstrayByDust) {
+TEST(TrackedVideo, ToleratesDust) {
     RenderedVideo video;
     video.decorate = [](cv::Mat& picture, int frame) {
         std::mt19937 still(7);
@@ -374,7 +374,7 @@ TEST(TrackedVideo, IsTrimmedAtRestUnlessAskedNotTo) {
         << "there are far more frames at rest";
 }
 
-TEST(TrackedVideo, FindsTheRestOfARecordingThatEndsBefore) {
+TEST(TrackedVideo, FindsTheRestPositionOfARecordingThatEndsEarly) {
     RenderedVideo video;
     video.decay_per_cycle = 0.15;
     video.frames = 110;
@@ -389,7 +389,7 @@ TEST(TrackedVideo, ObeysAGivenThreshold) {
     EXPECT_LT(error_of(track_rendered(video, "threshold = 30\n"), video).rms, good);
     EXPECT_NE(refusal([&] {
                   (void)track_rendered(video, "threshold = 200\n");
-              }).find("no stem stands out by the threshold 200"),
+              }).find("no stem exceeds the threshold 200"),
               std::string::npos);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The demonstration video against its truth, where the data are at hand.
+// The demonstration video against its true deflections, if the data are available.
 #include "measure/folder/measurement_folder.hpp"
 #include "measure/track/track.hpp"
 #include "measure/track/track_report.hpp"
@@ -16,7 +16,7 @@
 namespace culm::measure {
 namespace {
 
-/// video.toml of the demonstration beside a link to its frames, with settings more.
+/// Writes the demonstration's video.toml with extra settings, and a link to its frames.
 std::filesystem::path demo_settings(const std::filesystem::path& data,
                                     const tests::TemporaryFolder& folder,
                                     const std::string& extra) {
@@ -57,9 +57,9 @@ Truth read_truth(const std::filesystem::path& file) {
 TEST(DemonstrationVideo, IsTrackedWithinAQuarterPixel) {
     const auto data = tests::optional_data("video-demo");
     if (!data)
-        GTEST_SKIP() << "the data are not at hand";
+        GTEST_SKIP() << "the data are not available";
     const Truth truth = read_truth(*data / "deflection.csv");
-    // A single row between its two neighbours, and the default straight line through five.
+    // A single row, and the default straight line through five rows.
     for (const auto& [rows, limit] : {std::pair{1, 0.08}, std::pair{5, 0.03}}) {
         const tests::TemporaryFolder folder;
         const Track track =
@@ -81,9 +81,9 @@ TEST(DemonstrationVideo, IsTrackedWithinAQuarterPixel) {
                     ++count;
                 }
         EXPECT_GT(double(count), 0.99 * double(measurement.deflections.size()));
-        // 0.25 pixels are asked for; measured were 0.049 and 0.024.
+        // 0.25 pixels are required; the measured errors were 0.049 and 0.024.
         EXPECT_LT(std::sqrt(sum / double(count)), limit) << rows << " rows";
-        // The truth's release falls between two frames: a tenth of a frame is 0.1 ms.
+        // The true release lies between two frames; a tenth of a frame is 0.1 ms.
         EXPECT_NEAR(measurement.times.front() * 960.0, truth.times[track.first_kept] * 960.0, 0.1);
     }
 }
@@ -91,7 +91,7 @@ TEST(DemonstrationVideo, IsTrackedWithinAQuarterPixel) {
 TEST(DemonstrationVideo, GivesAFolderThatReadsBack) {
     const auto data = tests::optional_data("video-demo");
     if (!data)
-        GTEST_SKIP() << "the data are not at hand";
+        GTEST_SKIP() << "the data are not available";
     const tests::TemporaryFolder folder;
     const Track track = track_video(read_track_settings(demo_settings(*data, folder, "")), {2});
     write_track(folder / "out", track, false);

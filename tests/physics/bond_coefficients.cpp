@@ -10,7 +10,7 @@ namespace culm::physics {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-// Both sides evaluate the same few products; they may differ by some roundings.
+// Both sides evaluate the same few products; they may differ by rounding.
 constexpr double rounding = 1e-14;
 
 StemParameters<double> hollow_stem() {
@@ -27,7 +27,7 @@ void expect_relative(double value, double expected) {
 }
 
 TEST(BondCoefficients, MassOfTheReferenceSphereIsThatOfThePublicCode) {
-    // 1.48343e-6 kg stands in the reference data's README with six digits.
+    // The README of the reference data states 1.48343e-6 kg, with six digits.
     EXPECT_NEAR(StemParameters<double>{}.sphere_mass(), 1.48343e-6, 5e-12);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the force law must conserve, and what the authors' law is known not to.
+// Quantities that the force law conserves, and those that the authors' law does not.
 #include "physics/energy.hpp"
 #include "support/random_chain_state.hpp"
 
@@ -120,8 +120,8 @@ TYPED_TEST(Conservation, AuthorsLawLosesTheTorqueOfTheShearDamping) {
     const auto& bond = chain.bond_coefficients();
     const auto state = tests::random_state(chain, 6);
     const auto rate = angular_momentum_rate(chain, state);
-    // The forces on the two spheres form a couple with the arm r; the torques give back only that
-    // of the elastic shear force with the arm 2R. What is missing, per bond:
+    // The forces on the two spheres form a couple with the arm r; the torques balance only that
+    // of the elastic shear force with the arm 2R. The remaining torque per bond is
     // −r n×(F + D) + 2R n×F.
     Rotational<Dim, double> expected = Rotational<Dim, double>::zero();
     for (int j = 0; j < layout.bond_count(); ++j) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One right-hand side for every scalar type and for two and three dimensions.
+// The right-hand side for every scalar type, in two and three dimensions.
 #include "core/lanes.hpp"
 #include "integrate/bond_jacobian.hpp"
 #include "physics/chain.hpp"
@@ -33,7 +33,7 @@ double largest(const std::vector<double>& v) {
 }
 
 /// Largest number of each kind (position, velocity, spin, shear force, moment rates differ by ten
-/// orders), so that deviations are judged within their kind.
+/// orders), so that each deviation is relative to its kind.
 template <int Dim>
 std::vector<double> kind_scales(const ChainLayout<Dim>& layout, const std::vector<double>& rate) {
     std::vector<double> scales(rate.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What culm compare says of a misfit, and what it must not say.
+// Sentences that culm compare must and must not print about a misfit.
 #include "present/comparison.hpp"
 
 #include <string>
@@ -15,7 +15,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-/// A comparison of an inadequate model, with a swing far above its noise.
+/// A comparison of an inadequate model; its swing is far above the noise.
 diagnose::Comparison misfit() {
     diagnose::Comparison comparison;
     comparison.verdict.finding = diagnose::Finding::Inadequate;
@@ -46,7 +46,7 @@ TEST(Words, SayWhichSwingIsAhead) {
         "0.57° behind early, 1.15° ahead in the middle, in step late (a cycle has 360°).");
 }
 
-TEST(Words, SayNothingOfThePhaseOfASwingThatHasDied) {
+TEST(Words, OmitThePhaseOfASwingThatHasDied) {
     diagnose::Comparison comparison = misfit();
     comparison.structure.phase_share = 0.9;
     for (residuals::SwingError& third : comparison.structure.thirds)
@@ -56,7 +56,7 @@ TEST(Words, SayNothingOfThePhaseOfASwingThatHasDied) {
     EXPECT_THAT(last_sentence(comparison), Not(HasSubstr("late")));
 }
 
-TEST(Words, SayThatTheModelStillSwingsWhereTheStemStandsStill) {
+TEST(Words, SayThatTheModelStillSwingsWhereTheStemIsAtRest) {
     diagnose::Comparison comparison = misfit();
     comparison.structure.amplitude_share = 0.9;
     comparison.structure.thirds[2].amplitude = -0.97;
@@ -91,7 +91,7 @@ TEST(Words, NameNoHeightWhereThereIsOnlyOne) {
                 HasSubstr("The misfit is largest at h ="));
 }
 
-/// A model of these effects beside the baseline, with its verdict.
+/// Adds a model of these effects and its verdict to the ladder.
 void add_model(diagnose::Ladder& ladder, const std::vector<std::string>& names,
                diagnose::Finding finding) {
     diagnose::LadderModel model;

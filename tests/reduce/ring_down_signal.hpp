@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Synthetic histories of known parameters for the tests of the fit of Eq. 1.
+// Synthetic histories with known parameters for the tests of the fit of Eq. 1.
 #pragma once
 
 #include <cmath>

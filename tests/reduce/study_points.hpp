@@ -25,8 +25,8 @@ struct StudyData {
     }
 };
 
-/// The paper's factorial, Y = 1 … 10 GPa, β = 25 … 200, with readings that obey Eqs. 12 and 13 but
-/// for normal scatter of the given size in √Y (√Pa) and β.
+/// The paper's factorial, Y = 1 … 10 GPa, β = 25 … 200, with readings that obey Eqs. 12 and 13
+/// up to normal scatter of the given size in √Y (√Pa) and β.
 inline StudyData paper_study(double root_scatter, double damping_scatter, std::uint64_t seed = 1) {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> normal(0.0, 1.0);

@@ -11,7 +11,7 @@
 namespace culm::reduce {
 namespace {
 
-// Both sides are evaluated in double precision: rounding only.
+// Both sides are evaluated in double precision and differ by rounding only.
 constexpr double tolerance = 1e-12;
 
 TEST(Distributions, StudentTFactorMatchesTheClosedFormsOfOneAndTwoDegreesOfFreedom) {

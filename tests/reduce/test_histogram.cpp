@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bins that suit the data.
+// Bins of histograms.
 #include "reduce/population_statistics.hpp"
 
 #include <algorithm>

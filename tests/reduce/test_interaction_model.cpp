@@ -41,8 +41,8 @@ std::vector<Term> all_four() {
     return {Term::Intercept, Term::First, Term::Second, Term::Interaction};
 }
 
-/// RSS of the least squares on the given terms, by the normal equations in long double with Gauss's
-/// elimination: shares nothing with the implementation.
+/// RSS of the least squares on the given terms, by the normal equations in long double and Gaussian
+/// elimination. It shares no code with the implementation.
 long double independent_rss(const Factorial& points, const std::vector<Term>& terms) {
     const std::size_t p = terms.size();
     std::vector<std::vector<long double>> a(p, std::vector<long double>(p + 1, 0.0L));
@@ -118,12 +118,12 @@ TEST(InteractionModel, TermsWithoutInfluenceAreDropped) {
 }
 
 TEST(InteractionModel, APredictorStaysWhileItsInteractionIsInTheModel) {
-    // The mean of the predictors' own effects is nil; only the product matters.
+    // The predictors have no effect on average; only their product matters.
     const Factorial points =
         make_factorial([](double b1, double b2) { return 5.0 + 2.0 * b1 * b2; }, 0.5, 5);
     const InteractionModel model = reduce_interaction_model(points.predictors(), points.response);
     EXPECT_EQ(model.terms, all_four());
-    ASSERT_EQ(model.history.size(), 1U); // nothing but the interaction was up for a test
+    ASSERT_EQ(model.history.size(), 1U); // only the interaction was tested
     EXPECT_EQ(model.history[0].term, Term::Interaction);
     EXPECT_FALSE(model.history[0].dropped);
     EXPECT_EQ(model.full_adjusted_r_squared, model.regression.adjusted_r_squared);
@@ -167,7 +167,7 @@ TEST(InteractionModel, RoundingIsNoEvidenceForATerm) {
 }
 
 TEST(InteractionModel, TheSignificanceDecides) {
-    // A weak effect: its p lies between the two significances.
+    // The p-value of this weak effect is between the two significances.
     const Factorial points =
         make_factorial([](double b1, double b2) { return b2 + 4.0 * b1; }, 4.0, 11);
     const InteractionModel lenient =

@@ -67,7 +67,7 @@ TEST(LinearRegression, LongleysIllConditionedDataGiveTheCertifiedValues) {
     }
     const std::vector<std::string> names = {"1", "x1", "x2", "x3", "x4", "x5", "x6"};
     const LinearRegression found = regress(design, response, names);
-    // NIST Statistical Reference Datasets, certified: estimates and standard deviations.
+    // Certified estimates and standard deviations of NIST's Statistical Reference Datasets.
     const std::array<std::array<double, 2>, 7> certified = {
         {{-3482258.63459582, 890420.383607373},
          {15.0618722713733, 84.9149257747669},
@@ -126,7 +126,7 @@ TEST(LinearRegression, APredictionMatchesTheTextbookFormula) {
     EXPECT_THROW((void)predict(line, std::array{1.0}), core::NumericalError);
 }
 
-TEST(LinearRegression, WithoutAConstantColumnRSquaredIsAboutZero) {
+TEST(LinearRegression, MeasuresRSquaredAboutZeroWithoutAConstantColumn) {
     Eigen::MatrixXd design(3, 1);
     design << 1.0, 2.0, 3.0;
     const std::vector<std::string> names = {"x"};

@@ -30,7 +30,7 @@ TEST(SampleSummary, HasTheNumbersOfATextbookExample) {
     EXPECT_EQ(counted, 8U);
 }
 
-TEST(SampleSummary, OfOneOrNoValueHasNoSpread) {
+TEST(SampleSummary, HasNoSpreadForOneOrNoValue) {
     const std::vector<double> one{3.0};
     EXPECT_EQ(summarise(one).mean, 3.0);
     EXPECT_TRUE(std::isnan(summarise(one).standard_deviation));
@@ -45,7 +45,7 @@ TEST(LineFit, FindsSlopeAndItsErrorWithAndWithoutWeights) {
     EXPECT_NEAR(line.intercept, 0.15, 1e-12);
     // RSS = 0.082, Sxx = 5, two degrees of freedom.
     EXPECT_NEAR(line.slope_error, std::sqrt(0.082 / 2.0 / 5.0), 1e-12);
-    // A weight of two is the point twice, up to the degrees of freedom.
+    // A weight of two equals a repeated point, except for the degrees of freedom.
     const LineFit weighted = fit_line(x, y, std::vector{1.0, 1.0, 1.0, 2.0});
     const LineFit doubled =
         fit_line(std::vector{1.0, 2.0, 3.0, 4.0, 4.0}, std::vector{2.1, 3.9, 6.2, 7.8, 7.8});

@@ -37,7 +37,7 @@ Signal clean(double offset = 0.0, double phase = 0.0) {
     return signal;
 }
 
-/// Adds noise of the deviation sigma, correlated as an autoregressive process of first order.
+/// Adds first-order autoregressive noise with the standard deviation sigma.
 Signal noisy(Signal signal, double correlation, unsigned seed) {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal(0.0, sigma);
@@ -56,8 +56,8 @@ RingDownAnalysisOptions with_noise() {
 }
 
 struct Coverage {
-    double reported = 0.0;    ///< share of intervals of b1 per cycle that hold the truth
-    double independent = 0.0; ///< the same if residuals are taken to be independent
+    double reported = 0.0;    ///< share of intervals of b1 per cycle that contain the truth
+    double independent = 0.0; ///< the same if residuals are assumed independent
 };
 
 Coverage coverage(double correlation) {
@@ -83,8 +83,8 @@ TEST(RingDownAnalysis, IntervalsCoverTheTruthWithWhiteNoise) {
 TEST(RingDownAnalysis, IntervalsCoverTheTruthWithCorrelatedNoise) {
     const Coverage found = coverage(0.9);
     EXPECT_GT(found.reported, 0.90);
-    // That the common interval fails here is why the reported one exists; b1 lives at 60 Hz, where
-    // this noise is not strongest.
+    // The usual interval fails here, which is the reason for the reported one. b1 depends on the
+    // noise near 60 Hz, where this noise is not strongest.
     EXPECT_LT(found.independent, found.reported);
 }
 
@@ -101,7 +101,7 @@ TEST(RingDownAnalysis, FindsTheParametersThroughGapsAndIgnoresFramesBeforeTheRel
     EXPECT_LT(fit.samples, 290U);
 }
 
-TEST(RingDownAnalysis, FindsPositionOfRestAndPhaseIfAskedTo) {
+TEST(RingDownAnalysis, FindsRestPositionAndPhaseOnRequest) {
     const Signal signal = clean(0.01, 0.15);
     const RingDownAnalysis fit =
         analyse_ring_down(signal.times, signal.values,
@@ -113,7 +113,7 @@ TEST(RingDownAnalysis, FindsPositionOfRestAndPhaseIfAskedTo) {
     EXPECT_NEAR(fit.amplitude.value, amplitude, 1e-9);
 }
 
-TEST(RingDownAnalysis, IsAdequateOnNoiseAndNotOnWhatEquation1Lacks) {
+TEST(RingDownAnalysis, IsAdequateForNoiseButNotForMotionThatEquation1Lacks) {
     const Signal noise_only = noisy(clean(), 0.0, 1);
     const RingDownAnalysis good =
         analyse_ring_down(noise_only.times, noise_only.values, with_noise());

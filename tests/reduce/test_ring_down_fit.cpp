@@ -66,7 +66,7 @@ TEST(RingDownFit, AFifthOfAPeriodSufficesWithoutNoise) {
     RingDownSignal signal{20.0, -0.3};
     signal.window = 0.01;
     const RingDownFit found = fit(make_history(signal));
-    // The Jacobian's condition is about 1e3 here; rounding is amplified by as much.
+    // The Jacobian's condition is about 1e3 here; it amplifies rounding by this factor.
     EXPECT_NEAR(found.frequency, 20.0, 1e-9 * 20.0);
     EXPECT_NEAR(found.decay_per_cycle, -0.3, 1e-9);
 }
@@ -78,7 +78,7 @@ TEST(RingDownFit, AReleaseFromTheNegativeSideFlipsTheAmplitudeOnly) {
     const RingDownFit positive = fit(make_history(signal));
     signal.scale = -signal.scale;
     const RingDownFit negative = fit(make_history(signal));
-    // The same arithmetic with every sign turned: equal to rounding.
+    // The arithmetic is the same with opposite signs; results are equal to rounding.
     EXPECT_NEAR(negative.amplitude, -positive.amplitude, 1e-12);
     EXPECT_NEAR(negative.frequency, positive.frequency, 1e-10 * positive.frequency);
     EXPECT_NEAR(negative.decay_per_cycle, positive.decay_per_cycle, 1e-10);
@@ -111,8 +111,8 @@ TEST(RingDownFit, TheMinimumIsReachedToRoundingWithATransientEq1DoesNotHold) {
         return sum;
     };
     // At the minimum a parabola through three values along each parameter has its vertex at the
-    // middle: in long double the vertex is known to about 1e-11 of the parameter with steps of
-    // 1e-5.
+    // middle value. In long double with steps of 1e-5 the vertex is accurate to about 1e-11 of the
+    // parameter.
     const std::array<double, 3> at = {found.amplitude, found.decay_rate, found.frequency};
     for (std::size_t j = 0; j < 3; ++j) {
         const double step = 1e-5 * at[j];
@@ -141,7 +141,7 @@ TEST(RingDownFit, AFixedAmplitudeIsTheNormalisedDeflectionAtRelease) {
     const RingDownFit free = fit(history);
     EXPECT_NE(free.amplitude, fixed.amplitude);
     EXPECT_GT(free.amplitude_uncertainty.standard_error, 0.0);
-    // A free parameter more cannot fit worse, and knows the decay less.
+    // An additional free parameter cannot increase the residual; the decay becomes less certain.
     EXPECT_LE(free.rms_residual, fixed.rms_residual);
     EXPECT_LT(fixed.decay_rate_uncertainty.standard_error,
               free.decay_rate_uncertainty.standard_error);
@@ -180,7 +180,7 @@ TEST(RingDownFit, AFixedAmplitudeNeedsTheDeflectionAtRelease) {
 TEST(RingDownFit, OnlySamplesOfTheWindowAreUsed) {
     RingDownSignal signal{64.6, -0.46};
     History history = make_history(signal);
-    // Before the release and after the window: another motion, which would spoil the fit.
+    // Before the release and after the window the motion differs and would bias the fit.
     for (std::size_t i = 0; i < history.times.size(); ++i) {
         if (history.times[i] > 0.05 + 1e-12)
             history.deflections[i] = 0.1;
@@ -229,8 +229,8 @@ TEST(RingDownFit, IntervalsCoverTheTruthIn95OutOf100Repeats) {
         per_cycle_hits += covers(found.decay_per_cycle_uncertainty, -0.46);
         amplitude_hits += covers(found.amplitude_uncertainty, 0.015 / found.deflection_scale);
     }
-    // Binomial with n = 400, p = 0.95: mean 380, standard deviation 4.36. Between 363 and 394 lies
-    // 99.9 % of it; the seed is fixed, so the test does not flicker.
+    // Binomial with n = 400, p = 0.95: mean 380, standard deviation 4.36; 99.9 % is between
+    // 363 and 394. The seed is fixed, so the test is reproducible.
     for (const int hits : {frequency_hits, decay_hits, per_cycle_hits, amplitude_hits}) {
         EXPECT_GE(hits, 363);
         EXPECT_LE(hits, 394);
@@ -242,8 +242,8 @@ TEST(RingDownFit, StandardErrorsComeFromTheFullCovariance) {
     signal.noise = 0.01;
     const History history = make_history(signal);
     const RingDownFit found = fit(history);
-    // σ² (JᵀJ)⁻¹ for (b0, decay per cycle, b2): the decay per cycle as a parameter of its own,
-    // y = b0 exp(d b2 t) cos(2π b2 t), instead of propagated from b1 and b2.
+    // σ² (JᵀJ)⁻¹ for (b0, decay per cycle, b2): here the decay per cycle d is a parameter of
+    // y = b0 exp(d b2 t) cos(2π b2 t); the fit propagates it from b1 and b2.
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
     for (const double t : history.times) {
         const double phase = 2.0 * std::numbers::pi * found.frequency * t;
@@ -296,7 +296,7 @@ TEST(RingDownFit, ANoisyFractionOfAPeriodIsRefusedInsteadOfGuessed) {
             EXPECT_EQ(error.kind(), core::FailureKind::FitFailed);
         }
     }
-    // Five samples over a tenth of a period leave two degrees of freedom: luck may accept a few.
+    // Five samples over a tenth of a period have two degrees of freedom; a few may pass by chance.
     EXPECT_LT(accepted, 20);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The fit of Eq. 1 never falls into a wrong period: a sweep over what stems and cameras can do.
+// The fit of Eq. 1 never finds a wrong period, in a sweep over realistic stems and cameras.
 #include "core/error.hpp"
 #include "reduce/ring_down/ring_down_fit.hpp"
 #include "reduce/ring_down/ring_down_model.hpp"
@@ -31,8 +31,8 @@ RingDownParameters truth_of(const RingDownSignal& signal) {
             signal.frequency};
 }
 
-/// Relative standard error of the frequency that the best estimator could reach (Cramér-Rao) if
-/// everything but the first mode were white noise of the given level.
+/// Smallest possible relative standard error of the frequency (Cramér-Rao) if everything but the
+/// first mode were white noise of the given level.
 double best_frequency_error(const RingDownSignal& signal, const History& history, double noise) {
     RingDownLinearisation model({history.times, history.deflections});
     const double period = 1.0 / signal.frequency;
@@ -43,7 +43,7 @@ double best_frequency_error(const RingDownSignal& signal, const History& history
     return noise * std::sqrt(information.inverse()(2, 2));
 }
 
-/// The sum of squares at the minimum that belongs to the true period.
+/// The sum of squares at the minimum of the true period.
 std::optional<double> residual_at_truth(const RingDownSignal& signal, const History& history,
                                         double scale) {
     RingDownSamples samples{history.times, history.deflections};
@@ -71,11 +71,11 @@ void check_case(const RingDownSignal& signal, std::mt19937_64& random, SweepCoun
         return;
     ++count.tried;
     const History history = make_history(signal, random);
-    // A history from which even the best estimator reads the frequency to 3 % only, the second mode
-    // counted as noise, or that holds less than a period with a second mode that can pass for the
-    // first one, is not "readable": there a refusal is allowed, a worse minimum is not. With fewer
-    // than three samples a period the minimum may merge with its mirror image beyond half the
-    // sampling rate, farther away than its curvature tells: there 1 % is asked for.
+    // A history is not "readable" if even the best estimator has a frequency error above 3 %, with
+    // the second mode counted as noise, or if it is shorter than a period and has a second mode.
+    // Such a history may be refused, but a worse minimum is an error. With fewer than three samples
+    // per period the minimum may merge with its mirror image above half the sampling rate, which
+    // its curvature does not show; then the limit is 1 %.
     const double disturbance = std::hypot(signal.noise, signal.second_mode);
     const double periods = signal.frequency * signal.window;
     const double largest_error = signal.frequency * signal.interval > 1.0 / 3.0 ? 0.01 : 0.03;
@@ -117,7 +117,7 @@ SweepCount sweep(double sign) {
     return count;
 }
 
-// Most of the sweep must be readable and nearly all of it fitted, else the test says nothing.
+// Most of the sweep must be readable and nearly all of it fitted for a meaningful test.
 void expect_meaningful(const SweepCount& count) {
     EXPECT_GT(count.tried, 3000);
     EXPECT_GT(count.readable, count.tried * 6 / 10);

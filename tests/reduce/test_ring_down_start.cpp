@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The scan behind the fit of Eq. 1.
+// The scan that provides starting values for the fit of Eq. 1.
 #include "reduce/ring_down/ring_down_start.hpp"
 #include "ring_down_signal.hpp"
 
@@ -50,7 +50,7 @@ TEST(RingDownStart, TwoTonesOfOneStrengthAreBothTried) {
     signal.second_mode = 0.95;
     const auto starts = ring_down_starts(normalised(signal), allowed_decay);
     ASSERT_GE(starts.size(), 2U);
-    // Which of them comes first depends on how near a grid point each lies; one step is 2.5 Hz.
+    // Their order depends on the distance of each from a grid point; one step is 2.5 Hz.
     const auto [low, high] = std::minmax(starts[0].frequency, starts[1].frequency);
     EXPECT_NEAR(low, 60.0, 2.5);
     EXPECT_NEAR(high, 6.27 * 60.0, 2.5);

@@ -38,13 +38,13 @@ std::vector<InputGroup> uniform_inputs(int count, double low, double high, Eigen
     return groups;
 }
 
-TEST(GroupPolynomials, OfAnIntervalAreLegendres) {
+TEST(GroupPolynomials, AreLegendrePolynomialsOnAnInterval) {
     std::mt19937_64 random(1);
     const InputGroup group = uniform_input("x", -1.0, 1.0, 1, random);
     const GroupPolynomials polynomials(group.nodes, group.weights, 3);
     ASSERT_EQ(polynomials.degrees(), (std::vector<int>{1, 2, 3}));
     const MatrixXd values = polynomials.at(MatrixXd::Constant(1, 1, 0.5));
-    // The midpoint rule of 4000 nodes is off by 1/4000²; the polynomials' factors amplify that.
+    // The midpoint rule of 4000 nodes has an error of 1/4000², which the polynomials amplify.
     EXPECT_NEAR(std::abs(values(0, 0)), std::sqrt(3.0) * 0.5, 1e-5);
     EXPECT_NEAR(std::abs(values(0, 1)), std::sqrt(5.0) * 0.125, 1e-5);
     EXPECT_NEAR(std::abs(values(0, 2)), std::sqrt(7.0) * 0.4375, 1e-5);
@@ -63,11 +63,11 @@ TEST(GroupPolynomials, StayOrthonormalAtHighDegreesOfAWideDistribution) {
     const GroupPolynomials polynomials(group.nodes, group.weights, 12);
     const MatrixXd values = polynomials.at(group.nodes);
     const MatrixXd gram = values.transpose() * group.weights.asDiagonal() * values;
-    // Monomials of degree 12 lose some nine of sixteen digits.
+    // Monomials of degree 12 lose about nine of sixteen digits.
     EXPECT_LT((gram - MatrixXd::Identity(gram.rows(), gram.cols())).cwiseAbs().maxCoeff(), 1e-6);
 }
 
-TEST(Sensitivity, OfIshigamisFunctionIsThePublishedOne) {
+TEST(Sensitivity, MatchesThePublishedValuesForIshigamisFunction) {
     // y = sin x1 + a sin² x2 + b x3⁴ sin x1 on (−π, π)³ (Ishigami & Homma 1990), a = 7, b = 0.1.
     constexpr double a = 7.0;
     constexpr double b = 0.1;
@@ -88,7 +88,7 @@ TEST(Sensitivity, OfIshigamisFunctionIsThePublishedOne) {
     const Sensitivity found = analyse_sensitivity(groups, y).front();
     EXPECT_GE(found.degree, 9);
     EXPECT_GT(found.predicted_share, 0.999);
-    // What degree 9 and more leave out is below 0.1 % of the variance.
+    // The neglected terms are below 0.1 % of the variance.
     EXPECT_NEAR(found.mean, a / 2.0, 0.01);
     EXPECT_NEAR(found.standard_deviation, std::sqrt(v), 0.01);
     EXPECT_NEAR(found.groups[0].first_order.value, v1 / v, 2e-3);
@@ -100,7 +100,7 @@ TEST(Sensitivity, OfIshigamisFunctionIsThePublishedOne) {
     EXPECT_NEAR(found.interactions, v13 / v, 2e-3);
 }
 
-TEST(Sensitivity, OfALinearModelIsTheSquaredSlopes) {
+TEST(Sensitivity, FollowsTheSquaredSlopesOfALinearModel) {
     std::mt19937_64 random(5);
     const auto groups = uniform_inputs(3, 0.0, 1.0, 40, random);
     MatrixXd y(40, 2);
@@ -108,7 +108,7 @@ TEST(Sensitivity, OfALinearModelIsTheSquaredSlopes) {
     y.col(1).setConstant(4.0);
     const auto found = analyse_sensitivity(groups, y);
     EXPECT_EQ(found[0].degree, 1);
-    // Rounding alone; the nodes' variance is off by 1/4000² of itself for all three alike.
+    // Rounding only: the nodes' variance has the same relative error, 1/4000², for all three.
     for (const int k : {0, 1, 2}) {
         const double share = std::pow(3 - k, 2) / 14.0;
         EXPECT_NEAR(found[0].groups[std::size_t(k)].first_order.value, share, 1e-9);
@@ -161,7 +161,7 @@ TEST(Sensitivity, DependentInputsShareAnIndexThatHasNoDoubleCount) {
     const std::vector<InputGroup> groups{{"a, b", pairs(points), nodes, c.weights}, c};
     const MatrixXd y = groups[0].values.rowwise().sum() + c.values;
     const Sensitivity found = analyse_sensitivity(groups, y).front();
-    // 20 000 random nodes know variances to 1 %.
+    // 20 000 random nodes determine variances to 1 %.
     EXPECT_NEAR(found.groups[0].first_order.value, 3.6 / 4.6, 0.01);
     EXPECT_NEAR(found.groups[1].total.value, 1.0 / 4.6, 0.01);
 }

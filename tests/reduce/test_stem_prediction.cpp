@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Y and β read from a stem's decay and frequency.
+// Y and β from a stem's decay and frequency.
 #include "core/error.hpp"
 #include "reduce/study_regression.hpp"
 #include "study_points.hpp"
@@ -58,7 +58,7 @@ TEST(StemPrediction, TheReadingsOwnErrorsEnterThroughTheSlope) {
     StemReading stem = reading(-0.5, 113.1);
     const Prediction exact = *predict_stem(study, stem).bond_damping.by_single_law;
     stem.decay_per_cycle_standard_error = 0.02;
-    stem.frequency_standard_error = 1.0; // β's law does not see it
+    stem.frequency_standard_error = 1.0; // the law of β does not depend on it
     const Prediction uncertain = *predict_stem(study, stem).bond_damping.by_single_law;
     const double slope = study.bond_damping.regression->single.slope.value;
     EXPECT_EQ(uncertain.value, exact.value);
@@ -81,7 +81,7 @@ TEST(StemPrediction, AnInteractionTiltsTheSlopeOfTheReducedModel) {
     const Prediction exact = *predict_stem(study, stem).bond_damping.by_reduced_model;
     stem.decay_per_cycle_standard_error = 1.0;
     const Prediction by_decay = *predict_stem(study, stem).bond_damping.by_reduced_model;
-    // ∂β/∂b1 = −250 − 0.5 · 100; the scatter of 0.04 leaves the slope known to better than 0.1.
+    // ∂β/∂b1 = −250 − 0.5 · 100; with a scatter of 0.04 the slope has an error below 0.1.
     EXPECT_NEAR(by_decay.standard_error, 300.0, 0.1);
     EXPECT_NEAR(exact.value, 2.0 + 87.5 + 10.0 + 17.5, 0.05);
     stem.decay_per_cycle_standard_error = 0.0;

@@ -88,7 +88,7 @@ TEST(StudyRegression, OneDampingInTheStudyLeavesTheModulusLaw) {
               "identifiable");
     ASSERT_TRUE(study.sqrt_youngs_modulus.regression);
     EXPECT_TRUE(study.sqrt_youngs_modulus.reason.empty());
-    // The scatter of at most 15 √Pa over a range of 7e4 moves the slope by less than 1e-3.
+    // Scatter of at most 15 √Pa over a range of 7e4 changes the slope by less than 1e-3.
     EXPECT_NEAR(study.sqrt_youngs_modulus.regression->single.slope.value, 574.3, 0.5);
 }
 
@@ -151,7 +151,7 @@ TEST(StudyRegression, UnusablePointsAreExcludedAndCounted) {
     const StudyRegression study = regress_study(data.view());
     EXPECT_EQ(study.points_used, 80U);
     EXPECT_EQ(study.points_excluded, 4U);
-    // The same numbers go into the same arithmetic.
+    // The arithmetic and its inputs are the same.
     EXPECT_EQ(study.bond_damping.regression->single.slope.value,
               clean.bond_damping.regression->single.slope.value);
 }

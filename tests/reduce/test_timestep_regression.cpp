@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Laws of the largest stable step: each is recovered from data that obey it.
+// Each law of the largest stable step is recovered from data that obey it.
 #include "core/error.hpp"
 #include "reduce/timestep_regression.hpp"
 
@@ -48,7 +48,7 @@ TEST(TimestepRegression, RecoversTheDampedOscillator) {
     EXPECT_LT(law.largest_residual, 1e-9);
     EXPECT_EQ(law.residuals.size(), 15U);
     EXPECT_EQ(found.points_used, 15U);
-    // The same data are no case for the rule's form: near β = 0 they bend.
+    // The form of the rule does not suit these data, which are curved near β = 0.
     ASSERT_TRUE(found.rule_form.law);
     EXPECT_GT(found.rule_form.law->largest_residual, 0.05);
 }
@@ -89,7 +89,7 @@ TEST(TimestepRegression, SaysWhyThereIsNoLaw) {
     const std::vector<double> dampings{5.0, 5.0, 5.0};
     const std::vector<double> times{1e-6, 0.7e-6, 0.58e-6};
     const std::vector<double> limits{1e-7, 0.7e-7, 0.58e-7};
-    // One β: all stems are one stem in another unit of time.
+    // With a single β all stems differ only in the unit of time.
     const TimestepRegression found = regress_timesteps({moduli, dampings, times, limits});
     EXPECT_FALSE(found.power_law.law);
     EXPECT_FALSE(found.power_law.reason.empty());

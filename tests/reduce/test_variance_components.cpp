@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Spread between stems and within them: a textbook example, coverage of the intervals, and samples
-// that tell nothing.
+// Variance between and within stems: a textbook example, coverage of the intervals, and samples
+// that do not determine it.
 #include "reduce/variance_components.hpp"
 
 #include <cmath>
@@ -24,7 +24,7 @@ std::vector<StemTests> simulated(std::size_t stems, std::size_t tests, double sd
     return sample;
 }
 
-TEST(VarianceComponents, OfThreeStemsAreThoseOfTheTableByHand) {
+TEST(VarianceComponents, MatchTheHandWorkedTableOfThreeStems) {
     // Means 2, 5, 8 with tests ±1: MS within = 3·2/3 = 2, MS between = 2·9 = 18.
     const std::vector<StemTests> stems{{0, {1, 3}}, {0, {4, 6}}, {0, {7, 9}}};
     const VarianceComponents c = variance_components(stems);
@@ -98,7 +98,7 @@ TEST(VarianceComponents, EstimatesOfAdditiveEffectsAreUnbiasedWithUnequalNumbers
     EXPECT_NEAR(within, 1.0, 0.02);
 }
 
-TEST(VarianceComponents, WhatTheSampleCannotTellIsUnknown) {
+TEST(VarianceComponents, AreUndefinedWhereTheSampleDoesNotDetermineThem) {
     const auto once = variance_components(std::vector<StemTests>{{0, {1}}, {0, {2}}});
     EXPECT_TRUE(std::isnan(once.within));
     EXPECT_TRUE(std::isnan(once.between));

@@ -22,7 +22,7 @@ CaseSpec lane_case(std::int64_t point) {
     return spec;
 }
 
-TEST(ExplicitLanes, GiveTheSameBitsAloneAndBesideOthers) {
+TEST(ExplicitLanes, GiveTheSameBitsAloneAndWithOthers) {
     std::vector<CaseSpec> specs;
     for (std::int64_t point = 0; point < 11; ++point)
         specs.push_back(lane_case(point));
@@ -50,7 +50,7 @@ TEST(ExplicitLanes, DivergingLaneFailsAloneWithTheStableStepInItsReason) {
 }
 
 TEST(ExplicitLanes, CrumpledChainWithAHarmlessTipIsCalledUnstable) {
-    // Just above the axial limit the instability saturates: the tip stays bounded for ever.
+    // Just above the axial limit the instability saturates and the tip stays bounded.
     CaseSpec spec = lane_case(0);
     spec.stem.sphere_count = 12;
     spec.stem.bond_damping = 1.0;

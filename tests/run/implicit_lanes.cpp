@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Implicit cases in SIMD lanes: each as if it were alone.
+// Implicit cases in SIMD lanes give the same results as single cases.
 #include "run/case_lanes.hpp"
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace culm::run {
 namespace {
 
-/// Stems that differ in everything that lanes may differ in.
+/// Stems that differ in every property in which lanes may differ.
 CaseSpec implicit_lane_case(std::int64_t point) {
     const auto place = static_cast<double>(point);
     CaseSpec spec;
@@ -36,7 +36,7 @@ const std::vector<double>& tip(const CaseOutcome& outcome) {
     return std::get<CaseResult>(outcome).tip_deflection;
 }
 
-TEST(ImplicitLanes, GiveTheSameBitsInAnyCompany) {
+TEST(ImplicitLanes, GiveTheSameBitsWithAnyNeighbours) {
     const std::vector<CaseSpec> specs = lane_cases(11);
     const auto together = simulate_together(specs);
     ASSERT_EQ(together.size(), specs.size());
@@ -61,7 +61,7 @@ TEST(ImplicitLanes, AgreeWithASingleStemToRounding) {
         const auto together = simulate_together(specs);
         for (std::size_t k = 0; k < specs.size(); ++k) {
             const CaseOutcome alone = simulate(specs[k]);
-            // Rounding, magnified by the stiffness; a different algorithm would differ by 1e-6.
+            // Rounding, amplified by the stiffness; a different algorithm would differ by 1e-6.
             for (std::size_t sample = 0; sample < specs[k].sample_count(); ++sample)
                 ASSERT_NEAR(tip(together[k])[sample], tip(alone)[sample],
                             1e-9 * specs[k].tip_deflection)
@@ -70,7 +70,7 @@ TEST(ImplicitLanes, AgreeWithASingleStemToRounding) {
     }
 }
 
-TEST(ImplicitLanes, OfACaseWithoutAnswerFailAlone) {
+TEST(ImplicitLanes, FailOnlyForCasesWithoutASolution) {
     const auto whole = simulate_together(lane_cases(4));
     std::vector<CaseSpec> specs = lane_cases(4);
     specs[0].stem.bond_youngs_modulus = std::numeric_limits<double>::quiet_NaN();

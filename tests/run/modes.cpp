@@ -24,17 +24,17 @@ run::CaseSpec case_with(const char* effect) {
     return spec;
 }
 
-TEST(ChainModes, OfThePlainChainAreThoseOfTheCalibration) {
+TEST(ChainModes, EqualThoseOfTheCalibrationForThePlainChain) {
     const auto modes = run::chain_modes(plain_case(), 3);
     ASSERT_EQ(modes.size(), 3u);
-    // The same eigenvalues by the same routine.
+    // Both are the same eigenvalue from the same routine.
     EXPECT_NEAR(modes[0].frequency, run::first_mode(plain_case()).frequency, 1e-6);
-    // Euler and Bernoulli's 6.267 and 17.55, lowered by shear and by the finite spheres.
+    // Shear and the finite spheres lower the Euler-Bernoulli values, 6.267 and 17.55.
     EXPECT_NEAR(modes[1].frequency / modes[0].frequency, 6.267, 0.06);
     EXPECT_NEAR(modes[2].frequency / modes[0].frequency, 17.55, 0.5);
 }
 
-TEST(ChainModes, OfAYieldingClampAreLower) {
+TEST(ChainModes, AreLowerForACompliantClamp) {
     const double rigid = run::chain_modes(plain_case(), 1).front().frequency;
     const double yielding = run::chain_modes(case_with("clamp_compliance"), 1).front().frequency;
     // The default spring has 50 E I/L: −2 EI/(k L) to first order, less the second order's 1e-3.

@@ -21,7 +21,7 @@ std::ostream& operator<<(std::ostream& out, const PeerCase& c) {
     return out << c.name;
 }
 
-/// The set-up of the reference's README: the pulling spring leaves the tip at 14.99924 mm.
+/// The set-up in the README of the reference: the spring holds the tip at 14.99924 mm.
 CaseSpec spec_of(const PeerCase& peer, double end) {
     CaseSpec spec;
     spec.stem.bond_youngs_modulus = peer.youngs_modulus;
@@ -65,9 +65,9 @@ TEST_P(ReferenceTrajectory, IsReproducedByTheImplicitIntegratorOverItsWholeLengt
     ASSERT_TRUE(std::holds_alternative<CaseResult>(outcome));
     const double difference = rms_difference(peer, std::get<CaseResult>(outcome));
     RecordProperty("rms_difference_percent", std::to_string(100 * difference));
-    // What remains is the reference's own: the rounding of the tip's deflection in its README
-    // (5e-9 m of 15 mm: 3e-7), seven printed digits, and its first-order step error hc/2, which its
-    // README bounds by 7e-6 mm (5e-7). Ours is the tolerance over up to 18 cycles.
+    // The errors of the reference are the rounding of the tip's deflection in its README (5e-9 m of
+    // 15 mm: 3e-7), seven printed digits, and a first-order step error hc/2, which the README
+    // bounds by 7e-6 mm (5e-7). The error of culm is the tolerance, over up to 18 cycles.
     EXPECT_LT(difference, 3e-6);
 }
 
@@ -84,12 +84,12 @@ TEST(ReferenceTrajectoryExplicit, IsReproducedWithTheReferencesOwnTimeStep) {
     const tests::PeerTrajectory peer = trajectory_of(peer_case);
     CaseSpec spec = spec_of(peer_case, peer.times.back());
     spec.integrator.method = IntegrationMethod::Explicit;
-    spec.integrator.timestep = 5e-5 / 258; // the reference's: 258 steps a row
+    spec.integrator.timestep = 5e-5 / 258; // the reference's: 258 steps per row
     const CaseOutcome outcome = simulate(spec);
     ASSERT_TRUE(std::holds_alternative<CaseResult>(outcome));
     const double difference = rms_difference(peer, std::get<CaseResult>(outcome));
     RecordProperty("rms_difference_percent", std::to_string(100 * difference));
-    // Same scheme, same step: the printed digits and the rounded deflection remain.
+    // The scheme and the step are the same; only the digits and the rounded deflection differ.
     EXPECT_LT(difference, 3e-6);
 }
 

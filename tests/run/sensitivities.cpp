@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Derivatives of what the camera sees, against central differences of tight runs.
+// Derivatives of the observed deflections against central differences of accurate runs.
 #include "run/sensitivities.hpp"
 
 #include "physics/effects/library.hpp"
@@ -31,7 +31,7 @@ const CaseResult& completed(const CaseOutcome& outcome) {
 /// d(deflection)/d(parameter) by a central difference of two runs at a tolerance of 1e-10.
 std::vector<double> central_difference(const CaseSpec& spec, const CaseParameter& parameter) {
     // Third derivatives of some ten cycles by ln(parameter) are about (20)² times the first: the
-    // error is 1e-8 · 400 / 6, below 1e-6. Two runs' own errors, 1e-9 each, enter as 1e-5.
+    // error is 1e-8 · 400 / 6, below 1e-6. The errors of the two runs, 1e-9 each, add 1e-5.
     const double change = 1e-4 * parameter.get(spec);
     CaseSpec ahead = spec;
     CaseSpec behind = spec;
@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(LightAndHeavyDamping, Sensitivities,
                          testing::Values(std::pair{1e9, 1.0}, std::pair{1e9, 25.0},
                                          std::pair{4e9, 200.0}));
 
-/// Derivative by a parameter that is zero, against a finite difference of runs with the same steps.
+/// Derivative by a parameter of value zero, against a finite difference of accurate runs.
 void expect_as_finite_difference(const CaseSpec& spec, const CaseParameter& parameter,
                                  double change) {
     const CaseParameter parameters[] = {parameter};
@@ -92,7 +92,7 @@ void expect_as_finite_difference(const CaseSpec& spec, const CaseParameter& para
         largest = std::max(largest, std::abs(expected));
         worst = std::max(worst, std::abs(told[k] - expected));
     }
-    // 1.2 % with 16 steps in a period of the support.
+    // The error is 1.2 % with 16 steps in a period of the support.
     EXPECT_LT(worst / largest, 0.02) << to_string(parameter.id);
 }
 
@@ -102,7 +102,7 @@ CaseParameter effect_value(const physics::ParameterId& id, std::size_t place, do
             scale};
 }
 
-TEST(Sensitivities, ToASupportThatIsAboutToShakeOutliveTheStemsOwnVibration) {
+TEST(Sensitivities, MatchFiniteDifferencesForASupportOfZeroAmplitude) {
     CaseSpec spec = filmed_stem(2.4e9, 160.0);
     spec.duration = 0.4;
     for (const physics::SelectedEffect& effect : physics::parse_effects("base_motion", {}))
@@ -112,7 +112,7 @@ TEST(Sensitivities, ToASupportThatIsAboutToShakeOutliveTheStemsOwnVibration) {
                                 1e-5);
 }
 
-TEST(Sensitivities, ToAShutterThatIsAboutToRollHoldUpToTheLastFrame) {
+TEST(Sensitivities, MatchFiniteDifferencesForAShutterOfZeroReadoutTime) {
     CaseSpec spec = filmed_stem(2.4e9, 160.0);
     spec.sample_interval = 1e-4;
     for (const physics::SelectedEffect& effect : physics::parse_effects("rolling_shutter", {}))
@@ -122,7 +122,7 @@ TEST(Sensitivities, ToAShutterThatIsAboutToRollHoldUpToTheLastFrame) {
                                 1e-6);
 }
 
-TEST(Sensitivities, LeaveTheCaseItselfAsItIsAlone) {
+TEST(Sensitivities, DoNotChangeTheResultOfTheCase) {
     const CaseSpec spec = filmed_stem(2e9, 40.0);
     const auto outcome = simulate_with_sensitivities(spec, baseline_parameters());
     const CaseSpec alone[] = {spec};
@@ -131,7 +131,7 @@ TEST(Sensitivities, LeaveTheCaseItselfAsItIsAlone) {
               completed(plain.front()).height_deflection);
 }
 
-TEST(Sensitivities, OfMoreParametersThanLanesComeInSeveralBatches) {
+TEST(Sensitivities, AreComputedInBatchesForMoreParametersThanLanes) {
     const CaseSpec spec = filmed_stem(2e9, 40.0);
     std::vector<CaseParameter> many;
     for (int k = 0; k < 4; ++k)
@@ -144,7 +144,7 @@ TEST(Sensitivities, OfMoreParametersThanLanesComeInSeveralBatches) {
         EXPECT_EQ(derivatives[p], derivatives[p % 3]);
 }
 
-TEST(Sensitivities, OfACaseWithoutAnswerAreItsFailure) {
+TEST(Sensitivities, ReportTheFailureOfACaseWithoutASolution) {
     CaseSpec spec = filmed_stem(1e9, 25.0);
     spec.tip_deflection = std::nan("");
     EXPECT_TRUE(std::holds_alternative<CaseFailure>(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The bisected limit of the step: against the linearised chain, the authors' rule, and similarity.
+// The bisected limit of the step against the linearised chain, the authors' rule, and similarity.
 #include "run/stability_search.hpp"
 
 #include <cmath>
@@ -15,7 +15,7 @@ CaseSpec stem_of(double damping, const physics::BondLawOptions& law) {
     spec.stem.sphere_count = 12;
     spec.stem.bond_damping = damping;
     spec.law = law;
-    spec.tip_deflection = 1e-4; // 0.3 % of the length: the chain stays straight for its waves
+    spec.tip_deflection = 1e-4; // 0.3 % of the length: axial waves see a straight chain
     return spec;
 }
 
@@ -29,8 +29,8 @@ TEST(StabilitySearch, FindsTheLimitOfTheLinearisedChainForBothLaws) {
             const CaseSpec spec = stem_of(damping, law);
             const StabilityBracket found = bracket_of(spec);
             const double predicted = timestep_limits(spec).linearised();
-            // The bracket is 1 % wide. Its stable end can lie above the limit by what 20000 steps
-            // cannot amplify to notice, 20/20000; at this deflection nonlinearity adds less.
+            // The bracket is 1 % wide. Its stable end can be above the limit by 20/20000, since
+            // 20000 steps amplify this too little. At this deflection nonlinearity adds less.
             EXPECT_LT(found.stable, 1.002 * predicted) << damping;
             EXPECT_GT(found.unstable, 0.998 * predicted) << damping;
             EXPECT_GT(found.stable, 0.0);
@@ -53,7 +53,7 @@ TEST(StabilitySearch, ReachesTheSameLimitFromAnyGuess) {
     const double predicted = timestep_limits(spec).linearised();
     for (const double guess : {1e-4, 1.0, 1e4}) {
         const StabilityBracket found = search_stable_step(spec, guess * predicted, {0.01, 20'000});
-        EXPECT_NEAR(found.limit() / predicted, 1.0, 0.011); // half a bracket, and the tests' slack
+        EXPECT_NEAR(found.limit() / predicted, 1.0, 0.011); // half a bracket, and some slack
     }
 }
 
@@ -61,14 +61,14 @@ TEST(StabilitySearch, LimitFallsWithTheRootOfYoungsModulus) {
     CaseSpec soft = stem_of(5.0, physics::schramm2019_law());
     CaseSpec stiff = soft;
     stiff.stem.bond_youngs_modulus *= 16.0;
-    // A change of the unit of time: the searches make the same decisions but for rounding.
+    // Only the unit of time changes: the searches make the same decisions up to rounding.
     EXPECT_NEAR(bracket_of(soft).limit() / bracket_of(stiff).limit(), 4.0, 1e-9);
 }
 
 TEST(StabilitySearch, WorksInSpace) {
     CaseSpec spec = stem_of(5.0, physics::schramm2019_law());
     spec.dimensions = 3;
-    // The spatial chain holds the planar one's motion, and its torsion is slower for solid bonds.
+    // The spatial chain includes the planar motion; its torsion is slower for solid bonds.
     EXPECT_NEAR(bracket_of(spec).limit() / timestep_limits(spec).linearised(), 1.0, 0.011);
 }
 
@@ -79,7 +79,7 @@ TEST(StabilitySearch, StopsWhenAsked) {
                  Abandoned);
 }
 
-TEST(StabilitySearch, WithoutALimitWithinReachSaysSo) {
+TEST(StabilitySearch, FailsIfNoLimitIsWithinReach) {
     const CaseSpec spec = stem_of(5.0, physics::schramm2019_law());
     try {
         (void)search_stable_step(spec, 1e-30, {0.01, 2000});
@@ -99,7 +99,7 @@ TEST(TimestepTheory, AxialLimitOfALongChainIsThatOfADampedWave) {
         const double q = std::numbers::sqrt2 * damping;
         const double infinite = (std::sqrt(1 + q * q) - q) * bond_time(spec.stem);
         // 55 bonds with one free end: the largest ω² is 4cos²(π/111)/τ², 8.0e-4 below; with heavy
-        // damping the limit goes as one over it.
+        // damping the limit is inversely proportional to it.
         EXPECT_NEAR(timestep_limits(spec).axial / infinite, 1.0, 8.1e-4);
         EXPECT_GT(timestep_limits(spec).axial, infinite);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One stem at several explicit steps: the same motion as in ordinary runs, and its order.
+// One stem with several explicit steps: agreement with ordinary runs, and the order of the error.
 #include "run/step_comparison.hpp"
 
 #include "reduce/ring_down/ring_down_fit.hpp"
@@ -46,7 +46,7 @@ TEST(StepComparison, GivesTheHistoriesOfOrdinaryRuns) {
         ASSERT_EQ(found.tip_deflection.size(), 81U);
         ASSERT_EQ(expected.tip_deflection.size(), 81U);
         for (std::size_t s = 0; s < 81; ++s)
-            // The units of time differ, hence the roundings of some 1e5 stable steps.
+            // The units of time differ, and hence the rounding of about 1e5 stable steps.
             EXPECT_NEAR(found.tip_deflection[s], expected.tip_deflection[s], 1e-10 * 3e-3);
         EXPECT_EQ(found.work.steps, 80 * counts[k]);
     }
@@ -88,7 +88,7 @@ std::vector<reduce::RingDownFit> fits(const CaseSpec& spec,
     return found;
 }
 
-TEST(StepComparison, FittedDecayAndFrequencyErrInFirstOrderOfTheStepWithDamping) {
+TEST(StepComparison, HasFirstOrderErrorsOfFittedDecayAndFrequencyWithDamping) {
     const CaseSpec spec = stem_of(5.0, 3e-3);
     const std::int64_t coarse = steps_per_sample(spec, 0.9);
     const auto found = fits(spec, {coarse, 2 * coarse, 4 * coarse});
@@ -96,13 +96,13 @@ TEST(StepComparison, FittedDecayAndFrequencyErrInFirstOrderOfTheStepWithDamping)
         return std::log2((found[0].*number - found[1].*number) /
                          (found[1].*number - found[2].*number));
     };
-    // Halving the step halves the error; its second-order part is some per cent of it here.
+    // Halving the step halves the error; the second-order part is a few per cent of it here.
     EXPECT_NEAR(order(&reduce::RingDownFit::decay_per_cycle), 1.0, 0.1);
     EXPECT_NEAR(order(&reduce::RingDownFit::frequency), 1.0, 0.1);
 }
 
-TEST(StepComparison, FittedFrequencyErrsAsTheLinearisedFirstModeSays) {
-    // Small amplitude, light damping: Eq. 1 sees the first mode with little of the others.
+TEST(StepComparison, MatchesTheFrequencyErrorOfTheLinearisedFirstMode) {
+    // At small amplitude and light damping the other modes hardly influence the fit of Eq. 1.
     const CaseSpec spec = stem_of(1.0, 1e-4);
     const std::int64_t coarse = steps_per_sample(spec, 0.9);
     const auto found = fits(spec, {coarse, 2 * coarse, 4 * coarse});

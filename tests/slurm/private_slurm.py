@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Slurm of one's own: munged, slurmctld and two slurmd on this machine, in a folder and on ports
-of the test. Nothing of the system's configuration is read or changed."""
+"""A private Slurm: munged, slurmctld and two slurmd on this machine, in the folder and on the ports
+of the test. The system's configuration is neither read nor changed."""
 
 import ctypes
 import os
@@ -49,21 +49,21 @@ PartitionName=test Nodes=n1,n2 Default=YES MaxTime=INFINITE State=UP
 
 
 class Unavailable(Exception):
-    """Why there can be no Slurm here."""
+    """The reason why Slurm cannot be started here."""
 
 
 def path_with_daemons() -> str:
-    """Daemons are in folders that only root has in its PATH."""
+    """PATH with the folders of the daemons, which only root has in its PATH."""
     return os.environ.get("PATH", "") + ":/usr/sbin:/sbin"
 
 
 def end_with_parent():
-    """In the child: a daemon ends with the test even if that is killed (prctl PR_SET_PDEATHSIG)."""
+    """Makes a daemon end with the test, even if the test is killed (prctl PR_SET_PDEATHSIG)."""
     ctypes.CDLL(None).prctl(1, signal.SIGTERM)
 
 
 def free_ports(count: int) -> list[int]:
-    """Ports that nobody listens on now."""
+    """Ports on which no process listens."""
     sockets = [socket.socket() for _ in range(count)]
     try:
         for one in sockets:
@@ -153,14 +153,14 @@ class PrivateSlurm:
                               timeout=PATIENCE, check=False, **options)
 
     def last_words(self) -> str:
-        """The ends of the logs, for the report of a failure."""
+        """The last lines of the logs, for the report of a failure."""
         logs = [*self.folder.glob("*.out"), *self.folder.glob("*.log"),
                 *self.folder.glob("munge/log")]
         return "\n".join(f"{log.name}: " + "\n  ".join(
             log.read_text(encoding="utf-8", errors="replace").splitlines()[-5:]) for log in logs)
 
     def stop(self):
-        """Cancels every job, so that no process of one stays behind, then ends the daemons."""
+        """Cancels every job, so that none of their processes remains, then ends the daemons."""
         if any(name == "slurmctld" and process.poll() is None for name, process in self.daemons):
             try:
                 self.run("scancel", "--user", pwd.getpwuid(os.getuid()).pw_name)

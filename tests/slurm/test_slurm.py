@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Studies in a real Slurm: the walltime, requeue, pre-emption, scancel, job arrays, srun.
 
-Exit code 77, with the reason, where no Slurm can be started."""
+Exit code 77, with the reason, if Slurm cannot be started."""
 
 import json
 import os
@@ -22,7 +22,7 @@ from culm_program import DONE, PROGRAM, QUICK, SLOWNESS, CulmTest  # noqa: E402
 
 ROOT = HERE.parent.parent
 SKIPPED = 77
-# Seconds after which a job hangs; far beyond what it takes on a busy machine.
+# Seconds after which a job is taken to hang; far longer than it takes on a busy machine.
 PATIENCE = 300 * SLOWNESS
 
 # 1440 points, 180 batches of 8 lanes: some 17 s on one core, more than two can compute in 5 s.
@@ -50,18 +50,18 @@ slurm: PrivateSlurm
 class SlurmTest(CulmTest):
     def setUp(self):
         super().setUp()
-        # What a user may call a folder.
+        # Users may give such a name to a folder.
         self.folder = self.folder / "it's a \"study\"; $(touch hacked)\n#SBATCH --hold"
         self.folder.mkdir()
         self.addCleanup(slurm.run, "scancel", "--user", str(os.getuid()))
 
     def culm(self, *arguments, **options) -> subprocess.CompletedProcess:
-        """As CulmTest.culm; these studies take longer than most."""
+        """Like CulmTest.culm, with more time, because these studies take longer than most."""
         return subprocess.run([PROGRAM, *arguments], cwd=self.folder, text=True,
                               capture_output=True, timeout=PATIENCE, check=False, **options)
 
     def script(self, study: str, *options, **changes) -> str:
-        """Writes a script for the study with culm jobs slurm, with other values of variables."""
+        """Writes a script for the study by culm jobs slurm and changes some of its variables."""
         if "--ranks-per-node" not in options:
             options += ("--ranks-per-node", "2")
         self.assert_exit(self.culm("jobs", "slurm", study, "--nodes", "2", "--study-output", "out",
@@ -74,7 +74,7 @@ class SlurmTest(CulmTest):
         return self.write("job.sbatch", text)
 
     def submit(self, *arguments, **options) -> str:
-        """Returns the job's number."""
+        """Submits a job; returns its number."""
         answer = slurm.run("sbatch", "--parsable", *arguments, **({"cwd": self.folder} | options))
         self.assertEqual(answer.returncode, 0, answer.stderr)
         return answer.stdout.strip()
@@ -85,9 +85,9 @@ class SlurmTest(CulmTest):
         return answer.stdout.splitlines()
 
     def wait_for_end(self, job: str):
-        """Plays the time of waiting in the queue: a requeued job would start two minutes later.
-        Some seconds must pass, or its old credential, which was revoked, would be taken for the
-        new one."""
+        """Waits for the end of a job. A requeued job would start after two minutes; here it starts
+        after some seconds. Without this delay its old credential, which was revoked, would be
+        mistaken for the new one."""
         deadline = time.monotonic() + PATIENCE
         requeued_at = 0.0
         while time.monotonic() < deadline:
@@ -110,7 +110,7 @@ class SlurmTest(CulmTest):
                          for log in sorted(self.folder.glob("*.log")))
 
     def is_between_two_starts(self) -> bool:
-        """A job that is being requeued seems to have ended for some seconds."""
+        """Whether a job is being requeued; for some seconds such a job seems to have ended."""
         log = self.log()
         return log.rfind("the job starts again") > log.rfind("this run ends within")
 
@@ -118,7 +118,7 @@ class SlurmTest(CulmTest):
         return self.log().count("not complete: the job starts again")
 
     def status(self) -> dict:
-        """What culm archive status says of the study; nothing while its files are being made."""
+        """The points in culm archive status; empty while the files are being created."""
         finished = self.culm("archive", "status", "out", "--json", "-")
         return (json.loads(finished.stdout)["points"] or {}) if finished.returncode == DONE else {}
 
@@ -129,7 +129,7 @@ class SlurmTest(CulmTest):
             time.sleep(0.2)
 
     def assert_same_as_undisturbed_run(self, study: str):
-        """Byte for byte, and every checksum is right."""
+        """Asserts equal fits byte for byte, and that every checksum is right."""
         self.assertEqual(self.fits("out"), self.fits_of_undisturbed_run(study))
         self.assert_exit(self.culm("archive", "verify", "out"), DONE)
         self.assertEqual(list(self.folder.rglob("hacked")), [])
@@ -139,8 +139,8 @@ class SlurmTest(CulmTest):
 class Walltime(SlurmTest):
     def test_study_longer_than_its_job_is_requeued_until_it_is_complete(self):
         self.write("a 'study'.toml", LONG)
-        # The job would be allowed minutes, but a test has not that much time: its first two starts
-        # get 6 s each.
+        # The job has a limit of minutes, which is too long for a test; its first two starts
+        # therefore get 6 s each.
         job = self.submit(self.script("a 'study'.toml", "--ranks-per-node", "1", "--walltime",
                                       "10min", WALLTIME_S=FIRST_TWO_SHORT))
         self.wait_for_end(job)
@@ -161,7 +161,7 @@ class Walltime(SlurmTest):
 
     def test_limit_that_is_too_short_for_any_point_ends_the_chain_of_jobs(self):
         self.write("s.toml", QUICK)
-        # One second is what a run keeps for ending in order.
+        # A run reserves one second for an orderly end.
         job = self.submit(self.script("s.toml", WALLTIME_S="1"))
         self.wait_for_end(job)
         log = self.log()
@@ -183,7 +183,7 @@ class Interrupted(SlurmTest):
         kept = self.status()
         self.assertGreaterEqual(kept["completed"], 16)
         self.assertLess(kept["completed"], POINTS)
-        # Submitted again the same script finishes.
+        # The same script finishes the study when it is submitted again.
         job = self.submit("job.sbatch")
         self.wait_for_end(job)
         self.assertIn("COMPLETED", self.states(job)[0], self.log())
@@ -208,7 +208,7 @@ class Launchers(SlurmTest):
                 "srun", "--mpi=list").stdout:
             self.skipTest("this Slurm has no PMIx")
         self.write("s.toml", QUICK)
-        # One node: two stand-in nodes on one machine would share PMIx's folder.
+        # Only one node is used, because two nodes on one machine would share PMIx's folder.
         job = self.submit("--nodes=1", "--ntasks=2", "--ntasks-per-node=2",
                           self.script("s.toml", LAUNCHER="(srun --mpi=pmix)"))
         self.wait_for_end(job)
@@ -223,7 +223,7 @@ class Arrays(SlurmTest):
             shutil.copytree(ROOT / "tests/data/hidden-effect" / name, measurements / name)
         text = (ROOT / "jobs/slurm/diagnosis.sbatch").read_text(encoding="utf-8")
         self.assertIn("\nOPTIONS=()", text)
-        # One candidate, a coarse chain: this is about the array.
+        # One candidate and a coarse chain suffice, because only the array is tested.
         self.write("d.sbatch", text.replace(
             "\nOPTIONS=()", "\nOPTIONS=(--candidates quadratic_drag --spheres 12)"))
         environment = slurm.environment | {
@@ -241,7 +241,7 @@ class Arrays(SlurmTest):
 
 
 class Scripts(SlurmTest):
-    def test_of_jobs_slurm_are_accepted(self):
+    def test_are_accepted_from_jobs_slurm(self):
         scripts = sorted((ROOT / "jobs/slurm").glob("*.sbatch"))
         self.assertGreaterEqual(len(scripts), 5)
         for script in scripts:
@@ -249,7 +249,7 @@ class Scripts(SlurmTest):
             self.assertEqual(answer.returncode, 0, f"{script}: {answer.stderr}")
             self.assertIn("to start at", answer.stderr)
 
-    def test_that_culm_writes_are_accepted(self):
+    def test_are_accepted_as_culm_writes_them(self):
         self.write("s.toml", QUICK)
         answer = slurm.run("sbatch", "--test-only",
                            self.script("s.toml", "--partition", "test", "--account", "a-1"),
@@ -279,7 +279,7 @@ class Scripts(SlurmTest):
 
 def main():
     global slurm  # pylint: disable=global-statement
-    # An end on request stops the daemons too; unittest takes every other exception for a failure.
+    # SIGTERM stops the daemons by KeyboardInterrupt; unittest reports other exceptions as failures.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with tempfile.TemporaryDirectory(prefix="culm-slurm-", ignore_cleanup_errors=True) as place:
         slurm = PrivateSlurm(Path(place))

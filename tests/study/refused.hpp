@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The text with which a study is refused.
+// The message with which a study is refused.
 #pragma once
 
 #include "core/error.hpp"

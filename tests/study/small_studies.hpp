@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Studies of some milliseconds of work, and what their archives hold, bit for bit.
+// Studies that take some milliseconds, and the contents of their archives, bit for bit.
 #pragma once
 
 #include "archive/study/file.hpp"
@@ -29,8 +29,8 @@ bond_damping = [4, 8, 16]
 bond_youngs_modulus_gpa = [1, 2, 4, 9]
 )";
 
-/// The same chain in explicit steps below every point's limit. The 11 points leave the last batch
-/// partly empty on 2, 4 and 8 lanes.
+/// The same chain with explicit steps below the limit of every point. With 11 points the last batch
+/// is partly empty on 2, 4 and 8 lanes.
 inline const std::string explicit_study = R"(
 [study]
 name = "explicit"
@@ -65,7 +65,7 @@ bond_youngs_modulus_gpa = [1, 9]
 fractions = [0.2, 0.5, 0.9]
 )";
 
-/// A study that is not checked for stability, as one that load_study has missed would be.
+/// A study whose stability is not checked, as if load_study had missed it.
 inline Study unchecked(const std::string& text) {
     Study study{parse_config(text, "s.toml"), {}};
     study.design = make_design(study.config);
@@ -79,14 +79,14 @@ inline std::vector<std::int64_t> all_points(const Study& study) {
     return points;
 }
 
-/// Appends the bits, so that NaNs compare equal and zeros of either sign do not.
+/// Appends the bits, so that NaNs compare equal and zeros of opposite sign do not.
 inline void append_bits(std::vector<std::uint64_t>& bits, const std::vector<double>& values) {
     bits.push_back(values.size());
     for (const double value : values)
         bits.push_back(std::bit_cast<std::uint64_t>(value));
 }
 
-/// Everything in a study file but its provenance.
+/// Everything in a study file except its provenance.
 struct StudyData {
     std::vector<archive::PointStatus> statuses;
     std::vector<std::uint64_t> design;

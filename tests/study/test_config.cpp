@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a valid study file means.
+// The meaning of valid study files.
 #include "study/config/study_config.hpp"
 
 #include <numbers>

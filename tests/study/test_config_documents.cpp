@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The reference of study files says what the reader does, and the example studies are valid.
+// The reference of study files agrees with the reader, and the example studies are valid.
 #include "study/config/keys.hpp"
 #include "study/config/study_config.hpp"
 #include "study/design/design.hpp"
@@ -38,7 +38,7 @@ std::vector<std::string> toml_blocks(const std::string& text) {
     return blocks;
 }
 
-/// The end of a study file in which this key may stand.
+/// A study file to which a line with this key may be appended.
 std::string file_for(const ConfigKey& key) {
     if (key.section == "timestep")
         return "[study]\nkind = \"timestep\"\n[timestep]\nfractions = [0.5]\n";
@@ -51,14 +51,14 @@ bool is_toml_value(const std::string& text) {
     try {
         return !toml::parse("x = " + text).empty();
     } catch (const toml::parse_error&) {
-        return false; // words, for example "the whole record"
+        return false; // a description such as "the whole record"
     }
 }
 
 TEST(ConfigDocuments, EveryDefaultIsThatOfTheReader) {
     int compared = 0;
     for (const ConfigKey& key : config_keys()) {
-        // What belongs to a factor, or to one type of design, makes no study alone.
+        // Keys of a factor or of one type of design are not valid without it.
         if (!is_toml_value(key.default_text) || key.section.starts_with("factors") ||
             key.key == "criterion" || key.key == "scrambling")
             continue;

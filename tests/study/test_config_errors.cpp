@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The exact words with which a wrong study file is refused: sections other than the factors.
+// The exact messages for invalid study files: sections other than the factors.
 #include "refused.hpp"
 
 #include <filesystem>

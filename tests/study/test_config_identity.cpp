@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// By what a study is recognised, and how a changed one is explained.
+// The identity of a study, and the description of differences.
 #include "study/config/study_config.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Points that kill their process are given up after some deaths; failed ones can be tried again.
+// Points that kill their process are abandoned after some deaths; failed ones can be retried.
 #include "archive/journal/read.hpp"
 #include "archive/study/file.hpp"
 #include "core/error.hpp"
@@ -41,8 +41,8 @@ class CrashLimit : public ::testing::Test {
         result.compute_point = [this](const run::CaseSpec& spec) { return answer(spec); };
         return result;
     }
-    /// Executes in a process of its own, which dies by SIGKILL when it comes to the deadly point.
-    /// True if it died.
+    /// Executes in a child process, which dies by SIGKILL when it reaches the deadly point. Returns
+    /// true if it died.
     [[nodiscard]] bool dies(ExecuteOptions deadly) const {
         const pid_t child = ::fork();
         if (child == 0) {
@@ -100,7 +100,7 @@ TEST_F(CrashLimit, SuspectsAreComputedAloneSoThatOneDeathTakesNoOthersWithIt) {
             }
     EXPECT_TRUE(dies(options(5)));
     EXPECT_TRUE(dies(options(5)));
-    // Whoever shared its first batch has been computed meanwhile, or was not begun again.
+    // The other points of its first batch have been computed since, or were not started again.
     std::map<std::int64_t, int> deaths;
     for (const auto& scan :
          archive::scan_journal_folder(folder.journals(), study.config.identity()))

@@ -23,7 +23,7 @@ Design design_of(const std::string& text) {
 const std::string drawn_length =
     "length_mm = { distribution = \"normal\", mean = 156, sd = 4.5, min = 140, max = 170 }\n";
 
-TEST(Design, WithoutFactorsThereIsOnePoint) {
+TEST(Design, HasOnePointWithoutFactors) {
     const StudyConfig config = parsed("");
     const Design design = make_design(config);
     EXPECT_EQ(design.point_count(), 1);
@@ -146,8 +146,8 @@ TEST(Design, AMillionPointsAreMade) {
     double sum = 0.0;
     for (std::int64_t point = 0; point < design.point_count(); ++point)
         sum += damping(point);
-    // Stratification leaves the mean an error of width/(√12 n^1.5), 5e-8; ten of them, and
-    // rounding.
+    // With stratification the mean has an error of width/(√12 n^1.5), 5e-8. The tolerance is ten
+    // times this, and rounding.
     EXPECT_NEAR(sum / 1e6, 105.0, 1e-6);
 }
 

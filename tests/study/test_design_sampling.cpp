@@ -11,7 +11,7 @@
 namespace culm::study {
 namespace {
 
-/// A coordinate as draw_unit_samples() makes it where no criterion moves the strata.
+/// A coordinate as draw_unit_samples() makes it if no criterion changes the strata.
 std::vector<double> coordinate(const SampleKey& key, std::int64_t points) {
     return places_in_strata(key, latin_hypercube_strata(key, points));
 }
@@ -35,7 +35,7 @@ TEST(LatinHypercube, FactorsAreNotCorrelated) {
     for (std::size_t i = 0; i < a.size(); ++i)
         sum += (a[i] - 0.5) * (b[i] - 0.5);
     // The correlation of independent permutations has the standard deviation 1/√(n − 1) = 0.01;
-    // five of them. The seed is fixed.
+    // the tolerance is five times this. The seed is fixed.
     EXPECT_LT(std::abs(12.0 * sum / static_cast<double>(points)), 0.05);
 }
 

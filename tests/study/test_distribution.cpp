@@ -31,8 +31,8 @@ Moments sampled(const Distribution& distribution) {
     return {mean, std::sqrt(squares / draws - mean * mean)};
 }
 
-// A sample's mean is off by sd/√n and its sd by about sd √((kurtosis − 1)/(4n)): five of these
-// standard errors are exceeded once in two million seeds. The seed is fixed.
+// The standard error of a sample's mean is sd/√n, that of its sd about sd √((kurtosis − 1)/(4n)).
+// Five standard errors are exceeded once in two million seeds. The seed is fixed.
 constexpr double standard_errors = 5.0;
 
 void expect_moments(const Distribution& distribution, Moments expected, double kurtosis) {
@@ -93,7 +93,7 @@ TEST(Distribution, QuantilesStayInsideAndIncrease) {
             EXPECT_LE(x, 1.5) << to_string(distribution.kind()) << " " << u;
             previous = x;
         }
-        EXPECT_GT(previous, 1.49); // the last u is the upper end but for rounding
+        EXPECT_GT(previous, 1.49); // the last u is the upper end up to rounding
     }
 }
 

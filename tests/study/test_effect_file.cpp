@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Effects from files stand wherever effects of the library do.
+// Effects from files are used like effects of the library.
 #include "core/error.hpp"
 #include "study/config/study_effects.hpp"
 
@@ -12,7 +12,7 @@ namespace {
 
 const std::string example = std::string(CULM_SOURCE_DIR) + "/config/effects/any_power_drag.toml";
 
-TEST(EffectFile, StandsBesideEffectsOfTheLibrary) {
+TEST(EffectFile, CombinesWithEffectsOfTheLibrary) {
     const auto effects = effects_from("taper," + example + "(p=1.5)");
     ASSERT_EQ(effects.size(), 2U);
     EXPECT_EQ(effects[1].effect->name(), "any_power_drag");

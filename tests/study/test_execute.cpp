@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a study computes does not depend on the ranks, nor on interruptions.
+// The results of a study depend neither on the ranks nor on interruptions.
 #include "archive/journal/read.hpp"
 #include "archive/journal/writer.hpp"
 #include "core/error.hpp"
@@ -24,7 +24,7 @@ class Execute : public ::testing::Test {
         return StudyFolder(place_ / name);
     }
 
-    /// Collective. Nothing stops the run.
+    /// Collective; runs to the end.
     [[nodiscard]] ExecuteOutcome execute_together(const Study& study, const std::string& name,
                                                   bool resume = false) const {
         ExecuteOptions options;
@@ -32,7 +32,7 @@ class Execute : public ::testing::Test {
         return execute(study, folder(name), &world_, options);
     }
 
-    /// On rank 0, without MPI and without a pause: what every other way must give.
+    /// On rank 0: the expected data, from a run without MPI and without interruptions.
     [[nodiscard]] small::StudyData data_of_undisturbed_run(const Study& study) const {
         EXPECT_TRUE(execute(study, folder("alone"), nullptr, {}).archive_is_complete);
         return data_in("alone");
@@ -41,7 +41,7 @@ class Execute : public ::testing::Test {
         return small::data_of(archive::StudyFile(folder(name).archive()));
     }
 
-    /// On rank 0: compares each part, so that a failure tells which.
+    /// On rank 0: compares each part separately, so that a failure shows which part differs.
     void expect_data_of_undisturbed_run(const std::string& name, const Study& study) const {
         const small::StudyData expected = data_of_undisturbed_run(study);
         const small::StudyData found = data_in(name);
@@ -50,7 +50,7 @@ class Execute : public ::testing::Test {
         EXPECT_TRUE(found.results == expected.results);
         EXPECT_TRUE(found.histories == expected.histories);
         EXPECT_EQ(found.failures, expected.failures);
-        // Histories of NaN or of nothing would be equal too.
+        // Histories of NaN and empty histories would also be equal.
         const archive::StudyFile file(folder(name).archive());
         for (const double frequency : file.result("frequency"))
             EXPECT_TRUE(std::isfinite(frequency));
@@ -68,7 +68,7 @@ class Execute : public ::testing::Test {
         return points;
     }
 
-    /// Stops as soon as the journals hold `count` points; looked at after every point.
+    /// Stops as soon as the journals contain `count` points; checked after every point.
     [[nodiscard]] static ExecuteOptions stopping_after(std::int64_t count, const Study& study,
                                                        const StudyFolder& where) {
         ExecuteOptions options;
@@ -133,7 +133,7 @@ TEST_F(Execute, TimestepStudyHasTheSameBitsForAnyNumberOfRanksAndAfterAnInterrup
 }
 
 TEST_F(Execute, InterruptedStudyIsFinishedByComputingOnlyWhatIsMissing) {
-    // More batches than ranks, however many lanes fill one.
+    // There are more batches than ranks for any number of lanes.
     std::string text = small::implicit_study;
     const std::string levels = "[1, 2, 4, 9]";
     text.replace(text.find(levels), levels.size(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Points that give no answer are recorded with their reasons; the others do not notice.
+// Failed points are recorded with their reasons and do not affect the others.
 #include "run/simulate.hpp"
 #include "small_studies.hpp"
 #include "study/execute/execute.hpp"
@@ -15,7 +15,7 @@ namespace {
 
 using archive::PointStatus;
 
-/// Runs a study in `where` and opens what came out.
+/// Runs a study in `where` and opens its archive.
 ArchivedStudy executed(const Study& study, const StudyFolder& where) {
     EXPECT_TRUE(execute(study, where, nullptr, {}).archive_is_complete);
     return {archive::StudyFile(where.archive()), study};
@@ -83,7 +83,7 @@ TEST(ExecuteFailures, StemWithoutAnEquilibriumIsRecordedAndTheOthersComplete) {
     Study study = small::unchecked("[stem]\nspheres = 8\n[vibration]\nduration_s = 5e-3\n"
                                    "sample_interval_s = 2e-5\n"
                                    "[factors]\ntip_deflection_mm = [1, 2, 3]\n");
-    study.design.values[1] = std::nan(""); // no check would let this deflection pass
+    study.design.values[1] = std::nan(""); // checks would refuse this deflection
     const ArchivedStudy archived = executed(study, StudyFolder(folder / "s"));
     EXPECT_EQ(archived.file.statuses(),
               (std::vector{PointStatus::Completed, PointStatus::Failed, PointStatus::Completed}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The exact words with which a wrong study file is refused: factors and design.
+// The exact messages for invalid study files: factors and design.
 #include "refused.hpp"
 
 #include <gtest/gtest.h>

@@ -34,8 +34,8 @@ double smallest_distance(const Strata& strata) {
     return smallest;
 }
 
-/// Squared centred L2 discrepancy of the strata's midpoints: Hickernell (1998), Eq. 5.6, as it
-/// stands there, over all pairs.
+/// Squared centred L2 discrepancy of the strata's midpoints, by Eq. 5.6 of Hickernell (1998) over
+/// all pairs.
 double centred_discrepancy(const Strata& strata) {
     const std::size_t points = strata.front().size();
     const auto n = static_cast<double>(points);
@@ -63,8 +63,8 @@ TEST(HypercubeSearch, MaximinMovesNeighboursApart) {
     Strata strata = random_strata(60);
     const double before = smallest_distance(strata);
     spread_evenly(strata, {true, true, true, true}, HypercubeCriterion::Maximin, {1, "", 0});
-    // Random hypercubes of 60 points in four dimensions have a nearest pair some 5 strata apart,
-    // the best ones some 20.
+    // Random hypercubes of 60 points in four dimensions have a nearest pair about 5 strata apart,
+    // the best ones about 20.
     EXPECT_GT(smallest_distance(strata), 2.0 * before);
     EXPECT_GT(smallest_distance(strata), 15.0);
     for (const auto& column : strata)
@@ -124,15 +124,15 @@ TEST(Scrambling, KeepsTheDigitalNet) {
 }
 
 TEST(Scrambling, MakesEveryPointUniform) {
-    // The first point over many seeds: mean 1/2 with a standard deviation of 0.289/√2000, five of
-    // them; without scrambling it is the origin.
+    // The first point has the mean 1/2 over many seeds, with a standard deviation of 0.289/√2000.
+    // The tolerance is five times this. Without scrambling the point is the origin.
     double sum = 0.0;
     for (std::uint64_t seed = 0; seed < 2000; ++seed)
         sum += scrambled(Scrambling::Owen, seed, 1)[0][0];
     EXPECT_NEAR(sum / 2000.0, 0.5, 5.0 * 0.289 / std::sqrt(2000.0));
 }
 
-TEST(Scrambling, OfOwenIntegratesSmoothFunctionsBetterThanTheSquareRootOfThePoints) {
+TEST(Scrambling, IntegratesSmoothFunctionsBetterThanIndependentPoints) {
     // ∫ Π (1 + (u − 1/2)) = 1; the root mean square error of Owen's scrambling falls as n^-1.5.
     const auto error = [](std::int64_t points) {
         double squares = 0.0;
@@ -146,7 +146,7 @@ TEST(Scrambling, OfOwenIntegratesSmoothFunctionsBetterThanTheSquareRootOfThePoin
         }
         return std::sqrt(squares);
     };
-    // A factor of 16 in points: 64 in theory, 4 for independent points.
+    // With 16 times the points the theory gives a factor of 64; independent points give 4.
     EXPECT_GT(error(64) / error(1024), 25.0);
 }
 

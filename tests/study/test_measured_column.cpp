@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Columns of tables of measured stems: units, delimiters, empty cells, what is refused.
+// Columns of tables of measured stems: units, delimiters, empty cells, refusals.
 #include "core/error.hpp"
 #include "study/config/sections.hpp"
 
@@ -25,7 +25,7 @@ std::string refusal(std::string_view text, std::string_view column, std::string_
     return "accepted";
 }
 
-TEST(MeasuredColumn, ItsUnitIsGivenOrThatOfItsNameOrOfTheParameter) {
+TEST(MeasuredColumn, TakesItsUnitFromTheRequestItsNameOrTheParameter) {
     const std::vector<double> expected{2.57e-3, 2.61e-3};
     EXPECT_EQ(values("id,diameter_mm\na,2.57\nb,2.61\n", "diameter_mm"), expected);
     EXPECT_EQ(values("id,diameter_cm\na,0.257\nb,0.261\n", "diameter_cm"), expected);
@@ -48,7 +48,7 @@ TEST(MeasuredColumn, EmptyCellsAreLeftOutUnlessRowsStayTogether) {
               "stems.csv:3: d = (empty): rows = \"together\" needs every cell");
 }
 
-TEST(MeasuredColumn, WhatIsWrongIsSaidWithItsLine) {
+TEST(MeasuredColumn, ReportsMistakesWithTheirLine) {
     EXPECT_EQ(refusal("id,diameter_mm\n1,2.5\n", "diametr_mm"),
               "stems.csv:1: no column diametr_mm (did you mean diameter_mm?); there are id, "
               "diameter_mm");
@@ -58,7 +58,7 @@ TEST(MeasuredColumn, WhatIsWrongIsSaidWithItsLine) {
     EXPECT_EQ(refusal("d\n2.5\n-1\n", "d"),
               "stems.csv:3: d = -1: bond_diameter_mm must be in (0, 1000] mm");
     EXPECT_EQ(refusal("d_gpa\n2.5\n", "d_gpa"),
-              "stems.csv: column d_gpa is in GPa, but bond_diameter_mm is in mm; `unit` tells "
+              "stems.csv: column d_gpa is in GPa, but bond_diameter_mm is in mm; `unit` sets "
               "another unit");
     EXPECT_EQ(refusal("d\n2.5\n", "d", "ell"), "stems.csv: unknown unit ell");
     EXPECT_EQ(refusal("id,d\n1,\n2,\n", "d"), "stems.csv: column d holds no number");

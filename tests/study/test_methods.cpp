@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The published study by every method of integration.
+// The published study with every integration method.
 #include "run/simulate.hpp"
 #include "study/execute/plan.hpp"
 #include "study/execute/point_results.hpp"

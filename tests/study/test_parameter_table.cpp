@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The parameter table: conversion, consistency, and the rules for what is not given.
+// The parameter table: conversion, consistency, and defaults that depend on other parameters.
 #include "study/config/parameters.hpp"
 
 #include <numbers>
@@ -89,7 +89,7 @@ TEST(ParameterTable, BondLengthAndDiameterFollowTheSphere) {
     EXPECT_EQ(spec.stem.bond_outer_diameter, 2e-3);
 }
 
-TEST(ParameterTable, WhatIsGivenDoesNotFollow) {
+TEST(ParameterTable, KeepsGivenBondLengthAndDiameter) {
     const run::CaseSpec spec = case_with(
         {{"sphere_diameter_mm", 2.0}, {"bond_length_mm", 3.0}, {"bond_diameter_mm", 1.0}});
     EXPECT_EQ(spec.stem.sphere_diameter, 2e-3);
@@ -121,7 +121,7 @@ TEST(ParameterTable, LengthKeepsTheMassPerLengthForAnyNumberOfSpheres) {
 
 TEST(ParameterTable, ThePaperLengthGivesThePaperStem) {
     const run::CaseSpec spec = case_with({{"length_mm", 155.65}, {"bond_diameter_mm", 2.83}});
-    // 155.65 mm/55 and the ratio's square round a few times.
+    // 155.65 mm/55 and the square of the ratio involve a few roundings.
     EXPECT_NEAR(spec.stem.sphere_diameter, 2.83e-3, 1e-17);
     EXPECT_NEAR(spec.stem.density, 125.0, 1e-12);
 }

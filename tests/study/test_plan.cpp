@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is known of a study before it runs: stability, batches, costs.
+// Properties of a study before it runs: stability, batches, costs.
 #include "core/error.hpp"
 #include "run/simulate.hpp"
 #include "small_studies.hpp"
@@ -124,7 +124,7 @@ TEST(Batches, ExplicitPointsFillTheLanesAndTheLastBatchTakesTheRest) {
 }
 
 TEST(Batches, HoldOnlyPointsWhoseLanesCanRunTogether) {
-    // Chains of another number of spheres cannot be neighbours: 2, 1 and 2 points in a row.
+    // Chains with different numbers of spheres cannot share lanes: 2, 1 and 2 points in a row.
     const Study study = parse_study(R"(
 [integrator]
 method = "explicit"
@@ -182,7 +182,7 @@ TEST(Batches, HoldTheGivenPointsOnly) {
     EXPECT_TRUE(make_batches(study, {}).empty());
 }
 
-TEST(EstimatedSeconds, OfAnExplicitCaseGrowWithStepsBondsAndDimensions) {
+TEST(EstimatedSeconds, GrowWithStepsBondsAndDimensionsOfAnExplicitCase) {
     const run::CaseSpec spec = first_case(small::explicit_study);
     const double seconds = estimated_seconds(spec);
     EXPECT_GT(seconds, 0.0);
@@ -200,7 +200,7 @@ TEST(EstimatedSeconds, OfAnExplicitCaseGrowWithStepsBondsAndDimensions) {
     EXPECT_GT(estimated_seconds(changed), 2.0 * seconds);
 }
 
-TEST(EstimatedSeconds, OfAnImplicitCaseGrowWithPeriodsAccuracyAndLightDamping) {
+TEST(EstimatedSeconds, GrowWithPeriodsAccuracyAndLightDampingOfAnImplicitCase) {
     const run::CaseSpec spec = first_case(small::implicit_study);
     const double seconds = estimated_seconds(spec);
     EXPECT_GT(seconds, 0.0);
@@ -208,10 +208,10 @@ TEST(EstimatedSeconds, OfAnImplicitCaseGrowWithPeriodsAccuracyAndLightDamping) {
     changed.duration *= 3.0;
     const double longer = estimated_seconds(changed);
     EXPECT_GT(longer, seconds);
-    EXPECT_LT(longer, 3.0 * seconds); // the static start, and the first periods, take their share
+    EXPECT_LT(longer, 3.0 * seconds); // the static start and the first periods do not grow
     run::CaseSpec stiffer = changed;
     stiffer.duration *= 0.5;
-    stiffer.stem.bond_youngs_modulus *= 4.0; // twice the frequency: as many periods
+    stiffer.stem.bond_youngs_modulus *= 4.0; // twice the frequency: the same number of periods
     EXPECT_DOUBLE_EQ(estimated_seconds(stiffer), longer);
     changed = spec;
     changed.integrator.relative_tolerance *= 1e-5; // a method of order five: ten times the steps
@@ -226,9 +226,9 @@ TEST(EstimatedSeconds, OfAnImplicitCaseGrowWithPeriodsAccuracyAndLightDamping) {
     EXPECT_GT(estimated_seconds(changed), 0.1 * many_periods);
 }
 
-TEST(EstimatedSeconds, OfTheImplicitIntegratorCountTheRightNumberOfSteps) {
-    // The steps are what the estimate knows; the time of one belongs to a machine. A factor of two
-    // is what people can plan with; measured are 0.8 to 1.3.
+TEST(EstimatedSeconds, PredictTheNumberOfImplicitStepsWithinAFactorOfTwo) {
+    // The estimate predicts the number of steps; the time per step depends on the machine. A factor
+    // of two is sufficient for planning; the measured factors are 0.8 to 1.3.
     const Study study = parse_study("[vibration]\nduration_s = 0.02\n[factors]\n"
                                     "bond_damping = [25, 200]\nbond_youngs_modulus_gpa = [1, 10]\n",
                                     "s.toml");
@@ -268,7 +268,7 @@ double archive_bytes_per_point(const std::string& store) {
     return estimate(study, make_batches(study, small::all_points(study))).archive_bytes / 2.0;
 }
 
-TEST(Estimate, OfTheArchiveIsTheSizeOfWhatIsStored) {
+TEST(Estimate, PredictsTheArchiveSizeFromTheStoredColumns) {
     constexpr double column = 8.0 * 1001.0; // one number of every sample
     const double fit = archive_bytes_per_point("\"fit\"");
     EXPECT_GT(fit, 0.0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Rank correlations: reached, refused when impossible, and what they leave untouched.
+// Rank correlations are reached if they are possible and refused otherwise.
 #include "core/error.hpp"
 #include "study/design/rank_correlation.hpp"
 #include "study/design/sampling.hpp"
@@ -36,7 +36,7 @@ double spearman(const std::vector<double>& a, const std::vector<double>& b) {
 
 const std::vector<double> three{1.0, 0.6, -0.3, 0.6, 1.0, 0.2, -0.3, 0.2, 1.0};
 
-TEST(RankCorrelation, MovedPointsHaveIt) {
+TEST(RankCorrelation, IsReachedByMovedPoints) {
     const RankCorrelation correlation(3, three);
     constexpr std::int64_t points = 4095;
     const auto u = sobol_points(points, 3);
@@ -49,13 +49,13 @@ TEST(RankCorrelation, MovedPointsHaveIt) {
         for (std::size_t j = 0; j < 3; ++j)
             columns[j].push_back(point[j]);
     }
-    // Sobol points integrate smooth functions to some 1/n.
+    // Sobol points integrate smooth functions with an error of about 1/n.
     EXPECT_NEAR(spearman(columns[0], columns[1]), 0.6, 2e-3);
     EXPECT_NEAR(spearman(columns[0], columns[2]), -0.3, 2e-3);
     EXPECT_NEAR(spearman(columns[1], columns[2]), 0.2, 2e-3);
 }
 
-TEST(RankCorrelation, ReorderedHypercubesHaveItAndKeepTheirValues) {
+TEST(RankCorrelation, IsReachedByReorderedHypercubesWithTheSameValues) {
     const RankCorrelation correlation(3, three);
     std::vector<std::vector<double>> columns;
     for (const char* name : {"a", "b", "c"})
@@ -63,7 +63,7 @@ TEST(RankCorrelation, ReorderedHypercubesHaveItAndKeepTheirValues) {
             places_in_strata({5, name, 0}, latin_hypercube_strata({5, name, 0}, 400)));
     const auto before = columns;
     correlation.reorder(columns);
-    // What the sample has by chance is taken out: without that it would be off by 1/√400 = 0.05.
+    // The chance correlation of the sample is removed; otherwise the error would be 1/√400 = 0.05.
     EXPECT_NEAR(spearman(columns[0], columns[1]), 0.6, 0.02);
     EXPECT_NEAR(spearman(columns[0], columns[2]), -0.3, 0.02);
     EXPECT_NEAR(spearman(columns[1], columns[2]), 0.2, 0.02);
@@ -71,7 +71,7 @@ TEST(RankCorrelation, ReorderedHypercubesHaveItAndKeepTheirValues) {
         EXPECT_TRUE(std::ranges::is_permutation(columns[k], before[k]));
 }
 
-TEST(RankCorrelation, ImpossibleOnesAreRefusedWithWhatIsPossible) {
+TEST(RankCorrelation, IsRefusedWithTheLargestPossibleOneIfImpossible) {
     try {
         const RankCorrelation correlation(3, {1, 0.9, -0.9, 0.9, 1, 0.9, -0.9, 0.9, 1});
         FAIL();

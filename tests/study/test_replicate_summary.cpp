@@ -39,7 +39,7 @@ const std::string population =
 TEST(ReplicateSummary, IndicesOfKnownLawsAreTheirClosedForms) {
     const Study study =
         parsed(population + "[design]\ntype = \"sobol\"\npoints = 256\nscrambling = \"owen\"\n");
-    // b1 = −β/261 is of one factor; ln Y has the variance ln(1 + 1/4), a uniform of width 12 mm 12.
+    // b1 = −β/261 has one factor. ln Y has the variance ln(1 + 1/4), a uniform of 12 mm 12 mm².
     const auto b1 = values_of(study, [](auto row) { return -row[1] / 261.0; });
     const auto b2 =
         values_of(study, [](auto row) { return 10.0 * std::log(row[0]) + 1000.0 * row[2]; });
@@ -47,7 +47,7 @@ TEST(ReplicateSummary, IndicesOfKnownLawsAreTheirClosedForms) {
     ASSERT_TRUE(summary && summary->responses[0].sensitivity);
     EXPECT_TRUE(summary->has_distributions);
     const auto& of_decay = *summary->responses[0].sensitivity;
-    // Rounding, and the truncation at four standard deviations.
+    // The errors are rounding and the truncation at four standard deviations.
     EXPECT_NEAR(of_decay.groups[1].first_order.value, 1.0, 1e-9);
     EXPECT_NEAR(of_decay.standard_deviation, 30.0 / 261.0, 1e-3 * 30.0 / 261.0);
     const auto& of_frequency = *summary->responses[1].sensitivity;
@@ -80,7 +80,7 @@ TEST(ReplicateSummary, DependentFactorsAreOneGroup) {
     const auto found = summarise_replicates(rows, y, y);
     ASSERT_TRUE(found && found->responses[0].sensitivity);
     EXPECT_EQ(found->groups.size(), 2U);
-    // Four rows: three functions describe any law of them.
+    // Three functions describe any law of four rows.
     EXPECT_GT(found->responses[0].sensitivity->predicted_share, 1.0 - 1e-9);
 }
 
@@ -97,14 +97,14 @@ TEST(ReplicateSummary, TestsOfStemsGiveVarianceComponents) {
     EXPECT_EQ(c.stems, 200U);
     EXPECT_EQ(c.tests, 1000U);
     EXPECT_EQ(summary->responses[0].components->tests, 999U);
-    // Variances 900 and 100/12, known to 10 % and 5 %; four of them.
+    // The variances are 900 and 100/12, with standard errors of 10 % and 5 %, times four.
     EXPECT_NEAR(c.between, 900.0, 360.0);
     EXPECT_NEAR(c.within, 100.0 / 12.0, 1.7);
     EXPECT_LT(c.between_interval.lower, 900.0);
     EXPECT_GT(c.between_interval.upper, 900.0);
 }
 
-TEST(ReplicateSummary, WithoutADistributionOrPointsThereAreReasons) {
+TEST(ReplicateSummary, GivesReasonsWithoutADistributionOrEnoughPoints) {
     EXPECT_FALSE(
         summarise_replicates(parsed(""), std::vector<double>{1.0}, std::vector<double>{1.0}));
     const Study list = parsed("[design]\ntype = \"list\"\n[[design.point]]\nbond_damping = 1\n"

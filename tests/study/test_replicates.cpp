@@ -75,7 +75,7 @@ TEST(EmpiricalFactor, TheFileIsPartOfTheStudy) {
     EXPECT_NE(parse_config(text, "s.toml", other).identity(), config.identity());
 }
 
-TEST(EmpiricalFactor, MistakesAreSaid) {
+TEST(EmpiricalFactor, ReportsMistakes) {
     EXPECT_NE(refusal_with_stems("[factors]\nlength_mm = { distribution = \"empirical\" }\n")
                   .find("factors.length_mm.file is missing"),
               std::string::npos);
@@ -118,7 +118,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 TEST(CorrelatedFactors, EveryDesignHasTheCorrelation) {
     const std::string wanted = "[correlation]\nfactors = [\"bond_wall_mm\", \"bond_diameter_mm\"]\n"
                                "rank = [[1, 0.7], [0.7, 1]]\n";
-    // 500 stems: drawn ones are off by 0.5/√500 = 0.02, five of them; the others far less.
+    // The error for 500 drawn stems is 0.5/√500 = 0.02, times five; other designs have far less.
     const std::pair<std::string, double> designs[] = {
         {"[replicates]\nstems = 500\n", 0.11},
         {"[design]\ntype = \"latin_hypercube\"\npoints = 500\n", 0.02},
@@ -131,7 +131,7 @@ TEST(CorrelatedFactors, EveryDesignHasTheCorrelation) {
     }
 }
 
-TEST(CorrelatedFactors, MistakesAreSaid) {
+TEST(CorrelatedFactors, ReportMistakes) {
     const auto with = [](const std::string& text) {
         return refusal("[factors]\n" + two + "bond_damping = [1, 2]\n[correlation]\n" + text);
     };
@@ -188,7 +188,7 @@ TEST(NestedReplicates, StemsKeepTheirValuesAndTestsScatter) {
         const auto stem_count = static_cast<std::size_t>(d.point_count() / 4);
         EXPECT_EQ(diameters.size(), stem_count);
         EXPECT_EQ(deflections.size(), 4 * stem_count);
-        // 18 degrees of freedom and more: the standard deviation is known to 17 %; three of them.
+        // With 18 degrees of freedom or more the standard deviation is known to 17 %, times three.
         EXPECT_NEAR(std::sqrt(squares / static_cast<double>(3 * stem_count)), 2.0, 1.0);
     }
 }
@@ -202,7 +202,7 @@ TEST(NestedReplicates, OneTestIsTheStudyWithReplicates) {
     EXPECT_EQ(make_design(before).values, make_design(now).values);
 }
 
-TEST(NestedReplicates, MistakesAreSaid) {
+TEST(NestedReplicates, ReportMistakes) {
     const std::string factor =
         "[factors]\nlength_mm = { distribution = \"normal\", mean = 156, sd = 4.5 }\n";
     EXPECT_NE(refusal(factor + "[replicates]\nwithin = 2\n")

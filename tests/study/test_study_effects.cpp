@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Studies whose chain has effects, and effects' parameters as factors.
+// Studies with effects, and parameters of effects as factors.
 #include "refused.hpp"
 #include "run/simulate.hpp"
 #include "study/execute/plan.hpp"
@@ -54,7 +54,7 @@ TEST(StudyEffects, PointsOfOneStudyShareLanesAndAgreeWithSingleRuns) {
     }
 }
 
-TEST(StudyEffects, BelongToTheIdentityAndItsAbsenceDoesNot) {
+TEST(StudyEffects, ChangeTheIdentityOnlyIfThereAreAny) {
     const StudyConfig with = parse_config(drag_study, "s.toml");
     EXPECT_NE(with.identity().find("effects.clamp_compliance.stiffness_nm_rad = 0.5\n"),
               std::string::npos);
@@ -83,7 +83,7 @@ TEST(StudyEffects, AreRefusedWithLineAndNearestName) {
 }
 
 TEST(StudyEffects, ExplicitStepsAreCheckedWithTheEffects) {
-    // A stiff spring at the clamp does not bind the step; but Y and β do, as without effects.
+    // A stiff spring at the clamp does not limit the step, but Y and β do, as without effects.
     const std::string text = R"(
 [study]
 effects = ["clamp_compliance"]

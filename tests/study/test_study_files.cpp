@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files that a study names: where they may lie, and how the archive keeps their texts.
+// Files that a study names: their location, and how the archive keeps their texts.
 #include "core/error.hpp"
 #include "small_studies.hpp"
 #include "study/config/study_config.hpp"
@@ -23,23 +23,23 @@ const std::string study_text = "[study]\neffects = [\"law/mine.toml\"]\n"
                                "[stem]\nspheres = 8\n[vibration]\nduration_s = 0.01\n"
                                "[factors]\nbond_damping = [5, 10]\n";
 
-TEST(StudyFiles, SurviveTheWayThroughTheirText) {
+TEST(StudyFiles, SurviveConversionToTextAndBack) {
     const StudyFiles files{{"a.csv", "x,y\n1,\"2\"\n"}, {"law/b.toml", "κ = 1 # \\ \t"}};
     EXPECT_EQ(files_from_text(to_text(files)), files);
     EXPECT_TRUE(files_from_text("").empty());
     EXPECT_TRUE(files_from_text(to_text({})).empty());
 }
 
-TEST(StudyFiles, InATextOfAnotherFormAreRefused) {
+TEST(StudyFiles, AreRefusedInATextOfAnotherForm) {
     for (const char* text : {"[1]", "{\"a\": 1}", "{", "null x"})
         EXPECT_THROW((void)files_from_text(text), core::InputError) << text;
 }
 
-TEST(StudyFiles, ThatAreNoTextDoNotStopTheStudy) {
+TEST(StudyFiles, MayContainBytesThatAreNotText) {
     EXPECT_NO_THROW((void)files_from_text(to_text({{"a", "\xFF\xFE"}})));
 }
 
-TEST(StudyFiles, AreReadBesideTheStudyAndNoted) {
+TEST(StudyFiles, AreReadFromTheFolderOfTheStudyAndKept) {
     const tests::TemporaryFolder folder;
     std::filesystem::create_directories(folder / "law");
     std::ofstream(folder / "law/mine.toml") << effect;
@@ -48,14 +48,14 @@ TEST(StudyFiles, AreReadBesideTheStudyAndNoted) {
     EXPECT_EQ(config.files, (StudyFiles{{"law/mine.toml", effect}}));
 }
 
-TEST(StudyFiles, AtHandAreNotLookedForOnTheDisk) {
+TEST(StudyFiles, AreNotReadFromTheDiskIfTheyAreSupplied) {
     const StudyConfig config =
         parse_config(study_text, "/nowhere/s.toml", {{"law/mine.toml", effect}, {"unused", ""}});
     EXPECT_EQ(config.files, (StudyFiles{{"law/mine.toml", effect}}));
     EXPECT_THROW((void)parse_config(study_text, "/nowhere/s.toml"), core::InputError);
 }
 
-TEST(StudyFiles, InTheArchiveRepeatTheStudyWithoutTheDisk) {
+TEST(StudyFiles, RepeatTheStudyFromTheArchiveAlone) {
     const tests::TemporaryFolder place;
     const StudyFolder folder(place / "out");
     const Study study = parse_study(study_text, "/nowhere/s.toml", {{"law/mine.toml", effect}});
@@ -71,7 +71,7 @@ TEST(StudyFiles, InTheArchiveRepeatTheStudyWithoutTheDisk) {
     EXPECT_EQ(repetition.points, 2);
 }
 
-TEST(StudyFiles, AreKeptInTheNoteBesideTheJournals) {
+TEST(StudyFiles, AreKeptInTheNoteOfTheFolder) {
     const tests::TemporaryFolder place;
     const StudyFolder folder(place / "out");
     const StudyNote note{"n", 3, study_text, "s.toml", "start", 1, {}, {{"a", "b"}}};
@@ -79,7 +79,7 @@ TEST(StudyFiles, AreKeptInTheNoteBesideTheJournals) {
     EXPECT_EQ(read_note(folder), note);
 }
 
-TEST(StudyNote, WithAnImpossibleNumberOfPointsIsRefused) {
+TEST(StudyNote, IsRefusedWithAnImpossibleNumberOfPoints) {
     const tests::TemporaryFolder place;
     const StudyFolder folder(place / "out");
     for (const std::int64_t points : {std::int64_t{-1}, most_points + 1}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which folders a study may use, and what it finds in them.
+// Folders that a study may use, and their contents.
 #include "archive/journal/writer.hpp"
 #include "core/error.hpp"
 #include "small_studies.hpp"
@@ -48,7 +48,7 @@ class Folder : public ::testing::Test {
     StudyFolder folder{above / "study"};
 };
 
-TEST_F(Folder, ThatIsMissingIsCreatedWithEveryPointPending) {
+TEST_F(Folder, IsCreatedWithEveryPointPendingIfMissing) {
     const FolderContent content = prepare(identity, false);
     EXPECT_EQ(content.pending_points, (std::vector<std::int64_t>{0, 1, 2}));
     EXPECT_FALSE(content.archive_is_complete);
@@ -61,7 +61,7 @@ TEST_F(Folder, KnowsThePointsOfAllJournalsFailedOnesIncluded) {
     EXPECT_EQ(prepare(identity, true).pending_points, (std::vector<std::int64_t>{1}));
 }
 
-TEST_F(Folder, WithThisStudyIsRefusedWithoutResume) {
+TEST_F(Folder, IsRefusedWithoutResumeIfItHasThisStudy) {
     commit(0, {1});
     EXPECT_EQ(refusal(identity, false),
               folder.path().string() +
@@ -69,7 +69,7 @@ TEST_F(Folder, WithThisStudyIsRefusedWithoutResume) {
                   "is missing, or choose another folder with -o");
 }
 
-TEST_F(Folder, WithTheJournalOfAnotherStudyIsRefusedWithTheDifference) {
+TEST_F(Folder, IsRefusedWithTheDifferenceIfTheJournalIsOfAnotherStudy) {
     commit(0, {1});
     for (const bool resume : {false, true}) {
         const std::string text =
@@ -80,7 +80,7 @@ TEST_F(Folder, WithTheJournalOfAnotherStudyIsRefusedWithTheDifference) {
     }
 }
 
-TEST_F(Folder, WithTheArchiveOfAnotherStudyIsRefusedWithTheDifference) {
+TEST_F(Folder, IsRefusedWithTheDifferenceIfTheArchiveIsOfAnotherStudy) {
     const Study study = parse_study(small::explicit_study, "s.toml");
     ASSERT_TRUE(execute(study, folder, nullptr, {}).archive_is_complete);
     std::string other = small::explicit_study;
@@ -94,7 +94,7 @@ TEST_F(Folder, WithTheArchiveOfAnotherStudyIsRefusedWithTheDifference) {
                       "[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12]");
 }
 
-TEST_F(Folder, WithAnArchiveThatCannotBeReadIsRefusedAndLeftAsItIs) {
+TEST_F(Folder, IsRefusedAndKeptUnchangedIfTheArchiveCannotBeRead) {
     fs::create_directories(folder.path());
     std::ofstream(folder.archive()) << "no HDF5";
     const std::string text = refusal(identity, true);
@@ -106,14 +106,14 @@ TEST_F(Folder, WithAnArchiveThatCannotBeReadIsRefusedAndLeftAsItIs) {
     EXPECT_EQ(fs::file_size(folder.archive()), 7U);
 }
 
-TEST_F(Folder, InThePlaceOfAFileIsRefused) {
+TEST_F(Folder, IsRefusedIfItsPathIsAFile) {
     std::ofstream(folder.path()) << "a file";
     EXPECT_EQ(refusal(identity, false), "cannot create the folder " + folder.path().string() +
                                             ": Not a directory; choose another one with -o");
 }
 
-/// Prints how the folder is refused and ends the process with code 2; as a user for whom
-/// permissions count, since root writes to every folder.
+/// Prints the refusal of the folder and exits with code 2. The process runs as a user without
+/// root's permissions, since root can write to every folder.
 [[noreturn]] void end_with_refusal(const StudyFolder& folder) {
     constexpr uid_t nobody = 65534;
     if (::getuid() == 0 && ::setresuid(nobody, nobody, nobody) != 0)
@@ -133,20 +133,20 @@ TEST_F(Folder, InThePlaceOfAFileIsRefused) {
 class FolderDeathTest : public Folder {
   protected:
     void SetUp() override {
-        ::testing::FLAGS_gtest_death_test_style = "fast"; // the child goes on with this fixture
-        fs::permissions(above.path(), fs::perms(0755));   // others may look into it
+        ::testing::FLAGS_gtest_death_test_style = "fast"; // the child continues with this fixture
+        fs::permissions(above.path(), fs::perms(0755));   // others may search it
         fs::create_directory(folder.path());
     }
 };
 
-TEST_F(FolderDeathTest, ThatIsReadOnlyIsRefused) {
+TEST_F(FolderDeathTest, IsRefusedIfReadOnly) {
     fs::permissions(folder.path(), fs::perms(0555));
     EXPECT_EXIT(end_with_refusal(folder), ::testing::ExitedWithCode(2),
                 "cannot write to the folder .*/study: Permission denied; choose another one with "
                 "-o");
 }
 
-TEST_F(FolderDeathTest, BelowAReadOnlyOneIsRefused) {
+TEST_F(FolderDeathTest, IsRefusedBelowAReadOnlyFolder) {
     fs::permissions(folder.path(), fs::perms(0555));
     EXPECT_EXIT(end_with_refusal(StudyFolder(folder.path() / "below")),
                 ::testing::ExitedWithCode(2),
@@ -154,7 +154,7 @@ TEST_F(FolderDeathTest, BelowAReadOnlyOneIsRefused) {
                 "with -o");
 }
 
-TEST_F(FolderDeathTest, ThatMayNotBeSearchedIsRefused) {
+TEST_F(FolderDeathTest, IsRefusedIfItCannotBeSearched) {
     fs::permissions(folder.path(), fs::perms(0600));
     EXPECT_EXIT(end_with_refusal(folder), ::testing::ExitedWithCode(2),
                 "cannot look for .*/study/study.h5: Permission denied");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The summary of a study: its keys, and that it is JSON whatever the points were.
+// The summary of a study has the documented keys and is JSON for all points.
 #include "core/error.hpp"
 #include "present/study/study.hpp"
 #include "small_studies.hpp"
@@ -26,7 +26,7 @@ using nlohmann::json;
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-/// A factorial of smooth made-up responses. What there is to regress decides the test.
+/// A factorial of smooth synthetic responses; the test chooses the levels.
 StudySummary summary_of(const std::vector<double>& moduli, const std::vector<double>& dampings) {
     StudySummary summary;
     summary.ranks = 3;
@@ -74,7 +74,7 @@ TEST(Summary, HasTheDocumentedKeys) {
               (std::set<std::string>{"sqrt_youngs_modulus", "bond_damping"}));
 }
 
-TEST(Summary, TellsHowTheHistoriesWereFitted) {
+TEST(Summary, StatesHowTheHistoriesWereFitted) {
     StudySummary summary = summary_of(three_moduli, three_dampings);
     summary.reduce.window = 0.05;
     summary.reduce.is_amplitude_free = false;
@@ -132,7 +132,7 @@ TEST(Summary, DesignWithOneDampingHasAReasonInsteadOfItsLaw) {
 }
 
 TEST(Summary, ResponseWithoutTermsSaysWhy) {
-    // Three points determine a line with one degree of freedom left, but no interaction model.
+    // Three points determine a line with one degree of freedom, but not an interaction model.
     const json all = to_json(summary_of(three_moduli, {100}));
     const json& found = all["regression"]["sqrt_youngs_modulus"];
     EXPECT_EQ(found["terms"], json::array());
@@ -194,7 +194,7 @@ TEST(Summary, IsWrittenWithALineOfFitsForEveryPoint) {
               "1,1000000000,100,nan,nan\n");
 }
 
-TEST(Summary, ThatCannotBeWrittenIsAStorageError) {
+TEST(Summary, RaisesAStorageErrorIfItCannotBeWritten) {
     const tests::TemporaryFolder folder;
     std::filesystem::create_directory(folder / "summary.json");
     try {
@@ -217,7 +217,7 @@ class ArchiveSummary : public ::testing::Test {
     StudyFolder folder{above / "study"};
 };
 
-TEST_F(ArchiveSummary, OfTheStoredFitsEqualsTheOneOfFittingAgainUnderTheSameOptions) {
+TEST_F(ArchiveSummary, EqualsThatOfFittingAgainUnderTheSameOptions) {
     run(small::implicit_study);
     const ArchivedStudy archived = open_archive(folder);
     const StudySummary stored = reduce_study(archived, std::nullopt);
@@ -229,7 +229,7 @@ TEST_F(ArchiveSummary, OfTheStoredFitsEqualsTheOneOfFittingAgainUnderTheSameOpti
     EXPECT_EQ(stored.bond_damping[4], 8.0);
 }
 
-TEST_F(ArchiveSummary, OfAShorterWindowDiffers) {
+TEST_F(ArchiveSummary, DiffersForAShorterWindow) {
     run(small::implicit_study);
     const ArchivedStudy archived = open_archive(folder);
     ReduceOptions shorter = archived.study.config.reduce;
@@ -240,7 +240,7 @@ TEST_F(ArchiveSummary, OfAShorterWindowDiffers) {
     EXPECT_EQ(found.reduce.window, 2.5e-3);
 }
 
-TEST_F(ArchiveSummary, OfAStudyThatStoresFitsOnlyCannotBeFittedAgain) {
+TEST_F(ArchiveSummary, CannotBeFittedAgainIfTheStudyStoresFitsOnly) {
     std::string text = small::explicit_study;
     text.replace(text.find("\"tip\""), 5, "\"fit\"");
     run(text);
@@ -268,12 +268,12 @@ std::string refusal_to_open(const StudyFolder& folder) {
     return "accepted";
 }
 
-TEST(OpenArchive, WithoutAStudySaysSo) {
+TEST(OpenArchive, ReportsAMissingStudy) {
     EXPECT_EQ(refusal_to_open(StudyFolder("no/such/folder")),
               "no/such/folder: there is no study here (study.h5 is missing)");
 }
 
-TEST(OpenArchive, OfAStudyThatHasNotFinishedSaysHowToFinishIt) {
+TEST(OpenArchive, ExplainsHowToFinishAnIncompleteStudy) {
     const tests::TemporaryFolder folder;
     std::filesystem::create_directory(folder / "journal");
     const std::string place = folder.path().string();

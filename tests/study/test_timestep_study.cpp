@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Time-step studies from their file to their summary.
+// Time-step studies, from the study file to the summary.
 #include "core/error.hpp"
 #include "present/study/study.hpp"
 #include "refused.hpp"
@@ -41,7 +41,7 @@ TEST(TimestepConfig, SortsTheFractions) {
     EXPECT_EQ(config.timestep.fractions, (std::vector<double>{0.1, 0.5, 0.9}));
 }
 
-TEST(TimestepConfig, RefusesWhatItHasNoUseFor) {
+TEST(TimestepConfig, RefusesKeysOfTheOtherKind) {
     EXPECT_EQ(refusal(header + "[vibration]\nduration_s = 0.2\n[reduce]\nwindow_s = 0.01\n"),
               "s.toml:4: vibration.duration_s = 0.2: only with study.kind = \"vibration\"\n"
               "s.toml:6: reduce.window_s = 0.01: only with study.kind = \"vibration\"");
@@ -54,7 +54,7 @@ TEST(TimestepConfig, RefusesWhatItHasNoUseFor) {
               "s.toml:4: timestep.record_cycles = 3: only with timestep.fractions");
 }
 
-TEST(TimestepConfig, RefusesFractionsThatAreNone) {
+TEST(TimestepConfig, RefusesInvalidFractions) {
     const std::string start = header + "[timestep]\n";
     for (const char* fractions : {"[0.5, 1]", "[0]", "[]", "[1.5]", "0.5", "[0.5, 0.5]"})
         EXPECT_NE(refusal(start + "fractions = " + fractions), "accepted") << fractions;
@@ -65,7 +65,7 @@ TEST(TimestepConfig, RefusesFractionsThatAreNone) {
               std::string::npos);
 }
 
-TEST(TimestepConfig, IdentityHoldsWhatInfluencesTheResults) {
+TEST(TimestepConfig, IdentityContainsWhatInfluencesTheResults) {
     const auto identity = [](const std::string& text) {
         return parse_config(header + text, "s.toml").identity();
     };
@@ -106,7 +106,7 @@ TEST_F(TimestepStudy, FindsLimitsLawsAndErrors) {
     ASSERT_EQ(found.stems.size(), 4U);
     EXPECT_TRUE(found.failed.empty());
     for (const TimestepStem& stem : found.stems) {
-        // The bracket is 1 % wide and the released stem slightly bent.
+        // The bracket is 1 % wide, and the released stem is slightly bent.
         EXPECT_NEAR(stem.limit() / stem.linearised(), 1.0, 0.011);
         EXPECT_LT(stem.rule, stem.stable); // law schramm2019
         ASSERT_EQ(stem.steps.size(), 3U);
@@ -122,8 +122,8 @@ TEST_F(TimestepStudy, FindsLimitsLawsAndErrors) {
         }
         EXPECT_GT(std::abs(stem.steps[2].frequency_error),
                   2.0 * std::abs(stem.steps[0].frequency_error));
-        // Steps towards zero and the implicit method, which shares nothing but the force law with
-        // them, meet within the tolerance 1e-9 over some hundred steps.
+        // The limit of zero step agrees with the implicit method, which shares only the force law,
+        // within the tolerance 1e-9 over some hundred steps.
         EXPECT_NEAR(stem.reference_frequency / stem.converged_frequency, 1.0, 1e-6);
         EXPECT_NEAR(stem.reference_decay / stem.converged_decay, 1.0, 1e-5);
     }
@@ -146,7 +146,7 @@ TEST_F(TimestepStudy, ErrorsDoNotDependOnYoungsModulus) {
         }
 }
 
-TEST_F(TimestepStudy, WithoutFractionsFindsTheLimitsAlone) {
+TEST_F(TimestepStudy, FindsOnlyTheLimitsWithoutFractions) {
     std::string text = small::timestep_study;
     text.erase(text.find("fractions"));
     const TimestepSummary found = run_study(text);
@@ -183,7 +183,7 @@ TEST_F(TimestepStudy, WritesItsSummaryAndTables) {
     EXPECT_EQ(json["regression"]["damped_oscillator"]["coefficients"][0]["term"], "A");
 }
 
-TEST_F(TimestepStudy, IsNoSourceOfCalibrations) {
+TEST_F(TimestepStudy, CannotBeReducedAsAVibrationStudy) {
     (void)run_study(small::timestep_study);
     EXPECT_THROW((void)reduce_study(open_archive(folder_), std::nullopt), core::InputError);
     const StudyFolder other(place_ / "vibration");

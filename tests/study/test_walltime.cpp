@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A study with a deadline: what fits is computed, the pace is handed on from run to run, and
-// nothing is lost. The clock is the test's: every point takes one second.
+// A study with a deadline computes the batches that fit, passes its pace to the next run, and loses
+// no point. On the simulated clock every point takes one second.
 #include "archive/study/file.hpp"
 #include "run/simulate.hpp"
 #include "small_studies.hpp"
@@ -40,7 +40,7 @@ class StudyWalltime : public ::testing::Test {
 
     tests::TemporaryFolder above;
     StudyFolder folder{above / "study"};
-    // Three batches at least, the last of them partly empty.
+    // There are at least three batches; the last one is partly empty.
     Study study =
         parse_study(small::explicit_study + "bond_youngs_modulus_gpa = [1, 1.1]\n", "s.toml");
     std::int64_t points = study.design.point_count();
@@ -49,7 +49,7 @@ class StudyWalltime : public ::testing::Test {
 };
 
 TEST_F(StudyWalltime, BeginsNoBatchThatWouldEndTooLate) {
-    // Half a batch is left after the first two.
+    // The time for half a batch remains after the first two.
     const ExecuteOutcome outcome = run_for(2.5 * double(lanes));
     EXPECT_EQ(outcome.farm.points_completed, 2 * lanes);
     EXPECT_TRUE(outcome.farm.out_of_time);
@@ -59,7 +59,7 @@ TEST_F(StudyWalltime, BeginsNoBatchThatWouldEndTooLate) {
 TEST_F(StudyWalltime, KnowsThePaceOfEarlierRuns) {
     (void)run_for(2.5 * double(lanes));
     ASSERT_TRUE(read_pace(folder).is_known());
-    // The estimate for the reference machine is far below a second; the pace is a second a point.
+    // The estimate for the reference machine is far below a second; the pace is 1 s per point.
     const ExecuteOutcome outcome = run_for(0.5 * double(lanes));
     EXPECT_EQ(outcome.farm.points_completed, 0);
     EXPECT_TRUE(outcome.farm.out_of_time);
@@ -82,7 +82,7 @@ TEST_F(StudyWalltime, IsCompletedRunByRun) {
     EXPECT_FALSE(std::filesystem::exists(folder.journals()));
 }
 
-TEST_F(StudyWalltime, TakesADamagedNoteOfThePaceForNone) {
+TEST_F(StudyWalltime, IgnoresADamagedNoteOfThePace) {
     (void)run_for(1.5 * double(lanes));
     for (const char* text : {"", "{", "[]", R"({"format": "culm-pace"})", R"({"format": 3})",
                              R"({"format": "culm-pace", "estimated_seconds": 1e999, "seconds": 1,

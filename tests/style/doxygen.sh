@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# The API documentation can be made, without a warning. Exit code 77: there is no doxygen here.
+# Doxygen makes the API documentation without a warning. Exit code 77 if doxygen is missing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 command -v doxygen > /dev/null || { echo "there is no doxygen"; exit 77; }

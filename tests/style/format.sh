@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Sources are as clang-format 14 leaves them. Exit code 77 (skipped) without that version: others
-# break lines differently.
+# Sources are formatted by clang-format 14. Exit code 77 (skipped) without that version, because
+# others break lines differently.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Every header of src/ compiles alone and may be included twice.
 
-    headers.py ROOT COMPILE_COMMANDS    exit code 1 and the compiler's words for each that does not
+    headers.py ROOT COMPILE_COMMANDS    exit code 1 and the compiler's message for each that fails
 
-A header that some source of the build includes first has been shown to compile alone by the
-build itself; only the others are given to the compiler here, without code generation.
+The build itself shows that a header compiles alone if a source includes it first. Only the other
+headers are compiled here, without code generation.
 """
 
 import json
@@ -22,7 +22,7 @@ FIRST_INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 
 
 def source_of(entry: dict) -> Path:
-    """The source of an entry; of a group of sources the first, which it reads before the others."""
+    """The source of an entry; for a group of sources the first, which is included first."""
     path = Path(entry["file"])
     if path.parent.name != "Unity" or not path.is_file():
         return path
@@ -31,7 +31,7 @@ def source_of(entry: dict) -> Path:
 
 
 def build_flags(root: Path, commands: list[dict]) -> dict[str, tuple[list[str], str]]:
-    """Folder of src/ -> compiler with flags, and where it runs; tests serve header-only layers."""
+    """Folder of src/ -> compiler with flags, and its folder; tests provide header-only layers."""
     flags: dict[str, tuple[list[str], str]] = {}
     for tree in ("src", "tests"):
         for entry in commands:
@@ -56,7 +56,7 @@ def proven_by_the_build(commands: list[dict]) -> set[str]:
 
 
 def compile_alone(header: str, flags: tuple[list[str], str]) -> str:
-    """The compiler's complaint about a source of this header alone; empty if there is none."""
+    """The compiler's message for a source that contains only this header; empty if it compiles."""
     arguments, directory = flags
     source = f'#include "{header}"\n#include "{header}"\n'
     result = subprocess.run([*arguments, "-O0", "-fsyntax-only", "-x", "c++", "-"], input=source,
@@ -65,7 +65,7 @@ def compile_alone(header: str, flags: tuple[list[str], str]) -> str:
 
 
 def faults(root: Path, commands: list[dict]) -> list[str]:
-    """The complaints about all headers that the build itself does not vouch for."""
+    """The messages for all headers that the build itself does not check."""
     flags = build_flags(root, commands)
     proven = proven_by_the_build(commands)
     found, todo = [], []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The check of the headers finds what it is there for: a small tree with one bad header.
+"""Tests the check of the headers on a small tree with one bad header.
 
     headers_test.py COMPILER
 """

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Headers of src/ that need each other in a circle, and headers that no file needs.
+"""Finds headers of src/ that include each other in a circle, and headers that no file includes.
 
     includes.py ROOT            exit code 1 and one line per fault
     includes.py ROOT --shrink   removes the mended faults from accepted_includes.txt
 
 A header and the source of the same name are one unit. Units that include each other in a circle can
-only be understood together: they are merged, or divided by idea. A header that nobody in src/ needs
+only be understood together: merge them, or divide them by idea. A header that no file in src/ needs
 is dead or serves tests only. Clients are files of src/ other than the header's own source.
 
-accepted_includes.txt lists the faults that stood when the check began. It may only shrink.
+accepted_includes.txt lists the faults that existed when the check was added. It may only shrink.
 """
 
 import re
@@ -32,7 +32,7 @@ def includes(root: Path) -> dict[str, set[str]]:
 
 
 def circles(graph: dict[str, set[str]]) -> list[list[str]]:
-    """Sets of two nodes or more that all reach each other (strongly connected components)."""
+    """Sets of two or more nodes that all reach each other (strongly connected components)."""
     number: dict[str, int] = {}
     lowest: dict[str, int] = {}
     stack: list[str] = []
@@ -63,7 +63,7 @@ def unit(name: str) -> str:
 
 
 def faults(root: Path) -> dict[str, str]:
-    """Short name of a fault, without folders so that it survives a move -> its sentence."""
+    """Short name of a fault -> its sentence. Short names have no folders, so files may move."""
     graph = includes(root)
     headers = {name: targets for name, targets in graph.items() if name.endswith(".hpp")}
     units = defaultdict(set)
@@ -96,14 +96,14 @@ def accepted(file: Path) -> list[str]:
 
 
 def is_accepted(short: str, known: list[str]) -> bool:
-    """As it stands in the list; or what is left of an accepted circle that has become smaller."""
+    """Whether the list contains the fault, or a larger circle of which the fault is a part."""
     kind, *members = short.split()
     return short in known or (kind in ("headers", "units") and any(
         entry.split()[0] == kind and set(members) < set(entry.split()[1:]) for entry in known))
 
 
 def new_faults(root: Path, file: Path = ACCEPTED, most: int = MOST_ACCEPTED) -> list[str]:
-    """The faults that are not accepted; a list that has grown is one itself."""
+    """The faults that are not accepted, including a list that has grown."""
     known = accepted(file)
     broken = [text for short, text in faults(root).items() if not is_accepted(short, known)]
     if len(known) > most:
@@ -112,7 +112,7 @@ def new_faults(root: Path, file: Path = ACCEPTED, most: int = MOST_ACCEPTED) -> 
 
 
 def shrink(root: Path, file: Path = ACCEPTED) -> int:
-    """Rewrites the list without what is mended; the number that stays."""
+    """Removes mended faults from the list; returns the number of the remaining ones."""
     comments = [line for line in file.read_text(encoding="utf-8").splitlines()
                 if line.startswith("#")]
     known = accepted(file)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The check of includes finds what it is there for."""
+"""Tests the check of includes."""
 
 import tempfile
 import unittest
@@ -45,7 +45,7 @@ class IncludeCheck(unittest.TestCase):
         self.write("run/c.cpp", "run/a.hpp", "run/b.hpp")
         self.assertEqual(self.kinds(), ["units a b"])
 
-    def test_a_source_that_includes_its_own_header_is_no_circle(self):
+    def test_a_source_that_includes_its_own_header_is_not_a_circle(self):
         self.assertEqual(includes.circles({"a": {"a"}, "b": {"a"}}), [])
 
     def test_a_header_with_a_single_client_is_accepted(self):
@@ -66,7 +66,7 @@ class IncludeCheck(unittest.TestCase):
         self.write("study/x.hpp")
         self.assertEqual(len(includes.new_faults(self.root, self.list, 2)), 1)
 
-    def test_what_is_left_of_an_accepted_circle_is_accepted(self):
+    def test_a_part_of_an_accepted_circle_is_accepted(self):
         self.assertTrue(includes.is_accepted("units a b", ["units a b c"]))
         self.assertFalse(includes.is_accepted("units a d", ["units a b c"]))
         self.assertFalse(includes.is_accepted("headers a b", ["units a b c"]))

@@ -30,8 +30,8 @@ ALLOWED["cluster"] = {"core", "farm", "study"}
 ALLOWED["present"] = (ALLOWED["calibrate"] | {"archive", "calibrate", "study"}) - {"farm"}
 ALLOWED["cli"] = ALLOWED["calibrate"] | {"archive", "calibrate", "cluster", "present", "study"}
 
-# What a library's headers and CMake targets look like -> the folders that may use it; below a layer
-# only the named part includes it.
+# Library -> patterns of its headers and CMake targets, and the folders that may use it. If a folder
+# is a part of a layer, only that part may include the library.
 LIBRARIES = {
     "MPI": (r"mpi\.h$", r"MPI::", {"farm", "cli"}),
     "HDF5": (r"(hdf5|H5\w*)\.h$", r"hdf5::|HDF5_", {"archive"}),
@@ -57,7 +57,7 @@ def strip_cmake_comments(text: str) -> str:
 
 
 def include_faults(place: str, layer: str, headers: list[str]) -> list[str]:
-    """Faults of one source: headers of a layer above, or of a library of another layer."""
+    """Faults of one source: it includes a higher layer or a library of another layer."""
     faults = []
     for header in headers:
         target = header.split("/")[0] if "/" in header else ""
@@ -85,7 +85,7 @@ def link_faults(place: str, layer: str, text: str) -> list[str]:
 
 
 def faults(root: Path) -> list[str]:
-    """Every broken arrow below ROOT/src."""
+    """All faults below ROOT/src."""
     found = []
     for folder in sorted(path for path in (root / "src").iterdir() if path.is_dir()):
         if folder.name not in ALLOWED:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The layer check finds what it is there for: each rule is broken once in a temporary tree."""
+"""Tests the layer check: each rule is broken once in a temporary tree."""
 
 import tempfile
 import unittest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Names, first lines, sizes, leftovers and machine paths of the source files.
+"""Checks names, first lines, sizes, leftovers and machine paths of the source files.
 
     names.py ROOT       exit code 1 and one line per fault; long files are only listed
 """
@@ -14,19 +14,19 @@ from source_tree import files
 CODE_FOLDERS = ["src", "tests", "bench", "postprocess", "jobs", "cmake"]
 CODE = {".hpp", ".cpp", ".py", ".sh", ".cmake"}
 DOCUMENTS = {".md", ".toml", ".txt", ".json"}
-# Folders that another machine need not have; the tests alone may name them.
+# Folders that may not exist on another machine; only the tests may name them.
 MACHINE_PATH = re.compile(r"(?<![\w.~})/-])/(?:work|tmp|root|home)(?![\w-])")
 MACHINE_PATH_FOLDERS = ["src", "postprocess", "docs", "config", "jobs", "bench", "cmake"]
-# Split so that this file does not find itself.
+# The words are split so that the check does not find them in this file.
 LEFTOVER = re.compile(r"\b(?:TO" "DO|FIX" r"ME|X" r"XX)\b")
 VAGUE = re.compile(r"(?:^|_)(?:utils?|utilit(?:y|ies)|helpers?|common|misc|stuff)(?:_|$)")
 LICENCE = "SPDX-License-Identifier: BSD-3-Clause"
-# A file holds one idea.
+# A file contains one idea.
 LONG, TOO_LONG = 400, 500
 # Files directly in a folder of src/.
 MOST_IN_FOLDER = 25
-# Files and lines of src/: what is wanted, and the most that is allowed until then. Whoever makes
-# src/ smaller lowers the latter; at the aim they are the same.
+# Files and lines of src/: the aim, and the present limit. When src/ becomes smaller, lower the
+# limit, until it equals the aim.
 AIM_FILES, AIM_LINES = 450, 50_000
 MOST_FILES, MOST_LINES = 454, 59_906
 
@@ -38,7 +38,7 @@ def name_faults(place: Path) -> list[str]:
 
 
 def first_line_faults(place: Path, lines: list[str]) -> list[str]:
-    """The licence line of a source; of a header also one sentence of purpose and the guard."""
+    """Checks the licence line of a source, and for a header also its purpose and its guard."""
     mark = "//" if place.suffix in (".hpp", ".cpp") else "#"
     head = lines[1:] if lines and lines[0].startswith("#!") else lines
     if place.suffix == ".cmake":
@@ -77,7 +77,7 @@ def sources(root: Path) -> list[Path]:
 
 
 def crowd_faults(root: Path) -> list[str]:
-    """Folders of src/ with more files than a person can oversee, and the size of src/ as a whole."""
+    """Folders of src/ with more than MOST_IN_FOLDER files, and the size of src/."""
     found = []
     all_sources = sources(root)
     folders = Counter(path.parent.relative_to(root).as_posix() for path in all_sources)
@@ -93,7 +93,7 @@ def crowd_faults(root: Path) -> list[str]:
 
 
 def faults(root: Path) -> list[str]:
-    """Every fault of names, first lines, leftovers, paths and size."""
+    """All faults of names, first lines, leftovers, paths and size."""
     found = crowd_faults(root)
     code = files(root, CODE_FOLDERS, CODE)
     documents = files(root, [*CODE_FOLDERS, "docs", "config"], DOCUMENTS)
@@ -112,7 +112,7 @@ def faults(root: Path) -> list[str]:
 
 
 def long_files(root: Path) -> list[str]:
-    """Files that are allowed but should be looked at."""
+    """Files that are allowed but longer than LONG lines."""
     sizes = [(len(path.read_text(encoding="utf-8").splitlines()), path)
              for path in files(root, CODE_FOLDERS, CODE)]
     return [f"{path.relative_to(root)}: {size} lines, aim at {LONG}"

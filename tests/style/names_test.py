@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The check of names and first lines finds what it is there for."""
+"""Tests the check of names and first lines."""
 
 import tempfile
 import unittest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The files of the source tree that the style tests look at."""
+"""The files of the source tree that the style tests check."""
 
 from pathlib import Path
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""clang-tidy on every source of src/, some sources at a time.
+"""Runs clang-tidy on every source of src/, in groups of sources.
 
     cmake --preset tidy && tests/style/tidy.py build/tidy [PART OF A PATH...]
 
-Most of a source's analysis is reading the headers of other projects. Sources with the same flags are
+Most of the time is spent on the headers of other projects. Sources with the same flags are
 therefore included by one file, which the analyzer treats as a unit if its name begins with
 UnifiedSource. Prints the findings; exit code 1 if there are any. CLANG_TIDY names the program.
 """
@@ -40,7 +40,7 @@ def units(database: list[dict], parts: list[str]) -> dict[str, list[str]]:
 
 
 def findings(folder: Path, name: str) -> list[str]:
-    """Lines of clang-tidy about one unit; the unit itself includes sources, which is its purpose."""
+    """Findings of clang-tidy in one unit, without those about the unit's own includes."""
     result = subprocess.run(
         [os.environ.get("CLANG_TIDY", "clang-tidy"), "-p", folder, folder / name, "--quiet",
          f"--config-file={ROOT / '.clang-tidy'}", "--checks=-bugprone-suspicious-include",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""tidy.py must find faults in sources that only a unit includes, those of the analyzer too."""
+"""tidy.py must find faults, also those of the analyzer, in sources that only a unit includes."""
 
 import json
 import shutil

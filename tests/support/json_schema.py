@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks JSON against the part of JSON Schema that docs/schemas uses; no package is needed."""
+"""Validates JSON by the part of JSON Schema that docs/schemas uses, without other packages."""
 
 TYPES = {
     "object": dict, "array": list, "string": str, "boolean": bool, "null": type(None),
@@ -36,7 +36,7 @@ def array_faults(value: list, schema: dict, root: dict, place: str) -> list[str]
 
 
 def schema_faults(value, schema: dict, root: dict | None = None, place: str = "$") -> list[str]:
-    """What is wrong with a value, one sentence each; empty if it is valid."""
+    """The faults of a value, one sentence each; empty if it is valid."""
     root = root or schema
     unknown = set(schema) - KEYWORDS
     if unknown:

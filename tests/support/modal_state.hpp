@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A chain set swinging in a single mode, whose later motion is known exactly at small amplitude.
+// A chain that vibrates in a single mode; at small amplitude its motion is known exactly.
 #pragma once
 
 #include "integrate/modes.hpp"

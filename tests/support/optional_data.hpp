@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Data that lie outside the repository and may be absent.
+// Data outside the repository, which may be absent.
 #pragma once
 
 #include <cstdlib>
@@ -9,9 +9,9 @@
 
 namespace culm::tests {
 
-/// A folder of the optional data: below the folder named by the environment variable
-/// CULM_OPTIONAL_DATA, by default ../shared/data beside the repository. Empty if it is not there:
-/// the test then skips.
+/// A folder of the optional data, below the folder named by the environment variable
+/// CULM_OPTIONAL_DATA (by default ../shared/data, relative to the repository). Empty if the folder
+/// does not exist; the test is then skipped.
 inline std::optional<std::filesystem::path> optional_data(const std::string& name) {
     const char* place = std::getenv("CULM_OPTIONAL_DATA");
     const std::filesystem::path folder =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Parameters by the text that people read.
+// Parameters from their printed names.
 #pragma once
 
 #include "physics/parameter_id.hpp"

@@ -9,9 +9,9 @@
 
 namespace culm::tests {
 
-/// A state near the straight one in which every number is stirred: displacements of a tenth of the
+/// A state near the straight one in which every number is random: displacements of a tenth of the
 /// bond length, velocities and spins of a vibrating stem, and bond histories of the size that
-/// such displacements cause, normal to the bond where they have to be. The clamped sphere rests.
+/// such displacements cause, normal to the bond where required. The clamped sphere is at rest.
 template <int Dim>
 std::vector<double> random_state(const physics::Chain<Dim, double>& chain, unsigned seed) {
     std::mt19937_64 engine(seed);

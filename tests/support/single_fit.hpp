@@ -8,7 +8,7 @@
 
 namespace culm::tests {
 
-/// A model by itself, from its values as a first guess.
+/// Fits a single model; its values are the first guess.
 inline fit::RecordingFit fit_chain(const fit::StemModel& model,
                                    const measure::Measurement& measurement,
                                    const fit::SolveOptions& options = {}) {
@@ -23,7 +23,7 @@ inline fit::Fit fit_baseline(const measure::Measurement& measurement,
     return fit::fit_model({}, {}, {&recording, 1}, options);
 }
 
-/// The chain with these effects, from `smaller`, a fit with some or none of them.
+/// The chain with these effects, starting from `smaller`, a fit with some or none of them.
 inline fit::Fit fit_candidate(const fit::SelectedEffects& effects, const fit::Fit& smaller,
                               const measure::Measurement& measurement,
                               const fit::FitOptions& options = {}) {

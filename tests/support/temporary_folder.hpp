@@ -10,7 +10,7 @@
 
 namespace culm::tests {
 
-/// An empty folder that goes away with the object.
+/// An empty folder that is removed with the object.
 class TemporaryFolder {
   public:
     TemporaryFolder() {

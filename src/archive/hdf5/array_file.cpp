@@ -59,7 +59,7 @@ void write_array(const Hdf5Output& output, Groups& groups, const NamedArray& arr
 
 void write_array_file(const std::filesystem::path& path, std::span<const GroupTexts> groups,
                       std::span<const NamedArray> arrays) {
-    // Under another name until it is complete: a reader never finds half a file.
+    // The file has another name until it is complete, so that a reader never finds half a file.
     std::filesystem::path unfinished = path;
     unfinished += ".tmp";
     {

@@ -13,7 +13,7 @@ namespace culm::archive {
 
 /// One dataset.
 struct NamedArray {
-    std::string path; ///< within the file, as in "model_1/residual"; its groups come into being
+    std::string path; ///< within the file, as in "model_1/residual"; its groups are created
     std::string unit; ///< "1": dimensionless
     std::string description;
     std::vector<std::size_t> shape;
@@ -26,8 +26,8 @@ struct GroupTexts {
     std::vector<std::pair<std::string, std::string>> texts;
 };
 
-/// Writes a new file; an existing one stays until the new one is complete. Datasets are as in
-/// study.h5: with unit, description and checksums. Throws core::StorageError.
+/// Writes a new file; an existing one is kept until the new one is complete. Datasets have a unit,
+/// a description and checksums, as in study.h5. Throws core::StorageError.
 void write_array_file(const std::filesystem::path& path, std::span<const GroupTexts> groups,
                       std::span<const NamedArray> arrays);
 

@@ -21,7 +21,7 @@ herr_t visit_error(unsigned depth, const H5E_error2_t* error, void* data) noexce
     // that they failed.
     if (depth == 0)
         reason.innermost = text;
-    // A refused lock has no error code of its own; the wording differs between versions.
+    // HDF5 has no separate error code for a refused lock, and the text differs between versions.
     if (text.find("lock the file") != std::string_view::npos ||
         text.find("lock file") != std::string_view::npos)
         reason.is_lock = true;

@@ -43,7 +43,7 @@ Result checked(Result result, std::string_view action, const std::filesystem::pa
     return result;
 }
 
-/// Owns an identifier that is given back with Close.
+/// Owns an identifier that is released by Close.
 template <herr_t (*Close)(hid_t)>
 class Hdf5Handle {
   public:
@@ -63,7 +63,7 @@ class Hdf5Handle {
 
     [[nodiscard]] hid_t get() const { return id_; }
     [[nodiscard]] bool is_open() const { return id_ >= 0; }
-    /// Gives the identifier back now; the result is to be checked, for closing writes.
+    /// Closes the identifier now. Check the result, because closing writes data.
     [[nodiscard]] herr_t close() {
         return id_ >= 0 ? Close(std::exchange(id_, H5I_INVALID_HID)) : 0;
     }

@@ -23,12 +23,12 @@ void strip_padding(std::string& text) {
     text.erase(text.find_last_not_of('\0') + 1);
 }
 
-/// An external link in a hostile file would open other files of this machine with the rights of
-/// whoever reads the archive.
+/// An external link in a hostile file would open other files of this machine with the rights of the
+/// user who reads the archive.
 FileHandle open_without_external_links(const std::filesystem::path& path) {
     if (H5Lis_registered(H5L_TYPE_EXTERNAL) > 0)
         checked(H5Lunregister(H5L_TYPE_EXTERNAL), "switch off external links", path);
-    // Where the file system knows no locks, the file is read without one.
+    // The file is read without a lock if the file system does not support locks.
     const PropertyListHandle access(checked(H5Pcreate(H5P_FILE_ACCESS), "set up access", path));
     checked(H5Pset_file_locking(access.get(), true, true), "set file locking", path);
     return FileHandle(checked(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()),
@@ -49,7 +49,7 @@ void Hdf5Input::refuse(const std::string& object, const std::string& why) const 
 }
 
 bool Hdf5Input::has(const std::string& object) const {
-    // H5Lexists fails, and does not answer no, if a group on the way is missing.
+    // H5Lexists fails, instead of returning false, if a group in the path is missing.
     for (std::size_t end = object.find('/', 1); end != std::string::npos;
          end = object.find('/', end + 1))
         if (H5Lexists(root(), object.substr(0, end).c_str(), H5P_DEFAULT) <= 0)
@@ -94,7 +94,7 @@ std::vector<std::string> Hdf5Input::text_list_attribute(const std::string& objec
     texts.reserve(count);
     for (const char* pointer : pointers)
         texts.emplace_back(pointer == nullptr ? "" : pointer);
-    // HDF5 has allocated every text by itself.
+    // HDF5 has allocated each text separately.
     checked(H5Dvlen_reclaim(type.get(), space.get(), H5P_DEFAULT, pointers.data()), action, path_);
     return texts;
 }
@@ -122,8 +122,8 @@ DatasetHandle Hdf5Input::open_dataset(const std::string& name) const {
 }
 
 hsize_t Hdf5Input::element_count(const std::string& dataset, std::size_t element_size) const {
-    // As deflate shrinks a thousandfold at most, what is stored bounds what may be read; an absent
-    // chunk, which HDF5 would replace by fill values, is found on the way.
+    // Deflate compresses at most a thousandfold, so the stored size limits the number of values. A
+    // dataset without chunks is refused too; HDF5 would return fill values for it.
     constexpr long double largest_ratio = 1100.0L;
     const std::vector<hsize_t> extent = shape(dataset);
     long double size = static_cast<long double>(element_size);
@@ -195,7 +195,7 @@ std::vector<double> Hdf5Input::doubles_at(const std::string& dataset, hsize_t ro
                                           hsize_t rows) const {
     const std::string action = "read " + dataset;
     std::vector<hsize_t> count = shape(dataset);
-    // By subtraction: a row number from a damaged file may be so large that row + rows overflows.
+    // Subtract: a row number from a damaged file may be so large that row + rows overflows.
     if (count.empty() || rows > count.front() || row > count.front() - rows)
         refuse(dataset, fmt::format("has no row {}", row + rows - 1));
     static_cast<void>(element_count(dataset, sizeof(double)));

@@ -13,16 +13,16 @@
 namespace culm::archive {
 
 /// An HDF5 file opened for reading. Objects are named by their absolute paths. Every failure is a
-/// StorageError with the file's path and the object's name; so is an object of another type or
-/// shape than culm writes, and one that announces more than the file can hold. External links are
-/// not followed.
+/// StorageError with the file's path and the object's name. An object is refused if culm does not
+/// write its type or shape, or if its shape exceeds the size of the file. External links are not
+/// followed.
 class Hdf5Input {
   public:
     explicit Hdf5Input(std::filesystem::path path);
 
     [[nodiscard]] const std::filesystem::path& path() const { return path_; }
     [[nodiscard]] hid_t root() const { return file_.get(); }
-    /// Whether there is an object of that name (a name in a missing group is not there either).
+    /// Whether an object of that name exists; false if one of its groups is missing.
     [[nodiscard]] bool has(const std::string& object) const;
     [[nodiscard]] bool has_attribute(const std::string& object, const std::string& name) const;
 
@@ -34,7 +34,7 @@ class Hdf5Input {
     [[nodiscard]] std::int64_t integer_attribute(const std::string& object,
                                                  const std::string& name) const;
 
-    /// Refuses datasets whose numbers stand in other files.
+    /// Refuses datasets whose numbers are stored in other files.
     [[nodiscard]] DatasetHandle open_dataset(const std::string& name) const;
     [[nodiscard]] std::vector<hsize_t> shape(const std::string& dataset) const;
     /// A scalar text whose attribute crc32 is verified.
@@ -53,7 +53,7 @@ class Hdf5Input {
 
   private:
     [[noreturn]] void refuse(const std::string& object, const std::string& why) const;
-    /// Product of the shape, checked against what is stored.
+    /// Product of the shape, checked against the stored size.
     [[nodiscard]] hsize_t element_count(const std::string& dataset, std::size_t element_size) const;
     [[nodiscard]] AttributeHandle open_attribute(const std::string& object,
                                                  const std::string& name) const;

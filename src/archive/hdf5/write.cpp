@@ -13,7 +13,7 @@
 #include <span>
 
 #include <hdf5.h>
-#if __has_include(<H5FDdevelop.h>) // from HDF5 1.14 on, what a driver needs stands apart
+#if __has_include(<H5FDdevelop.h>) // the declarations for drivers, from HDF5 1.14 on
 #include <H5FDdevelop.h>
 #endif
 
@@ -23,14 +23,14 @@ namespace {
 
 using Target = Hdf5WriteDriver::Target;
 
-/// What HDF5 holds of the open file; it knows the base only.
+/// HDF5's object for the open file; HDF5 uses only the base.
 struct DriverFile : H5FD_t {
     Target* target = nullptr;
     haddr_t end_of_allocation = 0;
     haddr_t end_of_file = 0; ///< as if every write had succeeded
 };
 
-/// Runs an action on the file; after the first StorageError, nothing any more.
+/// Runs an action on the file; does nothing after the first StorageError.
 template <class Action>
 void attempt(H5FD_t* file, Action action) {
     Target& target = *static_cast<DriverFile*>(file)->target;
@@ -58,8 +58,8 @@ herr_t close_file(H5FD_t* file) {
     return 0;
 }
 
-/// As HDF5's own POSIX driver, without its promises of a POSIX descriptor and of readers beside the
-/// writer.
+/// As HDF5's own POSIX driver, without the flags for access by POSIX descriptor and for concurrent
+/// readers.
 herr_t query(const H5FD_t*, unsigned long* flags) {
     if (flags != nullptr)
         *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA |
@@ -87,7 +87,7 @@ herr_t read_bytes(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t address, std::size_t 
     std::size_t got = 0;
     attempt(file,
             [&](const FileDescriptor& descriptor) { got = descriptor.read_at(bytes, address); });
-    // As HDF5's own drivers do: what was allocated but not written yet reads as zeros.
+    // As in HDF5's own drivers, allocated bytes that are not written yet read as zeros.
     std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(got), bytes.end(), std::byte{});
     return 0;
 }
@@ -173,12 +173,12 @@ namespace {
 
 FileHandle create_file(const Hdf5WriteDriver& driver, const std::filesystem::path& path) {
     const PropertyListHandle access = driver.access_properties();
-    // Fixed at both ends: a newer library writes the same bytes.
+    // Both bounds are fixed, so that a newer library writes the same bytes.
     checked(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110),
             "set the file format", path);
-    // Closing the file closes what an exception may have left open inside.
+    // Closing the file also closes objects in it that are still open after an exception.
     checked(H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG), "set up access", path);
-    // Two archives of the same content are the same bytes: no object keeps a time.
+    // Objects store no time, so that two archives of the same content have the same bytes.
     const PropertyListHandle creation(H5Pcreate(H5P_FILE_CREATE));
     checked(H5Pset_obj_track_times(creation.get(), false), "switch off object times", path);
     return FileHandle(checked(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()),
@@ -199,7 +199,7 @@ PropertyListHandle creation_properties(const DatasetLayout& layout,
     checked(H5Pset_fletcher32(list.get()), "set the checksum filter", path);
     checked(H5Pset_obj_track_times(list.get(), false), "switch off object times", path);
     if (H5Tget_class(layout.type) == H5T_FLOAT) {
-        // What was never written must not read as a plausible zero.
+        // Values that were never written must not read as a plausible zero.
         const double fill = std::numeric_limits<double>::quiet_NaN();
         checked(H5Pset_fill_value(list.get(), H5T_NATIVE_DOUBLE, &fill), "set a fill value", path);
     }
@@ -224,8 +224,8 @@ DatatypeHandle variable_text_type() {
     return type;
 }
 
-/// Texts of variable length lie in a heap of the file that passes no filter, so that no checksum
-/// guards them; these are part of the dataset's chunks.
+/// HDF5 stores texts of variable length in a heap without checksums. Texts of fixed length are part
+/// of the dataset's chunks, which have checksums.
 DatatypeHandle fixed_text_type(std::size_t bytes) {
     DatatypeHandle type(H5Tcopy(H5T_C_S1));
     H5Tset_size(type.get(), std::max<std::size_t>(bytes, 1));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Creating groups, attributes and datasets in the one way in which the study file uses them.
+// Creating groups, attributes and datasets as the study file uses them.
 #pragma once
 
 #include "archive/file_descriptor.hpp"
@@ -16,13 +16,13 @@
 
 namespace culm::archive {
 
-/// An HDF5 file driver for one new file. HDF5 1.10 does not survive a write that fails: it cannot
-/// close the file any more and ends in a segmentation fault or in an endless loop at exit. So the
-/// driver never reports a failed write to HDF5; it remembers the first one, drops all later ones,
-/// and the owner asks for it.
+/// An HDF5 file driver for one new file. HDF5 1.10 does not survive a write that fails: it can no
+/// longer close the file and ends in a segmentation fault or in an endless loop at exit. Therefore
+/// the driver never reports a failed write to HDF5. It stores the first error and skips all later
+/// writes; require_written() throws the error.
 class Hdf5WriteDriver {
   public:
-    /// What the driver's functions work on.
+    /// The data that the driver's functions use.
     struct Target {
         FileDescriptor file;
         std::string error; ///< of the first failed write; empty: none
@@ -40,12 +40,12 @@ class Hdf5WriteDriver {
 
   private:
     std::unique_ptr<Target> target_; // HDF5 keeps its address
-    /// Held until the file is closed: H5Fclose releases the file's own hold on the driver, and
-    /// calls the driver after that.
+    /// Kept until the file is closed, because H5Fclose still calls the driver after it has released
+    /// its own reference to it.
     Hdf5Handle<H5FDunregister> driver_;
 };
 
-/// How a dataset is laid out; always chunked and with a fletcher32 checksum per chunk.
+/// Layout of a dataset; it is always chunked, with a fletcher32 checksum per chunk.
 struct DatasetLayout {
     hid_t type = H5I_INVALID_HID; ///< in the file, little-endian
     std::vector<hsize_t> shape;
@@ -68,10 +68,10 @@ class Hdf5Output {
     [[nodiscard]] GroupHandle create_group(hid_t parent, const std::string& name) const;
     [[nodiscard]] DatasetHandle create_dataset(hid_t parent, const std::string& name,
                                                const DatasetLayout& layout) const;
-    /// Another name for an object: `name` in `parent` for what `target` (absolute) is.
+    /// Creates the link `name` in `parent` to the object `target` (absolute).
     void link(const std::string& target, hid_t parent, const std::string& name) const;
 
-    /// Variable-length UTF-8 attributes: the form that h5py gives back as str.
+    /// Variable-length UTF-8 attributes, which h5py reads as str.
     void write_attribute(hid_t object, const std::string& name, const std::string& text) const;
     void write_attribute(hid_t object, const std::string& name,
                          std::span<const std::string> texts) const;

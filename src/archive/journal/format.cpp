@@ -10,8 +10,8 @@ namespace culm::archive {
 
 namespace {
 
-/// Header and payload have a checksum each. A sound header gives the way to the next record even if
-/// its payload is damaged, so that one flipped bit costs one record.
+/// Header and payload have a checksum each. An intact header locates the next record even if its
+/// payload is damaged, so that one flipped bit destroys only one record.
 void put_header(ByteWriter& writer, std::int64_t point, RecordKind kind,
                 std::span<const std::byte> payload) {
     ByteWriter header;
@@ -43,7 +43,7 @@ std::vector<std::byte> encode_journal_header(std::string_view identity, std::uin
 
 void encode_record(const PointRecord& record, std::vector<std::byte>& bytes) {
     // The payload is encoded behind a gap for the header, whose checksum is known only afterwards.
-    // So histories are written to memory once.
+    // Thus histories are copied only once.
     bytes.resize(record_header_size);
     ByteWriter payload(std::move(bytes));
     put_payload(record, payload);
@@ -77,7 +77,7 @@ std::optional<RecordHeader> decode_record_header(std::span<const std::byte> byte
     const auto reserved = reader.get<std::uint32_t>();
     header.payload_crc = reader.get<std::uint32_t>();
     const auto header_crc = reader.get<std::uint32_t>();
-    // The checksum goes first: kind and size of a damaged header mean nothing.
+    // The checksum is tested first: kind and size of a damaged header are meaningless.
     if (header_crc != crc32(bytes.first(record_header_size - sizeof(header_crc))) ||
         !is_known_kind(kind) || reserved != 0)
         return std::nullopt;
@@ -108,7 +108,7 @@ PointRecord decode_payload(std::span<const std::byte> payload, std::string_view 
     record.height_deflection = reader.get_doubles();
     record.positions = reader.get_doubles();
     if (!reader.is_empty())
-        throw core::StorageError(std::string(where) + ": bytes left over behind the content");
+        throw core::StorageError(std::string(where) + ": unexpected bytes after the content");
     return record;
 }
 

@@ -22,20 +22,20 @@ inline constexpr std::array<char, 8> journal_magic = {'C', 'U', 'L', 'M', 'J', '
 /// Bytes of the file header before the identity text: magic, version, length.
 inline constexpr std::size_t journal_prefix_size = 16;
 
-/// Starts every record. Not a text and not the start of any likely double, so that a search for it
-/// rarely finds anything else.
+/// The first bytes of every record. Neither texts nor likely doubles contain them, so that a search
+/// for them rarely finds anything else.
 inline constexpr std::array<std::byte, 8> record_magic = {
     std::byte{0xC5}, std::byte{'R'},  std::byte{'E'},  std::byte{'C'},
     std::byte{0x0D}, std::byte{0x0A}, std::byte{0x1A}, std::byte{0xF1}};
 inline constexpr std::size_t record_header_size = 40;
 
-/// What a record says of its point, with the numbers used in the file. 2 is PointStatus::Missing
-/// and stands in no journal.
+/// Kind of a record, with the numbers used in the file. No journal contains 2, which is
+/// PointStatus::Missing.
 enum class RecordKind : std::uint8_t {
     Completed = 0,
     Failed = 1,
     Started = 3,   ///< mark without payload: a rank begins to compute the point
-    GivenBack = 4, ///< mark without payload: it stopped in order before there was an outcome
+    GivenBack = 4, ///< mark without payload: the rank stopped before it had an outcome
 };
 
 [[nodiscard]] constexpr bool is_outcome(RecordKind kind) {
@@ -53,19 +53,19 @@ struct RecordHeader {
 [[nodiscard]] std::vector<std::byte> encode_journal_header(std::string_view identity,
                                                            std::uint32_t version = journal_version);
 
-/// Header and payload of a record in one block, ready for one write. Replaces what `bytes` held;
-/// its memory is used again.
+/// Header and payload of a record in one block, ready for one write. Replaces the content of
+/// `bytes` and reuses its memory.
 void encode_record(const PointRecord& record, std::vector<std::byte>& bytes);
 
-/// One mark of this kind for each point, in one block. Replaces what `bytes` held.
+/// One mark of this kind for each point, in one block. Replaces the content of `bytes`.
 void encode_marks(std::span<const std::int64_t> points, RecordKind kind,
                   std::vector<std::byte>& bytes);
 
-/// The header in these record_header_size bytes, or nothing if magic or checksum are wrong.
+/// The header in these record_header_size bytes; nothing if magic or checksum is wrong.
 [[nodiscard]] std::optional<RecordHeader> decode_record_header(std::span<const std::byte> bytes);
 
-/// Appends the payload of a journal record (docs/archive-format.md): all but point and status,
-/// which stand in the record's header.
+/// Appends the payload of a journal record (docs/archive-format.md): all members except point and
+/// status, which are in the record's header.
 void put_payload(const PointRecord& record, ByteWriter& writer);
 
 /// Fills all but point and status from a payload. StorageError, beginning with `where`, if the

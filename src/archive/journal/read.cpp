@@ -29,7 +29,7 @@ std::string_view take_line(std::string_view& text) {
 }
 
 /// InputError unless the identity text (the canonical configuration) stored in the file named
-/// `where` equals the one of the study at hand. The text shows the first line that differs.
+/// `where` equals that of the current study. The message shows the first line that differs.
 void require_same_study(std::string_view stored, std::string_view current,
                         const std::string& where) {
     if (stored == current)
@@ -117,8 +117,8 @@ bool is_all_zero(const FileDescriptor& file, std::uint64_t size) {
     return zero;
 }
 
-/// A process that died while it created the journal leaves a part of the header or zeros. Anything
-/// else that is no whole header may have records behind it and must not be thrown away.
+/// If a process dies while it creates the journal, the file contains a part of the header or zeros.
+/// Any other incomplete header may be followed by records, so the file must be kept.
 bool header_was_never_finished(const FileDescriptor& file, std::string_view identity) {
     const std::uint64_t size = file.size();
     for (std::uint32_t version = oldest_journal_version; version <= journal_version; ++version) {
@@ -134,7 +134,7 @@ bool header_was_never_finished(const FileDescriptor& file, std::string_view iden
     return is_all_zero(file, size);
 }
 
-/// Whether the file ends within a header, whatever its study.
+/// Whether the file ends within the header of any study.
 bool is_beginning_of_header(const FileDescriptor& file) {
     std::vector<std::byte> bytes(journal_prefix_size);
     bytes.resize(file.read_at(bytes, 0));
@@ -168,7 +168,7 @@ HeaderText read_header(const FileDescriptor& file) {
     const auto version = prefix.get<std::uint32_t>();
     if (version < oldest_journal_version || version > journal_version)
         throw core::StorageError(fmt::format(
-            "{} has journal format version {}; this culm reads versions {} to {}. Go on "
+            "{} has journal format version {}; this culm reads versions {} to {}. Continue "
             "with the culm that began the study, or move the file away to compute its "
             "points again",
             name, version, oldest_journal_version, journal_version));
@@ -185,12 +185,12 @@ HeaderText read_header(const FileDescriptor& file) {
             return header;
     }
     throw core::StorageError(fmt::format(
-        "{}: the header is damaged, so its study is unknown; move the file away to go on without "
-        "its points",
+        "{}: the header is damaged, so its study is unknown; move the file away to continue "
+        "without its points",
         name));
 }
 
-/// Adds a whole record to what the scan knows of its point.
+/// Adds an intact record to the scan.
 void note_record(const RecordHeader& header, std::uint64_t offset, std::uint64_t length,
                  JournalScan& scan) {
     if (is_outcome(header.kind))
@@ -202,8 +202,8 @@ void note_record(const RecordHeader& header, std::uint64_t offset, std::uint64_t
         ++scan.unfinished_starts[header.point];
         return;
     }
-    // An outcome or a mark "given back" cancels one start. A start that remains is a process that
-    // died while it computed the point.
+    // An outcome or a mark "given back" cancels one start. Each remaining start means that a
+    // process died while it computed the point.
     const auto start = scan.unfinished_starts.find(header.point);
     if (start != scan.unfinished_starts.end() && --start->second == 0)
         scan.unfinished_starts.erase(start);
@@ -213,20 +213,19 @@ void note_record(const RecordHeader& header, std::uint64_t offset, std::uint64_t
 void scan_records(const FileDescriptor& file, ScanDepth depth, JournalScan& scan) {
     const std::uint64_t size = scan.size;
     std::uint64_t offset = scan.valid_end;
-    // The scan never throws for damage behind the header: what is whole must be found whatever
-    // stands between.
+    // The scan never throws for damage behind the header, because it must find every intact record.
     while (offset < size) {
         const std::optional<RecordHeader> header = read_record_header(file, offset, size);
         if (!header ||
             (depth == ScanDepth::Everything && !payload_is_whole(file, offset, *header))) {
-            // The length in a damaged place cannot be believed. The next magic may stand in the
-            // middle of a payload by chance; the checksum of its header then fails and the search
-            // goes on.
+            // The length in a damaged record is not reliable, so the search looks for the next
+            // magic. A payload may contain the magic by chance; the checksum of that header is then
+            // wrong and the search continues.
             scan.corrupt_records += header ? 1 : 0;
             offset = find_record_magic(file, offset + 1, size);
             continue;
         }
-        // Behind damage there is a whole record, so it was no write that was cut short.
+        // An intact record follows the damage, so the damage is not an interrupted last write.
         if (offset > scan.valid_end) {
             ++scan.damaged_regions;
             scan.skipped_bytes += offset - scan.valid_end;
@@ -289,7 +288,7 @@ std::optional<std::string> read_journal_identity(const std::filesystem::path& pa
     try {
         return read_header(file).identity;
     } catch (const core::StorageError&) {
-        // Of a header that was never finished no whole text can be in the file.
+        // An unfinished header cannot contain a complete text.
         if (is_all_zero(file, file.size()) || is_beginning_of_header(file))
             return std::nullopt;
         throw;
@@ -302,7 +301,7 @@ PointRecord read_record(const FileDescriptor& file, const JournalEntry& entry) {
     std::vector<std::byte> bytes(static_cast<std::size_t>(entry.length));
     bytes.resize(file.read_at(bytes, entry.offset));
     const std::optional<RecordHeader> header = decode_record_header(bytes);
-    // The study may be running: another process may have cut the journal's tail meanwhile.
+    // The study may be running: another process may have truncated the journal since the scan.
     if (!header || header->point != entry.point ||
         bytes.size() != record_header_size + header->payload_size)
         throw core::StorageError(where + ": the record has changed since the journal was scanned");
@@ -333,7 +332,7 @@ JournalIndex::JournalIndex(std::span<const JournalScan> scans) {
         for (const JournalEntry& entry : scan.entries)
             places_.push_back({entry, file});
     }
-    // What counts for a point comes last among its places, and is the one that stays.
+    // The entry to be used is the last one of its point; only that one is kept.
     std::ranges::sort(places_, {}, [](const Place& place) {
         const bool is_completed = place.entry.status == PointStatus::Completed;
         return std::tuple(place.entry.point, is_completed, place.file, place.entry.offset);
@@ -363,8 +362,8 @@ std::optional<PointRecord> JournalIndex::find_record(std::int64_t point) {
         return std::nullopt;
     auto file = open_.find(place->file);
     if (file == open_.end()) {
-        // Only studies on more ranks than this come here. Points follow each other in order and
-        // each rank has a share of all of them, so no file is worth more than another.
+        // Only studies on more ranks than this reach this line. Points are read in order and each
+        // rank computed a share of all of them, so any of the files may be closed.
         if (open_.size() == most_open_files)
             open_.clear();
         file =

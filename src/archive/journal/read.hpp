@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reading journals: an index of what is whole, a count of what is not, and single records.
+// Reading journals: an index of intact records, a count of damaged ones, and single records.
 #pragma once
 
 #include "archive/file_descriptor.hpp"
@@ -15,7 +15,7 @@
 
 namespace culm::archive {
 
-/// Where a whole record stands in its journal.
+/// Position of an intact record in its journal.
 struct JournalEntry {
     std::int64_t point = 0;
     PointStatus status = PointStatus::Completed;
@@ -23,20 +23,20 @@ struct JournalEntry {
     std::uint64_t length = 0; ///< of header and payload, bytes
 };
 
-/// What one journal holds.
+/// Content of one journal.
 struct JournalScan {
     std::string file;
     std::uint64_t size = 0;            ///< of the file, bytes
-    bool header_finished = true;       ///< false: died before the header was written; no entries
-    std::vector<JournalEntry> entries; ///< whole records in the order of the file
+    bool header_finished = true;       ///< false: the process died before; no entries
+    std::vector<JournalEntry> entries; ///< intact records in the order of the file
     /// How often each point was started without an outcome and without being given back: once for
     /// every process that died while it computed the point, and once more if one computes it now.
     std::map<std::int64_t, int> unfinished_starts;
-    std::uint64_t valid_end = 0;       ///< behind the last whole record (or the header), bytes
+    std::uint64_t valid_end = 0;       ///< end of the last intact record (or header), bytes
     std::uint64_t torn_tail_bytes = 0; ///< behind valid_end
-    std::uint64_t skipped_bytes = 0;   ///< damaged, with whole records behind them
+    std::uint64_t skipped_bytes = 0;   ///< damaged, but followed by intact records
     std::int64_t damaged_regions = 0;  ///< stretches that make up skipped_bytes
-    std::int64_t corrupt_records = 0;  ///< whole header, but the payload fails its checksum
+    std::int64_t corrupt_records = 0;  ///< intact header, but wrong checksum of the payload
 
     [[nodiscard]] bool is_damaged() const {
         return torn_tail_bytes > 0 || skipped_bytes > 0 || corrupt_records > 0;
@@ -46,13 +46,13 @@ struct JournalScan {
 /// How much of a journal a scan reads.
 enum class ScanDepth {
     Everything, ///< and checks every checksum
-    Headers,    ///< payloads are passed over unread: for a look at a study that runs
+    Headers,    ///< skips the payloads: for the status of a running study
 };
 
 /// Reads the journal once, in blocks, and checks every checksum; payloads are not kept.
-/// Damage behind the header is skipped up to the next whole record and counted, never thrown.
-/// InputError: the journal belongs to another study. StorageError: it cannot be read, is no
-/// journal, has another version, or its header is damaged.
+/// Damage behind the header is skipped up to the next intact record and counted, never thrown.
+/// InputError: the journal belongs to another study. StorageError: the file cannot be read or is
+/// not a journal, or its version is unknown, or its header is damaged.
 [[nodiscard]] JournalScan scan_journal(const std::filesystem::path& path, std::string_view identity,
                                        ScanDepth depth = ScanDepth::Everything);
 [[nodiscard]] JournalScan scan_journal(const FileDescriptor& file, std::string_view identity,
@@ -65,26 +65,26 @@ enum class ScanDepth {
 [[nodiscard]] std::vector<JournalScan> scan_journal_folder(const std::filesystem::path& folder,
                                                            std::string_view identity);
 
-/// The identity text of a journal, for which the study need not be known; nothing if the header was
-/// never finished. StorageError as above.
+/// The identity text of a journal of any study; nothing if the header was never finished.
+/// StorageError as above.
 [[nodiscard]] std::optional<std::string> read_journal_identity(const std::filesystem::path& path);
 
-/// One record, its checksums verified again. StorageError if it is no longer what was scanned.
+/// One record, its checksums verified again. StorageError if it has changed since the scan.
 [[nodiscard]] PointRecord read_record(const FileDescriptor& file, const JournalEntry& entry);
 
-/// The entry to be used for each point that the journals know: a completed one before a failed one,
-/// else the later one in the order given. 40 bytes a point: a study may have millions.
+/// The entry to be used for each point in the journals: a completed one before a failed one, else
+/// the later one in the given order. An entry needs 40 bytes: a study may have millions of points.
 class JournalIndex {
   public:
     explicit JournalIndex(std::span<const JournalScan> scans);
 
     [[nodiscard]] bool contains(std::int64_t point) const { return find(point) != nullptr; }
-    /// std::out_of_range if the index does not know the point.
+    /// std::out_of_range if the index does not contain the point.
     [[nodiscard]] const JournalEntry& at(std::int64_t point) const;
     [[nodiscard]] std::size_t size() const { return places_.size(); }
 
-    /// The record of a point, or nothing if the index does not know it; StorageError as for
-    /// read_record. Some dozens of journals stay open for the next record.
+    /// The record of a point; nothing if the index does not contain it. StorageError as for
+    /// read_record. Some dozens of journals are kept open for the next record.
     [[nodiscard]] std::optional<PointRecord> find_record(std::int64_t point);
 
   private:

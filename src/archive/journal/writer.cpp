@@ -26,7 +26,7 @@ FileDescriptor open_for_append(const std::filesystem::path& path) {
 JournalWriter::JournalWriter(const std::filesystem::path& path, std::string_view identity,
                              const JournalOptions& options)
     : file_(open_for_append(path)), options_(options) {
-    // The lock comes before the scan, or another writer could append between scan and truncation.
+    // Lock before the scan: another writer could append between scan and truncation.
     file_.lock_exclusively(options.lock_wait);
     const JournalScan found = scan_journal(file_, identity);
     discarded_bytes_ = found.torn_tail_bytes;
@@ -46,8 +46,8 @@ JournalWriter::~JournalWriter() {
     }
 }
 
-/// The header is synchronised at once, with the folder's entry: a journal whose header is lost to a
-/// power cut would be lost with all its records.
+/// The header is synchronised at once, with the folder's entry: if a power cut destroyed it, all
+/// records of the journal would be lost.
 void JournalWriter::start(std::string_view identity) {
     const std::vector<std::byte> header = encode_journal_header(identity);
     try {
@@ -90,7 +90,7 @@ void JournalWriter::write_buffer() {
         if (std::chrono::steady_clock::now() - last_sync_ >= options_.sync_interval)
             sync();
     } catch (const core::StorageError&) {
-        // The disk may have room again later: without the torn record the journal stays sound.
+        // The disk may have room again later; without the torn record the journal stays intact.
         end_ = before;
         cut_to_end();
         throw;

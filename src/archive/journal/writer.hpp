@@ -16,10 +16,10 @@
 namespace culm::archive {
 
 struct JournalOptions {
-    /// At most this long after the last fdatasync, an append ends with another one. A record is in
-    /// the kernel when append returns, so kill -9 never loses it; fdatasync is for the crash of the
-    /// whole node, costs milliseconds, and is therefore not done for every point. 0: after every
-    /// append.
+    /// An append calls fdatasync if the last call is at least this long ago; 0: every append does.
+    /// A record is in the kernel when append returns, so kill -9 never loses it. fdatasync protects
+    /// against a crash of the whole node; it takes milliseconds and is therefore not called for
+    /// every point.
     std::chrono::milliseconds sync_interval{10'000};
     LockWait lock_wait;
 };
@@ -29,28 +29,28 @@ class JournalWriter {
   public:
     /// Creates the journal (and its folder), or continues it: an incomplete record at its end is
     /// cut off first. InputError if it belongs to another study; StorageError if it cannot be
-    /// opened or written, is in use, or is no readable journal.
+    /// opened or written, is in use, or is not a readable journal.
     JournalWriter(const std::filesystem::path& path, std::string_view identity,
                   const JournalOptions& options = {});
-    /// Closes; errors are lost here, so call close() where they matter.
+    /// Closes the file and ignores errors; close() reports them.
     ~JournalWriter();
     JournalWriter(JournalWriter&&) = default;
     JournalWriter& operator=(JournalWriter&&) = delete;
     JournalWriter(const JournalWriter&) = delete;
     JournalWriter& operator=(const JournalWriter&) = delete;
 
-    /// The point is committed when this returns. On StorageError (disk full, I/O error) it is not,
-    /// and what was written of it has been cut off again, so that the journal stays whole and a
-    /// later append may succeed.
+    /// The point is committed when this returns. On StorageError (disk full, I/O error) it is not:
+    /// the partial record has been cut off again, so that the journal stays intact and a later
+    /// append may succeed.
     void append(const PointRecord& record);
-    /// Marks the points as started. A point that is neither appended nor given back later counts as
-    /// being computed when the process died. StorageError as for append.
+    /// Marks the points as started. If a point is neither appended nor given back later, the
+    /// process died while it computed the point. StorageError as for append.
     void mark_started(std::span<const std::int64_t> points);
-    /// Takes the marks back for points that were left in order, without an outcome.
+    /// Cancels the marks of points that the process did not finish before an orderly stop.
     void mark_given_back(std::span<const std::int64_t> points);
     /// fdatasync now.
     void sync();
-    /// fdatasync and close; append must not be called any more.
+    /// fdatasync and close; append must not be called afterwards.
     void close();
 
     /// Bytes of a torn tail that were cut off when the journal was opened.
@@ -64,8 +64,8 @@ class JournalWriter {
 
     FileDescriptor file_;
     JournalOptions options_;
-    std::vector<std::byte> buffer_; ///< of the last record: its memory is used again
-    std::uint64_t end_ = 0;         ///< behind the last committed record, bytes
+    std::vector<std::byte> buffer_; ///< of the last record; its memory is reused
+    std::uint64_t end_ = 0;         ///< end of the last committed record, bytes
     std::uint64_t discarded_bytes_ = 0;
     bool tail_is_dirty_ = false; ///< a failed append could not be cut off yet
     bool is_unsynced_ = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Everything about a study that its file states besides the points themselves.
+// The description of a study in its file: everything except the points.
 #pragma once
 
 #include <cstdint>
@@ -53,8 +53,8 @@ struct StudyDescription {
     bool operator==(const StudyDescription&) const = default;
 };
 
-/// InputError if a column, a name or a number in the description cannot be stored; the text names
-/// it and what is allowed.
+/// InputError if a column, a name or a number in the description cannot be stored; the message
+/// names it and the allowed values.
 void validate(const StudyDescription& description);
 
 } // namespace culm::archive

@@ -26,7 +26,7 @@ std::unique_ptr<Hdf5Input> open_input(const std::filesystem::path& path) {
     return std::make_unique<Hdf5Input>(path);
 }
 
-/// Where every format has it.
+/// The version of culm that wrote the file; its location is the same in every format.
 std::string writer_of(const Hdf5Input& input) {
     return input.has("/h5md/creator") && input.has_attribute("/h5md/creator", "version")
                ? input.text_attribute("/h5md/creator", "version")
@@ -263,8 +263,8 @@ std::string StudyFile::failure_reason(std::int64_t point) const {
 std::vector<double> StudyFile::result_values(std::int64_t point) const {
     const auto chunk =
         static_cast<std::int64_t>(table_chunk_rows(static_cast<hsize_t>(description_.points)));
-    // Columns are stored in chunks. Row by row, every chunk would be read and decompressed once for
-    // each of its rows.
+    // Columns are stored in chunks. Reading single rows would decompress every chunk once for each
+    // of its rows.
     if (const std::int64_t first = point / chunk * chunk; first != first_result_row_) {
         first_result_row_ = -1; // in case a column cannot be read
         result_rows_.clear();

@@ -16,12 +16,12 @@ namespace culm::archive {
 
 class Hdf5Input;
 
-/// An open study file; one dataset or one point is read at a time. Reading damaged data is a
-/// StorageError that names the dataset, never wrong numbers.
+/// An open study file; one dataset or one point is read at a time. Damaged data never give wrong
+/// numbers, but a StorageError that names the dataset.
 class StudyFile {
   public:
-    /// StorageError: no HDF5 file, truncated, damaged, or locked. InputError: not a culm study, or
-    /// of a major format version that this culm does not know.
+    /// StorageError: not an HDF5 file, truncated, damaged, or locked. InputError: not a culm study,
+    /// or its major format version is unknown.
     explicit StudyFile(const std::filesystem::path& path);
     ~StudyFile();
     StudyFile(StudyFile&&) noexcept;
@@ -30,15 +30,15 @@ class StudyFile {
     StudyFile& operator=(const StudyFile&) = delete;
 
     [[nodiscard]] const std::filesystem::path& path() const;
-    /// All that was given to write_study_file besides design and records.
+    /// The description that was given to write_study_file.
     [[nodiscard]] const StudyDescription& description() const { return description_; }
     [[nodiscard]] std::int64_t point_count() const { return description_.points; }
     /// (points)
     [[nodiscard]] const std::vector<PointStatus>& statuses() const { return statuses_; }
     [[nodiscard]] PointStatus status(std::int64_t point) const;
 
-    /// One column (points), in its unit. InputError if there is no such column; the text names the
-    /// nearest one.
+    /// One column (points), in its unit. InputError if there is no such column; the message names
+    /// the nearest one.
     [[nodiscard]] std::vector<double> factor(const std::string& name) const;
     /// As factor; NaN where the point failed or is missing.
     [[nodiscard]] std::vector<double> result(const std::string& name) const;
@@ -57,8 +57,8 @@ class StudyFile {
     [[nodiscard]] std::string failure_kind(std::int64_t point) const;
     [[nodiscard]] std::string failure_reason(std::int64_t point) const;
 
-    /// Everything that is stored of a point; nothing if it is missing. Quick for neighbouring
-    /// points one after the other: results are read a chunk at a time.
+    /// All stored data of a point; nothing if it is missing. Reading neighbouring points in order
+    /// is fast, because results are read a chunk at a time.
     [[nodiscard]] std::optional<PointRecord> record(std::int64_t point) const;
 
   private:
@@ -67,8 +67,8 @@ class StudyFile {
     /// The values, or StorageError if there are more or fewer.
     [[nodiscard]] std::vector<double>
     require_size(const std::string& dataset, std::vector<double> values, std::size_t size) const;
-    /// The same of a completed point's history, which is never without a number: if it is, HDF5 has
-    /// put fill values in the place of an absent chunk.
+    /// The same for a completed point's history, which never contains NaN: a NaN is HDF5's fill
+    /// value for an absent chunk.
     [[nodiscard]] std::vector<double> require_history_of_size(const std::string& dataset,
                                                               std::vector<double> values,
                                                               std::size_t size) const;
@@ -82,7 +82,7 @@ class StudyFile {
     StudyDescription description_;
     std::vector<PointStatus> statuses_;
     mutable std::vector<std::vector<double>> result_rows_; ///< (columns, rows of one chunk)
-    mutable std::int64_t first_result_row_ = -1;           ///< of these; -1: none are held
+    mutable std::int64_t first_result_row_ = -1;           ///< of these; -1: none are stored
 };
 
 } // namespace culm::archive

@@ -13,14 +13,14 @@ namespace culm::archive {
 
 namespace {
 
-/// Deflate would make histories smaller by a factor of 1.18 only, as the low bytes of a double are
-/// as good as random, and would take four to twenty times as long (docs/performance.md, section 9).
+/// Deflate would reduce the size of histories only by a factor of 1.18, because the low bytes of a
+/// double are almost random, and would take 4 to 20 times as long (docs/performance.md, section 9).
 constexpr int table_compression = 0;
 constexpr hsize_t largest_chunk_bytes =
     hsize_t{512} * 1024; ///< two fit HDF5's default chunk cache, 1 MiB
 
-/// Samples in a chunk when one sample has this many doubles. The chunks are as equal as possible:
-/// what the last one has too much would be stored as well.
+/// Samples in a chunk when one sample has `doubles_per_sample` doubles. The chunks are as equal as
+/// possible, because HDF5 also stores the unused part of the last one.
 hsize_t chunk_samples(hsize_t samples, hsize_t doubles_per_sample) {
     const hsize_t fitting = largest_chunk_bytes / (sizeof(double) * doubles_per_sample);
     const hsize_t largest = std::clamp<hsize_t>(fitting, 1, samples);
@@ -45,7 +45,7 @@ HistoriesWriter::HistoriesWriter(const Hdf5Output& output, const StudyDescriptio
     if (!stored.positions)
         return;
     particles_ = output.create_group(output.root(), "particles");
-    // H5MD wants step numbers beside the times of every trajectory; all share this one dataset.
+    // H5MD requires step numbers and times for every trajectory; all share this one dataset.
     const std::vector<hsize_t> shape{description.times.size()};
     std::vector<std::int64_t> steps(description.times.size());
     std::iota(steps.begin(), steps.end(), 0);
@@ -99,7 +99,7 @@ void HistoriesWriter::append(const PointRecord* record) {
 
 void HistoriesWriter::append_row(const DatasetHandle& dataset, hsize_t doubles_per_sample,
                                  const std::vector<double>* row) {
-    // NaN is written, not left to the fill value: a chunk that is absent then always means damage.
+    // NaN is written explicitly, so that an absent chunk always means damage.
     if (row == nullptr)
         nothing_.assign(description_.times.size() * doubles_per_sample,
                         std::numeric_limits<double>::quiet_NaN());
@@ -110,8 +110,8 @@ void HistoriesWriter::append_row(const DatasetHandle& dataset, hsize_t doubles_p
                         H5T_NATIVE_DOUBLE, row == nullptr ? nothing_.data() : row->data());
 }
 
-/// One H5MD 1.1 particle group. All share the sample times and numbers through hard links, as H5MD
-/// proposes for elements that are sampled together.
+/// One H5MD 1.1 particle group. All groups share the sample times and numbers through hard links,
+/// as H5MD proposes for elements that are sampled together.
 void HistoriesWriter::write_trajectory(const PointRecord& record) {
     const GroupHandle group =
         output_.create_group(particles_.get(), particle_group_name(record.point));

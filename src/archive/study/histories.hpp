@@ -18,13 +18,13 @@ namespace culm::archive {
 /// Name of a point's particle group, "point_000012".
 [[nodiscard]] std::string particle_group_name(std::int64_t point);
 
-/// Takes the points in order of their ids; one history in memory at a time.
+/// Writes the points in order of their ids, with one history in memory at a time.
 class HistoriesWriter {
   public:
     HistoriesWriter(const Hdf5Output& output, const StudyDescription& description);
 
-    /// The next point; nullptr if it has no histories (failed or missing): NaN in the tables, no
-    /// particle group.
+    /// Appends the next point. nullptr: it has no histories (failed or missing), so it gets NaN in
+    /// the tables and no particle group.
     void append(const PointRecord* record);
 
   private:

@@ -30,7 +30,7 @@ hsize_t product(const Extent& extent) {
     return std::accumulate(extent.begin(), extent.end(), hsize_t{1}, std::multiplies<>());
 }
 
-/// Moves `start` on to the next chunk in row-major order; false behind the last one.
+/// Moves `start` to the next chunk in row-major order; false behind the last one.
 bool advance(Extent& start, const Extent& shape, const Extent& chunk) {
     for (std::size_t axis = shape.size(); axis-- > 0;) {
         start[axis] += chunk[axis];
@@ -56,7 +56,7 @@ class ChunkReader {
         const hsize_t size = product(chunk_) * H5Tget_size(type_.get());
         if ((kind != H5T_INTEGER && kind != H5T_FLOAT && kind != H5T_ENUM && kind != H5T_STRING) ||
             H5Tis_variable_str(type_.get()) > 0 || size > largest_chunk)
-            throw core::StorageError("it is no dataset that culm writes");
+            throw core::StorageError("culm does not write datasets of this form");
         buffer_.resize(static_cast<std::size_t>(size));
     }
 
@@ -78,12 +78,12 @@ class ChunkReader {
     }
 
   private:
-    /// With more than this the chunks are counted and not examined one by one.
+    /// If more chunks are absent, they are only counted and not examined one by one.
     static constexpr hsize_t most_absent = 10'000;
 
-    /// Chunks that the shape needs and the file has not.
+    /// Number of chunks that the shape requires and the file lacks.
     [[nodiscard]] hsize_t absent_chunks() const {
-        // In long double, for a damaged shape may need more chunks than 64 bits count.
+        // In long double, because a damaged shape may require more than 2^64 chunks.
         long double needed = 1.0L;
         for (std::size_t axis = 0; axis < shape_.size(); ++axis)
             needed *= std::ceil(static_cast<long double>(shape_[axis]) /
@@ -95,7 +95,7 @@ class ChunkReader {
         return static_cast<hsize_t>(std::clamp(absent, 0.0L, 1e18L));
     }
 
-    /// Reads the chunk at `start`; empty, or what is wrong with it.
+    /// Reads the chunk at `start`; returns the error, or an empty text.
     std::string read(const Extent& start) {
         unsigned mask = 0;
         haddr_t address = HADDR_UNDEF;
@@ -105,8 +105,8 @@ class ChunkReader {
         // H5Dread would return fill values here without an error.
         if (address == HADDR_UNDEF)
             return "a chunk is absent";
-        // A bit of the mask says that a filter was left out for this chunk, perhaps by damage to
-        // the mask.
+        // A bit of the mask means that a filter was skipped for this chunk, perhaps because the
+        // mask is damaged.
         if (mask != 0)
             return "a chunk is stored without its checksum";
         Extent count(shape_.size());
@@ -161,8 +161,8 @@ Verification verify(const std::filesystem::path& path) {
     const Hdf5Silence silence;
     const Hdf5Input input(path);
     std::vector<std::string> names;
-    // In sorted order HDF5 1.10.8 first makes a table of a group's links, and frees what it never
-    // filled if the group is damaged.
+    // Native order: for sorted order HDF5 1.10.8 makes a table of a group's links, and frees
+    // uninitialised entries of it if the group is damaged.
     checked(H5Ovisit2(input.root(), H5_INDEX_NAME, H5_ITER_NATIVE, &collect_dataset, &names,
                       H5O_INFO_BASIC),
             "list the datasets", path);
@@ -182,17 +182,17 @@ namespace {
 
 /// In the child: opens the file, prints nothing, writes no core file, and ends.
 [[noreturn]] void open_and_exit(const std::filesystem::path& path) {
-    // A crash is expected here, and must not fill the user's folder with core files.
+    // A crash is possible here and must not fill the user's folder with core files.
     const rlimit nothing{0, 0};
     (void)::setrlimit(RLIMIT_CORE, &nothing);
-    const rlimit patience{20, 20}; // s of processor time, where a sound file takes milliseconds
+    const rlimit patience{20, 20}; // s of processor time; an intact file takes milliseconds
     (void)::setrlimit(RLIMIT_CPU, &patience);
     if (const int silence = ::open("/dev/null", O_WRONLY); silence >= 0)
-        (void)::dup2(silence, STDERR_FILENO); // the C library complains of a broken heap there
+        (void)::dup2(silence, STDERR_FILENO); // the C library reports a broken heap there
     try {
         const StudyFile file(path);
     } catch (const std::exception&) {
-        ::_exit(0); // refused in order: the parent will meet the same
+        ::_exit(0); // a normal error: the parent will meet the same
     }
     ::_exit(0);
 }
@@ -202,7 +202,7 @@ namespace {
 std::string death_while_opening(const std::filesystem::path& path) {
     const pid_t child = ::fork();
     if (child < 0)
-        return {}; // no process to spare: the parent takes the risk
+        return {}; // fork failed: the parent opens the file without this test
     if (child == 0)
         open_and_exit(path);
     int state = 0;
@@ -212,10 +212,9 @@ std::string death_while_opening(const std::filesystem::path& path) {
     } while (ended < 0 && errno == EINTR);
     if (ended != child || !WIFSIGNALED(state))
         return {};
-    return fmt::format(
-        "{}: damaged in a part that has no checksum: HDF5 itself dies of it, or comes "
-        "to no end (signal {})",
-        path.string(), WTERMSIG(state));
+    return fmt::format("{}: damaged in a part that has no checksum: HDF5 itself crashes or does "
+                       "not terminate (signal {})",
+                       path.string(), WTERMSIG(state));
 }
 
 } // namespace culm::archive

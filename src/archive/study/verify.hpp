@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether every byte of a study file's data is still what was written, and whether HDF5 can open
-// the file without crashing.
+// Checks whether every byte of a study file's data is unchanged, and whether HDF5 can open the file
+// without crashing.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace culm::archive {
 struct DamagedDataset {
     std::string name;                ///< absolute path in the file
     std::int64_t damaged_chunks = 0; ///< absent ones included
-    std::int64_t chunks = 0;         ///< that the dataset should have
+    std::int64_t chunks = 0;         ///< required by the dataset's shape
     std::string reason;              ///< of the first damage
 };
 
@@ -29,10 +29,10 @@ struct Verification {
 /// the texts. StorageError or InputError if the file cannot be opened as a culm study at all.
 [[nodiscard]] Verification verify(const std::filesystem::path& path);
 
-/// HDF5 1.10 keeps short texts in a heap without checksums and believes the sizes in it: a flipped
-/// bit there may end the process that reads it, or keep it busy forever. So a child process first
-/// reads everything except the numbers, for a limited time. Empty if it survived (whatever it
-/// thinks of the file), else what happened to it. Not for processes with several threads.
+/// HDF5 1.10 keeps short texts in a heap without checksums and does not check the sizes in it: a
+/// flipped bit there may crash the process that reads it, or keep it busy forever. A child process
+/// therefore reads everything except the numbers first, for a limited time. Returns how the child
+/// died; empty if it did not. Not for processes with several threads.
 [[nodiscard]] std::string death_while_opening(const std::filesystem::path& path);
 
 } // namespace culm::archive

@@ -22,7 +22,7 @@ namespace culm::archive {
 
 namespace {
 
-/// Writes the columns of one group; holds one chunk of rows in memory.
+/// Writes the columns of one group, with one chunk of rows in memory.
 class TableWriter {
   public:
     /// Creates the datasets, and the attribute `columns` that lists their names in order.
@@ -58,8 +58,8 @@ TableWriter::TableWriter(const Hdf5Output& output, const GroupHandle& group,
         output.write_attribute(group.get(), "columns", names);
 }
 
-/// Rows come one by one, columns are stored in chunks: a chunk that is written in parts would be
-/// decompressed and compressed again for each of them.
+/// Rows are collected until a chunk of each column is full: a chunk that is written in parts would
+/// be decompressed and compressed again for each part.
 void TableWriter::append(std::span<const double> row) {
     for (std::size_t column = 0; column < buffers_.size(); ++column)
         buffers_[column].push_back(row[column]);
@@ -83,7 +83,7 @@ void TableWriter::flush() {
 /// Longest failure text that is stored, in bytes; a longer one ends with "…".
 constexpr std::size_t longest_failure_text = 1024;
 
-/// Takes the points in order of their ids. Keeps states and reasons of failure in memory.
+/// Writes the points in order of their ids. Keeps states and reasons of failure in memory.
 class ResultsWriter {
   public:
     ResultsWriter(const Hdf5Output& output, const StudyDescription& description);
@@ -168,7 +168,7 @@ void ResultsWriter::write_texts(const std::string& name, const Texts& texts,
         const std::vector<hsize_t> start{begin};
         const std::vector<hsize_t> count{std::min(chunk, rows - begin)};
         std::string block(count[0] * width, '\0');
-        // Failures are few among millions of points: only rows with a text are in the map.
+        // Few of millions of points fail, so the map contains only rows with a text.
         const auto end = texts.lower_bound(begin + count[0]);
         for (auto text = texts.lower_bound(begin); text != end; ++text)
             std::ranges::copy(text->second, block.begin() + static_cast<std::ptrdiff_t>(
@@ -187,7 +187,7 @@ class TemporaryFile {
     explicit TemporaryFile(const std::filesystem::path& target)
         : target_(target), path_(temporary_path(target)) {}
     ~TemporaryFile() {
-        std::error_code ignored; // nothing can be done about it in a destructor
+        std::error_code ignored; // a destructor cannot report it
         if (!is_kept_)
             std::filesystem::remove(path_, ignored);
     }
@@ -233,7 +233,7 @@ void write_h5md(const Hdf5Output& output, const StudyDescription& description) {
 }
 
 GroupHandle write_provenance(const Hdf5Output& output, const StudyDescription& description) {
-    // An attribute in an object header must stay below 64 KiB; long texts also deserve a checksum.
+    // An attribute in an object header is limited to 64 KiB; long texts also need a checksum.
     constexpr std::size_t longest_attribute = 8192;
     GroupHandle group = output.create_group(output.root(), "provenance");
     std::vector<std::string> names;
@@ -318,7 +318,7 @@ void write_study_file(const std::filesystem::path& path, const StudyDescription&
                         design.size(), description.points, description.factors.size()));
     const Hdf5Silence silence;
     Hdf5Output output(temporary_path(path));
-    TemporaryFile temporary(path); // after the output has the file: never another process's one
+    TemporaryFile temporary(path); // after the output has locked it: not another process's file
     write_root(output, description);
     write_h5md(output, description);
     const GroupHandle provenance = write_provenance(output, description);
@@ -327,8 +327,8 @@ void write_study_file(const std::filesystem::path& path, const StudyDescription&
     if (closing_entries)
         for (const auto& [name, number] : closing_entries())
             output.write_attribute(provenance.get(), name, number);
-    // The content is on the disk before the file gets its name. Otherwise a power cut could leave a
-    // name that leads to an empty file, in place of the archive that stood there.
+    // The content is on the disk before the file gets its name. Otherwise a power cut could replace
+    // an existing archive by an empty file.
     output.close();
     temporary.move_to_target();
 }

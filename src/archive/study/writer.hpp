@@ -16,17 +16,17 @@
 
 namespace culm::archive {
 
-/// Gives the record of a point, or nothing if it was not computed.
+/// Returns the record of a point; nothing if it was not computed.
 using RecordSource = std::function<std::optional<PointRecord>(std::int64_t point)>;
-/// Numbers that the provenance gets after the last point, for example sums over all records.
+/// Numbers to be added to the provenance after the last point, for example sums over all records.
 using ClosingEntries = std::function<std::vector<std::pair<std::string, std::int64_t>>()>;
 
 /// Writes the study file (docs/archive-format.md, version 1.0). `design` has the shape
-/// (points, factors), row-major, in the units of the factor columns. Records are asked for once, in
-/// order of their ids, and held one at a time. The same content gives the same bytes.
+/// (points, factors), row-major, in the units of the factor columns. Each record is requested
+/// once, in order of the ids, and freed before the next one. Equal content gives equal bytes.
 ///
-/// The file is written as "<path>.tmp", synchronised, and renamed: an older file at `path` stays
-/// until the new one is whole, and on any error the temporary file is removed.
+/// The file is written as "<path>.tmp", synchronised, and renamed: an older file at `path` is kept
+/// until the new one is complete, and on any error the temporary file is removed.
 /// InputError: the description cannot be stored. StorageError: disk full, I/O error, or a record
 /// whose arrays do not fit the description.
 void write_study_file(const std::filesystem::path& path, const StudyDescription& description,

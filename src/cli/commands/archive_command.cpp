@@ -48,7 +48,7 @@ std::shared_ptr<LookArguments> add_look_options(CLI::App& command) {
     return arguments;
 }
 
-/// `info` and `status`: what a glance at the folder tells, in other words.
+/// Adds `info` or `status`, which summarise the folder without reading the data.
 void add_glance(CLI::App& archive, CommandResult& result, const char* name, const char* description,
                 const Text& text) {
     CLI::App* command = archive.add_subcommand(name, description);
@@ -86,9 +86,9 @@ void merge(const MergeArguments& arguments, CommandResult& result) {
     fmt::print("{} points: {} completed, {} failed, {} missing\narchive {}\n", outcome.points,
                outcome.completed, outcome.failed, outcome.missing, target.archive().string());
     if (outcome.repeated > 0)
-        fmt::print("{} of them stand in more than one folder\n", outcome.repeated);
+        fmt::print("{} of them are in more than one folder\n", outcome.repeated);
     if (!outcome.differing.empty())
-        print_warning(fmt::format("the folders differ in points {}; the first named counts",
+        print_warning(fmt::format("the folders differ in points {}; the folder named first is used",
                                   present::ranges_text(outcome.differing)));
     if (outcome.missing > 0 || outcome.failed > 0 || !outcome.differing.empty())
         result.exit_code = core::ExitCode::PointsFailed;

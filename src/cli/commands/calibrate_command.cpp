@@ -40,7 +40,7 @@ struct CalibrateArguments : RecordingArguments {
     std::string check_integrator = "implicit";
 };
 
-/// Everything that is read and checked before the first fit; the same on every rank.
+/// The inputs, which are read and checked before the first fit; identical on every rank.
 struct CalibrationPlan {
     measure::MeasurementSet read;
     calibrate::CalibrationOptions options;
@@ -102,7 +102,7 @@ std::vector<fs::path> calibration_inputs(const CalibrateArguments& arguments,
     return files;
 }
 
-/// What is said of a stem, on its way between ranks.
+/// The results of a stem, as they are sent between ranks.
 struct StemAnswer {
     std::string document;                        ///< JSON
     std::string text;                            ///< of one stem alone
@@ -116,7 +116,7 @@ void fields(Wire& wire, StemAnswer& answer) {
     wire(answer.document, answer.text, answer.line, answer.by_study, answer.numbers);
 }
 
-/// A stem that could not be calibrated: what the document says of it, and what the answer prints.
+/// A stem that could not be calibrated: its member of the document and its texts in the answer.
 json refused(const std::string& id, const std::string& reason, const present::TextStyle& style,
              StemAnswer& answer) {
     answer.text = fmt::format("{}: {}: {}\n", id, style.failure("FAILED"), reason);
@@ -173,7 +173,7 @@ StemAnswer answer_of(const CalibrationPlan& plan, std::size_t index,
     return answer;
 }
 
-/// The answers of all stems, also of those that were lost with a rank.
+/// The answers of all stems, including those that were lost with a rank.
 std::vector<StemAnswer> all_answers(const CalibrationPlan& plan,
                                     std::vector<core::ItemOutcome<StemAnswer>> outcomes) {
     std::vector<StemAnswer> answers;
@@ -220,7 +220,7 @@ json document_of(const CalibrateArguments& arguments, const CalibrationPlan& pla
             {"provenance", provenance}};
 }
 
-/// One stem in some lines, several as a table with what they say of the population.
+/// One stem as some lines; several as a table, followed by the population.
 std::string calibrations_text(const CalibrateArguments& arguments, const CalibrationPlan& plan,
                               const std::vector<StemAnswer>& answers,
                               const std::optional<present::Population>& population) {
@@ -238,7 +238,7 @@ std::string calibrations_text(const CalibrateArguments& arguments, const Calibra
     return text;
 }
 
-/// What the user should type next: where, when and how the model fails.
+/// The suggested next command, which shows where, when and how the model fails.
 std::string next_command(const CalibrateArguments& arguments, const CalibrationPlan& plan) {
     std::string command = "culm compare";
     if (plan.read.folders.size() > 1)
@@ -302,7 +302,7 @@ void add_calibration_options(CLI::App& command, CalibrateArguments& arguments) {
         ->type_name("STUDY_DIR");
     CLI::Option* check = command.add_flag(
         "--check", arguments.with_check,
-        "Simulate the calibrated stem and compare its b1 and b2 with the measured");
+        "Simulate the calibrated stem and compare its b1 and b2 with the measured ones");
     command
         .add_option("--check-integrator", arguments.check_integrator,
                     "Integrator of --check: implicit (the fit's own), or arkode or cvode of "

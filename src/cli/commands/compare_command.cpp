@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// culm compare MEASUREMENT: one measurement against growing models, or with --table many against
-// every effect.
+// culm compare MEASUREMENT: compares one measurement with growing models, or with --table many
+// measurements with every effect.
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
@@ -56,11 +56,11 @@ std::vector<fs::path> comparison_inputs(const std::vector<fs::path>& folders,
     return inputs;
 }
 
-/// What --with and --ladder ask for: every model contains the one before it.
+/// The models of --with and --ladder: every model contains the preceding one.
 std::vector<fit::SelectedEffects> growing_models(const CompareArguments& arguments) {
     if (arguments.with.size() > 1)
-        throw core::InputError("--with may stand several times only with --table; write the "
-                               "effects of one model with commas, --with A,B");
+        throw core::InputError("--with may be repeated only with --table; separate the "
+                               "effects of one model by commas, --with A,B");
     std::vector<fit::SelectedEffects> models;
     fit::SelectedEffects effects;
     if (!arguments.with.empty()) {
@@ -75,7 +75,7 @@ std::vector<fit::SelectedEffects> growing_models(const CompareArguments& argumen
     return models;
 }
 
-/// Measured, and of every model that could be fitted the predicted deflections.
+/// The measured deflections, and those predicted by every model that could be fitted.
 std::string deflections_csv(const measure::Measurement& measurement,
                             const diagnose::Ladder& ladder) {
     std::vector<std::pair<std::string, const fit::RecordingFit*>> models;
@@ -86,7 +86,7 @@ std::string deflections_csv(const measure::Measurement& measurement,
     return present::deflections_csv(measurement, models);
 }
 
-/// What the user should type next: search if something is missing, calibrate if nothing is.
+/// The suggested next command: diagnose if the model lacks something, else calibrate.
 std::string next_command(const CompareArguments& arguments, const fs::path& folder,
                          const diagnose::Ladder& ladder) {
     const std::string place = as_words({folder.string()});
@@ -146,8 +146,8 @@ struct TableModel {
     fit::SelectedEffects effects;
 };
 
-/// The baseline, every effect alone (as --with fixes it, if it stands there alone), and what else
-/// --with names.
+/// The baseline, every effect alone, and the models of --with. If a model of --with is a single
+/// effect, its fixed values are used.
 std::vector<TableModel> table_models(const CompareArguments& arguments) {
     std::vector<TableModel> models{{"baseline", {}}};
     for (const physics::EffectPointer& effect : physics::all_effects())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// culm completion SHELL: a script by which a shell asks `culm complete WORD...` what may come next,
-// and gets it from what --help knows.
+// culm completion SHELL: a script by which a shell calls `culm complete WORD...`, which lists the
+// possible next words from the definitions of the commands and options.
 #include "cli/commands.hpp"
 
 #include <map>
@@ -14,7 +14,7 @@
 namespace culm::cli {
 namespace {
 
-/// What an option may be, where its type says so: "TEXT:{a,b}" allows a and b.
+/// The values that the type of an option allows: a and b for "TEXT:{a,b}".
 std::vector<std::string> choices(const CLI::Option& option) {
     const std::string type = option.get_type_name();
     const auto open = type.find('{');
@@ -24,8 +24,8 @@ std::vector<std::string> choices(const CLI::Option& option) {
     return CLI::detail::split(type.substr(open + 1, close - open - 1), ',');
 }
 
-/// What `word` may become behind the words before it, with its description. Nothing where files may
-/// stand: the shells offer these by themselves.
+/// The completions of `word` after the words before it, with their descriptions. File names are not
+/// included, because the shells list them automatically.
 std::map<std::string, std::string>
 offers(const CLI::App& program, const std::vector<std::string>& before, const std::string& word) {
     const CLI::App* command = &program;
@@ -93,7 +93,7 @@ void add_completion_command(CLI::App& app) {
         ->check(CLI::IsMember({"bash", "zsh", "fish"}));
     completion->callback([shell] { fmt::print("{}", script_for(*shell)); });
 
-    CLI::App* complete = app.add_subcommand("complete", "What may stand next, for a shell");
+    CLI::App* complete = app.add_subcommand("complete", "List completions for a shell");
     complete->group("")->prefix_command()->set_help_flag();
     complete->callback([complete, &app] {
         std::vector<std::string> words = complete->remaining();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// culm diagnose MEASUREMENT...: which effect recordings call for, found by all ranks together.
+// culm diagnose MEASUREMENT...: finds the effect that the recordings require, on all ranks.
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
@@ -39,20 +39,20 @@ using nlohmann::json;
 constexpr const char* force_file_name = "missing_force.toml";
 
 struct DiagnoseArguments : RecordingArguments {
-    std::string candidates; ///< with commas between them; empty: all that make sense
+    std::string candidates; ///< separated by commas; empty: all that apply
     std::vector<std::string> effect_files;
     std::string known;
     std::size_t most_effects = 3;
 };
 
-/// Which effects a diagnosis may name, as the command line says.
+/// The effects that a diagnosis may name, from the command line.
 struct DiagnosisEffects {
     fit::SelectedEffects candidates;          ///< in the library's order
     fit::SelectedEffects known;               ///< likewise
     std::map<std::string, std::string> files; ///< of users' effects, by name
 };
 
-/// Everything that is read and checked before the first fit; the same on every rank.
+/// The inputs, which are read and checked before the first fit; identical on every rank.
 struct DiagnosisPlan {
     measure::MeasurementSet read;
     DiagnosisEffects effects;
@@ -69,9 +69,9 @@ void add_once(const physics::SelectedEffect& added, fit::SelectedEffects& effect
     effects.push_back(added);
 }
 
-/// Candidates need not go together; empty: all that make sense for the recordings. The files are
-/// candidates too; what is known is none. Throws core::InputError for a name or file that is none,
-/// an effect that is named twice, or if no candidate is left.
+/// Candidates may exclude each other; if none is named, all that apply to the recordings are used.
+/// The files are candidates too, known effects are not. Throws core::InputError for an unknown name
+/// or invalid file, for an effect that is named twice, or if no candidate remains.
 DiagnosisEffects effects_for_diagnosis(const DiagnoseArguments& arguments,
                                        std::span<const measure::Measurement> recordings) {
     DiagnosisEffects out;
@@ -98,7 +98,7 @@ DiagnosisEffects effects_for_diagnosis(const DiagnoseArguments& arguments,
     return out;
 }
 
-/// As --with names it: users' effects by their file.
+/// The name of the effect for --with: users' effects are named by their file.
 std::string as_option(const std::string& effect, const DiagnosisEffects& effects) {
     const auto file = effects.files.find(effect);
     std::string name = file == effects.files.end() ? effect : file->second;
@@ -184,7 +184,7 @@ json document_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
     return document;
 }
 
-/// "--with A,B" of what is known and `added`, and the chain's options.
+/// "--with A,B" of the known and the `added` effects, and the chain's options.
 std::string model_options(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
                           const std::vector<std::string>& added) {
     std::string effects;
@@ -202,7 +202,7 @@ std::string model_options(const DiagnoseArguments& arguments, const DiagnosisPla
     return text + chain_words(arguments);
 }
 
-/// What the user should type next.
+/// The suggested next command.
 std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
                          const diagnose::Diagnosis& found) {
     const std::string folder = cluster::shell_word(plan.read.folders.front().string());

@@ -41,7 +41,7 @@ void show(const EffectsArguments& arguments) {
     if (!arguments.json.empty() || arguments.is_markdown)
         return;
     if (arguments.names.empty()) {
-        fmt::print("{}\n`culm effects NAME` shows the law, what one would see, what to do, and the "
+        fmt::print("{}\n`culm effects NAME` shows the law, the signature, the remedy, and the "
                    "parameters.\n",
                    present::effects_list(effects));
         return;

@@ -44,8 +44,8 @@ calibrate::BulkStem bulk_stem(const json& stem) {
     bulk.stem.bond_outer_diameter = chain.at("bond_outer_diameter_m").get<double>();
     bulk.stem.bond_inner_diameter = chain.at("bond_inner_diameter_m").get<double>();
     bulk.stem.poissons_ratio = chain.at("poissons_ratio").get<double>();
-    // Those of the chain with the stated length and section. In `parameters` the readings may have
-    // moved these inputs within their uncertainty, and Y with them.
+    // Y and β of the chain with the stated length and section. In `parameters` the fit may have
+    // changed these inputs within their uncertainty, and Y with them.
     bulk.stem.bond_youngs_modulus = chain.at("bond_youngs_modulus_pa").get<double>();
     bulk.stem.bond_damping = chain.at("bond_damping").get<double>();
     for (const json& mass : chain.at("added_masses"))
@@ -59,8 +59,8 @@ calibrate::BulkStem bulk_stem(const json& stem) {
     return bulk;
 }
 
-/// The calibrated stems of a file's text, or only the one of that id (empty: all). Throws
-/// core::InputError if it is not such a file or has no such stem.
+/// The calibrated stems of a file's text, or only the one with the id (empty: all). Throws
+/// core::InputError if the file is not a calibration or has no such stem.
 std::vector<calibrate::BulkStem> bulk_stems(const std::string& text, const std::string& file,
                                             const std::string& id) {
     std::vector<calibrate::BulkStem> stems;
@@ -137,13 +137,13 @@ void add_export_command(CLI::App& app) {
         ->type_name("ID");
     command
         ->add_option("--without", arguments->without,
-                     "Leave these effects of the calibration out; \"added_mass\" stands for the "
+                     "Leave these effects of the calibration out; \"added_mass\" means the "
                      "known masses. Without it an effect that CODE cannot express is refused")
         ->delimiter(',')
         ->type_name("EFFECT,...");
     command
         ->add_option("--lammps-version", arguments->lammps_version,
-                     "4Jul2026 for that and later versions of LAMMPS (default), 30Mar2026 for "
+                     "4Jul2026 for this and later versions of LAMMPS (default), 30Mar2026 for "
                      "earlier ones: bond_style bpm/rotational changed in between")
         ->type_name("VERSION")
         ->check(CLI::IsMember({"4Jul2026", "30Mar2026"}));

@@ -28,8 +28,8 @@ struct FitArguments : RecordingArguments {
     std::string offset = "auto";
 };
 
-/// The paper's Fig. 3c: time in periods of the stem, deflection over the stem's largest one, from
-/// the position at rest.
+/// The paper's Fig. 3c: time in periods of the stem, deflection from the position of rest relative
+/// to the stem's largest one.
 std::string normalised_csv(const measure::Measurement& measurement,
                            const reduce::StemRingDowns& stem) {
     std::string text = "cycles";
@@ -75,13 +75,13 @@ void fit(const FitArguments& arguments, CommandResult& result) {
         options.has_offset = arguments.offset == "auto"
                                  ? measurement.release == measure::ReleaseKind::HeldStraight
                                  : arguments.offset == "free";
-        // A record that begins in a swing has a phase.
+        // A record that begins during the vibration has a phase.
         options.has_phase =
             options.has_phase || measurement.release == measure::ReleaseKind::Moving;
         report.has_offset.push_back(options.has_offset);
         report.stems.push_back(reduce::fit_stem(residuals::histories_of(measurement), options));
     }
-    // Of a single stem only what the summary says of the stem itself counts.
+    // For a single stem only the statistics within the stem are used.
     const reduce::PopulationSummary population = reduce::summarise_population(report.stems);
     if (report.stems.size() > 1)
         report.population = population;

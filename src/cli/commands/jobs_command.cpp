@@ -37,7 +37,7 @@ struct JobsArguments {
     int ranks_per_node = 0;
 };
 
-/// Points that a run with --resume would compute.
+/// The points that a run with --resume would compute.
 std::vector<std::int64_t> missing_points(const study::Study& study,
                                          const study::StudyFolder& folder) {
     std::vector<std::int64_t> missing;

@@ -23,7 +23,7 @@ void show(const KeysArguments& arguments) {
     if (arguments.is_markdown)
         fmt::print("{}", study::config_key_tables());
     else if (arguments.names.empty())
-        fmt::print("{}\n`culm keys NAME` says what the keys of a table, or one key, may be.\n",
+        fmt::print("{}\n`culm keys NAME` describes the keys of a table, or one key.\n",
                    present::config_key_list());
     else
         fmt::print("{}", present::config_key_cards(arguments.names));

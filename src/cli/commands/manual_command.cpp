@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// culm manual DIR: a page for man(1) of every command, made of what --help knows, and
-// culm-config(5). help2man would have to guess from the text of --help what CLI11 knows (nested
-// commands, arguments, types), and the keys of study files come from no program's help.
+// culm manual DIR: a page for man(1) of every command, from the definitions for --help, and
+// culm-config(5). help2man would have to guess nested commands, arguments and types from the text
+// of --help, and no program's help describes the keys of study files.
 #include "cli/build_facts.hpp"
 #include "cli/commands.hpp"
 #include "present/files.hpp"
@@ -19,7 +19,7 @@
 namespace culm::cli {
 namespace {
 
-/// Text that roff would otherwise take for a request or an escape.
+/// Escapes characters that roff would read as a request or an escape sequence.
 std::string roff_text(std::string_view text) {
     std::string out = text.starts_with('.') || text.starts_with('\'') ? "\\&" : "";
     for (const char c : text)
@@ -27,7 +27,7 @@ std::string roff_text(std::string_view text) {
     return out;
 }
 
-/// What stands behind a bold or italic heading.
+/// An entry of a list: a bold or italic heading and its text.
 std::string roff_entry(const std::string& heading, std::string_view text) {
     return fmt::format(".TP\n{}\n{}\n", heading, roff_text(text));
 }
@@ -49,7 +49,7 @@ std::string option_heading(const CLI::Option& option) {
            "\\fR";
 }
 
-/// The page of a command, and those of the commands below it.
+/// Writes the page of a command and the pages of its subcommands.
 void write_page(const CLI::App& command, const std::string& name,
                 const std::filesystem::path& folder) {
     std::string page = roff_page(name, 1, command.get_description());
@@ -80,7 +80,7 @@ std::string config_page() {
     std::string page =
         roff_page("culm-config", 5, "study files of culm") +
         ".SH DESCRIPTION\n"
-        "A study is a TOML file. Every key is optional unless it is said otherwise; an empty file "
+        "A study is a TOML file. Every key is optional unless stated otherwise; an empty file "
         "is one run of the published stem. Units are part of the keys. Intervals are written as "
         "in mathematics: (0, 1000] leaves 0 out and includes 1000. A parameter of [stem] or "
         "[release] may be a factor instead: a list, a range or a distribution in [factors].\n";

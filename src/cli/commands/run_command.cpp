@@ -32,26 +32,26 @@
 namespace culm::cli {
 namespace {
 
-// A signal handler can reach nothing but a variable of static storage.
+// A signal handler can access only variables of static storage.
 volatile std::sig_atomic_t stop_signal = 0;
 
 void remember_stop(int signal) {
     stop_signal = signal;
 }
 
-/// From now on the signals by which a person or a batch system asks a run to stop are remembered
-/// instead of ending the program, and a write beyond a file-size limit is an error instead of a
-/// death (SIGXFSZ is ignored).
+/// From now on, signals by which a person or a batch system asks a run to stop are recorded and do
+/// not end the program. A write beyond a file-size limit becomes an error and does not kill the
+/// process (SIGXFSZ is ignored).
 void watch_stop_signals() {
     for (const int signal : {SIGINT, SIGTERM, SIGUSR1, SIGUSR2})
         std::signal(signal, remember_stop);
     std::signal(SIGXFSZ, SIG_IGN);
 }
 
-/// By when a run must have ended: --walltime, or what the batch system says.
+/// The time at which a run must have ended: --walltime, or the limit of the batch system.
 struct RunDeadline {
     farm::Clock::time_point time; ///< on this rank's clock
-    std::string text;             ///< what limits the run, for people
+    std::string text;             ///< the limit of the run, for people
 };
 
 std::optional<cluster::TimeLeft> time_left(const std::string& walltime,
@@ -67,8 +67,8 @@ double reserve(double seconds) {
     return std::clamp(seconds / 50.0, 1.0, 60.0);
 }
 
-/// `walltime` as it was given, counted from `start`; if it is empty, rank 0 asks the batch system.
-/// A fiftieth of the time, at least 1 s and at most 60 s, is left for ending in order. Nothing if
+/// The limit `walltime`, counted from `start`; if it is empty, rank 0 asks the batch system. A
+/// fiftieth of the time, at least 1 s and at most 60 s, is reserved for an orderly end. Nothing if
 /// there is no limit. Throws core::InputError on every rank. Collective.
 std::optional<RunDeadline> run_deadline(const std::string& walltime, farm::Clock::time_point start,
                                         const farm::Communicator* communicator) {
@@ -124,7 +124,7 @@ std::string plan_text(const study::Study& study, const std::vector<std::int64_t>
     return text;
 }
 
-/// What will be computed now, and what that costs.
+/// The points to be computed, with their cost.
 std::string announcement(const study::Estimate& plan, const farm::Pace& pace, int ranks) {
     const double seconds = plan.core_seconds * (pace.is_known() ? pace.mean() : 1.0);
     std::string text = fmt::format(
@@ -137,7 +137,7 @@ std::string announcement(const study::Estimate& plan, const farm::Pace& pace, in
                               present::bytes_text(plan.archive_bytes));
 }
 
-/// For a disk that let a run down: it may be full, broken, or have turned read-only.
+/// Reports a write error: the disk may be full, broken, or read-only.
 core::ExitCode storage_failure(const core::StorageError& error) {
     print_error(fmt::format(
         "{}\nNothing computed so far is lost. Once the disk can be written again, continue "
@@ -146,8 +146,8 @@ core::ExitCode storage_failure(const core::StorageError& error) {
     return core::ExitCode::StoppedEarly;
 }
 
-/// A walltime in which no point can be computed would be asked for again and again by a script that
-/// starts itself anew on exit code 75.
+/// No point can be computed in this walltime. Does not return exit code 75: a script that restarts
+/// itself on 75 would try the same walltime forever.
 core::ExitCode report_walltime_too_short(const study::ExecuteOutcome& outcome) {
     const std::int64_t missing = outcome.farm.points_total;
     print_error(fmt::format(
@@ -178,7 +178,7 @@ core::ExitCode report_early_stop(const study::Study& study, const study::StudyFo
     return core::ExitCode::StoppedEarly;
 }
 
-/// Prints what a reduced study found and where it is; returns the command's exit code.
+/// Prints the results of a reduced study and their files; returns the command's exit code.
 template <class Summary>
 core::ExitCode print_summary(const study::StudyFolder& folder, const Summary& summary,
                              const std::string& table) {
@@ -206,8 +206,8 @@ core::ExitCode report(const study::StudyFolder& folder) {
     return print_summary(folder, summary, present::regression_table(summary));
 }
 
-/// Compares the two folders' archives, writes repetition.json into `now` and prints the text. Are
-/// they identical?
+/// Compares the two folders' archives, writes repetition.json into `now` and prints the text.
+/// Returns whether the archives are identical.
 bool report_repetition(const study::StudyFolder& archived, const study::StudyFolder& now) {
     const study::Repetition repetition = study::compare_archives(
         archive::StudyFile(archived.archive()), archive::StudyFile(now.archive()));
@@ -235,7 +235,7 @@ std::string output_of(const RunArguments& arguments, const study::Study& study) 
     std::string output = arguments.output;
     if (output.empty())
         output = "results/" + study.config.name + (arguments.archive.empty() ? "" : "-repeated");
-    std::error_code ignored; // a folder that is not there is not the archive's
+    std::error_code ignored; // a folder that does not exist is not the archive's
     if (!arguments.archive.empty() &&
         std::filesystem::equivalent(arguments.archive, output, ignored))
         throw core::InputError(
@@ -311,7 +311,7 @@ core::ExitCode run_alone(const RunArguments& arguments) {
     }
 }
 
-/// Under a launcher every rank meets the same errors; one of them is enough on the screen.
+/// Under a launcher every rank meets the same errors; only one rank prints them.
 core::ExitCode run_under_launcher(const RunArguments& arguments, int& argc, char**& argv) {
     const farm::Environment environment(argc, argv);
     const farm::Communicator communicator = environment.world();
@@ -368,7 +368,7 @@ void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& ar
                       "Check everything and print the plan: points, lanes, cost, memory, archive");
     command->add_flag("-q,--quiet", arguments->quiet, "No progress");
     command->callback([arguments, &result, &argc, &argv] {
-        // First of all: batch systems may send theirs while MPI is still starting.
+        // Before all else: batch systems may send signals while MPI is still starting.
         if (!arguments->dry_run)
             watch_stop_signals();
         result.exit_code = farm::Environment::is_under_launcher()

@@ -32,7 +32,7 @@ struct SimulateArguments {
     std::string json;
 };
 
-/// A stem to simulate: where its parameters come from, and what they should give back.
+/// A stem to simulate: the source of its parameters, and the expected results.
 struct Candidate {
     std::string name;
     double youngs_modulus = 0.0; ///< Pa
@@ -58,8 +58,8 @@ Simulated simulate_candidate(const study::StudyConfig& config, const Candidate& 
                                   study::fit_options(config.reduce))};
 }
 
-/// Y and β from the regressions of a study, by the paper's laws and by the terms that the F-tests
-/// kept.
+/// Y and β from the regressions of a study: from the paper's laws, and from the terms that the
+/// F-tests kept.
 std::vector<Candidate> calibrated(const study::ArchivedStudy& archived,
                                   const SimulateArguments& arguments) {
     const study::StudySummary summary = study::reduce_study(archived, std::nullopt);

@@ -17,7 +17,7 @@ namespace culm::core {
 
 namespace {
 
-/// Without its unit: "length_mm" is "length".
+/// The key without its unit: "length" of "length_mm".
 std::string_view quantity_of(std::string_view key) {
     constexpr std::array<std::string_view, 16> units{
         "_mm", "_m",   "_cm", "_um", "_g",     "_kg",    "_mg", "_mm2",
@@ -64,7 +64,7 @@ struct TomlTable::Places {
         }
     };
     std::vector<Place> places;
-    std::string text; ///< of the file; a parsed number has lost the zeros at its end
+    std::string text; ///< of the file; a parsed number lacks its trailing zeros
     /// A table that no reader asked for is not among these: it is an unknown key of the table above
     /// it and is reported once, without its content.
     std::map<const toml::table*, std::size_t> reached; ///< with the index of its place
@@ -83,7 +83,7 @@ struct TomlTable::Places {
         return found == places.end() ? name : found->written();
     }
 
-    /// Where else a key is valid: "; it belongs into [a] or [[b]]", or nothing.
+    /// Tables where a key is valid: "; it belongs into [a] or [[b]]", or nothing.
     [[nodiscard]] std::string right_place(const std::string& key) const {
         std::vector<std::string> names;
         for (const Place& place : places)
@@ -94,7 +94,7 @@ struct TomlTable::Places {
                              : fmt::format(": {} belongs into {}", key, fmt::join(names, " or "));
     }
 
-    /// The valid name that an unknown one was probably meant to be.
+    /// The valid name nearest to an unknown one.
     [[nodiscard]] std::string hint(const std::string& key, const Place& here) const {
         if (std::string right = right_place(key); !right.empty())
             return right;
@@ -189,7 +189,7 @@ std::optional<double> TomlTable::number(const std::string& key, const Interval& 
     const std::string text = found->value_exact<std::string>().value_or("");
     if (text.find("±") != std::string::npos)
         fault(key, "must be a number without quotes; a bare ± does not say what it means: give "
-                   "the standard uncertainty in a key of its own");
+                   "the standard uncertainty in a separate key");
     else if (found->is_string() && allowed.empty())
         fault(key, "must be a number without quotes, with a decimal point");
     else
@@ -269,9 +269,9 @@ std::optional<double> TomlTable::quantity(const std::string& name, const KeyUnit
     // Both spellings become valid keys, whichever is used.
     static_cast<void>(ask(small));
     static_cast<void>(ask(si, true));
-    // Even if both mean the same length: the next person changes one of them.
+    // Refused even if both are equal, because a later edit may change only one of them.
     if (has(si) && has(small)) {
-        fault(si, fmt::format("stands beside {}: one of them is enough", small));
+        fault(si, fmt::format("is given in addition to {}: one of them is enough", small));
         return std::nullopt;
     }
     // The point is moved in the decimal text, so that the limits print as they are written.
@@ -359,7 +359,7 @@ void TomlTable::refuse_unknown_keys() const {
 }
 
 const toml::node* TomlTable::ask(const std::string& key, bool is_other_unit) const {
-    // To ask for a key is to declare it valid: what is accepted cannot differ from what is read.
+    // Reading a key declares it valid, so the accepted keys are exactly those that are read.
     Places::Place& place = places_->places[place_];
     if (!place.has(key))
         (is_other_unit ? place.other_units : place.keys).push_back(key);

@@ -33,10 +33,9 @@ inline constexpr KeyUnit density_unit{"kg_m3", "", 0};
 inline constexpr KeyUnit area_unit{"mm2", "m2", -6};
 inline constexpr KeyUnit second_moment_unit{"mm4", "m4", -12};
 
-/// A getter returns nothing when the key is absent or wrong. What is wrong goes into the faults.
-/// Each key that is asked for becomes a valid one of this table, also when the table is absent:
-/// so that a key that stands elsewhere can be sent to its right place. Copies stand for the same
-/// table.
+/// A getter returns an empty value if the key is absent or wrong, and records a wrong one as a
+/// fault. Each key that is read becomes a valid key of this table, also if the table is absent, so
+/// that the message for a misplaced key can name its table. Copies refer to the same table.
 class TomlTable {
   public:
     /// `table` may be null (absent). `name` is put before keys in messages, for example "stem".
@@ -51,7 +50,7 @@ class TomlTable {
     /// The keys in the order of the file.
     [[nodiscard]] std::vector<std::string> keys() const;
 
-    // `allowed` says in messages what a value must be, where the type and the range do not.
+    // `allowed` states in messages what a value must be, unless the type and the range do.
     [[nodiscard]] std::optional<std::string>
     text(const std::string& key, std::string_view allowed = "a text in quotes") const;
     /// Index of the word among the valid ones.
@@ -71,32 +70,32 @@ class TomlTable {
     /// given as the key's ending, for example {"mm", "m", -3}. The range is in SI units.
     [[nodiscard]] std::optional<double> quantity(const std::string& name, const KeyUnit& unit,
                                                  const Interval& range) const;
-    /// The same, and a fault if neither key is there.
+    /// The same, and a fault if both keys are absent.
     [[nodiscard]] double required_quantity(const std::string& name, const KeyUnit& unit,
                                            const Interval& range, std::string_view meaning) const;
-    /// What one more in the last digit that is written would add to a quantity, in SI units:
-    /// 1e-6 of mass_g = 0.050. 0 if it is not there.
+    /// The unit of the last written digit of a quantity, in SI units: 1e-6 for mass_g = 0.050. 0 if
+    /// the quantity is absent.
     [[nodiscard]] double last_digit_of(const std::string& name, const KeyUnit& unit) const;
     [[nodiscard]] std::optional<double> length(const std::string& name,
                                                const Interval& range) const;
     [[nodiscard]] double required_length(const std::string& name, const Interval& range,
                                          std::string_view meaning) const;
-    /// Whichever of the two keys of a quantity the table has; the small unit's if it has none.
+    /// The key of a quantity that the table has; that of the small unit if it has none.
     [[nodiscard]] std::string key_of(const std::string& name, const KeyUnit& unit) const;
     [[nodiscard]] TomlTable table(const std::string& key) const;
     [[nodiscard]] std::vector<TomlTable> tables(const std::string& key) const;
 
-    /// Stands for a table of the list `key`; reading it makes the keys of such tables known, also
-    /// where the list is empty.
+    /// An absent table of the list `key`; reading it declares the keys of such tables, also if the
+    /// list is empty.
     [[nodiscard]] TomlTable absent(const std::string& key) const;
 
-    /// Records that the key is missing, unless it is there and wrong, or the whole table is absent.
+    /// Records that the key is missing, unless it is present but wrong or the table is absent.
     void missing(const std::string& key, std::string_view allowed) const;
     /// Records a fault at the key, with its value.
     void fault(std::string_view key, std::string_view text) const;
 
-    /// Records every key of this table and of those reached from it that nobody asked for, with
-    /// the table it belongs to or the nearest valid name.
+    /// Records every unread key of this table and of those reached from it, with the table that it
+    /// belongs to or the nearest valid name.
     void refuse_unknown_keys() const;
 
   private:
@@ -120,7 +119,7 @@ class TomlDocument {
   public:
     /// Throws core::InputError with file, line and column if the file cannot be read or parsed.
     explicit TomlDocument(const std::filesystem::path& file);
-    /// The same of a text; `file` is its name in messages.
+    /// The same for a text; `file` is its name in messages.
     TomlDocument(std::string_view text, const std::string& file);
     ~TomlDocument();
     TomlDocument(const TomlDocument&) = delete;

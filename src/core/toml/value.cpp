@@ -94,7 +94,7 @@ std::vector<TomlEntry> entries_in_order(const toml::table& table) {
 std::string_view written_text(const toml::node& node, std::string_view text) {
     const toml::source_position begin = node.source().begin;
     std::string_view line = line_of_text(text, begin.line);
-    // Columns count characters; what stands before a number on its line may be more than ASCII.
+    // Columns count characters; the text before a number may contain more than ASCII.
     for (std::size_t column = 1; column < begin.column && !line.empty(); ++column) {
         line.remove_prefix(1);
         while (!line.empty() && (static_cast<unsigned char>(line.front()) & 0xC0U) == 0x80U)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Parsing TOML, and what messages say of its values.
+// Parses TOML and formats its values for messages.
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,10 @@ namespace culm::core {
 /// The value as a person would write it, shortened if it is long.
 [[nodiscard]] std::string value_text(const toml::node& node);
 
-/// The number as it stands in the text that it was parsed from.
+/// The number as written in the text that it was parsed from.
 [[nodiscard]] std::string_view written_text(const toml::node& node, std::string_view text);
 
-/// What one more in the last digit adds: 0.001 of "0.050", 100 of "1.5e3".
+/// The unit of the last digit: 0.001 for "0.050", 100 for "1.5e3".
 [[nodiscard]] double last_digit(std::string_view number);
 
 [[nodiscard]] inline std::size_t line_of(const toml::node& node) {

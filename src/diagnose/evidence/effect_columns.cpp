@@ -18,15 +18,15 @@
 namespace culm::diagnose {
 namespace {
 
-/// Of the prior's standard deviation: a swing of N cycles is linear in a change of its frequency up
-/// to 1/N of that, and the runs have rounding errors of 1e-10.
+/// In standard deviations of the prior: a swing of N cycles is linear in a change of its frequency
+/// up to 1/N of it, and the runs have rounding errors of 1e-10.
 constexpr double small_change = 1e-5;
-/// Change of Y that keeps the first mode, above which a location alone changes the model.
+/// Change of Y that keeps the first mode, above which the location alone changes the model.
 constexpr double least_offset = 1e-6;
-/// Points of a grid of locations up to which secants are computed beside derivatives.
+/// Largest grid of locations for which secants are computed in addition to derivatives.
 constexpr std::size_t most_secants = 3;
 
-/// Absent, and up to the standard deviation of the prior: eight lanes.
+/// From absent to the standard deviation of the prior, in eight lanes.
 constexpr std::array tried_sizes{0.0, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0};
 
 /// With motion out of the plane computed by planar chains.
@@ -109,7 +109,7 @@ class ColumnsOfEffect {
                                        own_[largest].lower, own_[largest].upper));
             if (!modes.empty() && recordings_.size() == 1 && !is_seen_as_planar_)
                 fit::keep_first_mode(modes.front(), start);
-            // Linearised, dry friction damps as it never does in a swing.
+            // Linearised dry friction has a damping that no swing has; the bonds keep theirs.
             start.spec.stem.bond_damping = base_.parts[first_].model.spec.stem.bond_damping;
             Group& group = groups.emplace_back();
             group.node = node_at(start);
@@ -150,7 +150,7 @@ class ColumnsOfEffect {
         return models;
     }
 
-    /// One point of the grid: the runs that it needs, and what they give.
+    /// One point of the grid: the runs that it needs, and their results.
     struct Group {
         EffectNode node;
         std::vector<std::size_t> sizes;     ///< parameters
@@ -160,7 +160,7 @@ class ColumnsOfEffect {
         std::vector<Eigen::VectorXd> readings; ///< (runs); empty: could not be computed
     };
 
-    /// Readings of models side by side in lanes.
+    /// Readings of models that are computed side by side in lanes.
     [[nodiscard]] std::vector<Eigen::VectorXd>
     read(const std::vector<fit::StartModels>& runs) const {
         std::vector<std::vector<fit::ChainPrediction>> lanes; // (recordings)(runs)
@@ -183,7 +183,7 @@ class ColumnsOfEffect {
         return readings;
     }
 
-    /// As many groups at once as the lanes hold; each by itself if one of them cannot be computed.
+    /// Fills the lanes with groups; if one group fails, each of them is computed separately.
     void compute(std::vector<Group>& groups) {
         for (std::size_t begin = 0; begin < groups.size();) {
             std::size_t end = begin;
@@ -238,8 +238,8 @@ class ColumnsOfEffect {
         return group;
     }
 
-    /// The whole way from the model without the effect, by the size that is largest against what
-    /// is usual; none if the effect has no size there.
+    /// The secant from the model without the effect to its usual size, along the size that is
+    /// largest relative to its usual value; none if the effect has no size there.
     [[nodiscard]] std::optional<Group> secant_to(EffectNode node) const {
         if (recordings_.size() > 1) {
             node.modulus_ratio = 1.0; // one material cannot keep the first mode of each
@@ -290,7 +290,7 @@ class ColumnsOfEffect {
         return node;
     }
 
-    /// The column of a size; one for each recording where these have sizes of their own.
+    /// The column of a size, or one column per recording if recordings have separate sizes.
     void add_derivative(const Eigen::VectorXd& changed, const Eigen::VectorXd& from,
                         std::size_t parameter, bool is_one_sided, EffectNode& node) const {
         EffectColumn column{difference(changed, from, 1.0 / small_change)};

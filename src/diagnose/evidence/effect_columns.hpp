@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How the readings of a fitted model change when an effect joins it.
+// How the readings of a fitted model change when an effect is added to it.
 #pragma once
 
 #include "diagnose/evidence/stacked_readings.hpp"
@@ -15,8 +15,8 @@ namespace culm::diagnose {
 /// Change of the stacked readings by a size of the prior's standard deviation.
 struct EffectColumn {
     std::vector<double> readings; ///< (rows of StackedReadings)
-    /// Which free parameter of the effect is the size; none: what the location alone changes, or
-    /// an effect without a number to fit.
+    /// Index of the effect's free parameter that is the size; none if only the location changes the
+    /// readings, or if the effect has no free parameter.
     std::size_t parameter = std::numeric_limits<std::size_t>::max();
     bool is_one_sided = false;
     bool is_certain = false; ///< it acts with exactly this size
@@ -30,7 +30,7 @@ void fields(Wire& wire, EffectColumn& column) {
 
 /// An effect at one point of the grid of its locations, angles and time constants.
 struct EffectNode {
-    /// Of the effect's free parameters at this point; sizes where the columns begin.
+    /// Values of the effect's free parameters at this point; sizes where the columns begin.
     std::vector<double> values;
     double modulus_ratio = 1.0; ///< of Y there to that of the fitted model
     double damping_ratio = 1.0; ///< likewise of β
@@ -43,7 +43,7 @@ void fields(Wire& wire, EffectNode& node) {
 }
 
 struct EffectColumns {
-    std::string failure; ///< why there are none; empty if there are
+    std::string failure; ///< why there are no columns; empty if there are some
     std::vector<EffectNode> nodes;
 };
 
@@ -52,27 +52,27 @@ void fields(Wire& wire, EffectColumns& columns) {
     wire(columns.failure, columns.nodes);
 }
 
-/// A candidate about the best model.
+/// A candidate effect, linearised about the best model.
 struct CandidateView {
     physics::SelectedEffect effect;
     EffectColumns columns;
 };
 
-/// stacked_readings() of the fit. If it leaves the plane, `predicted` is computed by planar chains,
-/// as the runs that are compared with it. Throws core::NumericalError.
+/// stacked_readings() of the fit. If the model leaves the plane, `predicted` is computed by planar
+/// chains, as in the runs that are compared with it. Throws core::NumericalError.
 [[nodiscard]] StackedReadings
 readings_to_compare(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
                     const run::Heartbeat& heartbeat);
 
-/// For every point of the effect's grid: derivatives by its sizes where it is absent, and, where a
-/// first derivative may say little (a soft clamp, an elliptic section, a slow release), secants to
-/// its usual sizes with the first mode kept. `stacked`: readings_to_compare(base).
+/// Columns at every point of the effect's grid: derivatives by its sizes where it is absent. If
+/// first derivatives may be weak (a soft clamp, an elliptic section, a slow release), also
+/// secants to its usual sizes with the first mode kept. `stacked`: readings_to_compare(base).
 [[nodiscard]] EffectColumns effect_columns(const fit::Fit& base, const StackedReadings& stacked,
                                            const physics::SelectedEffect& effect,
                                            std::span<const fit::ObservedRecording> recordings,
                                            const fit::FitOptions& options);
 
-/// An effect of a given size beside a fitted model, with the first mode kept by Y and β.
+/// An effect of a given size added to a fitted model, with the first mode kept by Y and β.
 struct SizedEffect {
     double size = 0.0;          ///< in standard deviations of the prior
     double modulus_ratio = 1.0; ///< of Y there to that of the fitted model
@@ -80,9 +80,9 @@ struct SizedEffect {
     Eigen::VectorXd change;     ///< (rows of StackedReadings) from where it is absent
 };
 
-/// The effect in sizes from far too small to be seen up to the usual one, in lanes, the smallest
-/// first, with its locations and time constants at their defaults; of an effect without a number to
-/// fit, itself. Throws as predict_readings().
+/// The effect in sizes from undetectable to usual, smallest first, computed in lanes, with its
+/// locations and time constants at their defaults. An effect without a free parameter has one size.
+/// Throws as predict_readings().
 struct SizedEffects {
     std::string parameter; ///< that is the size; empty: none
     std::vector<SizedEffect> sizes;

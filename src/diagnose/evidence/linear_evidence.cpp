@@ -16,8 +16,8 @@ using SmallMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_columns, most_columns>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_columns, 1>;
 
-/// Size, in standard deviations of the prior, to which a derivative is trusted, and a secant in
-/// units of its length.
+/// Largest size for which a derivative is used, in standard deviations of the prior, and for a
+/// secant in units of its length.
 constexpr double largest_of_derivative = 3.0;
 constexpr double extrapolation = 2.0;
 
@@ -79,7 +79,7 @@ void LinearEvidence::add_nodes(const EffectColumns& columns) {
                                                      : extrapolation * std::abs(column.secant)});
         }
     }
-    // Between two points of the grid the readings are nearly a mean of those at the points.
+    // Between two points of the grid the readings are nearly the mean of those at the two points.
     const std::size_t points = nodes.size();
     for (std::size_t a = 0; a < points; ++a)
         for (std::size_t b = a + 1; b < points; ++b)
@@ -133,7 +133,7 @@ double LinearEvidence::solve(const std::vector<Eigen::Index>& sizes,
     hessian.diagonal().array() += 1.0;
     const Eigen::LLT<SmallMatrix> factors(hessian);
     SmallVector amount = factors.solve(right);
-    // A step to where the columns are no longer known to be linear ends there.
+    // The step ends where the columns are no longer known to be linear.
     double step = 1.0;
     for (std::size_t k = 0; k < sizes.size(); ++k)
         step = std::min(step,
@@ -163,8 +163,8 @@ void LinearEvidence::add_point(std::span<const std::size_t> candidates,
     }
     if (static_cast<Eigen::Index>(sizes.size()) > most_columns)
         return;
-    // A size with the forbidden sign is absent, and the others are solved for again. Of several
-    // recordings one may well have none.
+    // A size with the forbidden sign is set to absent, and the others are solved for again. With
+    // several recordings, an effect may be absent from one of them.
     std::map<Eigen::Index, double> amounts;
     double log_value = 0.0;
     for (bool is_allowed = false; !is_allowed;) {
@@ -188,7 +188,7 @@ void LinearEvidence::add_point(std::span<const std::size_t> candidates,
         keep(candidates, nodes, amounts, sum);
 }
 
-/// As the likeliest point.
+/// Stores the likeliest point.
 void LinearEvidence::keep(std::span<const std::size_t> candidates,
                           const std::vector<const Node*>& nodes,
                           std::map<Eigen::Index, double>& amounts, Sum& sum) const {
@@ -204,7 +204,7 @@ void LinearEvidence::keep(std::span<const std::size_t> candidates,
                           return !each.is_between && each.columns.front() == node.columns.back();
                       })->first;
         std::vector<double>& own = sum.amounts.emplace_back();
-        // aᵀ G a of its columns: what it explains in addition to the others is at most this.
+        // aᵀ G a of its columns is an upper bound of what it explains in addition to the others.
         double fall = 0.0;
         for (const Eigen::Index i : node.columns) {
             own.push_back(amounts[i]);

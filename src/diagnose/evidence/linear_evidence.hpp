@@ -21,18 +21,18 @@ struct PredictedGain {
     std::vector<double> falls;                ///< (effects) of χ² by each alone
 };
 
-/// The columns of all candidates, freed of what the model's own parameters can do: for a set with
-/// columns S, log Z changes by ½ bᵀ (G + I)⁻¹ b − ½ log|G + I| + log P(S), G = SᵀS, b = Sᵀ r.
+/// The candidates' columns without the part that the model's parameters imitate. A set with columns
+/// S changes log Z by ½ bᵀ (G + I)⁻¹ b − ½ log|G + I| + log P(S), G = SᵀS, b = Sᵀ r.
 class LinearEvidence {
   public:
-    /// `candidates`: with or without failures.
+    /// `candidates` may include failed ones.
     LinearEvidence(const StackedReadings& stacked, const std::vector<CandidateView>& candidates);
 
-    /// Sum over the points of the grids, each equally probable; sizes with a forbidden sign are
-    /// left out. Two points of one grid together stand for those between them.
+    /// Sum over the points of the grids, which are equally probable; sizes with a forbidden sign
+    /// are excluded. Two points of one grid together represent the points between them.
     [[nodiscard]] PredictedGain gain(std::span<const std::size_t> candidates) const;
 
-    /// Change of the model's own parameters that goes with the columns' amounts.
+    /// Change of the model's own parameters that accompanies the columns' amounts.
     [[nodiscard]] Eigen::VectorXd own_change(std::span<const std::size_t> candidates,
                                              const PredictedGain& gain) const;
 
@@ -44,7 +44,7 @@ class LinearEvidence {
     };
     struct Node {
         std::vector<Eigen::Index> columns;
-        std::size_t first = 0;   ///< place among the candidate's nodes
+        std::size_t first = 0;   ///< index among the candidate's nodes
         bool is_between = false; ///< two points of the grid: their amounts have one sign
     };
     struct Sum;

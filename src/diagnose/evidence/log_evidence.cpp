@@ -20,8 +20,8 @@ namespace {
 
 using physics::FittedAs;
 
-/// Standard deviation of a size over the default of its card: a default is a size that a careful
-/// laboratory meets, and others meet some times more.
+/// Standard deviation of a size over the default of its card: the default is the size in a careful
+/// laboratory, and other laboratories have sizes a few times larger.
 constexpr double deviation_over_default = 3.0;
 
 /// The parameter as the effect describes it for this stem.
@@ -51,7 +51,7 @@ double usual_size(const physics::EffectParameter& card, const fit::StemModel& mo
     return largest;
 }
 
-/// Adds the priors of the effects' numbers; returns their columns in units of their coordinates.
+/// Adds the priors of the effects' parameters; returns their columns in coordinate units.
 Eigen::MatrixXd add_priors(const StackedReadings& stacked, const fit::JointLayout& layout,
                            const fit::StartModels& models, const fit::SelectedEffects& known,
                            std::vector<Eigen::Index>& others, ModelEvidence& out) {
@@ -256,7 +256,7 @@ double log_evidence(const ModelEvidence& evidence, const NoiseScale& noise) {
     for (std::size_t m = 0; m < evidence.misfits.size(); ++m) {
         const double ratio = evidence.misfits[m] / noise.variance[m];
         const auto readings = static_cast<double>(std::max<std::size_t>(noise.readings[m], 1));
-        // Of unknown noise the size is eliminated too: −n log(rms).
+        // The size of an unknown noise is eliminated too: −n log(rms).
         log_likelihood -=
             noise.is_noise_known[m] ? 0.5 * ratio : 0.5 * readings * std::log(ratio / readings);
     }
@@ -266,7 +266,7 @@ double log_evidence(const ModelEvidence& evidence, const NoiseScale& noise) {
         Eigen::MatrixXd hessian =
             Eigen::Map<const Eigen::MatrixXd>(evidence.information.data(), d, d) /
             noise.mean_known();
-        // With a unit diagonal, because the units of the coordinates differ by decades.
+        // Scaled to a unit diagonal, because the coordinates' units differ by orders of magnitude.
         Eigen::VectorXd size(d);
         for (Eigen::Index k = 0; k < d; ++k) {
             hessian(k, k) += evidence.prior_precision[static_cast<std::size_t>(k)];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The logarithm of the probability of the readings by a fitted model: the score of the search.
+// The logarithm of the probability of the readings given a fitted model: the search's score.
 #pragma once
 
 #include "fit/model/stem_model.hpp"
@@ -11,24 +11,24 @@
 
 namespace culm::diagnose {
 
-/// The prior of a free number of an effect, in its coordinate: the number itself, its logarithm or
-/// its inverse (physics::FittedAs). A size is normal about its absence. A location, an angle or a
-/// time constant is uniform within its bounds.
+/// The prior of a free parameter of an effect, in its coordinate: the number itself, its logarithm
+/// or its inverse (physics::FittedAs). A size has a normal prior about its absence. A location, an
+/// angle or a time constant has a uniform prior within its bounds.
 struct ParameterPrior {
     bool is_place = false;
     bool is_one_sided = false; ///< of a size: it has one sign, and the prior is half-normal
     double absent = 0.0;       ///< of a size: its coordinate where the effect is absent
     double deviation = 1.0;    ///< of a size: standard deviation; negative where it points down
-    double range = 1.0;        ///< of a place: distance between its bounds
+    double range = 1.0;        ///< of a location: distance between its bounds
 
     /// Logarithm of the density at a coordinate.
     [[nodiscard]] double log_density(double coordinate) const;
-    /// What the prior adds to the second derivative of −log posterior. That of a place makes the
-    /// Laplace integral over a flat likelihood equal to one.
+    /// The prior's part of the second derivative of −log posterior. For a location it is such that
+    /// the Laplace integral over a flat likelihood equals one.
     [[nodiscard]] double precision() const;
 };
 
-/// `parameter` is one of an effect's in `model`, whose stem gives the usual size.
+/// The prior of an effect's parameter in `model`, whose stem determines the usual size.
 [[nodiscard]] ParameterPrior prior_of(const fit::FreeParameter& parameter,
                                       const fit::StemModel& model);
 
@@ -37,7 +37,7 @@ struct ParameterPrior {
 /// d coordinate/d value.
 [[nodiscard]] double coordinate_slope(physics::FittedAs fitted_as, double value);
 
-/// What log_evidence() needs of a fitted model, whatever the noise turns out to be.
+/// The quantities of a fitted model that log_evidence() needs, independent of the noise.
 struct ModelEvidence {
     std::vector<double> misfits; ///< (recordings) χ²; m² where the noise is not known
     double squared_pulls = 0.0;  ///< of the error terms
@@ -66,30 +66,30 @@ struct NoiseScale {
     [[nodiscard]] double mean_known() const;
 };
 
-/// The noise that the fits assume; of a recording that states none, as this model leaves it.
+/// The noise that the fits assume; if a recording states none, this model's residual.
 [[nodiscard]] NoiseScale noise_as_assumed(const fit::Fit& first);
 
-/// From the model that fits best: its reduced χ² where that exceeds 1, because what the best model
-/// lacks is noise to all; the mean square of its residuals where no noise is known.
+/// From the model that fits best: its reduced χ² if that exceeds 1, because its residual is treated
+/// as noise in all models; the mean square of its residuals if no noise is known.
 [[nodiscard]] NoiseScale noise_scale_of(const fit::Fit& best);
 
-/// Names of the effects, but for the `known` ones, of which every size ended at its absence.
+/// Names of the effects whose sizes all ended at their absence, without the `known` ones.
 [[nodiscard]] std::vector<std::string> absent_effects(const fit::Fit& fit,
                                                       const fit::SelectedEffects& known);
 
 /// Within three standard deviations of χ² for noise alone.
 [[nodiscard]] bool is_at_noise(const fit::Fit& fit);
 
-/// `known`: effects that act for certain and have no prior probability.
+/// `known`: effects that certainly act and have no prior probability.
 [[nodiscard]] ModelEvidence evidence_of(const fit::Fit& fit,
                                         std::span<const fit::ObservedRecording> recordings,
                                         const fit::SelectedEffects& known);
 
 /// log Z = −½ rᵀ Σ⁻¹ r + log π(numbers) + ½ d log 2π − ½ log|H| + log P(effects), the Laplace
-/// approximation (MacKay 1992, Neural Comput. 4:415-447), up to what all models share.
+/// approximation (MacKay 1992, Neural Comput. 4:415-447), up to a constant common to all models.
 [[nodiscard]] double log_evidence(const ModelEvidence& evidence, const NoiseScale& noise);
 
-/// Of one effect, before a recording is seen, to act over not to act: 0.05/0.95.
+/// Log odds, before a recording is seen, that one effect acts: log(0.05/0.95).
 [[nodiscard]] double log_prior_odds();
 
 } // namespace culm::diagnose

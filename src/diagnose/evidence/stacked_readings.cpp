@@ -13,9 +13,9 @@
 namespace culm::diagnose {
 namespace {
 
-/// Of a column of unit length, that the others do not imitate. The derivatives come from lanes that
-/// differ by 1e-6 of a parameter and are good to about 1e-5 (run/sensitivities.hpp); a column that
-/// stands out by less than a tenth of that is rounding.
+/// Part of a column of unit length that the others cannot imitate. The derivatives come from lanes
+/// that differ by 1e-6 of a parameter and are accurate to about 1e-5 (run/sensitivities.hpp); an
+/// independent part below a tenth of that is rounding error.
 constexpr double least_independence = 1e-6;
 
 class Stack {
@@ -94,7 +94,7 @@ class Stack {
     Eigen::Index row_ = 0;
 };
 
-/// Free parameter `k`, in its own unit, as far as the bounds allow.
+/// Changes free parameter `k`, in its own unit, as far as the bounds allow.
 void move(fit::StemModel& model, std::size_t k, double change) {
     if (model.is_error(k)) {
         model.set_value(k, model.value(k) + change);

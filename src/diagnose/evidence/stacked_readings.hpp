@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Readings of one or several recordings over their noise, one below the other.
+// Readings of one or several recordings over their noise, stacked in one vector.
 #pragma once
 
 #include "fit/fit_model.hpp"
@@ -25,8 +25,8 @@ struct StackedReadings {
     [[nodiscard]] Eigen::Index readings() const { return residual.size() - constraints; }
 };
 
-/// `models`, `recordings` and `base` (whose times and noise count) belong together; readings that
-/// were not seen are rows of zeros. Throws core::NumericalError if a model cannot be computed.
+/// `models`, `recordings` and `base` (which provides times and noise) belong together; unseen
+/// readings are rows of zeros. Throws core::NumericalError if a model cannot be computed.
 [[nodiscard]] StackedReadings stacked_readings(std::span<const fit::StemModel> models,
                                                std::span<const fit::ObservedRecording> recordings,
                                                const fit::Fit& base,
@@ -41,8 +41,8 @@ struct StackedReadings {
                                      const Eigen::VectorXd& change);
 
 /// Least squares onto the columns of a matrix. By the Frisch-Waugh-Lovell theorem the remainder of
-/// a new column is what a joint fit would see of it, and the coefficients are how the fitted
-/// numbers hide the rest. Columns count as independent down to 1e-6 of their length.
+/// a new column is the part that a joint fit can detect; the coefficients are the changes of the
+/// fitted parameters that hide the rest. Columns are independent down to 1e-6 of their length.
 class Projector {
   public:
     explicit Projector(const Eigen::MatrixXd& columns);

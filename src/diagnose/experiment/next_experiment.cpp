@@ -19,7 +19,7 @@ constexpr std::size_t most_experiments = 3;
 constexpr double worthwhile = 1.2;    ///< times the gap of a mere repetition
 constexpr double largest_pull = 0.45; ///< of the length
 
-/// What is done otherwise: to the stem and its release, and to the camera.
+/// The changes of an experiment: to the stem and its release, and to the camera.
 struct Change {
     std::string what;
     std::function<void(run::CaseSpec&)> apply;
@@ -62,7 +62,7 @@ Change shorter_stem(const run::CaseSpec& spec) {
             share * share, 1.0 / (share * share)};
 }
 
-/// What the effects themselves declare: each that names the experiment changes as it says.
+/// An experiment that effects declare: each effect that names it changes its values as declared.
 Change revealing(const std::string& what) {
     return {what, [what](run::CaseSpec& spec) {
                 for (physics::ActiveEffect& active : spec.effects)
@@ -74,7 +74,7 @@ Change revealing(const std::string& what) {
             }};
 }
 
-/// The first is the experiment at hand.
+/// The first is a repetition of the present experiment.
 std::vector<Change> changes_for(const std::pair<Rival, Rival>& pair, const run::CaseSpec& spec) {
     std::vector<physics::EffectPointer> effects;
     for (const Rival* rival : {&pair.first, &pair.second})
@@ -84,7 +84,7 @@ std::vector<Change> changes_for(const std::pair<Rival, Rival>& pair, const run::
                                 known_mass(spec, 0.1),
                                 known_mass(spec, 0.5),
                                 other_pull(spec, 0.3)};
-    // What varies along the stem is given over its length: of a part of it the law would differ.
+    // Properties along the stem are relative to its length; a shorter stem has another law.
     if (std::ranges::none_of(effects, [](const auto& each) { return each->spans_the_stem(); }))
         changes.push_back(shorter_stem(spec));
     if (1.5 * std::abs(spec.tip_deflection) < largest_pull * spec.stem.free_length())
@@ -109,9 +109,9 @@ std::vector<double> frames_of(const fit::RecordingFit& fit, const Change& change
     return times;
 }
 
-/// Information of the record at hand about all but the release, whose numbers are new each time,
-/// and the errors of its readings: Schur's complement of these, (parameters without the errors)
-/// twice.
+/// Information of this recording about all parameters except those of the release, which are new in
+/// each recording, and the errors of the readings. These are eliminated by the Schur complement.
+/// Shape: (parameters without the errors) twice.
 Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
     const auto count = static_cast<Eigen::Index>(fit.prediction.parameters);
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
@@ -142,7 +142,7 @@ Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
     return out;
 }
 
-/// The numbers of each rival, those beside an assumed effect fitted again.
+/// Fits of each rival; the parameters other than those of an assumed effect are fitted again.
 std::vector<fit::Fit> refitted(const std::vector<Rival>& rivals,
                                std::span<const fit::ObservedRecording> alone,
                                const fit::FitOptions& options, const core::ItemMap& map) {
@@ -179,8 +179,8 @@ std::vector<fit::Fit> refitted(const std::vector<Rival>& rivals,
     return out;
 }
 
-/// The smallest square of the distance, over the noise, that `other` can come to what `truth`
-/// shows.
+/// The smallest squared distance, over the noise, between the prediction of `truth` and that of
+/// `other` for any of its parameters.
 double gap(const fit::RecordingFit& truth, const fit::RecordingFit& other, const Change& change,
            const run::Heartbeat& heartbeat) {
     const std::vector<double> times = frames_of(truth, change);
@@ -213,9 +213,9 @@ double gap(const fit::RecordingFit& truth, const fit::RecordingFit& other, const
         normal += column * column.transpose();
         gradient += distance * column;
     }
-    // Least squares of the other model to what the first predicts, with the recording at hand as
-    // prior information: min over θ of |d − J θ|² + θᵀ I θ = |d|² − gᵀ (JᵀJ + I)⁻¹ g, g = Jᵀ d.
-    // Scaled to a unit diagonal, because the units of the numbers differ by decades.
+    // Least squares of the other model to the first one's prediction, with this recording as prior
+    // information: min over θ of |d − J θ|² + θᵀ I θ = |d|² − gᵀ (JᵀJ + I)⁻¹ g, g = Jᵀ d. Scaled to
+    // a unit diagonal, because the parameters' units differ by orders of magnitude.
     Eigen::VectorXd size = normal.diagonal().cwiseSqrt();
     for (double& entry : size)
         entry = entry > 0.0 ? 1.0 / entry : 0.0;
@@ -249,7 +249,7 @@ std::vector<Experiment> next_experiments(const std::pair<Rival, Rival>& pair,
         if (const auto gap = answers[c].value_or(std::nullopt))
             experiments.push_back(
                 {changes[c].what, pair.first.fit.names, pair.second.fit.names, *gap});
-    // What distinguishes no better than another release of the same kind is no advice.
+    // An experiment no better than a repetition of the present one is not proposed.
     const double again = experiments.empty() ? 0.0 : experiments.front().expected_gap;
     std::erase_if(experiments, [again](const Experiment& experiment) {
         return experiment.expected_gap <= worthwhile * again;

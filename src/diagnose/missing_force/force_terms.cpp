@@ -13,8 +13,8 @@
 namespace culm::diagnose {
 namespace {
 
-/// A coefficient starts where its term makes this share of the elastic forces: large enough for a
-/// derivative above the noise of the runs, small enough to stay linear.
+/// Initial ratio of a coefficient's term to the elastic forces: large enough for a derivative above
+/// the noise of the runs, small enough to stay linear.
 constexpr double small_share = 1e-3; ///< of the elastic forces
 constexpr double widest = 1e4;       ///< bounds of a coefficient, times its scale
 
@@ -40,7 +40,7 @@ physics::UserEffectText force_text(physics::UserLawKind kind, const std::vector<
                                    const std::vector<double>& scales) {
     physics::UserEffectText text;
     text.name = "missing_force";
-    text.summary = "what the recording calls for beyond the chain";
+    text.summary = "missing force found in a recording";
     text.source = "culm diagnose";
     text.kind = kind;
     for (std::size_t k = 0; k < terms.size(); ++k) {
@@ -88,7 +88,7 @@ std::vector<double> term_scales(physics::UserLawKind kind, const std::vector<std
 
 std::string as_effect_file(const physics::UserEffectText& text) {
     std::string out = fmt::format(
-        "# Found by culm diagnose: what no effect of the library explains."
+        "# Found by culm diagnose: a force that no effect of the library explains."
         "\n[effect]\nname = \"{}\"\nsummary = \"{}\"\nkind = \"{}\"\n"
         "expression = \"{}\"\nsource = \"{}\"\n",
         text.name, text.summary, is_force(text.kind) ? "force_per_length" : "bending_moment",

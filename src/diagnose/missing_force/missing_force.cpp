@@ -18,7 +18,7 @@
 namespace culm::diagnose {
 namespace {
 
-/// Of term k in the effect that stands for the missing force.
+/// Coefficient of term k in the effect that represents the missing force.
 physics::ParameterId coefficient(std::size_t k) {
     return {"missing_force", fmt::format("c{}", k + 1), {}};
 }
@@ -29,7 +29,7 @@ constexpr std::size_t most_terms = 3;
 constexpr double force_block_periods = 3.0;
 constexpr int curve_points = 41;
 
-/// Number of the block of time of every reading, those of each recording apart.
+/// Index of the time block of every reading; blocks of different recordings differ.
 std::vector<int> blocks_of(const fit::Fit& base) {
     std::vector<int> blocks;
     int first = 0;
@@ -52,7 +52,7 @@ physics::SelectedEffect with_terms(UserLawKind kind, const std::vector<std::stri
             std::vector<std::optional<double>>(terms.size())};
 }
 
-/// What the terms of one kind explain of the residual, linearised.
+/// Linear regression of the residual on the terms of one kind.
 struct Regression {
     UserLawKind kind = UserLawKind::ForcePerLength;
     std::vector<std::string> terms; ///< chosen
@@ -74,13 +74,13 @@ Regression regress(UserLawKind kind, const fit::Fit& base,
     const StackedReadings stacked = stacked_readings(models, recordings, base, options.heartbeat);
     const StackedReadings fitted = stacked_readings(base, recordings);
 
-    // Both sides without what the fitted numbers can take up (Frisch, Waugh and Lovell): the
-    // coefficients are those of a regression in which these numbers are free as well.
+    // Both sides without the part that the fitted parameters can absorb (Frisch, Waugh and Lovell):
+    // the coefficients are those of a regression in which these parameters are free as well.
     const Projector own(fitted.jacobian);
     Eigen::MatrixXd columns(stacked.readings(), static_cast<Eigen::Index>(terms.size()));
     for (std::size_t k = 0; k < terms.size(); ++k) {
         const auto found = std::ranges::find(stacked.ids, coefficient(k));
-        // In units of the scale, so that the sums of products stay of one size.
+        // In units of the scale, so that the sums of products have similar magnitudes.
         columns.col(static_cast<Eigen::Index>(k)) =
             scales[k] * own.remainder(stacked.jacobian.col(found - stacked.ids.begin()))
                             .topRows(stacked.readings());
@@ -106,8 +106,8 @@ double force_of(const MissingForce& force, UserLawKind kind, const physics::User
     return sum;
 }
 
-/// Against the deflection at rest and against the velocity undeflected, at the tip (of a moment:
-/// the curvature and its rate at the root).
+/// Samples the force at the tip against the deflection at rest and the velocity at zero deflection
+/// (for a moment, against the curvature and its rate at the root).
 void add_curves(UserLawKind kind, const run::CaseSpec& spec, MissingForce& force) {
     const double length = spec.stem.free_length();
     const double pull = std::abs(spec.tip_deflection);
@@ -129,7 +129,7 @@ void add_curves(UserLawKind kind, const run::CaseSpec& spec, MissingForce& force
     }
 }
 
-/// Work over a cycle of x = sin t with v = cos t tells what gives and what takes.
+/// The work over a cycle of x = sin t, v = cos t shows which terms add or remove energy.
 std::string character_of(const MissingForce& force, UserLawKind kind, const run::CaseSpec& spec) {
     const double length = spec.stem.free_length();
     const double pull = std::abs(spec.tip_deflection);

@@ -35,10 +35,10 @@ struct MissingForce {
     fit::Fit fit;                                  ///< of the model with this force
 };
 
-/// Regresses what `base` leaves on the traces that simple forces would leave, each computed through
-/// the chain itself and freed of what the model's own parameters can imitate: forward selection,
-/// validated on blocks of time left out, and only terms that 80 % of resamples choose. The chosen
-/// ones are then fitted through the chain as a user's effect.
+/// Regresses the residual of `base` on the signatures of simple forces. Each signature is computed
+/// through the chain, without the part that the model's own parameters can imitate. Terms are
+/// chosen by forward selection, validated on blocks of time left out, and kept only if 80 % of
+/// resamples choose them. The chosen terms are then fitted through the chain as a user's effect.
 [[nodiscard]] MissingForce
 reconstruct_missing_force(const fit::Fit& base, const fit::SelectedEffects& effects,
                           std::span<const fit::ObservedRecording> recordings,

@@ -13,14 +13,14 @@ namespace culm::diagnose {
 namespace {
 
 /// Stability selection (Meinshausen & Bühlmann 2010): a term counts if most random halves of the
-/// blocks choose it too.
+/// blocks also select it.
 constexpr int resamples = 50;
 constexpr double least_stability = 0.8;
 constexpr std::uint64_t seed = 2019;
-/// A term has to take at least this share of what is left, or it is only noise.
+/// Smallest reduction of the squared residual, as a share, by a term that is not only noise.
 constexpr double least_fall = 0.02;
 
-/// Sums of products over the blocks, from which every regression on some of them follows.
+/// Sums of products over the blocks. Every regression on a subset of blocks follows from them.
 class BlockSums {
   public:
     BlockSums(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual,
@@ -39,7 +39,7 @@ class BlockSums {
     }
     [[nodiscard]] std::size_t count() const { return products_.size(); }
 
-    /// Coefficients of these terms by the readings of these blocks.
+    /// Coefficients of these terms, fitted to the readings of these blocks.
     [[nodiscard]] Eigen::VectorXd regress(const std::vector<std::size_t>& terms,
                                           const std::vector<std::size_t>& blocks) const {
         if (terms.empty())
@@ -54,7 +54,7 @@ class BlockSums {
         }
         return products.completeOrthogonalDecomposition().solve(right);
     }
-    /// Square of what these terms leave in these blocks.
+    /// Squared residual of these terms in these blocks.
     [[nodiscard]] double left(const std::vector<std::size_t>& terms,
                               const Eigen::VectorXd& coefficients,
                               const std::vector<std::size_t>& blocks) const {
@@ -67,7 +67,7 @@ class BlockSums {
                              coefficients.dot(products_[b](chosen, chosen) * coefficients);
         return sum;
     }
-    /// Terms in the order in which they help most.
+    /// Terms in the order in which they reduce the residual most.
     [[nodiscard]] std::vector<std::size_t> forward(const std::vector<std::size_t>& blocks,
                                                    std::size_t most) const {
         std::vector<std::size_t> chosen;
@@ -103,15 +103,15 @@ std::vector<std::size_t> all_blocks(const BlockSums& sums) {
     return blocks;
 }
 
-/// Square of what is left in blocks that were left out, by the number of terms, and the standard
-/// error of the smallest.
+/// Squared residual in blocks that were left out, by the number of terms, and the standard error of
+/// the smallest.
 struct Validation {
     std::vector<double> left;
     double standard_error = 0.0;
 };
 
-/// Leave-one-block-out cross-validation. Blocks and not readings are left out, because neighbouring
-/// residuals are alike.
+/// Leave-one-block-out cross-validation. It leaves out blocks, not single readings, because
+/// neighbouring residuals are similar.
 Validation validate(const BlockSums& sums, std::size_t most) {
     const std::vector<std::size_t> all = all_blocks(sums);
     std::vector<std::vector<double>> by_block(most + 1);

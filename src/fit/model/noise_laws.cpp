@@ -20,10 +20,10 @@ namespace culm::fit {
 
 namespace {
 
-/// Of a property of the noise that is taken for there: noise without it shows so much in one
+/// Significance level of a property of the noise: noise without it would show as much in one
 /// recording of a thousand.
 constexpr double significance = 1e-3;
-/// Tails of more are those of a Gaussian for every practical purpose.
+/// Student's t with more degrees of freedom is a Gaussian for every practical purpose.
 constexpr double most_degrees = 15.0;
 
 } // namespace
@@ -37,13 +37,13 @@ double Tails::scored(double error) const {
 
 namespace {
 
-/// Errors over the noise on a fine grid, with how often each was seen.
+/// Errors over the noise on a fine grid, with the number of errors at each point.
 using Counts = std::map<double, double>;
 
-/// The scale that makes the errors most likely, and how likely.
+/// The scale of maximum likelihood, and the logarithm of the likelihood.
 template <class Law>
 std::pair<double, double> best_scale(const Counts& errors, const Law& law, double about) {
-    constexpr int digits = 12; // binary: 2e-4 of the logarithm, far below what the errors tell
+    constexpr int digits = 12; // binary: 2e-4 of the logarithm, far below its uncertainty
     const auto negative = [&](double logarithm) {
         double sum = 0.0;
         for (const auto& [error, count] : errors)
@@ -63,7 +63,7 @@ Tails tails_of(const std::vector<double>& values) {
     for (const double value : values)
         squares += value * value;
     const double deviation = std::sqrt(squares / count);
-    const double grid = 0.05 * deviation; // too fine to matter, and there are few of them
+    const double grid = 0.05 * deviation; // too fine to matter, with few points
     Counts errors;
     for (const double value : values)
         errors[grid * std::round(value / grid)] += 1.0;

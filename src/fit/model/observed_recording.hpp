@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A recording together with what a fit has found out about the errors of its readings.
+// A recording with the errors of its readings, as far as fits have determined them.
 #pragma once
 
 #include "measure/folder/measurement.hpp"
@@ -30,7 +30,7 @@ struct ReadingErrors {
         std::vector<double> readings; ///< (times, heights), m; empty: none
         double log_modulus = 0.0;     ///< change of ln Y of the chain, whose phases follow it
         double log_damping = 0.0;     ///< likewise of ln β
-        bool is_of_row = false;       ///< one of those that every row has
+        bool is_of_row = false;       ///< each row has such a term
     };
     std::vector<double> times; ///< s, of the readings
     Term known;                ///< the known part of the errors; without a name

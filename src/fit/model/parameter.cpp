@@ -64,9 +64,9 @@ double value_per_internal(const FreeParameter& parameter, const run::CaseSpec& s
     return size_of(parameter, start);
 }
 
-// A stiff clamp is a compliance near zero: the readings are smooth in the compliance and have a
-// pole in the stiffness, so the chain is differentiated by the inverse and the chain rule leads
-// back.
+// A stiff clamp is a compliance near zero. The readings are smooth in the compliance and have a
+// pole in the stiffness, so the chain is differentiated by the inverse, and the chain rule converts
+// the derivative.
 run::CaseParameter differentiated_by(const FreeParameter& parameter) {
     if (parameter.fitted_as != FittedAs::Inverse)
         return parameter.access;

@@ -11,21 +11,20 @@
 namespace culm::fit {
 
 struct FreeParameter {
-    run::CaseParameter
-        access;         ///< which it is, how to read and to set it in a case; its typical size
-    std::string unit;   ///< "Pa"; empty for a pure number
-    double lower = 0.0; ///< allowed range; the bounds belong to it
+    run::CaseParameter access; ///< its id, its getter and setter for a case, its typical size
+    std::string unit;          ///< "Pa"; empty for a pure number
+    double lower = 0.0;        ///< allowed range, including its bounds
     double upper = 0.0;
     physics::FittedAs fitted_as = physics::FittedAs::Itself; ///< else lower must be positive
-    bool is_place = false;                                   ///< as physics::EffectParameter's
+    bool is_place = false;                                   ///< as in physics::EffectParameter
     double absent = 0.0;                                     ///< likewise
 };
 
 /// Y (Pa) and β, both as logarithms, and the tip's deflection before the release (m).
 [[nodiscard]] std::vector<FreeParameter> baseline_free_parameters();
 
-/// The number that the fit works on: its logarithm, its inverse over that of its size, or the
-/// number over its size in `spec`.
+/// The number that the optimiser changes: the logarithm of the value, its inverse over that of its
+/// size, or the value over its size in `start`.
 [[nodiscard]] double to_internal(const FreeParameter& parameter, const run::CaseSpec& start,
                                  double value);
 [[nodiscard]] double from_internal(const FreeParameter& parameter, const run::CaseSpec& start,
@@ -34,9 +33,9 @@ struct FreeParameter {
 [[nodiscard]] double value_per_internal(const FreeParameter& parameter, const run::CaseSpec& start,
                                         double value);
 
-/// What the chain is differentiated by: the parameter, or its inverse, which can vanish.
+/// The number by which the chain is differentiated: the parameter or its inverse, which may be 0.
 [[nodiscard]] run::CaseParameter differentiated_by(const FreeParameter& parameter);
-/// d/d value from d/d that, at `value`.
+/// Converts a derivative by that number at `value` to the derivative by the value.
 [[nodiscard]] double derivative_by_value(const FreeParameter& parameter, double value,
                                          double derivative);
 

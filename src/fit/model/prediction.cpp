@@ -24,9 +24,9 @@
 
 namespace culm::fit {
 
-/// The held stem, and what holds it, stand on the support and move with it as one body. (A finger
-/// on firm ground would bend the stem in time with the support. The lower heights, where the motion
-/// of the support is plainest, hardly tell the two apart.)
+/// The held stem and its holder are fixed to the support and move with it as one body. (A finger on
+/// firm ground would bend the stem in time with the support. The lower heights, which show the
+/// motion of the support best, hardly distinguish the two cases.)
 class HeldFrames {
   public:
     /// Throws core::InputError like run::case_model.
@@ -34,11 +34,11 @@ class HeldFrames {
 
     [[nodiscard]] bool move() const { return case_.chain.base_motion.has_value(); }
 
-    /// How far the camera sees the height aside of where it is at the release, m. `time` is that
-    /// since the release, s.
+    /// Shift of the height in the picture relative to its position at the release, m. `time` counts
+    /// from the release, s.
     [[nodiscard]] double shift(double time, double height) const;
 
-    /// Its derivative by a free parameter of the model, m per unit of that.
+    /// Its derivative by a free parameter of the model, m per unit of the parameter.
     [[nodiscard]] double derivative(std::size_t parameter, double time, double height) const;
 
     /// Its derivative by time, m/s.
@@ -59,8 +59,8 @@ class HeldFrames {
 
 namespace {
 
-/// Of a parameter's size. The support's path is smooth: the error of a central difference is the
-/// square of this, that of rounding 1e-16 over it.
+/// Relative to a parameter's size. The support's path is smooth: the error of a central difference
+/// is the square of this step, and that of rounding is 1e-16 over the step.
 constexpr double relative_step = 1e-5;
 
 } // namespace
@@ -109,18 +109,18 @@ double HeldFrames::rate(double time, double height) const {
 
 namespace {
 
-/// Motion out of the plane twists the stem, a little and fast: with the usual steps its derivatives
-/// by the parameters would be nine tenths wrong, with these a hundredth, for a tenth more time.
+/// Motion out of the plane twists the stem, a little and fast. The usual steps give derivatives by
+/// the parameters with errors of 90 %; these steps give errors of 1 % and take 10 % more time.
 constexpr double spatial_tolerance = 2e-7;
 
-/// Of the first mode. Stems take 20 steps in it, 60 with β = 1, 170 without any damping, and with
-/// friction in the clamp 46, 220 and 3200: a fit that lets go of all damping, because friction
-/// takes its place, would wait minutes for the ringing of the highest modes.
+/// Most steps per period of the first mode. Stems need 20 steps, 60 with β = 1 and 170 without
+/// damping; with friction in the clamp 46, 220 and 3200. A fit in which friction replaces all
+/// damping would wait minutes for the ringing of the highest modes.
 constexpr double most_steps_per_period = 400.0;
-constexpr double most_steps_per_sample = 1.0; ///< beside these: what is fast may be seen
+constexpr double most_steps_per_sample = 1.0; ///< added to these for fast visible motion
 
-/// The case as long as the readings need it, wherever the release lies within its bounds: the
-/// length must not depend on what is fitted.
+/// The case with the duration that the readings need for any release within its bounds, because the
+/// duration must not depend on the fitted parameters.
 run::CaseSpec case_until(const StemModel& model, double last_time) {
     run::CaseSpec spec = case_beside_errors(model);
     const double earliest =
@@ -145,7 +145,7 @@ auto result_or_throw(Outcome outcome) {
     return std::get<0>(std::move(outcome));
 }
 
-/// Lanes are filled for derivatives only. Throws core::NumericalError.
+/// Uses SIMD lanes for derivatives only. Throws core::NumericalError.
 run::CaseWithSensitivities simulate(const run::CaseSpec& spec,
                                     std::span<const run::CaseParameter> parameters,
                                     const run::Heartbeat& heartbeat) {
@@ -154,9 +154,9 @@ run::CaseWithSensitivities simulate(const run::CaseSpec& spec,
     return result_or_throw(run::simulate_with_sensitivities(spec, parameters, heartbeat));
 }
 
-/// What a frame shows, a mean over its exposure about its time, by Gauss's rule of four points:
-/// good to a thousandth of a swing of which the exposure holds nine tenths of a period. The release
-/// excites modes that fast, which an exposure of a millisecond blots out.
+/// Predicts a frame as the mean over its exposure, by Gauss's rule of four points. The error is a
+/// thousandth of a swing if the exposure covers nine tenths of a period. The release excites such
+/// fast modes, which an exposure of a millisecond blurs.
 class ExposedFrame {
   public:
     ExposedFrame(std::span<const double> sample_times, double time, double exposure) {
@@ -227,14 +227,14 @@ void move_held_frames(const StemModel& model, std::span<const double> times,
         }
 }
 
-/// Place of a free number of the chain among the model's; their number if it is not free.
+/// Index of a free parameter of the chain in the model; the parameter count if it is not free.
 std::size_t place_of(const StemModel& model, const physics::ParameterId& id) {
     const auto found = std::ranges::find_if(
         model.parameters, [&](const auto& parameter) { return parameter.access.id == id; });
     return static_cast<std::size_t>(found - model.parameters.begin());
 }
 
-/// The frame of the errors at this time; empty: the errors say nothing of it.
+/// Index of the frame at this time in the errors; empty if they have none.
 std::optional<std::size_t> frame_at(const ReadingErrors& errors, double time) {
     const auto found = std::ranges::lower_bound(errors.times, time);
     if (found == errors.times.end() || *found != time)
@@ -242,7 +242,7 @@ std::optional<std::size_t> frame_at(const ReadingErrors& errors, double time) {
     return static_cast<std::size_t>(found - errors.times.begin());
 }
 
-/// Adds what the error terms do to the readings beside the chain, and the derivatives by them.
+/// Adds the contributions of the error terms to the readings, and the derivatives by these terms.
 /// `computed` is the case that was run.
 void add_errors(const StemModel& model, const run::CaseSpec& computed,
                 std::span<const double> times, ChainPrediction& prediction) {
@@ -273,8 +273,8 @@ void add_errors(const StemModel& model, const run::CaseSpec& computed,
                 prediction.readings[at] += model.error_values[k] * beside;
                 double& derivative = derivatives[model.first_error() + k];
                 derivative = beside;
-                // ln Y moves by log_modulus: dy/dY · Y is the same for the model's and the
-                // computed one.
+                // ln Y changes by log_modulus: dy/dY · Y is the same for the model and the computed
+                // case.
                 if (modulus < count)
                     derivative += derivatives[modulus] * model.spec.stem.bond_youngs_modulus *
                                   term.log_modulus;
@@ -286,7 +286,7 @@ void add_errors(const StemModel& model, const run::CaseSpec& computed,
     }
 }
 
-/// The readings that a simulated case gives; `values`: those of the model's parameters.
+/// The readings of a simulated case; `values` are those of the model's parameters.
 ChainPrediction readings_of(const StemModel& model, const run::CaseSpec& spec,
                             std::span<const double> values,
                             const run::CaseWithSensitivities& simulated,
@@ -313,7 +313,7 @@ std::vector<PlanarModel> parts_to_compute(const StemModel& model) {
     return model.is_superposed ? planar_models(model) : std::vector<PlanarModel>();
 }
 
-/// predict_together() of superposed models.
+/// predict_together() for superposed models.
 std::vector<ChainPrediction> superposed_together(std::span<const StemModel> models,
                                                  std::span<const double> times,
                                                  const run::Heartbeat& heartbeat) {
@@ -367,7 +367,7 @@ std::vector<ChainPrediction> predict_together(std::span<const StemModel> models,
     const double last_time = times.empty() ? 0.0 : times.back();
     std::vector<ChainPrediction> predictions;
     while (predictions.size() < models.size()) {
-        // Every batch begins with the first model, whose steps all of them take.
+        // Every batch begins with the first model, because all models take its steps.
         const std::size_t done = predictions.size();
         const std::size_t repeated = done == 0 ? 0 : 1;
         std::vector<run::CaseSpec> specs;

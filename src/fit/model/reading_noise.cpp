@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t fewest_degrees_of_freedom = 20;
 
-/// A sum of squares with the degrees of freedom behind it.
+/// A sum of squares with its degrees of freedom.
 struct Scatter {
     double sum_of_squares = 0.0;
     std::size_t degrees_of_freedom = 0;
@@ -24,7 +24,7 @@ struct Scatter {
     }
 };
 
-/// About the mean of each row, frames [begin, end).
+/// Scatter about the mean of each row in frames [begin, end).
 Scatter scatter_about_means(const measure::Measurement& measurement, std::size_t begin,
                             std::size_t end) {
     Scatter scatter;
@@ -49,8 +49,8 @@ Scatter scatter_about_means(const measure::Measurement& measurement, std::size_t
     return scatter;
 }
 
-/// Of the second differences, which hardly feel a slow motion; white noise has 6 times its variance
-/// in them.
+/// Scatter of the second differences, which are insensitive to a slow motion. White noise has 6
+/// times its variance in them.
 Scatter scatter_of_second_differences(const measure::Measurement& measurement, std::size_t begin,
                                       std::size_t end) {
     Scatter scatter;
@@ -67,7 +67,7 @@ Scatter scatter_of_second_differences(const measure::Measurement& measurement, s
     return scatter;
 }
 
-/// Root mean square of what is stated for each row's readings, (rows), m.
+/// Root mean square of the stated uncertainties of each row's readings, (rows), m.
 std::vector<double> mean_uncertainties(const measure::Measurement& measurement) {
     const std::size_t rows = measurement.heights.size();
     std::vector<double> means;
@@ -174,7 +174,7 @@ void Whitening::separate_rows(std::span<double> values) const {
     }
 }
 
-// After k frames a reading is known from the last one to the variance 1 − ρ²ᵏ.
+// The last reading predicts the one k frames later with the variance 1 − ρ²ᵏ.
 void Whitening::separate_frames(std::span<double> values) const {
     for (std::size_t row = 0; row < rows_; ++row) {
         double last = 0.0;

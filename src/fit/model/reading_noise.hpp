@@ -17,30 +17,30 @@ namespace culm::fit {
 
 struct ReadingNoise {
     std::vector<double> by_row; ///< (rows), m; empty: only the residuals of a fit determine it
-    std::string source;         ///< "stated", or from what it was estimated
+    std::string source;         ///< "stated", or the data of the estimate
     bool is_known = true;       ///< independent of the fit
 };
 
-/// The noise of the noise model if there is one; else what the measurement states, for each reading
-/// (the mean square of a row) or each row; else the scatter about each row's mean while the stem
-/// was held, over at least 20 degrees of freedom of all rows together; else the scatter of the
-/// second differences over the last tenth of the record if the motion there is below the noise;
-/// else none.
+/// The noise of the noise model if there is one. Otherwise the first of these that is available:
+/// the stated noise of each reading (the mean square of a row) or of each row; the scatter about
+/// each row's mean while the stem was held, over at least 20 degrees of freedom of all rows
+/// together; the scatter of the second differences over the last tenth of the record if the motion
+/// there is below the noise; none.
 [[nodiscard]] ReadingNoise reading_noise(const ObservedRecording& measurement);
 
 /// Noise of each reading over that of its row, (times, rows); empty: 1.
 [[nodiscard]] std::vector<double> relative_noise(const measure::Measurement& measurement,
                                                  const std::vector<double>& by_row);
 
-/// Makes the errors of a noise model independent: first the rows of a frame, by the symmetric root
-/// of their covariance, then each row in time.
+/// Whitens errors that follow a noise model: first the rows of a frame, by the symmetric root of
+/// their covariance, then each row in time.
 class Whitening {
   public:
     /// `is_seen`: (frames, rows). A null model leaves the readings as they are.
     Whitening(std::shared_ptr<const NoiseModel> model, std::size_t rows, std::vector<bool> is_seen);
 
-    /// In place: (frames, rows) of readings over the noise of their row, whatever is linear in
-    /// them. Readings that were not seen become 0.
+    /// Whitens in place (frames, rows) of readings over the noise of their row, or any quantity
+    /// linear in these. Readings that were not seen become 0.
     void apply(std::span<double> values) const;
 
   private:
@@ -65,26 +65,26 @@ struct Tails {
     [[nodiscard]] double scored(double error) const;
 };
 
-/// Tails of noise, `values` over its size, by maximum likelihood against a Gaussian. Heavy ones are
-/// such as a Gaussian shows in one recording of a thousand.
+/// Fits the tails of noise, `values` over its size, by maximum likelihood against a Gaussian. Tails
+/// are heavy if a Gaussian shows such tails in one recording of a thousand.
 [[nodiscard]] Tails tails_of(const std::vector<double>& values);
-/// Over √n at the bins, (bins, rows), as they would be without lines that leave the share `left` of
-/// white noise's power, (all bins). `rest`: (n frames, rows).
+/// Fourier coefficients of `rest`, (n frames, rows), over √n at the bins, (bins, rows), corrected
+/// for lines that leave the share `left` of white noise's power, (all bins).
 [[nodiscard]] Eigen::MatrixXcd fourier_coefficients(const Eigen::MatrixXd& rest,
                                                     const std::vector<Eigen::Index>& bins,
                                                     const Eigen::ArrayXd& left);
 
-/// Correlation of two rows in one frame, of their Fourier coefficients over the root of their
+/// Correlation of two rows in one frame, from their Fourier coefficients over the root of their
 /// spectrum, (frequencies, rows); 0 if independent rows show as much in one recording of a
 /// thousand.
 [[nodiscard]] double common_share_of(const Eigen::MatrixXcd& found);
 
-/// How many independent rows scatter about a spectrum as `rows` of this common share: (Σ λ)²/Σ λ²
-/// of the eigenvalues λ of their covariance.
+/// Number of independent rows with the same scatter about a spectrum as `rows` of this common
+/// share: (Σ λ)²/Σ λ² of the eigenvalues λ of their covariance.
 [[nodiscard]] double independent_rows(double common_share, double rows);
 
-/// Power of a first-order autoregression over its variance at Fourier frequencies `bins` of so many
-/// frames, (bins).
+/// Power of a first-order autoregression over its variance at the Fourier frequencies `bins` of a
+/// record of `frames` frames, (bins).
 [[nodiscard]] Eigen::ArrayXd spectrum_of(double correlation, const std::vector<Eigen::Index>& bins,
                                          Eigen::Index frames);
 
@@ -93,13 +93,13 @@ struct SlowNoise {
     double variance = 1.0;
     double correlation = 0.0; ///< from frame to frame
 };
-/// The one that explains the power best, (bins), each the mean of `copies` independent ones, by
-/// Whittle's (1953) likelihood; white unless white noise shows as much correlation in one recording
-/// of a thousand.
+/// The autoregression of maximum likelihood (Whittle 1953) for the power, (bins), of which each
+/// entry is the mean of `copies` independent ones. It is white unless white noise shows as much
+/// correlation in one recording of a thousand.
 [[nodiscard]] SlowNoise slow_noise_of(const Eigen::ArrayXd& power, double copies,
                                       const std::vector<Eigen::Index>& bins, Eigen::Index frames);
 
-/// A sentence on the noise, of typical size `noise`, m; `source`: of what was stated.
+/// Describes the noise, of typical size `noise`, m; `source` is that of the stated noise.
 [[nodiscard]] std::string in_words(const NoiseModel& model, const Tails& tails, double noise,
                                    const std::string& source);
 

@@ -17,8 +17,8 @@ namespace {
 constexpr int fewest_spheres = 5; // a cubic through four of them, and the clamp
 constexpr int most_spheres = 1000;
 
-/// Outer and inner diameter of the bonds, and the width that faces the air. Returns what of the
-/// section they cannot express; empty if nothing.
+/// Sets outer and inner diameter of the bonds, and the width that faces the air. Returns a sentence
+/// on the properties of the section that the bonds cannot represent; empty if there are none.
 std::string set_section(const measure::MeasuredStem& measured,
                         physics::StemParameters<double>& stem) {
     if (const auto* circle = std::get_if<measure::CircularSection>(&measured.section)) {
@@ -58,7 +58,7 @@ void divide(double length, double mass_per_length, int spheres,
     stem.sphere_count = spheres;
     stem.bond_length = length / (spheres - 1);
     stem.sphere_diameter = stem.bond_length;
-    // A sphere of diameter l weighs ρπl³/6 and stands for the length l of stem.
+    // A sphere of diameter l weighs ρπl³/6 and represents the length l of stem.
     stem.density = mass_per_length * 6.0 / (std::numbers::pi * stem.bond_length * stem.bond_length);
 }
 
@@ -78,7 +78,7 @@ StemChain chain_of(const measure::Measurement& measurement, const ChainOptions& 
     physics::StemParameters<double>& stem = chain.spec.stem;
     if (std::string remark = set_geometry(measured, spheres, stem); !remark.empty())
         chain.remarks.push_back(std::move(remark));
-    // The stem ends at the centre of the last sphere, which stands for half a bond length.
+    // The stem ends at the centre of the last sphere, which represents half a bond length.
     stem.tip_mass_share = 0.5;
     stem.poissons_ratio = measured.poissons_ratio.value_or(stem.poissons_ratio);
     chain.spec.law = options.law;
@@ -100,7 +100,7 @@ run::CaseSpec with_spheres(run::CaseSpec spec, int spheres) {
     const double wanted = damping_time(spec);
     divide(stem.free_length(), stem.sphere_mass() / stem.bond_length, spheres, stem);
     if (wanted > 0.0)
-        stem.bond_damping *= wanted / damping_time(spec); // which is in proportion to it
+        stem.bond_damping *= wanted / damping_time(spec); // which is proportional to β
     return spec;
 }
 

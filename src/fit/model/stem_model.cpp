@@ -20,7 +20,7 @@
 
 namespace culm::fit {
 
-/// From the camera's rate if that is known, else the median distance of the times, s.
+/// Frame period, s, from the camera's rate if known, else the median difference of the times.
 [[nodiscard]] double frame_period(const measure::Measurement& measurement);
 
 double frame_period(const measure::Measurement& measurement) {
@@ -38,8 +38,8 @@ double frame_period(const measure::Measurement& measurement) {
 
 namespace {
 
-/// Samples in a cycle of the first mode: 19 in one of the second, whose interpolation then errs by
-/// 3e-4 of its amplitude.
+/// Samples per cycle of the first mode. The second mode then has 19 samples per cycle, and its
+/// interpolation error is 3e-4 of its amplitude.
 constexpr double samples_per_cycle = 120.0;
 constexpr double largest_release_shift = 1.5; // frames
 
@@ -48,7 +48,7 @@ struct MeasuredMode {
     double damping_ratio = 0.0;
 };
 
-/// At the height that swings most of those where Eq. 1 can be fitted; `reason` if there is none.
+/// Eq. 1 at the height of the largest swing where it can be fitted; `reason` if there is none.
 std::optional<reduce::RingDownAnalysis> largest_ring_down(const measure::Measurement& measurement,
                                                           bool has_offset, std::string& reason) {
     std::optional<reduce::RingDownAnalysis> best;
@@ -74,7 +74,7 @@ reduce::RingDownAnalysis measured_ring_down(const measure::Measurement& measurem
     std::string reason;
     std::optional<reduce::RingDownAnalysis> best = largest_ring_down(
         measurement, measurement.release == measure::ReleaseKind::HeldStraight, reason);
-    // A stem that is curved at rest swings about its own curve: about zero Eq. 1 finds no
+    // A stem that is curved at rest swings about its own curve, and Eq. 1 about zero finds no
     // vibration.
     if (!best)
         best = largest_ring_down(measurement, true, reason);
@@ -93,8 +93,8 @@ MeasuredMode mode_of(const reduce::RingDownAnalysis& ring_down) {
     return {ring_down.frequency.value * std::hypot(1.0, decay), decay / std::hypot(1.0, decay)};
 }
 
-/// Median of the tip's deflection as each reading near the release tells it, through the shape of
-/// a cantilever under a force at its tip: x²(3 − x)/2.
+/// Median of the tip deflections that the readings near the release imply for the shape of a
+/// cantilever under a force at its tip: x²(3 − x)/2.
 double released_deflection(const measure::Measurement& measurement) {
     std::vector<double> deflections;
     const auto first = std::ranges::lower_bound(measurement.times, 0.0);
@@ -103,7 +103,7 @@ double released_deflection(const measure::Measurement& measurement) {
         for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
             const double x = measurement.heights[j] / measurement.stem.length;
             const double reading = measurement.deflection(i, j);
-            // Lower readings are divided by a small number, and with them their noise.
+            // Lower readings are divided by a small number, which amplifies their noise.
             if (x > 0.5 && !std::isnan(reading))
                 deflections.push_back(reading / (0.5 * x * x * (3.0 - x)));
         }
@@ -117,13 +117,13 @@ double released_deflection(const measure::Measurement& measurement) {
     return largest;
 }
 
-/// A release that was not recorded, a quarter to three quarters of a period before the record: from
-/// there the first mode arrives with its amplitude and phase. What the second had decays; a
-/// recording's errors have terms for it (fit/solve/reading_errors.hpp).
+/// Sets a release a quarter to three quarters of a period before the record, where it was not
+/// recorded, such that the first mode has its recorded amplitude and phase. The second mode decays;
+/// the errors of a recording have terms for it (fit/solve/reading_errors.hpp).
 void release_before(const measure::Measurement& measurement,
                     const reduce::RingDownAnalysis& ring_down, StemModel& model) {
     const double period = 1.0 / ring_down.frequency.value;
-    // cos(2π b2 t + φ) is at a turning point wherever 2π b2 t + φ = k π.
+    // cos(2π b2 t + φ) is at a turning point where 2π b2 t + φ = k π.
     double since = ring_down.phase.value / std::numbers::pi * 0.5 * period;
     int half_periods = 0;
     while (since > 0.75 * period) {
@@ -136,7 +136,7 @@ void release_before(const measure::Measurement& measurement,
     }
     const double side = half_periods % 2 == 0 ? 1.0 : -1.0;
     const double decay = std::exp(-ring_down.decay_rate.value * since);
-    double shape = 0.0; // of the height where Eq. 1 was fitted: the largest there is
+    double shape = 0.0; // of the largest height, where Eq. 1 was fitted
     for (const double height : measurement.heights) {
         const double x = std::min(height / measurement.stem.length, 1.0);
         shape = std::max(shape, 0.5 * x * x * (3.0 - x));
@@ -226,7 +226,7 @@ namespace {
 
 constexpr double standard_gravity = 9.80665; // m/s²
 
-/// The effect of that name among a case's.
+/// The active effect of this name in a case.
 template <class Spec>
 auto& active_values(Spec& spec, const std::string& name) {
     const auto found = std::ranges::find_if(
@@ -257,8 +257,8 @@ double stated_gravity(physics::StatedBy component, const measure::Measurement& m
                     measurement.stem.id));
 }
 
-/// Sets what the measurement states and the user does not fix. Who fixes one component of gravity
-/// means all of it.
+/// Sets the values that the measurement states and the user does not fix. A user who fixes one
+/// component of gravity fixes all of it.
 void set_stated_values(const physics::SelectedEffect& selected,
                        const measure::Measurement& measurement, physics::ActiveEffect& active) {
     const std::vector<physics::EffectParameter> parameters = selected.effect->parameters();
@@ -309,7 +309,7 @@ StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
 
 namespace {
 
-/// Place in the library; behind its end for a user's effect.
+/// Index in the library; past its end for a user's effect.
 std::size_t library_place(const physics::Effect& effect) {
     const std::vector<std::string> names = physics::effect_names();
     return static_cast<std::size_t>(std::ranges::find(names, effect.name()) - names.begin());

@@ -14,80 +14,79 @@
 
 namespace culm::fit {
 
-/// Whatever physics the case contains, the fit only knows its free parameters. The moment of the
-/// release is known to about a frame, so it is one of them: the case runs from release_time on and
-/// is held before. A recording that begins while the stem swings has a release that was not
-/// recorded, half a period earlier: amplitude and phase of the first mode follow from it.
+/// The fit only knows the free parameters, whatever physics the case contains. The moment of the
+/// release is known to about a frame, so it is one of them: the stem is held before release_time,
+/// and the case runs from there. If a recording begins while the stem swings, its release was not
+/// recorded; it is half a period earlier and determines amplitude and phase of the first mode.
 struct StemModel {
     run::CaseSpec spec;                            ///< with the values from which a fit starts
     std::vector<FreeParameter> parameters;         ///< of the case, in the order of all results
     double release_time = 0.0;                     ///< on the measurement's clock, s
     double release_time_bound = 0.0;               ///< about the expected one; 0: it is not free
-    std::vector<std::string> remarks;              ///< what the model leaves out, one sentence each
+    std::vector<std::string> remarks;              ///< omissions, one sentence each
     std::shared_ptr<const ReadingErrors> errors{}; ///< of the recording; null: none
     double exposure{};                             ///< over which a reading is a mean, s
-    double expected_release{};                     ///< s; of a recording that shows it 0
+    double expected_release{};                     ///< s; 0 if the recording shows it
     std::vector<double> error_values{};            ///< (terms of the errors)
     /// Predict motion out of the plane by planar chains (superposition.hpp): a tenth of the time.
     bool is_superposed = false;
 
-    /// What is fitted: the parameters, the release time if that is free, then the terms of the
+    /// The fitted numbers: the parameters, the release time if it is free, then the terms of the
     /// reading errors, each with a Gaussian constraint of mean 0 and standard deviation 1.
     [[nodiscard]] std::vector<physics::ParameterId> free_ids() const;
     [[nodiscard]] std::size_t free_count() const { return first_error() + error_values.size(); }
-    /// Place of the first error term among what is fitted.
+    /// Index of the first error term among the fitted numbers.
     [[nodiscard]] std::size_t first_error() const {
         return parameters.size() + (release_time_bound > 0.0 ? 1 : 0);
     }
     [[nodiscard]] bool is_error(std::size_t k) const { return k >= first_error(); }
-    [[nodiscard]] double value(std::size_t k) const; ///< of what is fitted, SI units
+    [[nodiscard]] double value(std::size_t k) const; ///< of the fitted number, SI units
     void set_value(std::size_t k, double value);
 };
 
-/// What a model predicts for a recording.
+/// The prediction of a model for a recording.
 struct ChainPrediction {
     std::size_t frames = 0;
     std::size_t rows = 0;
     std::size_t parameters = 0;
-    std::vector<double> readings; ///< (frames, rows), m; NaN where the model's stem is not
+    std::vector<double> readings; ///< (frames, rows), m; NaN beyond the model's stem
     std::vector<double> jacobian; ///< (frames, rows, parameters), m per unit of each free parameter
 };
 
 /// The case that is computed: that of the model with Y and β changed by its error terms.
 [[nodiscard]] run::CaseSpec case_beside_errors(const StemModel& model);
 
-/// The published chain of a measured stem with Y, β, tip deflection (of one that was held straight:
-/// not) and release time free. Start
-/// values: Y and β from Eq. 1 (with a free phase) through the formulas of a slender beam, the tip
-/// deflection from the frames about the release through a cantilever's shape. Throws
-/// core::InputError if the stem cannot be a chain, core::NumericalError (FitFailed) if Eq. 1 finds
-/// no vibration at any height.
+/// The published chain of a measured stem with free Y, β, tip deflection (unless the stem was held
+/// straight) and release time. Y and β start from Eq. 1 (with a free phase) through the formulas of
+/// a slender beam, the tip deflection from the frames about the release through a cantilever's
+/// shape. Throws core::InputError if the stem cannot be a chain, core::NumericalError (FitFailed)
+/// if Eq. 1 finds no vibration at any height.
 [[nodiscard]] StemModel baseline_model(const measure::Measurement& measurement,
                                        const ChainOptions& options = {});
 
 /// The number `parameter` of the effect of that name in a case, called "effect.parameter", with the
-/// bounds and the scale that suit the stem: those for any stem span so many decades that a value
-/// which is small for all of them would count as lying at a bound. The case must contain the effect
-/// when it is read or set.
+/// bounds and the scale that suit the stem. The bounds for any stem span many decades, and a value
+/// that is small for all stems would count as lying at a bound. The case must contain the effect
+/// when the number is read or set.
 [[nodiscard]] FreeParameter effect_parameter(const physics::Effect& effect,
                                              const physics::StemParameters<double>& stem,
                                              std::size_t parameter);
 
 /// Appends the effect to the model's case with the user's fixed values and, for the rest, the
-/// defaults that suit the stem; parameters that are calibrated and not fixed become free. What
-/// the measurement states (direction of gravity, time of the hold) comes from it where the user
-/// does not fix it. Throws core::InputError if the effects cannot be combined, or gravity has no
+/// defaults that suit the stem; parameters that are calibrated and not fixed become free. Values
+/// that the measurement states (direction of gravity, time of the hold) are used unless the user
+/// fixes them. Throws core::InputError if the effects cannot be combined, or gravity has no
 /// direction.
 [[nodiscard]] StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
                                     const measure::Measurement& measurement);
 
 using SelectedEffects = std::vector<physics::SelectedEffect>;
 
-/// The same effects in the library's order, users' behind them by name: nothing that is found
-/// depends on the order in which effects are named.
+/// The same effects in the library's order, then users' effects by name, so that results do not
+/// depend on the order in which effects are named.
 [[nodiscard]] SelectedEffects in_library_order(SelectedEffects effects);
 
-/// Is an effect of that name among them?
+/// Is an effect of the same name among `effects`?
 [[nodiscard]] bool contains(const SelectedEffects& effects, const physics::SelectedEffect& wanted);
 
 /// "baseline", then the effects' names in the given order.
@@ -102,14 +101,14 @@ using SelectedEffects = std::vector<physics::SelectedEffect>;
 /// Has every effect a size that a fit can make vanish, so that the model contains the one without?
 [[nodiscard]] bool is_nested(const StemModel& model);
 
-/// Was the stem pulled aside, or do these effects move one that is held straight: gravity across
-/// it, a curvature of its own, a moving support, or a user's law?
+/// Was the stem pulled aside, or does an effect move a stem that is held straight: gravity across
+/// it, a natural curvature, a moving support, or a user's law?
 [[nodiscard]] bool can_move(const StemModel& model, const measure::Measurement& recording);
 
-/// Is there a number of it that a fit can change?
+/// Has the effect a parameter that a fit can change?
 [[nodiscard]] bool has_fitted_number(const physics::Effect& effect);
 
-/// The candidates that make sense: gravity only where its direction is known.
+/// The candidates for these recordings: gravity only if its direction is known.
 [[nodiscard]] SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings);
 
 } // namespace culm::fit

@@ -9,7 +9,7 @@
 namespace culm::fit {
 namespace {
 
-/// Of a parameter's size: weights and factors are smooth functions of it.
+/// Relative to a parameter's size: weights and factors are smooth functions of it.
 constexpr double parameter_step = 1e-5;
 
 struct Parts {
@@ -24,7 +24,7 @@ Parts parts_of(const run::CaseSpec& spec) {
     return {};
 }
 
-/// Derivatives of weights and factors by a free parameter of the effect, per unit of that.
+/// Derivatives of weights and factors by a free parameter of the effect, per unit of it.
 std::vector<physics::PlanarPart> derivative_of_parts(const StemModel& model,
                                                      const FreeParameter& parameter) {
     const double value = parameter.access.get(model.spec);

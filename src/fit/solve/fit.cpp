@@ -18,8 +18,8 @@
 namespace culm::fit {
 
 /// Fills `fit` from the model, times, prediction, noise (by which the residuals were weighted) and
-/// is_noise_known of its parts. Held parameters get a standard error of 0. Where the noise of a
-/// part is not known it becomes the residuals' own, and the part's reduced χ² 1.
+/// is_noise_known of its parts. Fixed parameters get a standard error of 0. If the noise of a part
+/// is not known, it is determined from the residuals, so that the part's reduced χ² is 1.
 void add_statistics(std::span<const ObservedRecording> measurements, const JointLayout& layout,
                     const std::vector<bool>& is_held, Fit& fit);
 
@@ -60,21 +60,21 @@ StemModel started_from(StemModel model, const RecordingFit& fit) {
 
 namespace {
 
-/// χ² as a function of the frequency has a minimum at every cycle that a wrong one skips over the
-/// window: after N cycles they lie 1/N apart. Over two cycles a fit finds its way from a frequency
-/// that is wrong by a quarter; each solution is then good enough for the next window.
+/// χ² as a function of the frequency has a minimum for every cycle that a wrong frequency skips in
+/// the window; after N cycles the minima are 1/N apart. Over two cycles a fit converges from a
+/// frequency that is wrong by a quarter; each solution is then good enough for the next window.
 constexpr std::array<double, 3> first_windows{2.0, 5.0, 12.0}; // cycles
-/// Factors on Y about its start. Within two cycles a frequency that is wrong by a quarter still
-/// leads downhill; 6 % of Y is 3 % of it.
+/// Factors on Y about its start. Over two cycles a fit converges from a frequency that is wrong by
+/// a quarter; 6 % of Y is 3 % of the frequency.
 constexpr std::array<double, 3> first_moduli{1.0, 0.94, 1.06};
-/// A fit that leaves less of the motion than this has found it.
+/// A fit has found the motion if the ratio remainder() is below this limit.
 constexpr double small_remainder = 0.2;
 
-/// Of recordings whose noise is not known, until their residuals tell it. One value for all rows: a
-/// common factor of the weights changes no least-squares solution.
+/// Used for recordings of unknown noise until their residuals determine it. One value for all rows:
+/// a common factor of the weights changes no least-squares solution.
 constexpr double provisional_noise = 1e-3; // m
 
-/// Share of the motion that a solution leaves: rms residual over rms reading after the release.
+/// Ratio of the rms residual of a solution to the rms reading, after the release.
 double remainder(const JointSolution& solution, std::span<const ObservedRecording> measurements) {
     double left = 0.0;
     double all = 0.0;
@@ -99,7 +99,7 @@ void add_runs(const std::vector<int>& runs, std::vector<int>& sum) {
         sum[m] += runs[m];
 }
 
-/// The growing window, from one modulus.
+/// Solves for growing windows, from one modulus.
 JointSolution grow(const JointProblem& problem, std::vector<StemModel> models,
                    const std::vector<double>& last_times) {
     std::vector<int> runs;

@@ -17,8 +17,8 @@
 
 namespace culm::fit {
 
-/// Pull, in standard uncertainties, beyond which the readings contradict what was stated: by chance
-/// they do in one of 370.
+/// Pull, in standard uncertainties, beyond which the readings contradict a stated value. A pull
+/// this large has a probability of 1/370 by chance.
 constexpr double contradiction = 3.0;
 
 struct FittedParameter {
@@ -30,7 +30,7 @@ struct FittedParameter {
     double lower = 0.0; ///< allowed range
     double upper = 0.0;
     physics::FittedAs fitted_as = physics::FittedAs::Itself;
-    bool is_place = false; ///< as physics::EffectParameter's
+    bool is_place = false; ///< as in physics::EffectParameter
     double absent = 0.0;   ///< likewise
     bool is_error = false; ///< a term of ReadingErrors; the value is its pull
 };
@@ -42,7 +42,7 @@ void fields(Wire& wire, FittedParameter& parameter) {
          parameter.is_place, parameter.absent, parameter.is_error);
 }
 
-/// Those that are not terms of the reading errors.
+/// Number of parameters that are not terms of the reading errors.
 [[nodiscard]] std::size_t count_without_errors(const std::vector<FittedParameter>& parameters);
 
 /// Half of the parameter's 95 % interval.
@@ -50,7 +50,7 @@ void fields(Wire& wire, FittedParameter& parameter) {
 /// Does that interval contain the value at which the effect is absent?
 [[nodiscard]] bool is_absent(const FittedParameter& parameter);
 
-/// The result; everything in SI units and for the readings as they are, without transformation.
+/// The fit of one recording, in SI units and for the readings without transformation.
 struct RecordingFit {
     StemModel model;                         ///< with the fitted values
     std::vector<FittedParameter> parameters; ///< as StemModel::free_ids
@@ -66,7 +66,7 @@ struct RecordingFit {
     std::vector<double> noise;     ///< (rows), by which the residuals were weighted, m
     std::string noise_source;      ///< as ReadingNoise::source
     bool is_noise_known = false;
-    std::shared_ptr<const NoiseModel> noise_model; ///< as the recording's
+    std::shared_ptr<const NoiseModel> noise_model; ///< as in the recording
 
     std::size_t readings = 0; ///< used
     std::size_t degrees_of_freedom = 0;
@@ -78,13 +78,13 @@ struct RecordingFit {
 
     int runs = 0; ///< of the chain with all its derivatives
     bool has_converged = false;
-    std::string reason; ///< one sentence if it has not, or ends at a bound
+    std::string reason; ///< one sentence if not converged or at a bound
 
     [[nodiscard]] const FittedParameter* find(const physics::ParameterId& id) const;
 };
 
-/// The fit with some parameters held at the model's values; `is_held` in the order of free_ids.
-/// Starts there without growing windows. For profile likelihoods and constrained comparisons.
+/// The fit with some parameters fixed at the model's values; `is_held` is in the order of free_ids.
+/// It starts there without growing windows. For profile likelihoods and constrained comparisons.
 [[nodiscard]] RecordingFit fit_chain_with_held(const StemModel& model,
                                                const ObservedRecording& measurement,
                                                const std::vector<bool>& is_held,
@@ -104,7 +104,7 @@ struct JointOptions {
 
 enum class FitStatus {
     Fitted,
-    Motionless,   ///< nothing in the model moves the stem: the readings are its residuals
+    Motionless,   ///< nothing in the model moves the stem: the residuals are the readings
     NotConverged, ///< of a solution; a fit that ends like that is Failed
     Failed
 };
@@ -112,19 +112,19 @@ enum class FitStatus {
 /// Misfit of one recording.
 struct RecordingMisfit {
     std::size_t readings = 0;
-    double chi_squared = 0.0; ///< its degrees of freedom where only the residuals give the noise
+    double chi_squared = 0.0; ///< the degrees of freedom if the noise is unknown
     double rmse = 0.0;        ///< m
     bool is_noise_known = false;
 };
 
-/// A model fitted to one or several recordings at once. They share the material and all that acts
-/// on the stem; what belongs to one recording (belongs_to_recording) has a value for each. SI
-/// units.
+/// A model fitted to one or several recordings at once. They share the material and everything that
+/// acts on the stem; a parameter that belongs to one recording (belongs_to_recording) has a value
+/// for each. SI units.
 struct Fit {
-    SelectedEffects effects;        ///< beside the published chain
+    SelectedEffects effects;        ///< in addition to the published chain
     std::vector<std::string> names; ///< "baseline" and the effects, in the library's order
     FitStatus status = FitStatus::Failed;
-    std::string reason; ///< why it failed; of a fit, what is at a bound
+    std::string reason; ///< why it failed, or the parameters at a bound
 
     std::vector<FittedParameter> parameters; ///< every number once, as JointLayout names them
     double chi_squared = 0.0;
@@ -148,14 +148,14 @@ struct Fit {
         return status == FitStatus::Failed || status == FitStatus::NotConverged;
     }
     [[nodiscard]] bool moves() const { return status != FitStatus::Motionless; }
-    /// Does a recording state its noise? All of them: is_noise_known_everywhere().
+    /// Does any recording state its noise? For all of them see is_noise_known_everywhere().
     [[nodiscard]] bool is_noise_known_anywhere() const {
         return std::ranges::any_of(misfits, &RecordingMisfit::is_noise_known);
     }
     [[nodiscard]] bool is_noise_known_everywhere() const {
         return std::ranges::all_of(misfits, &RecordingMisfit::is_noise_known);
     }
-    /// Were its numbers fitted?
+    /// Were its parameters fitted?
     [[nodiscard]] bool is_fitted() const { return status == FitStatus::Fitted; }
 };
 
@@ -165,24 +165,24 @@ using StartModels = std::vector<StemModel>;
 /// The models of a fit's parts.
 [[nodiscard]] StartModels start_from(const Fit& fit);
 
-/// Which model is fitted to what, and how long.
+/// The chain, the frames and the heartbeat of a fit.
 struct FitOptions {
     ChainOptions chain;
     std::optional<double> window; ///< only frames up to here, s after the release; empty: all
     run::Heartbeat heartbeat;
 };
 
-/// `options` with this heartbeat; with its own if this one is empty.
+/// `options` with this heartbeat, or unchanged if it is empty.
 [[nodiscard]] FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat);
 
-/// Adds what the error terms of `recordings` contribute to the covariance of a fit without terms:
-/// K (s N + U Uᵀ) Kᵀ with K = (Jᵀ N⁻¹ J)⁻¹ Jᵀ N⁻¹, the noise N, a column of U for each term, and
-/// the factor `misfit` (s, at least 1) of an inadequate model (JCGM 100, 5.1.2). Standard errors
-/// follow.
+/// Adds the contribution of the error terms of `recordings` to the covariance of a fit without
+/// terms: K (s N + U Uᵀ) Kᵀ with K = (Jᵀ N⁻¹ J)⁻¹ Jᵀ N⁻¹, the noise N, a column of U for each term,
+/// and the factor `misfit` (s, at least 1) of an inadequate model (JCGM 100, 5.1.2). Updates the
+/// standard errors.
 void add_input_uncertainty(std::span<const ObservedRecording> recordings, double misfit, Fit& fit);
 
-/// `stated`, a fit without error terms, as a start with those of its recording: where one step of
-/// least squares leads. The values of the fit, if that takes an error term beyond `contradiction`.
+/// Start of a fit with the recording's error terms: one least-squares step from `stated`, a fit
+/// without them, or `stated` itself if the step takes a term beyond `contradiction`.
 [[nodiscard]] StemModel linear_start(const RecordingFit& stated,
                                      const ObservedRecording& recording);
 
@@ -190,14 +190,14 @@ void add_input_uncertainty(std::span<const ObservedRecording> recordings, double
 /// that belong to a recording?
 [[nodiscard]] bool belongs_to_recording(const physics::ParameterId& parameter);
 
-/// Least squares over all recordings, by Levenberg and Marquardt's method with bounds (Ceres) and
-/// the sensitivities of run::simulate_with_sensitivities. Each recording has its own model (length,
-/// section, known masses, frame rate, rows). Starts from the models' values, shared ones from the
-/// first model that has them. Error terms are fitted too, each with one more residual, its own
-/// value. The covariance is (JᵀWJ/s + C)⁻¹ with the reduced χ² s where that is above 1 and the
+/// Fits all recordings by least squares, with Levenberg and Marquardt's method with bounds (Ceres)
+/// and the sensitivities of run::simulate_with_sensitivities. Each recording has its own model
+/// (length, section, known masses, frame rate, rows). The fit starts from the models' values, for a
+/// shared parameter from the first model that has it. Error terms are fitted too; each adds its own
+/// value as a residual. The covariance is (JᵀWJ/s + C)⁻¹ with the reduced χ² s, at least 1, and the
 /// information C of these constraints. A fit that ends at a bound or does not converge is returned
-/// with its reason; one that cannot start throws core::NumericalError. run::Abandoned if the
-/// heartbeat says so.
+/// with its reason. Throws core::NumericalError if it cannot start, run::Abandoned if the heartbeat
+/// says so.
 [[nodiscard]] Fit fit_jointly(std::span<const StemModel> models,
                               std::span<const ObservedRecording> measurements,
                               const JointOptions& options = {});

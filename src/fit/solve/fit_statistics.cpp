@@ -18,10 +18,10 @@ namespace culm::fit {
 
 namespace {
 
-/// Distance from a bound, relative to the range or (logarithmic) to the value, that counts as none.
+/// A parameter is at a bound within this share of its range or (logarithmic) of its value.
 constexpr double nearness = 1e-6;
 
-/// Returns their sum of squares.
+/// Adds the residuals and returns their sum of squares.
 double add_residuals(const ObservedRecording& measurement, RecordingFit& fit) {
     const std::size_t rows = fit.prediction.rows;
     fit.residuals.resize(fit.times.size() * rows);
@@ -47,11 +47,11 @@ Eigen::MatrixXd information(const RecordingFit& fit) {
     return jacobian.transpose() * jacobian;
 }
 
-/// Inverse of a symmetric matrix that may not have one.
+/// Inverse of a symmetric matrix that may be singular.
 struct InverseInformation {
     Eigen::MatrixXd inverse; ///< without the directions that have no information
-    /// A parameter that takes part in such a direction by more than a thousandth of its length: its
-    /// variance has no bound.
+    /// A parameter with more than a thousandth of its length in such a direction has an unbounded
+    /// variance.
     std::vector<bool> is_unknown;
 };
 
@@ -75,7 +75,7 @@ InverseInformation inverse_information(const Eigen::MatrixXd& matrix) {
     return out;
 }
 
-/// With an infinite variance where it has no bound.
+/// Covariance, with an infinite variance of every parameter that is_unknown.
 Eigen::MatrixXd covariance_of(const InverseInformation& information) {
     Eigen::MatrixXd covariance = information.inverse;
     for (std::size_t k = 0; k < information.is_unknown.size(); ++k)
@@ -89,7 +89,7 @@ bool is_error(const JointLayout& layout, const Fit& fit, std::size_t joint) {
     return fit.parts[model].model.is_error(parameter);
 }
 
-/// Of all parts, by the joint parameters.
+/// Information of all parts on the joint parameters.
 Eigen::MatrixXd joint_information(const JointLayout& layout, const Fit& fit) {
     const auto count = static_cast<Eigen::Index>(layout.ids.size());
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
@@ -118,7 +118,7 @@ void add_covariance(const JointLayout& layout, const std::vector<bool>& is_held,
         return;
     Eigen::MatrixXd all = joint_information(layout, fit);
     // A misfit above the noise makes the errors larger; a χ² below 1 does not make them smaller
-    // than the stated noise allows. Constraints are no readings: they keep their weight.
+    // than the stated noise allows. Constraints are not readings and keep their weight.
     all /= std::max(1.0, fit.reduced_chi_squared);
     for (Eigen::Index k = 0; k < count; ++k)
         if (is_error(layout, fit, static_cast<std::size_t>(k)))
@@ -126,7 +126,7 @@ void add_covariance(const JointLayout& layout, const std::vector<bool>& is_held,
     fit.covariance(free, free) = covariance_of(inverse_information(all(free, free)));
 }
 
-/// What of the joint covariance concerns one part, by the part's own values.
+/// The joint covariance restricted to one part, in the part's own values.
 void add_covariance(const std::vector<JointLayout::Share>& shares,
                     const Eigen::MatrixXd& covariance, RecordingFit& part) {
     const auto count = static_cast<Eigen::Index>(shares.size());
@@ -202,7 +202,7 @@ void say_bounds(const std::vector<FittedParameter>& parameters, const std::vecto
                                   parameter.unit.empty() ? "" : " ", parameter.unit);
 }
 
-/// Degrees of freedom and χ², after the noise where only the residuals tell it.
+/// Sets degrees of freedom and χ², and before them the noise if only the residuals determine it.
 void add_chi_squared(std::size_t free, RecordingFit& part) {
     part.degrees_of_freedom = part.readings > free ? part.readings - free : 0;
     const auto degrees = static_cast<double>(std::max<std::size_t>(part.degrees_of_freedom, 1));
@@ -224,7 +224,7 @@ std::vector<bool> held_of(const std::vector<JointLayout::Share>& shares,
     return own;
 }
 
-/// Fitted numbers; an error term brings a residual of its own and so takes no degree of freedom.
+/// Number of fitted parameters. An error term adds a residual and so takes no degree of freedom.
 std::size_t free_count(const std::vector<bool>& is_held) {
     return static_cast<std::size_t>(std::ranges::count(is_held, false));
 }
@@ -291,7 +291,7 @@ void add_statistics(std::span<const ObservedRecording> measurements, const Joint
 
 namespace {
 
-/// Jᵀ N⁻¹ U: for each term, by its name, its part in the gradient by the joint parameters.
+/// Jᵀ N⁻¹ U: the contribution of each term, by its name, to the gradient by the joint parameters.
 std::map<std::string, Eigen::VectorXd>
 gradients_of_terms(std::span<const ObservedRecording> recordings, const JointLayout& layout,
                    const Fit& fit) {
@@ -333,7 +333,7 @@ StemModel linear_start(const RecordingFit& stated, const ObservedRecording& reco
     const Eigen::VectorXd step =
         linear_step(columns, residuals.reshaped(), fitted, count - fitted).change;
     if (step.tail(count - fitted).cwiseAbs().maxCoeff() > contradiction)
-        return start; // so far off it is not linear
+        return start; // too far off to be linear
     for (Eigen::Index k = 0; k < count; ++k)
         start.set_value(static_cast<std::size_t>(k),
                         start.value(static_cast<std::size_t>(k)) + step(k));

@@ -25,8 +25,8 @@ std::vector<std::string> unique_ids(std::span<const ObservedRecording> measureme
     return ids;
 }
 
-/// τ per β; chains differ in it by a factor that depends on geometry and mass alone, so that both
-/// are asked with the same modulus.
+/// τ per β. Chains differ in it by a factor that depends only on geometry and mass if both have the
+/// same modulus.
 double damping_time_per_beta(const StemModel& model, double youngs_modulus) {
     run::CaseSpec spec = model.spec;
     spec.stem.bond_youngs_modulus = youngs_modulus;
@@ -41,14 +41,14 @@ double factor_of(const physics::ParameterId& id, const StemModel& model, const S
     return damping_time_per_beta(owner, modulus) / damping_time_per_beta(model, modulus);
 }
 
-/// A number of a model that others have too.
+/// A parameter of a model that is shared with other models.
 struct Shared {
     StemModel* model = nullptr;
     FreeParameter* parameter = nullptr;
     double factor = 1.0;
 };
 
-/// Of the joint parameter at `place`, the owner's first; none for release times.
+/// The models that share the joint parameter at `place`, the owner first; none for release times.
 std::vector<Shared> shared_by(std::vector<StemModel>& models, const JointLayout& layout,
                               std::size_t place) {
     std::vector<Shared> all;
@@ -119,8 +119,8 @@ std::vector<StemModel> reconciled(std::vector<StemModel> models, const JointLayo
 }
 
 bool InformationDirections::is_known(Eigen::Index direction) const {
-    // Derivatives by lanes are good to 1e-5 of the largest: their products know no less than its
-    // square, with a margin of a hundred.
+    // Derivatives by lanes have errors of 1e-5 of the largest, so their products have errors of its
+    // square. The limit has a margin of a hundred.
     constexpr double smallest_share = 1e-12;
     return information(direction) > smallest_share * information.maxCoeff();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which free parameters of several models are one number, and what readings determine of them.
+// Free parameters that several models share, and what readings determine of them.
 #pragma once
 
 #include "fit/model/observed_recording.hpp"
@@ -17,15 +17,15 @@ namespace culm::fit {
 /// Has the parameter a value for each recording?
 using BelongsToRecording = std::function<bool(const physics::ParameterId&)>;
 
-/// The free parameters of several models in one list: those of the first model, then what the
-/// others have beside them.
+/// The free parameters of several models in one list: those of the first model, then the additional
+/// ones of the others.
 struct JointLayout {
-    /// One free parameter as one of the models knows it.
+    /// A free parameter of one of the models.
     struct Share {
         std::size_t place = 0; ///< in the joint list
         double factor = 1.0;   ///< the model's value over the joint one
     };
-    /// Where the joint value is read and how it is transformed.
+    /// The parameter that gives the joint value and its transformation.
     struct Owner {
         std::size_t model = 0;
         std::size_t parameter = 0; ///< among the model's free ones
@@ -36,27 +36,27 @@ struct JointLayout {
     std::vector<std::vector<Share>> shares; ///< (models)(free parameters)
 };
 
-/// Parameters of the same name are one, unless they belong to the recording. Damping is one
-/// material's time τ, M = E I (κ + τ κ̇): β, which depends on the chain, follows from the first
-/// model's by a factor (1 for equal chains). Recordings of the same id get ":2", … behind it. One
-/// recording alone keeps its names.
+/// Parameters of the same name are one, unless they belong to the recording. Damping is shared as
+/// the material's time τ, M = E I (κ + τ κ̇): β depends on the chain and is that of the first model
+/// times a factor (1 for equal chains). Recordings of the same id get the suffix ":2", …. A single
+/// recording keeps its names.
 [[nodiscard]] JointLayout joint_layout(std::span<const StemModel> models,
                                        std::span<const ObservedRecording> measurements,
                                        const BelongsToRecording& belongs_to_recording);
 
-/// The models with every shared parameter at its first owner's value and within the bounds that
-/// suit all of them. Throws core::NumericalError (FitFailed) if nothing suits all of them.
+/// The models with every shared parameter at its first owner's value and within the bounds of all
+/// models. Throws core::NumericalError (FitFailed) if no value is within all bounds.
 [[nodiscard]] std::vector<StemModel> reconciled(std::vector<StemModel> models,
                                                 const JointLayout& layout);
 
 /// Eigenvectors of an information matrix Jᵀ W J, (parameters, parameters), whose parameters are
-/// scaled alike: by the root of the diagonal, or by 1 where the readings tell nothing of one.
+/// scaled by the root of the diagonal, or by 1 if the readings do not determine one.
 struct InformationDirections {
     Eigen::VectorXd scale;       ///< (parameters)
     Eigen::VectorXd information; ///< (directions), rising
     Eigen::MatrixXd directions;  ///< (parameters, directions), scaled and orthonormal
 
-    /// Not smaller, against the largest, than derivatives of runs can tell.
+    /// Is the information, relative to the largest, above the errors of the derivatives of runs?
     [[nodiscard]] bool is_known(Eigen::Index direction) const;
 };
 

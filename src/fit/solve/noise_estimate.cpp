@@ -22,21 +22,21 @@ namespace {
 
 constexpr std::size_t fewest_frames = 64;
 constexpr std::size_t fewest_bins = 20;
-/// Of white noise's power, at a frequency or in a frame that counts as free of lines.
+/// A frequency or frame is free of lines if they leave this share of white noise's power.
 constexpr double least_left = 0.5;
 constexpr double level = 1e-3; ///< of the tests for a property of the noise
-/// Largest ratio of the part at the lines to the rest; above it the misfit is in the rest, too.
+/// Largest ratio of the part at the lines to the rest; above it the rest contains misfit, too.
 constexpr double largest_misfit = 2.0;
-constexpr double far_off = 4.0; ///< of an outlier, scales
+constexpr double far_off = 4.0; ///< distance of an outlier, scales
 
 /// A frequency at which the motion and the misfit of a model have power.
 struct Line {
     double frequency = 0.0;  ///< Hz
     double decay_rate = 0.0; ///< 1/s, positive
-    int degree = 0;          ///< of the polynomial in time on top of the decay
+    int degree = 0;          ///< of the polynomial in time that multiplies the decay
 };
 
-/// The modes and what drifts; those that matter most first.
+/// The modes and the drift, the most important ones first.
 std::vector<Line> lines_of(const RecordingFit& fit, double half_rate) {
     std::vector<Line> lines;
     const auto modes = run::chain_modes(case_beside_errors(fit.model), 3);
@@ -46,7 +46,7 @@ std::vector<Line> lines_of(const RecordingFit& fit, double half_rate) {
     const double decay = std::max(-modes.front().decay_rate, 0.0);
     lines.push_back({first, decay, 6});
     lines.push_back({0.0, 0.0, 4});
-    // A material whose loss is not the chain's lets a higher mode decay at any rate between these.
+    // With another damping law than the chain's, a higher mode decays at any rate between these.
     for (std::size_t k = 1; k < modes.size(); ++k) {
         const double own = std::max(-modes[k].decay_rate, decay);
         for (const double rate : {decay, std::sqrt(decay * own), own})
@@ -66,7 +66,7 @@ void add_columns(const Line& line, std::span<const double> times,
         for (Eigen::Index i = 0; i < frames; ++i) {
             const double time = times[static_cast<std::size_t>(i)] - times.front();
             const double place = 2.0 * time / duration - 1.0;
-            // Chebyshev's polynomials: powers would hardly be independent.
+            // Chebyshev polynomials, because powers are almost dependent.
             const double size = std::exp(-line.decay_rate * time) *
                                 std::cos(power * std::acos(std::clamp(place, -1.0, 1.0)));
             const double phase = 2.0 * std::numbers::pi * line.frequency * time;
@@ -79,11 +79,11 @@ void add_columns(const Line& line, std::span<const double> times,
     }
 }
 
-/// Residuals over the noise without what lies at the modes and what drifts: the most flexible
-/// fit, whose rest is noise whatever the model lacks.
+/// Residuals over the noise without the parts at the modes and in a drift. This most flexible fit
+/// leaves only noise, whatever the model lacks.
 class FlexibleRest {
   public:
-    /// From frame `first` on.
+    /// Uses the frames from `first` on.
     FlexibleRest(const RecordingFit& fit, std::size_t first) {
         const auto frames = static_cast<Eigen::Index>(fit.times.size() - first);
         const double duration = fit.times.back() - fit.times[first];
@@ -109,17 +109,17 @@ class FlexibleRest {
         return basis_ * (basis_.transpose() * values);
     }
 
-    /// Share of the frames that the lines leave free.
+    /// Share of the degrees of freedom that the lines do not take.
     [[nodiscard]] double free_share() const {
         return 1.0 - static_cast<double>(basis_.cols()) / static_cast<double>(basis_.rows());
     }
 
-    /// (frames) share of white noise's power that is left there.
+    /// (frames) share of white noise's power that remains there.
     [[nodiscard]] Eigen::VectorXd free_of_frames() const {
         return (1.0 - basis_.rowwise().squaredNorm().array()).matrix();
     }
 
-    /// (Fourier frequencies from 0 to half the rate) share of white noise's power that is left
+    /// (Fourier frequencies from 0 to half the rate) share of white noise's power that remains
     /// there.
     [[nodiscard]] Eigen::ArrayXd left_of_noise() const {
         Eigen::FFT<double> transform;
@@ -185,7 +185,7 @@ class NoiseEstimate {
                static_cast<std::size_t>(row);
     }
 
-    /// Residuals over the noise, and what lies at the lines of each row.
+    /// Sets the residuals over the noise, and the part of each row at the lines.
     void take_residuals(const FlexibleRest& flexible) {
         const auto frames = static_cast<Eigen::Index>(fit_.times.size() - first_);
         const auto rows = static_cast<Eigen::Index>(fit_.prediction.rows);
@@ -198,9 +198,9 @@ class NoiseEstimate {
         settle(flexible, {});
     }
 
-    /// The smooth part that belongs to itself. What is missing takes its value (Dempster et al.
-    /// 1977); what has heavy tails, that of its score: y = s + ψ((y − s)/σ) σ/ψ̄′ with Student's
-    /// ψ(z) = (ν + 1) z/(ν + z²). To first order such readings are the truth and noise of the
+    /// Iterates the smooth part s to its fixed point. A missing reading is replaced by s (Dempster
+    /// et al. 1977), one with heavy tails by s + ψ((y − s)/σ) σ/ψ̄′ with Student's
+    /// ψ(z) = (ν + 1) z/(ν + z²). To first order such readings are the truth plus noise of the
     /// variance of the best estimate (Huber 1981, 7.8), whatever is then fitted to them.
     void settle(const FlexibleRest& flexible, const Tails& tails) {
         constexpr int most_passes = 12;
@@ -238,7 +238,7 @@ class NoiseEstimate {
         if (!tails_.is_heavy)
             return;
         // Outliers have moved the first smooth part, most where few readings determine it. The
-        // second begins from readings that are clipped at 4 scales.
+        // second starts from readings that are clipped at 4 scales.
         const double clip = far_off * tails_.scale;
         draw_in_where_lines_take_all(flexible.free_of_frames(), clip);
         for (Eigen::Index j = 0; j < values_.cols(); ++j)
@@ -253,8 +253,8 @@ class NoiseEstimate {
         settle(flexible, tails_);
     }
 
-    /// In frames in which the lines take most of a reading, next to the release above all, its own
-    /// error is taken too and no rest shows it: its neighbours decide.
+    /// In some frames, mainly next to the release, the lines absorb most of a reading with its
+    /// error, so the rest shows no outlier. There a reading is compared with its neighbours.
     void draw_in_where_lines_take_all(const Eigen::VectorXd& free, double clip) {
         for (Eigen::Index i = 0; i < values_.rows(); ++i)
             for (Eigen::Index j = 0; j < values_.cols() && free(i) < least_left; ++j) {
@@ -279,9 +279,9 @@ class NoiseEstimate {
         return near.size() > 2 ? upper_median(near) : fit_.residuals[at] / noise_[at];
     }
 
-    /// An outlier weighs as in Student's t, (ν + 1)/(ν + z²) with z the error over its scale: the
-    /// mean weight is 1, and the variance of a weighted mean is that of the best estimate (Lange et
-    /// al. 1989). While the stem is held a row stays at its median, or where its neighbours are.
+    /// Weights outliers as in Student's t, by (ν + 1)/(ν + z²) with z the error over its scale. The
+    /// mean weight is 1, and a weighted mean has the variance of the best estimate (Lange et al.
+    /// 1989). While the stem is held, z is relative to the row's median, or to its neighbours.
     void weigh_outliers() {
         for (Eigen::Index j = 0; j < values_.cols(); ++j)
             for (Eigen::Index i = 0; i < values_.rows(); ++i)
@@ -297,7 +297,7 @@ class NoiseEstimate {
     }
 
     void weigh_held(std::size_t row) {
-        constexpr std::size_t fewest = 5; // of which two outliers leave the median
+        constexpr std::size_t fewest = 5; // their median withstands two outliers
         std::vector<double> residuals;
         for (std::size_t i = 0; i < first_; ++i)
             if (const double residual = fit_.residuals[i * fit_.noise.size() + row];
@@ -330,8 +330,8 @@ class NoiseEstimate {
         degrees_ = 2.0 * copies * static_cast<double>(bins_.size());
     }
 
-    /// The size that is stated counts, unless the readings scatter by more where nothing moves, or
-    /// by something else than independent Gaussian noise.
+    /// The stated noise is used, unless the readings scatter more when nothing moves, or their
+    /// noise is not independent and Gaussian.
     [[nodiscard]] bool is_as_stated() const {
         const double half = 0.5 * degrees_;
         return !tails_.is_heavy && model_.correlation == 0.0 && model_.common_share == 0.0 &&
@@ -361,14 +361,14 @@ class NoiseEstimate {
     std::vector<double> noise_; ///< (frames, rows), m
     std::size_t first_ = 0;
     Eigen::MatrixXd values_; ///< (frames, rows), residuals over the noise
-    Eigen::MatrixXd smooth_; ///< of them
+    Eigen::MatrixXd smooth_; ///< their smooth part
     Eigen::MatrixXd rest_;   ///< the rest, outliers limited
     Eigen::ArrayXd left_;    ///< FlexibleRest::left_of_noise
     std::vector<Eigen::Index> bins_;
     Tails tails_;
     NoiseModel model_;
-    double variance_ = 1.0; ///< over the noise's, where no line is
-    double degrees_ = 0.0;  ///< of freedom behind it
+    double variance_ = 1.0; ///< over the noise's, away from the lines
+    double degrees_ = 0.0;  ///< of freedom of the variance
 };
 
 bool is_near(double one, double other) {

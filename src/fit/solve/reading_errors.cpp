@@ -24,13 +24,13 @@ double finite(double derivative) {
     return std::isfinite(derivative) ? derivative : 0.0;
 }
 
-/// Recordings whose inputs have one name share the number behind it.
+/// Recordings whose inputs have the same name share their term.
 std::string term_name(const StatedInput& input, const measure::Measurement& measurement) {
     if (input.is_of_rig)
         return fmt::format("{} of {}", input.name,
                            measurement.rig.empty() ? measurement.stem.id
                                                    : "rig " + measurement.rig);
-    // A specimen that is clamped anew has another length, which was measured anew.
+    // A specimen that is clamped again has a new length, which was measured again.
     return fmt::format("{} ({:.6g} {}) of {}", input.name, input.value, input.unit,
                        measurement.specimen.empty() ? measurement.stem.id : measurement.specimen);
 }
@@ -43,14 +43,14 @@ StemModel exact_model(const RecordingFit& fit) {
     return model;
 }
 
-/// Derivatives of the predicted readings at all times of a recording, for one standard uncertainty.
+/// Derivatives of the predicted readings at all times of a recording, per standard uncertainty.
 class InputErrors {
   public:
     InputErrors(const RecordingFit& fit, const measure::Measurement& measurement,
                 const std::vector<StatedInput>& inputs, const run::Heartbeat& heartbeat)
         : fit_(fit), measurement_(measurement), inputs_(inputs), jacobian_(whitened_jacobian(fit)) {
         StemModel model = exact_model(fit);
-        // A fit of all times already has the derivatives by its own parameters.
+        // A fit to all times already has the derivatives by its own parameters.
         own_ = !fit.model.errors && fit.times == measurement.times
                    ? fit.prediction
                    : predict_readings(model, measurement.times, heartbeat);
@@ -96,7 +96,7 @@ class InputErrors {
         return input.acts == InputActs::OnRows || input.acts == InputActs::OnPicture;
     }
 
-    /// By a parameter of the fit; the last one is the release, where it is free.
+    /// Derivative by a parameter of the fit; the last one is the release time if it is free.
     [[nodiscard]] double by_own(std::size_t at, std::size_t parameter) const {
         return finite(own_.jacobian[at * own_.parameters + parameter]);
     }
@@ -105,7 +105,7 @@ class InputErrors {
         return finite(changed_.jacobian[at * changed_.parameters + column]);
     }
 
-    /// Of predicted − measured by input `k`, times its u.
+    /// Derivative of predicted − measured by input `k`, times its uncertainty u.
     [[nodiscard]] double derivative(std::size_t at, std::size_t k) const {
         const StatedInput& input = inputs_[k];
         const double height = measurement_.heights[at % own_.rows];
@@ -121,8 +121,8 @@ class InputErrors {
             change = height * by_changed(at, rows_column_) - finite(own_.readings[at]);
             break;
         case InputActs::OnClock:
-            // With a rate that is larger by the share c the reading was taken at t/(1 + c), and the
-            // prediction there is smaller by c t dy/dt. The last derivative is −dy/dt.
+            // If the rate is larger by the share c, the reading was taken at t/(1 + c), where the
+            // prediction is smaller by c t dy/dt. The last derivative is −dy/dt.
             if (fit_.model.release_time_bound > 0.0)
                 change = measurement_.times[at / own_.rows] * by_own(at, own_.parameters - 1);
             break;
@@ -130,7 +130,7 @@ class InputErrors {
         return change * input.standard_uncertainty;
     }
 
-    /// (parameters of the fit): the change of the parameters that resembles the term most.
+    /// (parameters of the fit): the change of the parameters that is most similar to the term.
     [[nodiscard]] Eigen::VectorXd compensation(const ReadingErrors::Term& term) const {
         return linear_step(jacobian_, whitened_term(term, fit_, jacobian_), jacobian_.cols(), 0)
             .change;
@@ -142,7 +142,7 @@ class InputErrors {
     Eigen::MatrixXd jacobian_;         ///< whitened_jacobian() of the fit
     ChainPrediction own_;              ///< by the fit's parameters, at all times
     ChainPrediction changed_;          ///< by the inputs that change the chain, and by the rows
-    std::vector<std::size_t> columns_; ///< (inputs) of changed_, of those
+    std::vector<std::size_t> columns_; ///< (inputs) their columns in changed_
     std::size_t rows_column_ = 0;      ///< of a common shift of the rows
 };
 
@@ -150,7 +150,7 @@ constexpr double likely_order = 4.0 / 3.0; ///< α: errors of order 2, bonds of 
 constexpr double order_doubt = 1.0 / 3.0;
 constexpr double negligible_shift = 0.3; ///< of a frequency's standard deviation
 
-/// The chain of twice as many bonds that vibrates as this one does.
+/// The chain with twice the number of bonds and the same first mode.
 struct FinerChain {
     StemModel model;
     double log_modulus = 0.0; ///< ln of its Y over that of the chain
@@ -158,8 +158,8 @@ struct FinerChain {
     bool matters = false;
 };
 
-/// Standard deviation of the frequency of a decaying mode, Hz (Montgomery & O'Donoghue 1999). What
-/// follows after a decay by e adds hardly anything.
+/// Standard deviation of the frequency of a decaying mode, Hz (Montgomery & O'Donoghue 1999).
+/// Frames after a decay by e add almost no information.
 double frequency_uncertainty(const RecordingFit& fit, const NoiseModel* model,
                              const integrate::VibrationMode& mode, double amplitude) {
     const double recorded = fit.times.back();
@@ -194,7 +194,7 @@ FinerChain finer_chain(const RecordingFit& fit, const NoiseModel* noise_model) {
     finer.log_modulus =
         std::log(model.spec.stem.bond_youngs_modulus / coarse.stem.bond_youngs_modulus);
     finer.log_damping = same_time > 0.0 ? std::log(model.spec.stem.bond_damping / same_time) : 0.0;
-    // A stem that is pulled at its tip has (f₁/f₂)² of the first mode's amplitude in the second.
+    // If a stem is pulled at its tip, the second mode has (f₁/f₂)² of the first mode's amplitude.
     const double amplitude =
         std::abs(coarse.tip_deflection) * std::pow(modes[0].frequency / modes[1].frequency, 2);
     finer.matters = std::abs(finer_modes[1].frequency - modes[1].frequency) >
@@ -202,7 +202,7 @@ FinerChain finer_chain(const RecordingFit& fit, const NoiseModel* noise_model) {
     return finer;
 }
 
-/// The chain's readings at all times of the recording, from the fit itself if it has them all.
+/// The chain's readings at all times of the recording, from the fit itself if it has all times.
 std::vector<double> predicted(const RecordingFit& fit, const std::vector<double>& times,
                               const run::Heartbeat& heartbeat) {
     if (fit.times == times)
@@ -215,7 +215,7 @@ std::vector<double> predicted(const RecordingFit& fit, const std::vector<double>
 
 constexpr const char* division_name = "division of the chain";
 
-/// The division of the chain as it was computed about another model.
+/// Copies the division of the chain that was computed about another model.
 void take_division(const ReadingErrors& before, ReadingErrors& errors) {
     errors.known = before.known;
     std::ranges::copy_if(
@@ -244,21 +244,21 @@ void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerC
         errors.terms.push_back(std::move(doubt));
 }
 
-/// Position errors are modelled by Legendre polynomials of degree 0 to 3. The cubic alone changes
-/// with the amplitude how the first mode is read, and so the damping.
+/// Position errors are modelled by Legendre polynomials of degree 0 to 3. Only the cubic one scales
+/// the first mode by a factor that depends on the amplitude, and so changes the damping.
 constexpr unsigned row_polynomials = 4;
 
-/// A lens or uneven light makes an error that follows from the position in the picture. Each row
-/// has its own polynomials of the predicted deflection, and all rows together have those of degree
-/// 2 and 3 (0 and 1 are the rest position and the scale), each with the stated uncertainty. The
-/// measured deflection would explain its own noise near the clamp, where the swing is small.
+/// A lens or uneven light causes an error that depends on the position in the picture. Each row has
+/// its own polynomials of the predicted deflection, and all rows together have those of degree 2
+/// and 3 (0 and 1 are the rest position and the scale), each with the stated uncertainty. Near the
+/// clamp, where the swing is small, the measured deflection would explain its own noise.
 void add_errors_of_place(const RecordingFit& fit, const measure::Measurement& measurement,
                          const run::Heartbeat& heartbeat, ReadingErrors& errors) {
     if (measurement.uncertainties.row.value_or(0.0) == 0.0)
         return;
     const std::size_t rows = fit.prediction.rows;
     const std::vector<double> places = predicted(fit, errors.times, heartbeat);
-    // Of every `step`-th reading from the first on.
+    // Uses every `step`-th reading, starting with `first`.
     const auto add = [&](const std::string& of, std::size_t first, std::size_t step,
                          unsigned lowest_degree) {
         double largest = 0.0;

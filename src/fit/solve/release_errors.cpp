@@ -18,16 +18,16 @@ namespace {
 using Term = ReadingErrors::Term;
 
 constexpr std::size_t most_modes = 3;
-/// Of the frame rate: modes above it are not resolved.
+/// Share of the frame rate above which modes are not resolved.
 constexpr double resolved_share = 0.4;
-/// Of periods of the first mode after the release, in which departures show: later they have
-/// decayed, and what the model lacks has grown.
+/// Periods of the first mode after the release in which departures are visible. Later they have
+/// decayed, and the effect of missing physics has grown.
 constexpr double early_periods = 2.0;
-/// Of departures that are taken for there, in a release that has none.
+/// Significance level: an exact release shows departures with this probability.
 constexpr double departure_level = 1e-3;
-constexpr double largest_share = 0.5; ///< of what a pull at the tip gives a mode
+constexpr double largest_share = 0.5; ///< of the amplitude that a pull at the tip gives a mode
 
-/// How the modes look that the camera resolves, no more than there are heights.
+/// The shapes of the modes that the camera resolves, at most one per height.
 std::vector<run::ShapedMode> resolved_modes(const RecordingFit& fit) {
     std::vector<run::ShapedMode> modes =
         run::shaped_modes(case_beside_errors(fit.model), std::min(most_modes, fit.prediction.rows));
@@ -39,8 +39,8 @@ std::vector<run::ShapedMode> resolved_modes(const RecordingFit& fit) {
     return modes;
 }
 
-/// What a mode adds to the readings that has the amplitude (m at the tip) or the velocity (the same
-/// times its angular frequency) of `size` at the time `start`.
+/// The readings of a mode that has the amplitude `size` (m at the tip), or the velocity `size`
+/// times its angular frequency, at the time `start`.
 Term term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity, double size,
              double start, const measure::Measurement& measurement) {
     Term term;
@@ -52,7 +52,7 @@ Term term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity
     for (const double time : measurement.times) {
         const double since = time - start;
         const double decayed = since < 0.0 ? 1.0 : std::exp(shaped.mode.decay_rate * since);
-        // What leans aside before it is let go stays there; nothing has a velocity.
+        // Before the release a deflection is constant and a velocity has no effect.
         const double phase = since < 0.0 ? 0.0 : turning * since;
         const double motion = decayed * (is_velocity ? std::sin(phase) : std::cos(phase));
         for (const double deflection : shaped.deflection)
@@ -61,7 +61,7 @@ Term term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity
     return term;
 }
 
-/// Of all modes but the first; of sizes (modes).
+/// The terms of all modes but the first, with their `sizes`, (modes).
 std::vector<Term> terms_of(const std::vector<run::ShapedMode>& modes,
                            const std::vector<double>& sizes, double start,
                            const measure::Measurement& measurement) {
@@ -72,8 +72,8 @@ std::vector<Term> terms_of(const std::vector<run::ShapedMode>& modes,
     return terms;
 }
 
-/// Scale of the departures, m at the tip, as the readings soon after the release tell it beside
-/// everything else that is fitted; 0 where they show none.
+/// Scale of the departures, m at the tip, from the readings soon after the release in a fit with
+/// all other parameters; 0 if they show none.
 double scale_of(const RecordingFit& fit, const std::vector<Term>& units,
                 const std::vector<Term>& others) {
     const auto from = std::ranges::find_if(fit.times, [](double time) { return time >= 0.0; });
@@ -106,7 +106,7 @@ double scale_of(const RecordingFit& fit, const std::vector<Term>& units,
     const double square = found.dot(own.completeOrthogonalDecomposition().solve(found));
     if (!(boost::math::gamma_q(0.5 * static_cast<double>(wanted), 0.5 * square) < departure_level))
         return 0.0;
-    // The mean square of the departures is that of the estimates less their own errors'.
+    // The mean square of the departures is that of the estimates less their errors'.
     const double mean = (found.squaredNorm() - own.trace()) / static_cast<double>(wanted);
     return std::sqrt(std::max(mean, 0.0));
 }
@@ -118,7 +118,7 @@ std::vector<Term> release_errors(const RecordingFit& fit, const measure::Measure
     const std::vector<run::ShapedMode> modes = resolved_modes(fit);
     if (modes.size() < 2)
         return {};
-    // Amplitude and phase of the first mode are fitted: tip deflection and release time.
+    // Tip deflection and release time already fit amplitude and phase of the first mode.
     const double pull = std::abs(fit.model.spec.tip_deflection);
     if (measurement.release == measure::ReleaseKind::Moving)
         return terms_of(modes, std::vector(modes.size(), pull), 0.0, measurement);
@@ -127,9 +127,9 @@ std::vector<Term> release_errors(const RecordingFit& fit, const measure::Measure
         scale_of(fit, terms_of(modes, std::vector(modes.size(), 1.0), start, measurement), others);
     if (!(scale > 0.0))
         return {};
-    // A stem that is pulled at its tip has (f₁/f_k)² of the first mode's amplitude in mode k. A
-    // hand that holds it a tenth of its length lower changes that of the second by half. Departures
-    // that are larger are no release.
+    // If a stem is pulled at its tip, mode k has (f₁/f_k)² of the first mode's amplitude. A hand
+    // that holds it a tenth of its length lower changes the amplitude of the second mode by half.
+    // Larger departures are not due to the release.
     std::vector<double> sizes;
     sizes.reserve(modes.size());
     for (const run::ShapedMode& shaped : modes)

@@ -25,7 +25,7 @@ double noise_of(const RecordingFit& fit, std::size_t at) {
                : of_row;
 }
 
-/// Adds up readings.
+/// Sums over the readings of a group.
 class GroupSum {
   public:
     void add_frame(const RecordingFit& fit, std::size_t frame) {
@@ -71,7 +71,7 @@ Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit) {
     const Whitening whitening = whitening_of(fit);
     for (std::size_t at = 0; at < fit.residuals.size(); ++at) {
         const double* const gradient = fit.prediction.jacobian.data() + at * count;
-        // At the edge of a stem that just reaches the row one lane may miss it: no derivative then.
+        // Near the edge of the stem a lane may miss the row and then has no derivative.
         const bool is_whole = std::all_of(gradient, gradient + count,
                                           [](double each) { return std::isfinite(each); });
         for (std::size_t k = 0; k < count; ++k)
@@ -188,7 +188,7 @@ double weighted_rms(std::span<const RecordingFit> parts,
         part.noise = noise[m];
         sum += whitened_residuals(part).squaredNorm();
         count += part.readings;
-        // Error terms bring a residual each, once however many recordings share them.
+        // Each error term adds one residual, however many recordings share it.
         for (const FittedParameter& parameter : part.parameters)
             if (parameter.is_error && std::ranges::find(errors, parameter.id) == errors.end()) {
                 errors.push_back(parameter.id);
@@ -264,7 +264,7 @@ double effective_degrees_of_freedom(const Eigen::MatrixXd& whitened, std::size_t
         return std::max(entries, 1.0);
     const Eigen::MatrixXd between = whitened.transpose() * whitened;
     const double trace = between.trace();
-    // White noise itself scatters the eigenvalues: (Σλ)²/Σλ² = m/(1 + m/n) on the average.
+    // White noise itself scatters the eigenvalues: (Σλ)²/Σλ² = m/(1 + m/n) on average.
     const double noise_spread = 1.0 + static_cast<double>(rows) / static_cast<double>(frames);
     const double independent_rows =
         std::min(static_cast<double>(rows), noise_spread * trace * trace / between.squaredNorm());

@@ -19,8 +19,8 @@ namespace culm::fit {
 /// nothing was seen.
 [[nodiscard]] Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit);
 
-/// Change of the readings by one standard uncertainty of an error term, likewise,
-/// (frames · rows). `jacobian`: whitened_jacobian().
+/// Change of the readings by one standard uncertainty of an error term, over the noise and
+/// whitened, (frames · rows). `jacobian`: whitened_jacobian().
 [[nodiscard]] Eigen::VectorXd whitened_term(const ReadingErrors::Term& term,
                                             const RecordingFit& fit,
                                             const Eigen::MatrixXd& jacobian);
@@ -29,14 +29,14 @@ struct LinearStep {
     Eigen::VectorXd change;     ///< (columns)
     Eigen::MatrixXd covariance; ///< (columns, columns)
 };
-/// Least squares of white residuals by `columns`, of which `constrained` from `first` on have a
-/// mean of 0 and a standard deviation of 1.
+/// Least-squares fit of white residuals by `columns`. The coefficients of `constrained` columns
+/// from `first` on have mean 0 and standard deviation 1.
 [[nodiscard]] LinearStep linear_step(const Eigen::MatrixXd& columns,
                                      const Eigen::VectorXd& residuals, Eigen::Index first,
                                      Eigen::Index constrained);
 
-/// Residuals over the noise and whitened, (frames, rows) or (frames, series) where the noise
-/// model turns the rows; 0 where nothing was seen.
+/// Residuals over the noise and whitened, (frames, rows) or (frames, series) if the noise model
+/// mixes the rows; 0 where nothing was seen.
 [[nodiscard]] Eigen::MatrixXd whitened_residuals(const RecordingFit& fit);
 
 /// Residuals of one height, of a part of the record, or of a range of amplitudes.
@@ -77,8 +77,8 @@ struct ResidualGroup {
 
 /// Degrees of freedom of the sum of squares of a (frames, rows) table of residuals over the noise:
 /// a sum of squares of Gaussian numbers with the same variance. In time n/(1 + 2 Σ r_k²) over lags
-/// to `lags` (Bartlett 1946), with what white noise would give for the sum taken off; over the rows
-/// (Σ λ)²/Σ λ² of the rows' covariance. At most the number of entries, at least 1.
+/// to `lags` (Bartlett 1946), less the sum that white noise would give; over the rows (Σ λ)²/Σ λ²
+/// of the rows' covariance. At most the number of entries, at least 1.
 [[nodiscard]] double effective_degrees_of_freedom(const Eigen::MatrixXd& whitened,
                                                   std::size_t lags);
 
@@ -88,9 +88,9 @@ struct SpatialPattern {
     Eigen::VectorXd shape; ///< (rows), of length 1: the pattern over the heights, over the noise
 };
 
-/// The first singular value of the table against that of white noise of the same overall size:
-/// Johnstone's (2001) centring and scaling, and the Tracy-Widom law of order 1 as a shifted gamma
-/// distribution (Chiani 2014), good to 1e-3. Needs two rows or more.
+/// Compares the first singular value of the table with that of white noise of the same overall
+/// size: Johnstone's (2001) centring and scaling, and the Tracy-Widom law of order 1 as a shifted
+/// gamma distribution (Chiani 2014), accurate to 1e-3. Needs two rows or more.
 [[nodiscard]] SpatialPattern spatial_pattern(const Eigen::MatrixXd& whitened);
 
 /// P(χ² ≥ value) for any positive number of degrees of freedom.

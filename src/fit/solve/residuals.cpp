@@ -11,7 +11,7 @@ namespace culm::fit {
 
 namespace {
 
-/// Standard deviations; what is so far off is refused by its cost, not by a bound.
+/// Standard deviations. Values this far off are rejected by their cost, not by a bound.
 constexpr double largest_error = 1e3;
 
 } // namespace
@@ -81,7 +81,7 @@ bool ReadingResiduals::evaluate(const Place& place, double* residual) const {
         return true;
     }
     const double predicted = prediction_->readings[place.reading];
-    // The model's stem may just not reach the row: the reading then tells it nothing.
+    // The model's stem may not quite reach the row; the reading then has no information on it.
     *residual = std::isnan(predicted) ? 0.0 : (predicted - place.measured) * place.inverse_noise;
     return true;
 }
@@ -92,7 +92,7 @@ double ReadingResiduals::derivative(const Place& place, std::size_t parameter) c
     const double derivative =
         prediction_->jacobian[place.reading * prediction_->parameters + parameter];
     const bool is_seen = !std::isnan(prediction_->readings[place.reading]);
-    // At the edge of a stem that just reaches the row one lane may miss it: no derivative then.
+    // Near the edge of the stem a lane may miss the row and then has no derivative.
     return is_seen && std::isfinite(derivative) ? derivative * place.inverse_noise : 0.0;
 }
 
@@ -189,7 +189,7 @@ double JointResiduals::upper(std::size_t parameter) const {
     return bounds(parameter).second;
 }
 
-// Ceres asks for every reading by itself; the chains run here, once for all of them.
+// Ceres asks for each reading separately; the chains run here, once for all readings.
 void JointResiduals::PrepareForEvaluation(bool, bool) {
     for (std::size_t k = 0; k < internal_.size(); ++k)
         per_internal_[k] = natural_per_internal(k);
@@ -211,7 +211,7 @@ bool JointResiduals::evaluate(std::size_t part, const ReadingResiduals::Place& p
     std::fill_n(gradient, internal_.size(), 0.0);
     const std::vector<JointLayout::Share>& shares = layout_.shares[part];
     for (std::size_t k = 0; k < shares.size(); ++k)
-        // Chain rule: reading by the part's own value, that by the joint one, that by Ceres's
+        // Chain rule: the reading by the part's value, that by the joint value, that by Ceres's
         // number.
         gradient[shares[k].place] =
             own.derivative(place, k) * (shares[k].factor * per_internal_[shares[k].place]);

@@ -17,8 +17,7 @@
 
 namespace culm::fit {
 
-/// Runs the chain once per point, values and derivatives together, because the derivatives come
-/// along in the SIMD lanes.
+/// Runs the chain once per point for values and derivatives, which the SIMD lanes compute together.
 class ReadingResiduals {
   public:
     /// One reading that was seen.
@@ -36,14 +35,14 @@ class ReadingResiduals {
     [[nodiscard]] const std::vector<double>& times() const { return times_; }
     [[nodiscard]] int runs() const { return runs_; }
 
-    /// Computes the chain at these values of the free parameters if they have changed. Where it
-    /// cannot be computed evaluate() says so.
+    /// Computes the chain at these values of the free parameters if they have changed. If it cannot
+    /// be computed, evaluate() returns false.
     void prepare(const std::vector<double>& values);
 
     /// Predicted − measured over the noise at the prepared point; false if the chain could not be
     /// computed there.
     [[nodiscard]] bool evaluate(const Place& place, double* residual) const;
-    /// Derivative of that by a free parameter, per unit; 0 where it is not seen.
+    /// Derivative of that residual by a free parameter, per unit; 0 where it is not seen.
     [[nodiscard]] double derivative(const Place& place, std::size_t parameter) const;
 
     [[nodiscard]] StemModel current_model() const; ///< with the prepared values
@@ -67,8 +66,8 @@ class ReadingResiduals {
     int runs_ = 0;
 };
 
-/// Numbers that Ceres works on: joint parameters as FreeParameter transforms them, release times in
-/// units of their bounds, error terms as they are.
+/// The numbers that Ceres changes: joint parameters in the transformation of FreeParameter, release
+/// times in units of their bounds, error terms unchanged.
 class JointResiduals : public ceres::EvaluationCallback {
   public:
     /// Both must outlive this; the parts are those of the models, in their order.
@@ -82,7 +81,7 @@ class JointResiduals : public ceres::EvaluationCallback {
     [[nodiscard]] double lower(std::size_t parameter) const; ///< bounds, internal
     [[nodiscard]] double upper(std::size_t parameter) const;
     [[nodiscard]] const std::vector<ReadingResiduals>& parts() const { return parts_; }
-    /// An error term, which has a constraint: its own value is one more residual.
+    /// Is it an error term? Its constraint adds its own value as a residual.
     [[nodiscard]] bool is_error(std::size_t parameter) const;
 
     /// The first recording's case at other internal parameters, within their bounds.

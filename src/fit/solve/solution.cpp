@@ -17,11 +17,10 @@
 
 namespace culm::fit {
 
-/// By how much the sum of squares over the noise would fall in one Gauss-Newton step from the
-/// prepared point, gᵀ (Jᵀ J)⁻¹ g over the parameters that can move: those that are not held
-/// (`is_held`; missing entries are false) and do not stand at a bound that the step would cross.
-/// A step that a trust region shortens
-/// promises less than this in directions that the readings hardly tell apart, and may end a
+/// Decrease of the sum of squares over the noise in one Gauss-Newton step from the prepared point,
+/// gᵀ (Jᵀ J)⁻¹ g over the parameters that can move: those that are not fixed (`is_held`; missing
+/// entries are false) and not at a bound that the step would cross. A step that a trust region
+/// shortens promises less than this in directions that the readings hardly determine, and may end a
 /// solution many standard errors away from the best one.
 [[nodiscard]] double remaining_gain(const JointResiduals& residuals,
                                     const std::vector<bool>& is_held);
@@ -56,7 +55,7 @@ NormalEquations normal_equations(const JointResiduals& residuals) {
     return sums;
 }
 
-/// Downhill is where the gradient does not point.
+/// Can the parameter move against the gradient without crossing a bound?
 bool can_move(const JointResiduals& residuals, std::size_t k, double gradient) {
     const double internal = residuals.internal()[k];
     return gradient > 0.0 ? internal > residuals.lower(k) : internal < residuals.upper(k);
@@ -65,8 +64,8 @@ bool can_move(const JointResiduals& residuals, std::size_t k, double gradient) {
 } // namespace
 
 double remaining_gain(const JointResiduals& residuals, const std::vector<bool>& is_held) {
-    // Half the fall of χ² by one Gauss-Newton step is gᵀ H⁻¹ g/2; in the eigenvectors of the scaled
-    // H it is a sum over directions, from which those that the data do not know are left out.
+    // Half the decrease of χ² by one Gauss-Newton step is gᵀ H⁻¹ g/2. In the eigenvectors of the
+    // scaled H it is a sum over directions, without those that the data do not determine.
     const NormalEquations sums = normal_equations(residuals);
     std::vector<Eigen::Index> moving;
     for (std::size_t k = 0; k < residuals.parameter_count(); ++k) {
@@ -88,25 +87,25 @@ double remaining_gain(const JointResiduals& residuals, const std::vector<bool>& 
 
 namespace {
 
-/// The end of a solution, in units of the χ² that one standard error of a parameter makes (so
-/// divided by the reduced χ² of the solution): an improvement below this is not worth a run.
+/// Convergence limit, in units of the χ² of one standard error of a parameter (so divided by the
+/// reduced χ² of the solution): a smaller improvement is not worth a run.
 constexpr double final_improvement = 0.005;
-/// A window that only leads to the next one need not be as good.
+/// A window that only leads to the next one needs less accuracy.
 constexpr double passing_improvement = 5.0;
-/// The integrator's choice of steps follows the parameters, which leaves that much noise on the
-/// sum; a step that fails by no more than this has met the noise and not a wrong model.
+/// The integrator's choice of steps depends on the parameters, which adds noise of this size to the
+/// sum. A step that fails by less has met the noise, not a wrong model.
 constexpr double noise_of_runs = 0.2;
-/// One after the other: a region that is 2 million times narrower should hold a better point.
+/// Consecutive failures: a region that is 2 million times narrower should contain a better point.
 constexpr int most_vain_steps = 6;
 
-/// Parameters that the data hardly tell apart would begin with wild steps in a wider region.
+/// In a wider region, parameters that the data hardly distinguish start with excessive steps.
 constexpr double first_trust_region = 100.0;
-/// Wide enough to leave steps alone near the end, where a narrow region ends a solution early: in a
+/// Wide enough not to shorten steps near the end, where a narrow region ends a solution early: in a
 /// valley whose floor has a millionth of its walls' curvature, shortened steps promise nothing.
 constexpr double last_trust_region = 1e10;
 constexpr int most_refinements = 3;
 
-/// One reading as Ceres sees it.
+/// The cost function of one reading.
 class ReadingCost : public ceres::CostFunction {
   public:
     ReadingCost(const JointResiduals& residuals, std::size_t part,
@@ -148,9 +147,9 @@ class ConstraintCost : public ceres::CostFunction {
     std::size_t parameter_;
 };
 
-/// Ends the solution where a step promised or gained less than `improvement`, at the noise of the
-/// runs, where Ceres would shorten its steps in vain, and where it has done so for long. Ceres's
-/// own tolerance of the cost would throw the last point away, which cost a run and is the best one.
+/// Ends the solution if a step promised or gained less than `improvement`, at the noise of the
+/// runs, where Ceres would shorten its steps without success, and after many shortened steps.
+/// Ceres's cost tolerance would discard the last point, which cost a run and is the best one.
 class EnoughGained : public ceres::IterationCallback {
   public:
     EnoughGained(double readings, double improvement)
@@ -162,13 +161,13 @@ class EnoughGained : public ceres::IterationCallback {
             return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
         if (iteration.iteration == 0 || !iteration.step_is_valid)
             return ceres::SOLVER_CONTINUE;
-        // In units of the reduced χ²: cost is χ²/2, and a step that gains `readings` times its
-        // share moves a parameter by about that many standard errors squared.
+        // Decrease of χ² in units of the reduced χ² (cost is χ²/2): about the square of the step of
+        // a parameter in standard errors.
         const double gain = iteration.cost_change / iteration.cost * readings_;
         const double promised = gain / iteration.relative_decrease;
         const bool is_noise =
             !iteration.step_is_successful && -gain < noise_of_runs && promised < noise_of_runs;
-        // What a whole step gained otherwise than it promised is about what is left to gain.
+        // The gain of a whole step differs from its promise by about the gain that remains.
         const bool is_whole = iteration.trust_region_radius >= last_trust_region;
         const double left =
             is_whole ? std::abs(gain - promised) : std::numeric_limits<double>::infinity();
@@ -190,7 +189,7 @@ void bound(const JointLayout& layout, const std::vector<bool>& is_held, ceres::P
         problem.SetParameterLowerBound(block, static_cast<int>(k), residuals.lower(k));
         problem.SetParameterUpperBound(block, static_cast<int>(k), residuals.upper(k));
     }
-    // Ceres refuses a manifold without a free direction.
+    // Ceres rejects a manifold without a free direction.
     if (std::ranges::count(is_held, true) ==
         static_cast<std::ptrdiff_t>(residuals.parameter_count()))
         problem.SetParameterBlockConstant(block);
@@ -217,7 +216,7 @@ bool has_converged(const ceres::Solver::Summary& summary) {
            summary.termination_type == ceres::USER_SUCCESS;
 }
 
-/// Did shortened steps stop it?
+/// Did shortened steps end the solution too early?
 bool is_far_from_the_end(const ceres::Solver::Summary& summary, const std::vector<bool>& is_held,
                          double readings, JointResiduals& residuals) {
     if (!has_converged(summary))
@@ -273,7 +272,7 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
     const double improvement = purpose == Purpose::Final ? final_improvement : passing_improvement;
     const auto count = static_cast<double>(std::max<std::size_t>(readings, 1));
     EnoughGained enough_gained(count, improvement);
-    FLAGS_minloglevel = google::GLOG_FATAL; // what fails comes back as a reason
+    FLAGS_minloglevel = google::GLOG_FATAL; // failures are returned as a reason
     const auto solved_within = [&](double trust_region) {
         ceres::Solver::Options settings =
             solver_settings(options_.largest_iterations, trust_region);
@@ -286,7 +285,7 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
                            problem.Evaluate({}, &cost, nullptr, nullptr, nullptr) &&
                            remaining_gain(residuals, is_held_) <
                                final_improvement * std::max(1.0, 2.0 * cost / count)) {
-        JointSolution solution = solution_of(residuals); // the start is one
+        JointSolution solution = solution_of(residuals); // the start is a solution
         solution.cost = cost;
         solution.has_converged = true;
         return solution;
@@ -298,7 +297,7 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
          ++again) {
         summary = solved_within(last_trust_region);
         if (!(summary.final_cost < summary.initial_cost))
-            break; // what the derivatives promise is not there
+            break; // the gain that the derivatives promise does not exist
     }
     JointSolution solution = solution_of(residuals);
     solution.cost = summary.final_cost;

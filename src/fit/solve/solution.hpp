@@ -14,11 +14,11 @@
 namespace culm::fit {
 
 struct SolveOptions {
-    /// Only frames up to here, s after the release; empty: all. Frames before the release count.
+    /// Only frames up to here, s after the release; empty: all. Frames before the release are used.
     std::optional<double> window;
-    /// True: from the model's values as a first guess, with several moduli about it and a window
-    /// that grows from 2 to 5 and 12 cycles to all, so that no cycle is skipped. False: the values
-    /// are near the solution (a refit with an effect added), all frames at once.
+    /// True: starts from a first guess, with several moduli about it and a window that grows from 2
+    /// to 5 and 12 cycles to all, so that no cycle is skipped. False: the values are near the
+    /// solution (a refit with an effect added), and all frames are used at once.
     bool is_first_guess = true;
     int largest_iterations = 50; ///< of each window
     run::Heartbeat heartbeat;
@@ -34,13 +34,13 @@ struct JointSolution {
     std::string message;
 };
 
-/// When a solution is good enough.
+/// Determines when a solution is good enough.
 enum class Purpose {
     Final,  ///< to a small part of what one standard error changes
     Passing ///< only to lead to a longer window
 };
 
-/// The readings of some recordings and by what they are weighted.
+/// The readings of some recordings and their weights.
 class JointProblem {
   public:
     /// All must outlive this; `noise` (recordings)(rows), m; `is_held` (joint parameters).
@@ -48,7 +48,7 @@ class JointProblem {
                  const std::vector<std::vector<double>>& noise, const std::vector<bool>& is_held,
                  const SolveOptions& options);
 
-    /// Frames up to `last_times` (recordings), from the models' values. Throws
+    /// Solves for frames up to `last_times` (recordings), from the models' values. Throws
     /// core::NumericalError if a chain cannot be computed at the end.
     [[nodiscard]] JointSolution solve(const std::vector<StemModel>& models,
                                       const std::vector<double>& last_times, Purpose purpose) const;

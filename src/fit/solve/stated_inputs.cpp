@@ -13,17 +13,17 @@
 namespace culm::fit {
 namespace {
 
-// Uncertainties of a careful laboratory, used where none is stated (docs/uncertainty.md).
-constexpr double default_length = 0.3e-3; // m, a steel ruler and where the clamp begins
+// Default uncertainties, those of a careful laboratory (docs/uncertainty.md).
+constexpr double default_length = 0.3e-3; // m, a steel ruler and the edge of the clamp
 constexpr double default_clamp = 0.2e-3;  // m, of its height in the picture
 constexpr double default_scale = 0.005;   // of a length in the picture
 constexpr double default_share = 0.01;    // of a diameter, a density, a mass
 
 using Get = std::function<double(const run::CaseSpec&)>;
-/// Where a stem holds the number.
+/// Access to the number in a stem.
 using Member = double& (*)(measure::MeasuredStem&);
 
-/// Without a default of its own an input is known to default_share of its value.
+/// The default uncertainty is `otherwise`, or default_share of the value.
 StatedInput input(std::string name, std::string unit, double value, std::optional<double> stated,
                   std::optional<double> otherwise = std::nullopt) {
     StatedInput out;
@@ -39,7 +39,7 @@ double mass_per_length_of(const run::CaseSpec& spec) {
     return spec.stem.sphere_mass() / spec.stem.bond_length;
 }
 
-/// Inputs that are numbers of the stem: the chain is divided anew from the stem that has another.
+/// Inputs that are properties of the stem. A change divides the chain of the changed stem again.
 class StemInputs {
   public:
     /// Both must outlive this.
@@ -60,7 +60,7 @@ class StemInputs {
         inputs_.push_back(std::move(added));
     }
 
-    /// The same of a number to which the mass per length is proportional.
+    /// The same for a number to which the mass per length is proportional.
     void add_of_mass(std::string name, std::string unit, Member member,
                      std::optional<double> stated) {
         const double mass_per_unit = measure::mass_per_length(stem_) / value_of(member);
@@ -142,7 +142,7 @@ void add_stem(const measure::Measurement& measurement, std::vector<StatedInput>&
         stated.density);
     for (std::size_t k = 0; k < stem.added_masses.size(); ++k) {
         const measure::AddedMass& added = stem.added_masses[k];
-        // No balance shows less than half a digit, and a mass of many digits was computed.
+        // A balance resolves half a digit at best, and a mass of many digits was computed.
         StatedInput mass = input(fmt::format("mass at {:.6g} mm", 1e3 * added.height), "kg",
                                  added.mass, added.mass_uncertainty,
                                  std::max(default_share * added.mass, 0.5 * added.mass_last_digit));
@@ -154,7 +154,7 @@ void add_stem(const measure::Measurement& measurement, std::vector<StatedInput>&
     }
 }
 
-/// Scale and clamp: the rows were elsewhere on the stem than the file says.
+/// Scale and clamp: the rows were at other heights of the stem than stated.
 void add_picture(const measure::Measurement& measurement, std::vector<StatedInput>& inputs) {
     const measure::StatedUncertainties& stated = measurement.uncertainties;
     for (auto& [acts, added] :

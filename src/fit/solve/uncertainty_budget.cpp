@@ -8,7 +8,7 @@
 namespace culm::fit {
 namespace {
 
-/// What the term of the fit stands for: a stated input, or a number of the model's own.
+/// The input behind a term of the fit: a stated input, or a number that the model adds.
 StatedInput input_of(const ReadingErrors::Term& term, std::vector<StatedInput>& inputs,
                      std::size_t k) {
     if (k < inputs.size())
@@ -66,8 +66,8 @@ UncertaintyBudget uncertainty_budget(const RecordingFit& stated, const Recording
         line.pull = error.value;
         line.uncertainty_with_readings = error.standard_error * line.input.standard_uncertainty;
         for (std::size_t p = 0; p < count; ++p) {
-            // With the stated value larger by u the same readings give a parameter that is smaller
-            // by the change.
+            // If the stated value is larger by u, the same readings give a parameter that is
+            // smaller by the change.
             const double change =
                 stated.input_changes(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k));
             line.sensitivities.push_back(-change / line.input.standard_uncertainty);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How well a calibration is known: what the noise of the readings and every stated input add.
+// Uncertainty of a calibration, from the noise of the readings and from every stated input.
 #pragma once
 
 #include "fit/solve/reading_errors.hpp"
@@ -15,7 +15,7 @@ struct BudgetInput {
     /// (parameters) change of the fitted parameter with the stated value, per SI unit of it: the
     /// sensitivity coefficient c.
     std::vector<double> sensitivities;
-    /// (fitted − stated value)/u. Of an input that the readings cannot tell it is 0.
+    /// (fitted − stated value)/u; 0 for an input that the readings do not determine.
     double pull = 0.0;
     double uncertainty_with_readings = 0.0; ///< of the input, statement and readings together
 };
@@ -36,7 +36,7 @@ struct UncertaintyBudget {
     [[nodiscard]] double share_of_readings(std::size_t parameter) const;
 };
 
-/// Of `stated`, a fit with every input as stated (judged_model()); `judged` has the error terms,
+/// `stated` is a fit with every input as stated (judged_model()); `judged` has the error terms,
 /// whose values are the pulls. A parameter that the readings do not determine has an infinite
 /// uncertainty.
 [[nodiscard]] UncertaintyBudget uncertainty_budget(const RecordingFit& stated,

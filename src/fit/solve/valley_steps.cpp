@@ -33,10 +33,10 @@ double ValleySteps::log_square(const std::vector<double>& internal) const {
 }
 
 // The readings of N cycles lose their phase after a change of f by 1/N, while Y and an added mass
-// or a soft clamp can change together by far more at the same f: χ² is a curved valley whose walls
-// are steep in f and whose floor is flat. A straight Gauss-Newton step leaves the floor and is
-// shortened again and again. Here a step keeps the frequency that it has to first order: f² is
-// proportional to Y but for the share that the other parameters hold, so ln f² is corrected by
+// or a soft clamp can change together by far more at the same f. So χ² is a curved valley whose
+// walls are steep in f and whose floor is flat. A straight Gauss-Newton step leaves the floor and
+// is shortened again and again. Here a step has the frequency of the straight step to first order:
+// f² is proportional to Y except for the share of the other parameters, so ln f² is corrected by
 // changes of ln Y.
 void ValleySteps::follow_frequency(const std::vector<double>& point,
                                    std::vector<double>& moved) const {
@@ -46,13 +46,13 @@ void ValleySteps::follow_frequency(const std::vector<double>& point,
         ahead[k] = point[k] + slope_share * (moved[k] - point[k]);
         behind[k] = point[k] - slope_share * (moved[k] - point[k]);
     }
-    // Where the step leads to first order: a central difference along it.
+    // The frequency of the step to first order: a central difference along it.
     const double wanted =
         log_square(point) + (log_square(ahead) - log_square(behind)) / (2.0 * slope_share);
     const double straight = moved[*modulus_];
     for (int pass = 0; pass < corrections; ++pass) {
         const double missing = wanted - log_square(moved);
-        if (!(std::abs(missing) < largest_correction)) { // nothing to follow there
+        if (!(std::abs(missing) < largest_correction)) { // no frequency to follow
             moved[*modulus_] = straight;
             return;
         }
@@ -70,7 +70,7 @@ bool ValleySteps::Plus(const double* point, const double* step, double* moved) c
     return true;
 }
 
-// To first order Plus() is the straight step, so its derivative is that of a plain subspace.
+// To first order Plus() is the straight step, so its derivative is that of a linear subspace.
 bool ValleySteps::PlusJacobian(const double*, double* jacobian) const {
     std::fill_n(jacobian, size_ * free_.size(), 0.0); // (ambient, tangent), row-major
     for (std::size_t k = 0; k < free_.size(); ++k)

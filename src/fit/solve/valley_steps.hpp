@@ -12,12 +12,11 @@
 
 namespace culm::fit {
 
-/// A ring-down fixes the stem's frequency to a part in ten thousand, and many parameters change it:
-/// a mass at the tip, a soft clamp, a taper. The valley in which Y makes up for them is narrow and
-/// curved, and straight steps along it are a hundredth of its length. Here a step keeps its
-/// direction, but Y takes the value at which the frequency of the linearised chain is what the
-/// straight step would make it to first order. Derivatives at the point are those of straight
-/// steps.
+/// A ring-down determines the stem's frequency to 1e-4, and many parameters change it: a mass at
+/// the tip, a soft clamp, a taper. The valley in which Y compensates for them is narrow and curved,
+/// and straight steps along it are a hundredth of its length. Here a step keeps its direction,
+/// except that Y takes the value at which the linearised chain has the frequency of the straight
+/// step to first order. Derivatives at the point are those of straight steps.
 class ValleySteps : public ceres::Manifold {
   public:
     /// `residuals` must outlive this; `is_held` parameters do not move.
@@ -28,7 +27,7 @@ class ValleySteps : public ceres::Manifold {
     [[nodiscard]] int TangentSize() const override { return static_cast<int>(free_.size()); }
     bool Plus(const double* point, const double* step, double* moved) const override;
     bool PlusJacobian(const double* point, double* jacobian) const override;
-    /// To first order.
+    /// Exact to first order.
     bool Minus(const double* moved, const double* point, double* step) const override;
     bool MinusJacobian(const double* point, double* jacobian) const override;
 

@@ -17,12 +17,12 @@ constexpr std::array<double, 6> first_splits{0.01, 0.03, 0.07, 0.12, 0.2, 0.35};
 constexpr std::array<double, 4> first_angles{20.0, 40.0, 55.0, 75.0}; // degrees
 /// ε = 0.8: one principal stiffness is (1 + 0.4)/(1 − 0.4) = 2.3 times the other.
 constexpr double largest_split = 0.8;
-constexpr double needed_beat_gain = 0.1; ///< of the square of what the fit leaves
-constexpr double same_split = 0.05;      ///< relative: two solutions are one
+constexpr double needed_beat_gain = 0.1; ///< of the fit's residual sum of squares
+constexpr double same_split = 0.05;      ///< relative: two solutions are the same
 constexpr int most_iterations = 40;
 constexpr std::size_t fewest_beat_frames = 10;
 
-/// The swing in the shape that the stem was released in, over the fitted chain's at the release.
+/// The swing in its shape at the release, relative to the fitted chain's swing at the release.
 struct SwingHistory {
     std::vector<double> times;
     std::vector<double> measured;
@@ -57,7 +57,7 @@ SwingHistory swing_history(const RecordingFit& fit) {
     return history;
 }
 
-/// Misses of the beat. Parameters: ω, δ, ε, α and A, each over its scale.
+/// Residuals of the beat. Parameters: ω, δ, ε, α and A, each over its scale.
 /// A stem that is pulled at an angle α to its principal planes swings in both: seen from the side,
 /// x = A e^(−δt) [cos²α cos ω₁t + sin²α cos ω₂t] with ω₁,₂² = ω² (1 ± ε/2). Fitting it to the swing
 /// is a problem of five numbers, hundreds of times cheaper than a fit of the spatial chain.
@@ -123,7 +123,7 @@ Candidate solved(const SwingHistory& history, double angular_frequency, double d
 std::vector<Beat> recorded_beats(const RecordingFit& fit, double angular_frequency,
                                  double decay_rate, std::size_t count) {
     const SwingHistory history = swing_history(fit);
-    if (history.times.size() < fewest_beat_frames) // or held straight: it was released in no shape
+    if (history.times.size() < fewest_beat_frames) // or held straight: no release shape
         return {};
     double left = 0.0;
     for (std::size_t i = 0; i < history.times.size(); ++i)

@@ -19,8 +19,8 @@ struct Beat {
 };
 
 /// The beats that explain the readings of `fit` best, the best first, at most `count`; none unless
-/// the best takes away a tenth of what the fitted chain leaves of the swing. Frequency and decay
-/// are sought about those of `fit`, whose first mode has `angular_frequency` and `decay_rate`.
+/// the best explains a tenth of the fitted chain's residual swing. Frequency and decay are searched
+/// about those of `fit`, whose first mode has `angular_frequency` and `decay_rate`.
 [[nodiscard]] std::vector<Beat> recorded_beats(const RecordingFit& fit, double angular_frequency,
                                                double decay_rate, std::size_t count);
 

@@ -27,10 +27,10 @@ constexpr int modulus_passes = 3;         // f² is nearly a straight line in Y
 constexpr double first_step = 1.0 / 16.0; ///< of the size's scale
 constexpr int most_doublings = 20;
 constexpr int halvings = 12;
-/// An excess that moves by no more than this share over a scale does not depend on the size.
+/// An excess that changes by less than this share over a scale does not depend on the size.
 constexpr double least_influence = 1e-3;
 
-/// A point of the search: the size as it is fitted, and what is to vanish there.
+/// A point of the search: the fitted form of the size, and the excess, which shall vanish.
 struct Trial {
     double internal = 0.0;
     double excess = 0.0;
@@ -104,14 +104,14 @@ class ModulusSearch {
     Trial best_;
 };
 
-/// Of chain_modes, Hz; NaN if the chain does not vibrate.
+/// The first frequency of chain_modes, Hz; NaN if the chain does not vibrate.
 double first_frequency(const run::CaseSpec& spec) {
     try {
         const auto modes = run::chain_modes(spec, 1);
         if (!modes.empty())
             return modes.front().frequency;
     } catch (const core::NumericalError&) {
-        // Far from any stem a chain may be beyond what eigenvalues can be computed of.
+        // The eigenvalues of a chain that is far from any stem may not be computable.
     }
     return std::numeric_limits<double>::quiet_NaN();
 }
@@ -128,18 +128,18 @@ double matching_modulus(run::CaseSpec spec, double frequency) {
     return spec.stem.bond_youngs_modulus;
 }
 
-/// Sets `size` in `spec` to where `excess` vanishes, sought from where its effect is absent in
-/// steps that double, both ways within its bounds; where it vanishes nowhere, to where it is
-/// smallest.
+/// Sets `size` in `spec` to the value at which `excess` vanishes or, if there is none, is smallest.
+/// The search starts where the effect of `size` is absent and doubles its steps in both directions
+/// within the bounds.
 void match(const FreeParameter& size, run::CaseSpec& spec,
            const std::function<double(const run::CaseSpec&)>& excess) {
     const double value = ModulusSearch(size, spec, excess).run();
     size.access.set(spec, value);
 }
 
-/// Phases that differ by less at the end of the record are no different start.
+/// Starts are the same if their phases at the end of the record differ by less than this.
 constexpr double same_phase = 0.1; // cycles
-/// A size that leaves more than this of the disagreement does not reconcile the recordings.
+/// A size reconciles the recordings only if less than this share of the disagreement remains.
 constexpr double needed_share = 0.5;
 
 const FreeParameter* find(const StemModel& model, const physics::ParameterId& id) {
@@ -148,7 +148,7 @@ const FreeParameter* find(const StemModel& model, const physics::ParameterId& id
     return found == model.parameters.end() ? nullptr : &*found;
 }
 
-/// The phase by which the recordings differ at their ends beside what they all miss.
+/// The phase by which the recordings differ at their ends, without their common phase error.
 double disagreement(const StartModels& models, std::span<const RecordedSwing> swings) {
     double lowest = std::numeric_limits<double>::infinity();
     double highest = -lowest;
@@ -156,7 +156,7 @@ double disagreement(const StartModels& models, std::span<const RecordedSwing> sw
     for (std::size_t m = 0; m < models.size(); ++m) {
         const double ratio =
             std::log(swings[m].mode.frequency / first_frequency(case_beside_errors(models[m])));
-        lowest = std::min(lowest, ratio); // false for NaN: such a part says nothing
+        lowest = std::min(lowest, ratio); // false for NaN: such a part is ignored
         highest = std::max(highest, ratio);
         cycles = std::max(cycles, swings[m].cycles);
     }
@@ -167,10 +167,10 @@ bool is_logarithm(const FittedParameter& parameter) {
     return parameter.fitted_as != physics::FittedAs::Itself && parameter.value > 0.0;
 }
 
-/// Where the Gaussian posteriors of the recordings' own fits meet: their information adds, but the
-/// constraint of an error that several share counts once. Means of Y and β alone would leave each
-/// recording the errors that belong to its own values, and where the ruler errs these differ by
-/// whole cycles.
+/// The point where the Gaussian posteriors of the recordings' own fits meet. Their information
+/// adds, but the constraint of an error that several recordings share counts once. With means of Y
+/// and β alone each recording would keep the errors of its values, and after a wrong length
+/// measurement these differ by whole cycles.
 class MeetingOfPosteriors {
   public:
     explicit MeetingOfPosteriors(const JointLayout& layout)
@@ -180,7 +180,7 @@ class MeetingOfPosteriors {
           weighted_(Eigen::VectorXd::Zero(information_.rows())),
           is_constrained_(layout.ids.size(), false) {}
 
-    /// That of a recording's own fit. False if it has none.
+    /// Adds the posterior of a recording's own fit. False if it has none.
     [[nodiscard]] bool add(std::size_t model, const RecordingFit& fit) {
         const std::vector<JointLayout::Share>& shares = layout_.shares[model];
         const auto free = static_cast<Eigen::Index>(shares.size());
@@ -209,7 +209,7 @@ class MeetingOfPosteriors {
         return true;
     }
 
-    /// (joint list) logarithms of what is fitted as such; empty if the readings do not tell all.
+    /// (joint list) logarithms where fitted as such; empty if the readings do not determine all.
     [[nodiscard]] Eigen::VectorXd mean() const {
         const Eigen::LLT<Eigen::MatrixXd> all(information_);
         return all.info() == Eigen::Success ? Eigen::VectorXd(all.solve(weighted_))
@@ -250,7 +250,7 @@ std::optional<StartModels> where_posteriors_meet(StartModels own,
     return own;
 }
 
-/// β such that the recordings' first modes decay as they do, in the mean.
+/// Sets β such that the recordings' first modes decay as recorded, on average.
 void keep_decay(std::span<const RecordedSwing> swings, StartModels& start) {
     double sum = 0.0;
     for (std::size_t m = 0; m < start.size(); ++m) {
@@ -267,7 +267,7 @@ void set_modulus(double youngs_modulus, StartModels& start) {
         model.spec.stem.bond_youngs_modulus = youngs_modulus;
 }
 
-/// The moduli that give each recording its frequency.
+/// The modulus for each recording that gives it its frequency.
 std::vector<double> apparent_moduli(const StartModels& models,
                                     std::span<const RecordedSwing> swings) {
     std::vector<double> moduli;
@@ -276,7 +276,7 @@ std::vector<double> apparent_moduli(const StartModels& models,
     return moduli;
 }
 
-/// Each recording with a size of its own beside one modulus.
+/// Sets one modulus for all recordings and a separate size for each recording.
 StartModels with_own_sizes(StartModels start, const physics::ParameterId& id, double youngs_modulus,
                            std::span<const RecordedSwing> swings) {
     set_modulus(youngs_modulus, start);
@@ -290,7 +290,7 @@ StartModels with_own_sizes(StartModels start, const physics::ParameterId& id, do
     return start;
 }
 
-/// All recordings with the size at which the highest and the lowest modulus become one.
+/// Sets all recordings to the size at which the highest and the lowest modulus are equal.
 StartModels with_shared_size(StartModels start, const physics::ParameterId& id,
                              std::span<const RecordedSwing> swings) {
     const std::vector<double> moduli = apparent_moduli(start, swings);
@@ -382,7 +382,7 @@ std::vector<StartModels> reconciling_starts(const StartModels& models,
         return starts;
     StartModels start = models;
     for (std::size_t m = 0; m < start.size(); ++m) {
-        // A joint fit that misses cycles bends these too.
+        // A joint fit that skips cycles distorts these, too.
         start[m].release_time = 0.0;
         if (find(start[m], physics::tip_deflection) != nullptr)
             start[m].spec.tip_deflection = swings[m].tip_deflection;
@@ -393,7 +393,7 @@ std::vector<StartModels> reconciling_starts(const StartModels& models,
         try {
             keep_decay(swings, candidate);
         } catch (const core::NumericalError&) {
-            return; // no chain that vibrates: a fit could not begin there either
+            return; // the chain does not vibrate: no fit could start there
         }
         starts.push_back(std::move(candidate));
     };

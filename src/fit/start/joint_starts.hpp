@@ -12,7 +12,7 @@
 
 namespace culm::fit {
 
-/// How a recording swings, whatever the model: Eq. 1 fitted to it.
+/// The swing of a recording from a fit of Eq. 1, independent of a model.
 struct RecordedSwing {
     integrate::VibrationMode mode{}; ///< damped
     double cycles = 0.0;             ///< until its end
@@ -22,17 +22,17 @@ struct RecordedSwing {
 [[nodiscard]] RecordedSwing recorded_swing(const measure::Measurement& measurement,
                                            const FitOptions& options);
 
-/// Models where the posteriors of their own fits, `alone`, meet, and, where the recordings' first
-/// modes would differ from their swings by a different share, or a fit has no covariance, with the
-/// shared values of each recording too.
+/// Models at the point where the posteriors of the recordings' own fits, `alone`, meet. If their
+/// first modes differ from the recorded swings by different shares, or a fit has no covariance,
+/// models with the shared values of each recording are added.
 [[nodiscard]] std::vector<StartModels> shared_starts(const StartModels& models,
                                                      std::span<const RecordingFit> alone,
                                                      std::span<const RecordedSwing> swings,
                                                      const JointLayout& layout);
 
-/// Where one material does not give all recordings their frequencies, a size that `smaller` does
-/// not have may: the mass that each recording needs beside the modulus of the stiffest one, or the
-/// compliance that makes their moduli one. Such starts, made of `models` by the linearised chain;
+/// If one material does not give all recordings their frequencies, a size that `smaller` does not
+/// have may do so: a mass for each recording with the modulus of the stiffest one, or a compliance
+/// that makes their moduli equal. Returns such starts, made from `models` by the linearised chain;
 /// none if the recordings agree already, or no new size reconciles them.
 [[nodiscard]] std::vector<StartModels> reconciling_starts(const StartModels& models,
                                                           std::span<const RecordingFit> smaller,

@@ -24,7 +24,7 @@ struct WindowedFrames {
 };
 
 /// The residual of a decaying swing ends abruptly at both ends of the record; without a window its
-/// side lobes (−13 dB) would pass for vibrations. Hann's fall by 18 dB an octave.
+/// side lobes (−13 dB) would look like vibrations. Those of Hann's window fall by 18 dB an octave.
 WindowedFrames windowed_frames(const RecordingFit& fit) {
     WindowedFrames windowed;
     const double last = fit.times.back();
@@ -38,8 +38,8 @@ WindowedFrames windowed_frames(const RecordingFit& fit) {
     return windowed;
 }
 
-/// A periodogram at any frequency, also of frames with gaps; white noise of size σ has the mean 1.
-/// |Σ w r e^(−iωt)|² / (σ² Σ w²) summed over the rows, divided by their number.
+/// A periodogram at any frequency, also for frames with gaps; white noise of size σ has the mean 1:
+/// |Σ w r e^(−iωt)|² / (σ² Σ w²), averaged over the rows.
 double power_at(const RecordingFit& fit, const WindowedFrames& windowed, double frequency) {
     const std::size_t rows = fit.prediction.rows;
     std::vector<std::complex<double>> sums(rows);
@@ -67,7 +67,7 @@ double power_at(const RecordingFit& fit, const WindowedFrames& windowed, double 
     return seen == 0 ? 0.0 : power / static_cast<double>(seen);
 }
 
-/// Power above the noise's in a band.
+/// Power in a band above that of the noise.
 double excess_in(const ResidualSpectrum& spectrum, const SpectrumBand& band) {
     double sum = 0.0;
     for (std::size_t k = 0; k < spectrum.frequencies.size(); ++k)

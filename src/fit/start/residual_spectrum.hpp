@@ -24,8 +24,8 @@ struct ResidualSpectrum {
     std::vector<SpectrumBand> bands;      ///< about the modes and multiples of the first one
 };
 
-/// Of the frames after the release, under Hann's window, by direct summation: gaps and uneven times
-/// do no harm. Bands reach a quarter of a frequency to either side.
+/// The spectrum of the frames after the release, under Hann's window, by direct summation, which
+/// allows gaps and uneven times. Bands reach a quarter of a frequency to either side.
 [[nodiscard]] ResidualSpectrum residual_spectrum(const RecordingFit& fit);
 
 } // namespace culm::fit

@@ -20,10 +20,10 @@ namespace {
 
 constexpr std::size_t most_starts = 12;
 constexpr std::size_t most_beats = 2;
-/// Damping that an effect brings may take all but this share of the bonds'.
+/// Share of the bonds' damping that remains at least if an effect adds damping.
 constexpr double smallest_damping_share = 0.05;
 
-/// The effect's parameter behind a free one; empty for those of the plain chain.
+/// The effect's parameter for a free one; empty for parameters of the plain chain.
 std::optional<physics::EffectParameter> described(const StemModel& model,
                                                   const FreeParameter& parameter) {
     return physics::parameter_named(model.spec.effects, parameter.access.id);
@@ -51,8 +51,8 @@ physics::StartScales stem_start_scales(const physics::StemParameters<double>& st
 
 void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& start) {
     physics::StemParameters<double>& stem = start.spec.stem;
-    // A frequency that is wrong by 1/N of itself is a cycle off at the end of N cycles, and no
-    // gradient leads back over it: the start keeps what the readings say of the first mode.
+    // A frequency with a relative error of 1/N is a cycle off after N cycles, and no gradient leads
+    // back. The start therefore keeps the first mode of the readings.
     for (int pass = 0; pass < 2; ++pass) { // the effect's share of the stiffness depends on Y
         const auto modes = run::chain_modes(start.spec, 1);
         if (modes.empty())
@@ -65,7 +65,7 @@ void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& start) {
     const auto half_damped = run::chain_modes(half, 1);
     if (modes.empty() || half_damped.empty())
         return;
-    // The decay is a straight line in β.
+    // The decay is linear in β.
     const double from_bonds =
         2.0 * (modes.front().decay_per_cycle - half_damped.front().decay_per_cycle);
     const double excess = modes.front().decay_per_cycle - wanted.decay_per_cycle;
@@ -79,8 +79,8 @@ double absent_value(const FreeParameter& parameter) {
                : std::clamp(parameter.absent, parameter.lower, parameter.upper);
 }
 
-// The strongest lines of the periodogram, at least three resolutions apart: closer ones are side
-// lobes of one.
+// The strongest lines of the periodogram, at least three resolutions apart, because closer ones are
+// side lobes of the same line.
 std::vector<double> residual_peaks(const RecordingFit& fit, std::size_t count) {
     const ResidualSpectrum spectrum = residual_spectrum(fit);
     std::vector<std::size_t> order(spectrum.frequencies.size());
@@ -100,7 +100,7 @@ std::vector<double> residual_peaks(const RecordingFit& fit, std::size_t count) {
     return peaks;
 }
 
-/// Of a stem that leaves the plane: what the readings' own beats tell. Empty if they show none.
+/// Starts for a stem that leaves the plane, from the beats in its readings. Empty if none.
 std::vector<StemModel> beat_starts(const StemModel& first, const RecordingFit& smaller,
                                    const integrate::VibrationMode& mode) {
     std::vector<StemModel> starts;

@@ -25,26 +25,26 @@ namespace culm::fit {
 void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& start);
 
 enum class StartSize {
-    Absent, ///< the fit of the smaller model is the start; no derivative leads away from it for
+    Absent, ///< the fit of the smaller model is the start; its derivatives vanish for
             ///< effects whose first order vanishes
     Default
 };
 
-/// Starts for a fit of `model` that contains what `smaller` was fitted with. Values of parameters
-/// that both have come from `smaller`. Places, angles and time scales of the others start from
-/// several values each, sizes as `size` says. In every start Y and β are changed so that the first
-/// mode keeps its frequency and decay: what shifts the frequency would otherwise begin cycles away.
-/// A stem that leaves the plane starts from the beats that the readings show (recorded_beats()), if
-/// they show any.
+/// Starts for a fit of `model`, which contains the model of `smaller`. Common parameters start from
+/// their values in `smaller`. Places, angles and time scales of the others start from several
+/// values each, sizes as `size` states. In every start Y and β are changed so that the first
+/// mode keeps its frequency and decay: an effect on the frequency would otherwise start cycles
+/// away. A stem that leaves the plane starts from the beats in the readings (recorded_beats()), if
+/// there are any.
 [[nodiscard]] std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& smaller,
                                                 StartSize size);
 
-/// Does the fit of `model` have to begin with sizes of its own, because none leads there from where
-/// its effects are absent?
+/// Must the fit of `model` start with nonzero sizes, because no derivative leads away from the
+/// start with its effects absent?
 [[nodiscard]] bool has_own_sizes(const StemModel& model, const RecordingFit& smaller);
 
-/// Those with the effects absent; without places to choose from there is room for a start with the
-/// usual sizes too.
+/// Starts with the effects absent. If there are no places to choose from, also one with the default
+/// sizes.
 [[nodiscard]] std::vector<StemModel> candidate_starts(const StemModel& model,
                                                       const RecordingFit& smaller);
 

@@ -37,13 +37,13 @@ struct Deleter {
     }
 };
 
-/// A context of this process alone, freed after everything that was made in it.
+/// A context of this process alone, freed after all objects that were created in it.
 class Context {
   public:
     Context() {
 #if SUNDIALS_VERSION_MAJOR >= 7
         const int flag = SUNContext_Create(SUN_COMM_NULL, &context_);
-        // culm reports failures as exceptions; SUNDIALS' text on stderr could come from any rank.
+        // culm reports failures as exceptions; without this every rank would also write to stderr.
         if (flag == 0)
             SUNContext_ClearErrHandlers(context_);
 #else
@@ -65,7 +65,7 @@ class Context {
     SUNContext context_ = nullptr;
 };
 
-/// Keeps ARKODE from writing to stderr; 7.x has that from its context.
+/// Keeps ARKODE from writing to stderr; in 7.x the context already does.
 inline int silence_arkode([[maybe_unused]] void* arkode) {
 #if SUNDIALS_VERSION_MAJOR >= 7
     return 0;

@@ -21,16 +21,16 @@ namespace {
 
 using namespace sundials;
 
-/// Share of ImplicitOptions::relative_tolerance that a step may err by. The errors of CVODE's many
-/// short steps of order 2 add up to more than those of RODAS5 and ARKODE with the same tolerance;
-/// with a hundredth b1 and b2 are as accurate (docs/performance.md).
+/// Allowed error of a step relative to ImplicitOptions::relative_tolerance. With equal tolerances
+/// the errors of CVODE's many short steps of order 2 add up to more than those of RODAS5 and
+/// ARKODE; with a hundredth, b1 and b2 are as accurate (docs/performance.md).
 double error_share(SundialsSolver solver) {
     return solver == SundialsSolver::Arkode ? 1.0 : 0.01;
 }
 
-/// The error of a method in the bonds' histories and geometry shows in the positions too, that of
-/// an unfinished Newton iteration does not, and it stays: it is a wrong shape at rest, or a bond
-/// that no longer ends at its spheres. These states must therefore count.
+/// Method errors in the bonds' histories and geometry also appear in the positions. Errors of an
+/// unfinished Newton iteration do not, and they persist as a wrong shape at rest, or as a bond that
+/// no longer ends at its spheres. These states therefore need a weight.
 ErrorShares counted_errors(double rate_weight) {
     return {.rates = rate_weight, .histories = std::max(rate_weight, 0.01), .geometry = 1.0};
 }
@@ -43,7 +43,7 @@ class ChainEquations final : public Equations {
                    double tolerance, double rate_weight)
         : chain_(chain), newton_(chain),
           weights_(error_weights(chain.layout(), scales, tolerance, counted_errors(rate_weight))) {
-        // SUNDIALS takes the mean of the squares where error_weights() means their sum.
+        // SUNDIALS takes the mean of the squares, error_weights() their sum.
         const double root = std::sqrt(static_cast<double>(weights_.size()));
         for (double& weight : weights_)
             weight *= root;

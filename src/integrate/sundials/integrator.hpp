@@ -26,13 +26,13 @@ enum class SundialsSolver {
 /// Version of the SUNDIALS that this program is linked with.
 [[nodiscard]] std::string sundials_version();
 
-/// Owns everything that SUNDIALS needs for chains of one layout: context, vectors, matrix, linear
-/// solver and integrator. One object serves any number of chains, one after the other, and the
-/// result of each does not depend on those before, bit for bit.
+/// Owns all objects that SUNDIALS needs for chains of one layout: context, vectors, matrix, linear
+/// solver and integrator. One object integrates any number of chains, one after the other; each
+/// result is bit for bit independent of the preceding ones.
 template <int Dim>
 class SundialsIntegrator {
   public:
-    /// `arkode_table`: name of one of ARKODE's Butcher tables in place of the usual one. Throws
+    /// `arkode_table`: name of one of ARKODE's Butcher tables instead of the default. Throws
     /// core::NumericalError(SolverFailed).
     SundialsIntegrator(const physics::ChainLayout<Dim>& layout, SundialsSolver solver,
                        const std::string& arkode_table = {});
@@ -54,7 +54,7 @@ class SundialsIntegrator {
     std::unique_ptr<Memory> memory_;
 };
 
-/// One integrator for each solver and layout of a chain, made when it is first asked for.
+/// One integrator for each solver and layout of a chain, created at its first use.
 class SundialsIntegrators {
   public:
     /// Throws core::NumericalError(SolverFailed).

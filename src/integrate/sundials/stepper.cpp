@@ -71,11 +71,11 @@ constexpr const char* arkode_table = "ARKODE_ESDIRK436L2SA_6_3_4";
 /// ARKODE's number of the predictor that extrapolates the last step's interpolant at full order.
 /// Without it the simplified Newton iteration, and not accuracy, limits the step.
 constexpr int full_order_predictor = 1;
-/// Newton's iteration may err by this share of the step's allowed error. With ARKODE's default of
-/// 0.1 the iteration, and not the method, determines the error of b1.
+/// Allowed error of Newton's iteration relative to that of the step. With ARKODE's default of 0.1
+/// the iteration, and not the method, determines the error of b1.
 constexpr double newton_share = 0.01;
-/// BDF of order 3 and more are unstable for vibrations that are hardly damped: with them the high
-/// modes of a stem of low damping limit the step to a fraction of their own period.
+/// BDF of order 3 and more are unstable for weakly damped vibrations: the high modes of a stem with
+/// low damping would limit the step to a fraction of their periods.
 constexpr int largest_bdf_order = 2;
 
 void check(int flag, const char* call) {
@@ -170,11 +170,11 @@ std::string Stepper::flag_name(int flag) const {
 
 namespace {
 
-constexpr int shorter_step = 1; ///< SUNDIALS' code of a failure that a shorter step may mend
+constexpr int shorter_step = 1; ///< SUNDIALS' code of a failure for which a shorter step may help
 constexpr int give_up = -1;
 
 bool all_finite(std::span<const double> numbers) {
-    double sum = 0.0; // x − x is 0 for every number and NaN for what is none
+    double sum = 0.0; // x − x is 0 for every finite x, else NaN
     for (const double number : numbers)
         sum += number - number;
     return sum == 0.0;
@@ -230,7 +230,7 @@ void map(N_Vector x, N_Vector y, N_Vector z, F&& f) {
     const double* const other = data(y);
     double* const to = data(z);
     const std::size_t size = size_of(z);
-#pragma GCC ivdep // every number depends on those at its own place only
+#pragma GCC ivdep // every number depends only on those with the same index
     for (std::size_t k = 0; k < size; ++k)
         to[k] = f(from[k], other[k]);
 }
@@ -266,7 +266,7 @@ void linear_sum(Real a, N_Vector x, Real b, N_Vector y, N_Vector z) {
     map(x, y, z, [a, b](double p, double q) { return a * p + b * q; });
 }
 
-/// z = Σ c_i X_i; X_0 may be z. In one pass, as reading the vectors is what takes the time.
+/// z = Σ c_i X_i; X_0 may be z. One pass, because reading the vectors takes the time.
 int linear_combination(int count, Real* c, N_Vector* vectors, N_Vector z) {
     if (count == 1) {
         map(vectors[0], z, [factor = c[0]](double p) { return factor * p; });

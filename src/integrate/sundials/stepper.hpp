@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ARKODE and CVODE as one class: equations in, one step at a time out; and what SUNDIALS asks for:
-// vectors, the Newton matrix with its solver, and callbacks.
+// ARKODE and CVODE as one class that advances equations step by step, and the objects that SUNDIALS
+// requires: vectors, the Newton matrix with its solver, and callbacks.
 #pragma once
 
 #include "integrate/solve_summary.hpp"
@@ -18,7 +18,7 @@
 
 namespace culm::integrate::sundials {
 
-/// What an integrator asks of a chain. Arrays are in the chain's state layout.
+/// The functions of a chain that an integrator calls. Arrays are in the chain's state layout.
 class Equations {
   public:
     Equations() = default;
@@ -38,8 +38,8 @@ class Equations {
     [[nodiscard]] virtual std::span<const double> weights() const = 0;
 };
 
-/// What SUNDIALS hands back to its callbacks. Exceptions must not pass through SUNDIALS: they wait
-/// here.
+/// The data that SUNDIALS passes to its callbacks. Exceptions must not pass through SUNDIALS: they
+/// are stored here.
 struct CallbackData {
     Equations* equations = nullptr; ///< of the case being integrated
     SolveSummary work;              ///< evaluations, factorisations and solves are counted here
@@ -48,7 +48,7 @@ struct CallbackData {
 
 /// Callback: the rate of `state`. Positive: try a shorter step; negative: give up.
 int evaluate_rate(double time, N_Vector state, N_Vector rate, void* callback_data);
-/// Callback: I − γJ, with the Jacobian at hand if that is usable, else with a new one.
+/// Callback: I − γJ, with the current Jacobian if it is usable, else with a new one.
 int set_up_newton(double time, N_Vector state, Boolean jacobian_is_usable, Boolean* jacobian_is_new,
                   double gamma, void* callback_data);
 /// Callback: the weights of the errors.
@@ -66,15 +66,15 @@ using LinearSolver =
 /// The numbers of a vector that make_vector() made, or of a clone of one.
 [[nodiscard]] std::span<double> values(N_Vector vector);
 
-/// A SUNMatrix that stands for I − γJ of a chain. It holds no numbers itself: the equations do,
-/// whose factorisation set_up_newton() asks for.
+/// A SUNMatrix that represents I − γJ of a chain. It contains no numbers: set_up_newton() calls the
+/// equations to factorise the matrix.
 [[nodiscard]] Matrix newton_matrix(SUNContext context);
 
-/// The direct solver for newton_matrix(): the factorisation is made with the matrix, so that only
-/// the solve remains. `data` must outlive it.
+/// The direct solver for newton_matrix(). It only solves, because set_up_newton() has factorised
+/// the matrix. `data` must outlive it.
 [[nodiscard]] LinearSolver newton_solver(CallbackData& data, SUNContext context);
 
-/// Those functions of ARKODE and CVODE that differ in their names only.
+/// The functions of ARKODE and CVODE that differ only in their names.
 struct SteppingFunctions;
 
 /// The bounds of one case's steps, s.
@@ -83,16 +83,16 @@ struct StepBounds {
     double longest = 0.0; ///< infinite if unbounded
 };
 
-/// How a step of SUNDIALS ended: its flag, and where it is now.
+/// The end of a step of SUNDIALS: its flag and time.
 struct StepEnd {
     int flag = 0;      ///< negative: it failed
     double time = 0.0; ///< s
 };
 
-/// What a stepper is made of; everything must outlive it.
+/// The objects that a stepper uses; they must outlive it.
 struct StepperParts {
     SUNContext context;
-    N_Vector state; ///< any one of the right size
+    N_Vector state; ///< any vector of the right size
     SUNMatrix matrix;
     SUNLinearSolver solver;
     CallbackData& data;
@@ -102,7 +102,7 @@ struct StepperParts {
 class Stepper {
   public:
     /// ARKODE's diagonally implicit Runge-Kutta methods; `table` is the name of a Butcher table, or
-    /// empty for the one of choice. Throws core::NumericalError(SolverFailed), as restart() does.
+    /// empty for the default. Throws core::NumericalError(SolverFailed), as restart() does.
     [[nodiscard]] static Stepper arkode(const StepperParts& parts, const std::string& table);
     /// CVODE's backward differentiation formulas.
     [[nodiscard]] static Stepper cvode(const StepperParts& parts);

@@ -35,7 +35,7 @@ std::string without_spaces(std::string_view text) {
     return result;
 }
 
-/// "h=14mm" taken apart.
+/// The parts of "h=14mm".
 struct HeightName {
     std::string number;
     std::string unit;
@@ -115,7 +115,7 @@ void check_height(const std::string& name, const DeflectionHeader& header, std::
     const double height = header.heights.back();
     if (height < 0.0)
         faults.add(line, fmt::format("column \"{}\" lies below the clamp", name));
-    // A mark at the very tip may differ from the length by a rounding of the print.
+    // The height of a mark at the tip may differ from the length by a rounding error.
     if (height > stem.length * (1.0 + 1e-9))
         faults.add(line, fmt::format("column \"{}\" lies above the stem, which is {} mm long", name,
                                      core::decimal_text(stem.length, 3)));
@@ -125,7 +125,7 @@ void check_height(const std::string& name, const DeflectionHeader& header, std::
                                      first - header.heights.begin() + 2));
 }
 
-/// The whole line in one cell, or another separator in the first one.
+/// True if the whole line is in one cell, or if the first cell contains another separator.
 bool has_other_delimiter(const DelimitedLine& line, core::FileFaults& faults) {
     const std::string& first = line.cells.front();
     if (first.starts_with("sep=")) {
@@ -149,8 +149,8 @@ bool has_other_delimiter(const DelimitedLine& line, core::FileFaults& faults) {
     return false;
 }
 
-/// Reads "time_s,h=<height><unit>,…", unit mm or m, the same in all columns, which is the unit of
-/// the deflections as well. Records what is wrong; the result is only complete if nothing was.
+/// Reads "time_s,h=<height><unit>,…". The unit, mm or m, is the same in all columns and applies to
+/// the deflections too. Records faults; the result is complete only if there are none.
 DeflectionHeader read_deflection_header(const DelimitedLine& line, const MeasuredStem& stem,
                                         core::FileFaults& faults) {
     DeflectionHeader header;
@@ -192,7 +192,7 @@ bool is_gap(const std::string& cell) {
     return cell.empty() || cell == "nan" || cell == "NaN" || cell == "NAN";
 }
 
-/// Checks the number of cells of a line; says when decimal commas made two cells of each number.
+/// Checks the number of cells of a line; mentions decimal commas if they split the numbers.
 bool has_right_length(const DelimitedLine& line, std::size_t columns,
                       const DeflectionHeader& header, core::FileFaults& faults) {
     if (line.cells.size() == columns || line.cells.size() == columns + header.unnamed)
@@ -225,7 +225,7 @@ void read_time(const DelimitedLine& line, Measurement& measurement, core::FileFa
     measurement.times.push_back(*time);
 }
 
-/// A deflection beyond what a stem clamped at one end can do hints at a wrong unit.
+/// A deflection that exceeds the stem's length indicates a wrong unit.
 double read_deflection(const DelimitedLine& line, std::size_t column, int power,
                        const MeasuredStem& stem, core::FileFaults& faults) {
     const std::string& cell = line.cells[column];
@@ -257,8 +257,8 @@ void read_line(const DelimitedLine& line, const DeflectionHeader& header, Measur
     for (std::size_t i = 1; i < columns; ++i) {
         const double value =
             read_deflection(line, i, header.power_of_ten, measurement.stem, faults);
-        // A line without a valid time adds no row, so that the arrays keep their shape; its cells
-        // are checked all the same.
+        // A line without a valid time adds no row, so that the arrays keep their shape. Its cells
+        // are checked nevertheless.
         if (measurement.times.size() > before)
             measurement.deflections.push_back(value);
     }
@@ -272,8 +272,8 @@ double median_step(const std::vector<double>& times) {
     return steps[steps.size() / 2];
 }
 
-/// Milliseconds or frame numbers instead of seconds are faults; any other disagreement with the
-/// camera's rate is a remark, for the times of the table count.
+/// Milliseconds or frame numbers instead of seconds are faults. Any other disagreement with the
+/// camera's rate is a remark, because the times of the table are used.
 void check_frame_rate(Measurement& measurement, core::FileFaults& faults) {
     if (!measurement.frames_per_second || measurement.times.size() < 3)
         return;
@@ -345,7 +345,7 @@ void read_deflection_file(const std::filesystem::path& file, Measurement& measur
         faults.add(0, "there is no header: the first line must be \"time_s,h=<height>mm,...\"");
     faults.throw_if_any();
     const DeflectionHeader header = read_deflection_header(lines.front(), measurement.stem, faults);
-    // Without its header nothing can be said of a line.
+    // Lines cannot be checked without a header.
     faults.throw_if_any();
     measurement.heights = header.heights;
     for (std::size_t i = 1; i < lines.size(); ++i)

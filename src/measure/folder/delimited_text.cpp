@@ -40,7 +40,7 @@ std::vector<std::string> split_line(std::string_view line, char delimiter) {
     };
     for (std::size_t i = 0; i < line.size(); ++i) {
         const char c = line[i];
-        // RFC 4180: a quote opens a cell only at its beginning, and two of them inside are one.
+        // RFC 4180: a quote opens a cell only at its start; a doubled quote inside is one.
         if (c == '"' && (is_quoted || trimmed(cell).empty())) {
             if (is_quoted && i + 1 < line.size() && line[i + 1] == '"')
                 cell += line[++i];
@@ -87,9 +87,9 @@ bool looks_like_date(std::string_view cell) {
            (count_of('-') >= 2 && lower.front() != '-');
 }
 
-/// The number at the beginning of a cell and what follows it.
+/// The length of the number at the beginning of a cell.
 std::size_t length_of_number(std::string_view cell) {
-    // From the longest on: "1e3 mm" begins with the number 1e3 and not with 1.
+    // The longest prefix first: "1e3 mm" begins with the number 1e3 and not with 1.
     for (std::size_t length = cell.size(); length > 0; --length)
         if (core::parse_decimal(trimmed(cell.substr(0, length))))
             return length;
@@ -125,7 +125,7 @@ std::vector<DelimitedLine> split_table(std::string_view text, char delimiter) {
         const std::size_t end = text.find_first_of("\r\n");
         const std::string_view line = text.substr(0, end);
         std::size_t next = end == std::string_view::npos ? text.size() : end + 1;
-        // A carriage return alone ends a line too, as some instruments write it.
+        // A single carriage return also ends a line, because some instruments write it.
         if (end != std::string_view::npos && text.substr(end, 2) == "\r\n")
             ++next;
         text.remove_prefix(next);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One measured stem: what is known of it, and the deflections that a camera or markers saw.
+// One measured stem: its known properties, and its deflections seen by a camera or markers.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ struct RectangularSection {
     double height = 0.0; ///< in the direction of the motion, m
 };
 
-/// Any other section, by what bending needs of it.
+/// Any other section, given by its bending properties.
 struct GeneralSection {
     double area = 0.0;          ///< m²
     double second_moment = 0.0; ///< for bending in the plane of motion, m⁴
@@ -48,7 +48,7 @@ struct MeasuredStem {
     double length = 0.0; ///< free length from the clamp to the tip, m
     Section section = CircularSection{};
     double density = 0.0;                 ///< kg/m³; see mass_per_length
-    std::optional<double> poissons_ratio; ///< empty: not known, the model's default counts
+    std::optional<double> poissons_ratio; ///< empty: unknown, the model's default is used
     std::optional<int> spheres;           ///< wanted in the chain; empty: free to choose
     std::vector<AddedMass> added_masses;  ///< by height
 };
@@ -61,18 +61,18 @@ struct MeasuredStem {
 /// How the motion began.
 enum class ReleaseKind {
     TipPull,      ///< the tip was pulled aside
-    HeldStraight, ///< held in line with the clamp: gravity does the rest
+    HeldStraight, ///< held in line with the clamp: gravity bends it
     Moving        ///< not recorded: the record begins while the stem swings
 };
 
-/// Direction that gravity has relative to the stem; whether it acts is for the model to say.
+/// Direction of gravity relative to the stem; the model decides whether it acts.
 enum class GravityDirection {
     None,
     Axial,     ///< along the stem, toward the clamp (the stem stands upright)
     Transverse ///< in the plane of motion, toward positive deflection
 };
 
-/// What a column of the table follows.
+/// The point that a column of the table follows.
 enum class Reading {
     Row,     ///< a fixed image row: the stem's material slides through it
     Material ///< a mark on the stem: its height is that along the undeformed stem
@@ -92,12 +92,12 @@ struct StatedUncertainties {
     std::optional<double> frames_per_second; ///< relative
     std::optional<double> scale;             ///< relative, of deflections and heights together
     std::optional<double> clamp;             ///< of the height of the clamp in the picture, m
-    /// Of what the readings of one row are off by as it follows from their place in the picture (a
-    /// lens, uneven light): alike in all frames and smooth over the swing, m.
+    /// Error of the readings of one row that depends on its position in the picture (a lens, uneven
+    /// light): equal in all frames and smooth over the swing, m.
     std::optional<double> row;
 };
 
-/// Heights of one measurement. Far beyond what a camera resolves: a bound for damaged files.
+/// Largest number of heights. It exceeds any camera's resolution and limits damaged files.
 inline constexpr std::size_t most_heights = 10000;
 
 /// A measurement folder in memory; SI units, heights ascending.
@@ -107,19 +107,19 @@ struct Measurement {
     GravityDirection gravity_direction = GravityDirection::None;
     Reading reading = Reading::Row;
     double start =
-        0.0; ///< of a moving release, on the table's clock, s: what came before is left out
-    std::optional<double> hold_time;         ///< for which the stem was held before the release, s
+        0.0; ///< of a moving release, on the table's clock, s: earlier frames are left out
+    std::optional<double> hold_time;         ///< duration of the hold before the release, s
     std::optional<double> frames_per_second; ///< of the camera
     std::optional<double> noise;             ///< standard deviation of one reading, m
     std::vector<double> noise_by_height;     ///< the same per height, m; empty: not known
-    /// Of a reading's error with that in the next frame. It counts where a record is too short to
-    /// tell it.
+    /// Correlation between the errors of a reading in consecutive frames. It is used if a record is
+    /// too short to determine it.
     std::optional<double> noise_correlation;
     StatedUncertainties uncertainties;
     std::string specimen; ///< recordings of one specimen share its material; empty: not stated
     std::string rig;      ///< recordings on one rig share its clamp, camera and air; empty: none
     std::optional<double> exposure; ///< of a frame, s
-    /// Of a rolling shutter, between two rows, s; negative if it reads from the tip to the clamp.
+    /// Of a rolling shutter: time between two rows, s; negative if it reads from tip to clamp.
     std::optional<double> row_time;
     std::optional<double> row_height; ///< of an image row on the stem, m
     std::string noise_source; ///< where the noise comes from, for example "40 frames at rest"
@@ -128,10 +128,10 @@ struct Measurement {
                                  ///< that is moving
     std::vector<double> heights; ///< above the clamp, m, strictly ascending
     std::vector<double> deflections; ///< (times, heights) row-major, m; NaN where nothing was seen
-    /// Standard uncertainty of each reading, (times, heights), m; empty: that of its height counts.
+    /// Standard uncertainty of each reading, (times, heights), m; empty: as noise_at().
     std::vector<double> reading_uncertainties;
 
-    /// What the reader thinks a person should know, one sentence each; not written to files.
+    /// Remarks of the reader for the user, one sentence each; not written to files.
     std::vector<std::string> remarks;
 
     [[nodiscard]] double deflection(std::size_t time, std::size_t height) const {

@@ -35,7 +35,7 @@ bool ascends_strictly(const Range& values) {
            values.end();
 }
 
-/// Sizes and order; ranges of single numbers are judged by the reader, which sees the files next.
+/// Checks sizes and order; the reader, which sees the files next, checks the ranges of numbers.
 void check(const fs::path& folder, const Measurement& measurement) {
     const auto refuse = [&](const std::string& text) {
         throw core::InputError(
@@ -61,7 +61,7 @@ void check(const fs::path& folder, const Measurement& measurement) {
         refuse("a deflection is infinite");
 }
 
-/// From a table with the times and heights of deflection.csv.
+/// Reads a table with the times and heights of deflection.csv.
 void read_uncertainties(const fs::path& file, Measurement& measurement) {
     Measurement table = measurement;
     table.times.clear();
@@ -85,7 +85,7 @@ void read_uncertainties(const fs::path& file, Measurement& measurement) {
     measurement.reading_uncertainties = std::move(table.deflections);
 }
 
-/// Leaves out what came before the start, which becomes time 0.
+/// Removes the frames before the start, which becomes time 0.
 void begin_at_start(const fs::path& folder, Measurement& measurement) {
     const auto first = std::ranges::lower_bound(measurement.times, measurement.start);
     const auto before = first - measurement.times.begin();

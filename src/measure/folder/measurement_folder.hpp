@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The measurement folder: stem.toml and deflection.csv, and uncertainty.csv if each reading has its
-// own.
+// own uncertainty.
 #pragma once
 
 #include "measure/folder/measurement.hpp"
@@ -15,19 +15,19 @@ inline constexpr const char* stem_file_name = "stem.toml";
 inline constexpr const char* deflection_file_name = "deflection.csv";
 inline constexpr const char* uncertainty_file_name = "uncertainty.csv";
 
-/// Reads FOLDER/stem.toml, FOLDER/deflection.csv and, if it is there, FOLDER/uncertainty.csv, which
-/// has the same times and heights (format: docs/measurements.md). Throws
-/// core::InputError with every fault found: file, line, value, what is allowed, and what a
-/// spreadsheet probably did.
+/// Reads FOLDER/stem.toml, FOLDER/deflection.csv and, if it exists, FOLDER/uncertainty.csv, which
+/// has the same times and heights (format: docs/measurements.md). Throws core::InputError with
+/// every fault found: file, line, value, the allowed values, and the probable action of a
+/// spreadsheet.
 [[nodiscard]] Measurement read_measurement(const std::filesystem::path& folder);
 
-/// Writes the files, creating the folder; reading them gives the same numbers bit for bit. Throws
-/// core::InputError if the measurement is not one that the reader would accept,
-/// core::StorageError if a file cannot be written.
+/// Writes the files and creates the folder; reading them gives the same numbers bit for bit. Throws
+/// core::InputError if the reader would not accept the measurement, core::StorageError if a file
+/// cannot be written.
 void write_measurement(const std::filesystem::path& folder, const Measurement& measurement);
 
-/// The measurement folders that a path names: itself if it holds deflection.csv, else the folders
-/// directly inside it that do, by name. Throws core::InputError if there is none.
+/// The measurement folders that a path names: the path itself if it contains deflection.csv, else
+/// the folders directly inside it that do, by name. Throws core::InputError if there are none.
 [[nodiscard]] std::vector<std::filesystem::path>
 find_measurements(const std::filesystem::path& path);
 
@@ -37,8 +37,8 @@ struct MeasurementSet {
     std::vector<std::filesystem::path> folders;
 };
 
-/// All measurements that the paths name, as find_measurements does. Throws core::InputError with
-/// the faults of all of them at once.
+/// All measurements that the paths name, as find_measurements() finds them. Throws core::InputError
+/// with the faults of all of them together.
 [[nodiscard]] MeasurementSet read_measurements(const std::vector<std::string>& paths);
 
 } // namespace culm::measure

@@ -9,10 +9,10 @@ namespace culm::measure {
 
 namespace {
 
-// The four neighbours lie two on each side of the place, except in the first and last interval: an
+// The four neighbours are two on each side of the point, except in the first and last interval: an
 // interpolating cubic is most accurate between its middle nodes.
 
-/// First of the `points` neighbours of which `above` is the first at or beyond the place.
+/// First of the `points` neighbours of a point; `above` is the first node at or beyond it.
 std::size_t first_of_stencil(std::size_t above, std::size_t points, std::size_t count) {
     const std::size_t centred = above >= 2 ? above - 2 : 0;
     return std::min(centred, count - points);
@@ -79,7 +79,7 @@ double deflection_in_row(std::span<const double> positions, int dimensions, doub
         ++above;
     const std::size_t spheres = std::min<std::size_t>(4, count);
     const std::size_t first = first_of_stencil(above, spheres, count);
-    // The nodes are where the spheres are now: the row is fixed, the material is not.
+    // The nodes are the spheres' current heights: the row is fixed, the material is not.
     std::array<double, 4> nodes{};
     for (std::size_t k = 0; k < spheres; ++k)
         nodes[k] = positions[(first + k) * stride];
@@ -98,7 +98,7 @@ double deflection_of_mark(std::span<const double> positions, int dimensions, dou
         std::clamp(static_cast<std::size_t>(std::ceil(place)), std::size_t{1}, count - 1);
     const std::size_t spheres = std::min<std::size_t>(4, count);
     const std::size_t first = first_of_stencil(above, spheres, count);
-    // The nodes are the spheres' places along the undeformed stem, in bonds.
+    // The nodes are the spheres' positions along the undeformed stem, in bonds.
     std::array<double, 4> nodes{};
     for (std::size_t k = 0; k < spheres; ++k)
         nodes[k] = static_cast<double>(first + k);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a measurement would have read of a simulated chain: the curve through its spheres at the
-// heights and times of the measurement.
+// Predicted readings of a simulated chain: the curve through its spheres, at the heights and times
+// of the measurement.
 #pragma once
 
 #include <array>
@@ -20,16 +20,16 @@ namespace culm::measure {
 [[nodiscard]] double deflection_in_row(std::span<const double> positions, int dimensions,
                                        double height);
 
-/// The deflection, m, of a mark on the material at `height` along the undeformed stem of which
-/// neighbouring centres are `bond_length` apart (m); it does not depend on the axial positions. NaN
-/// off the chain; half a bond beyond the tip's centre still belongs to the chain, for a mark at the
-/// very tip must not be lost to rounding.
+/// The deflection, m, of a mark on the material at `height` along the undeformed stem, whose
+/// neighbouring centres are `bond_length` apart (m). It does not depend on the axial positions. NaN
+/// outside the chain. The chain includes half a bond beyond the tip's centre, so that rounding does
+/// not exclude a mark at the tip.
 [[nodiscard]] double deflection_of_mark(std::span<const double> positions, int dimensions,
                                         double bond_length, double height);
 
-/// How a value at one time follows from samples: a cubic through four of them in time. Its error is
-/// at most 3/128 Δt⁴ |y''''| (1/24 in the first and last interval), Δt the distance of the samples:
-/// 5e-8 of the amplitude for 60 Hz and Δt = 0.1 ms.
+/// Interpolation of a value at one time from samples: a cubic through four of them in time. Its
+/// error is at most 3/128 Δt⁴ |y''''| (1/24 in the first and last interval), Δt the sample
+/// interval: 5e-8 of the amplitude for 60 Hz and Δt = 0.1 ms.
 struct TimeStencil {
     std::size_t first = 0;
     std::size_t samples = 0; ///< 0: the time lies after the last sample
@@ -44,9 +44,9 @@ struct TimeStencil {
                               std::size_t j) const;
 };
 
-/// `sample_times` ascend strictly. Before the first sample the stem is held, so the value is that
-/// of the first sample and its rate 0; the cubic never reaches across the first sample, at which
-/// the acceleration jumps. An excess over the last sample of 1e-9 of the record counts as rounding.
+/// `sample_times` ascend strictly. Before the first sample the stem is held: the value is that of
+/// the first sample and the rate is 0. The cubic never spans the first sample, where the
+/// acceleration jumps. An excess over the last sample of 1e-9 of the record is rounding.
 [[nodiscard]] TimeStencil time_stencil(std::span<const double> sample_times, double time);
 
 } // namespace culm::measure

@@ -14,7 +14,7 @@ namespace culm::measure {
 
 namespace {
 
-// Widths of what may lie on a bench, m; a length in the wrong unit falls outside or near the ends.
+// Limits of laboratory dimensions, m; a length in a wrong unit is outside or near the ends.
 constexpr core::Interval stem_length{1e-3, 100.0};
 constexpr core::Interval stem_width{1e-5, 10.0};
 constexpr core::Interval densities{1e-3, 1e5}; // kg/m³
@@ -29,7 +29,7 @@ std::vector<std::string> words(const std::array<std::string_view, N>& names) {
 }
 
 /// A quantity's standard uncertainty in SI units, in one of three forms (JCGM 100 and 101): u
-/// itself, an expanded one U = k u, or limits ±a of which nothing more is known, u = a/√3.
+/// itself, an expanded uncertainty U = k u, or limits ±a without further knowledge, u = a/√3.
 std::optional<double> read_uncertainty(const core::TomlTable& table, const std::string& name,
                                        const core::KeyUnit& unit, double value, double largest) {
     const std::string limits_name = name + "_limits";
@@ -46,7 +46,7 @@ std::optional<double> read_uncertainty(const core::TomlTable& table, const std::
         table.numbers(limits_key, {0.0, core::with_point_moved(largest, -power)});
     if (int(table.has(key)) + int(table.has(expanded_key)) + int(table.has(limits_key)) > 1) {
         table.fault(table.has(limits_key) ? limits_key : expanded_key,
-                    fmt::format("stands beside {}: one of them is enough",
+                    fmt::format("is given in addition to {}: one of them is enough",
                                 table.has(key) ? key : expanded_key));
         return std::nullopt;
     }
@@ -54,7 +54,7 @@ std::optional<double> read_uncertainty(const core::TomlTable& table, const std::
         return standard;
     if (expanded) {
         table.missing("coverage_factor",
-                      fmt::format("{} is so many standard uncertainties", expanded_key));
+                      fmt::format("ratio of {} to the standard uncertainty", expanded_key));
         return *expanded / factor.value_or(1.0);
     }
     if (limits.empty())
@@ -119,7 +119,7 @@ void read_round_section(const core::TomlTable& table, bool has_other_section, Me
     const std::string wall_key = table.key_of("wall", core::length_unit);
     if (has_other_section) {
         static_cast<void>(table.length("diameter", stem_width));
-        // The diameter of a round stem or a section, not both: which would count?
+        // The diameter of a round stem or a section, not both.
         for (const std::string& key : {table.key_of("diameter", core::length_unit), wall_key})
             if (table.has(key))
                 table.fault(key, "the file also has a [section]: remove one of them");
@@ -223,8 +223,8 @@ void read_measurement_table(const core::TomlTable& table, Measurement& measureme
     measurement.hold_time = table.number("hold_time_s", longest_hold);
 }
 
-/// Whether a number of the file, which the TOML parser rounds to a double before its point is
-/// moved, gives this value bit for bit. A computed value may need SI units.
+/// Does a number of the file give this value bit for bit? The TOML parser rounds it to a double
+/// before its point is moved. A computed value may need SI units.
 bool survives(double value, const core::KeyUnit& unit) {
     const double parsed =
         core::parse_decimal(core::decimal_text(value, -unit.power_of_ten)).value_or(0.0);
@@ -239,7 +239,7 @@ std::string line(const std::string& name, double value,
     return fmt::format("{}_{} = {}\n", name, unit.si, core::decimal_text(value));
 }
 
-/// With the zeros at the end of a mass, which say how well it is known.
+/// Keeps the trailing zeros of a mass, which state its precision.
 std::string mass_line(const AddedMass& added) {
     std::string text = line("mass", added.mass, core::mass_unit);
     if (added.mass_last_digit <= 0.0 || !survives(added.mass, core::mass_unit))

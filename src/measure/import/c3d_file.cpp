@@ -35,7 +35,7 @@ class C3dBytes {
     void set_processor(C3dProcessor processor) { processor_ = processor; }
     [[nodiscard]] std::size_t size() const { return content_.size(); }
 
-    /// Each throws core::InputError where the file ends before the number does.
+    /// Each throws core::InputError if the file ends before the end of the number.
     [[nodiscard]] std::uint8_t byte(std::size_t offset) const;
     [[nodiscard]] int signed_byte(std::size_t offset) const;
     [[nodiscard]] std::uint16_t word(std::size_t offset) const;
@@ -117,11 +117,11 @@ std::string capitals(std::string text) {
     return text;
 }
 
-/// The header of the section counts its blocks of 512 bytes in one byte. Some programs write a
-/// wrong count there, so the largest one bounds the section.
+/// The section's header counts its blocks of 512 bytes in one byte. Some programs write a wrong
+/// count, so the section is limited by the largest possible count.
 constexpr std::size_t largest_section = std::size_t{255} * 512;
 
-/// What precedes the content of a group or a parameter.
+/// Header of a group or a parameter.
 struct Entry {
     std::size_t begin = 0;
     std::size_t name_length = 0;
@@ -142,8 +142,8 @@ Entry read_entry(const C3dBytes& bytes, std::size_t at) {
 }
 
 /// Product of the dimensions. Elements of `size` bytes that do not fit into the entry's `room`
-/// bytes are refused before they are read: if entries overlapped, the memory they need would grow
-/// with the square of the file's size.
+/// bytes are refused before they are read; overlapping entries would need memory proportional to
+/// the square of the file's size.
 std::size_t element_count(const C3dBytes& bytes, const Entry& entry,
                           const std::vector<std::size_t>& dimensions, std::size_t size,
                           std::size_t room) {
@@ -163,7 +163,7 @@ std::size_t element_count(const C3dBytes& bytes, const Entry& entry,
 
 std::vector<std::string> read_texts(const C3dBytes& bytes, const Entry& entry, std::size_t at,
                                     const std::vector<std::size_t>& dimensions, std::size_t room) {
-    // The first dimension is the length of each text; texts without letters are none.
+    // The first dimension is the length of each text; a length of 0 means no texts.
     const std::size_t length = dimensions.empty() ? 1 : dimensions.front();
     const std::size_t letters = element_count(bytes, entry, dimensions, 1, room);
     const std::size_t count = length == 0 ? 0 : letters / length;
@@ -234,7 +234,7 @@ C3dParameters read_c3d_parameters(C3dBytes& bytes, std::size_t begin) {
 
 constexpr std::size_t block = 512;
 
-/// Where the points lie and how they are coded.
+/// Position and coding of the points.
 struct PointLayout {
     std::size_t begin = 0;
     std::size_t markers = 0;
@@ -256,8 +256,8 @@ std::optional<double> number(const C3dParameters& parameters, const std::string&
     return found->second.numbers.front();
 }
 
-/// A number that counts something, from `key`; damaged and hostile files hold anything. The value
-/// is a double because the parameter may be stored as one.
+/// A whole number from `key`, which may be damaged or hostile. The value is a double because the
+/// parameter may be stored as one.
 std::size_t whole(const C3dBytes& bytes, const std::string& key, double value, double lowest,
                   double highest) {
     if (!(value >= lowest && value <= highest) || value != std::floor(value))
@@ -266,7 +266,7 @@ std::size_t whole(const C3dBytes& bytes, const std::string& key, double value, d
     return static_cast<std::size_t>(value);
 }
 
-/// A parameter, or what stands in its place in the header.
+/// A parameter, or the header field that replaces it.
 struct Stated {
     std::string key;
     double value = 0.0;
@@ -282,7 +282,7 @@ constexpr double most_frames = 1e9;
 constexpr std::size_t whole_blocks = core::largest_recording / block;
 constexpr double most_blocks = double(whole_blocks);
 
-/// The header counts frames in 16 bits; longer recordings say it in one of several places.
+/// The header counts frames in 16 bits; longer recordings use one of several parameters.
 Stated frame_count(const C3dBytes& bytes, const C3dParameters& parameters) {
     const std::size_t first = bytes.word(6);
     const std::size_t last = bytes.word(8);
@@ -293,7 +293,7 @@ Stated frame_count(const C3dBytes& bytes, const C3dParameters& parameters) {
         frames = {"POINT:FRAMES", *count};
     if (const auto count = number(parameters, "POINT:LONG_FRAMES"); count && *count > 0.0)
         frames = {"POINT:LONG_FRAMES", *count};
-    // TRIAL:ACTUAL_…_FIELD hold 32 bits in two words, low word first.
+    // TRIAL:ACTUAL_…_FIELD contain 32 bits in two words, low word first.
     const auto begin = parameters.find("TRIAL:ACTUAL_START_FIELD");
     const auto end = parameters.find("TRIAL:ACTUAL_END_FIELD");
     if (is_capped && begin != parameters.end() && end != parameters.end() &&

@@ -17,7 +17,7 @@ namespace culm::measure {
 namespace {
 
 constexpr core::Interval any_time{-1e9, 1e9};
-/// Columns or markers whose mean is one height.
+/// Largest number of columns or markers whose mean is one height.
 constexpr std::size_t most_names = 1000;
 
 /// "tip" and ["tip", "top"] are both lists of names. `key` is "markers" or "columns".

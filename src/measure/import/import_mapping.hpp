@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a foreign table or marker recording becomes a measurement: the mapping file of `culm import`.
+// The mapping file of `culm import`, which makes a measurement of a foreign table or recording.
 #pragma once
 
 #include "measure/folder/measurement.hpp"
@@ -16,7 +16,7 @@ namespace culm::measure {
 enum class ZeroDeflection {
     BeforeRelease, ///< the mean of the frames before the release: held straight
     AtRest,        ///< the mean of the last tenth of the record: pulled aside
-    AsGiven        ///< the source measures from the undeformed axis
+    AsGiven        ///< the source's deflections count from the undeformed axis
 };
 
 /// Unit of the time column.
@@ -42,18 +42,18 @@ struct ImportMapping {
 
     std::optional<int> power_of_ten; ///< of the unit of length; empty: as a C3D file says
     std::array<double, 3> axis{};    ///< unit vector of positive deflection, for markers
-    double sign = 1.0;               ///< −1 turns a table's deflections round
+    double sign = 1.0;               ///< −1 reverses a table's deflections
     ZeroDeflection zero = ZeroDeflection::AsGiven;
-    std::vector<std::string> clamp; ///< columns or markers whose motion is taken off
+    std::vector<std::string> clamp; ///< columns or markers whose motion is subtracted
     std::vector<MappedHeight> heights;
-    Measurement measurement; ///< what the mapping says of stem, camera and measurement
+    Measurement measurement; ///< the mapping's data on stem, camera and measurement
 
     [[nodiscard]] bool is_c3d() const;
 };
 
 /// Reads a mapping (format: docs/measurements.md); the source's path is relative to the mapping's
-/// folder. `source` (if not empty) replaces the one that the mapping names. Throws core::InputError
-/// with every fault.
+/// folder. `source`, if not empty, replaces the source named in the mapping. Throws
+/// core::InputError with every fault.
 [[nodiscard]] ImportMapping read_import_mapping(const std::filesystem::path& file,
                                                 const std::filesystem::path& source = {});
 

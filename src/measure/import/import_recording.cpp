@@ -17,8 +17,8 @@ namespace culm::measure {
 namespace {
 
 constexpr std::size_t fewest_frames_for_noise = 8;
-/// Of the scatter after the release: what held frames scatter by less is no swing that matters,
-/// whatever a tracker's errors in consecutive frames have in common.
+/// Frames that scatter by less than this share of the scatter after the release are held, even if
+/// the errors of a tracker are correlated.
 constexpr double swing_share = 0.05;
 /// Standard deviations of von Neumann's ratio: by chance one record in a million.
 constexpr double surely_correlated = 4.9;
@@ -28,7 +28,7 @@ constexpr double gap = std::numeric_limits<double>::quiet_NaN();
     throw core::InputError(fmt::format("{}: {}", mapping.source.string(), text));
 }
 
-/// Mean over the named series at each time; NaN where one of them has a gap, for the mean of the
+/// Mean over the named series at each time. NaN if one of them has a gap, because the mean of the
 /// others would jump.
 std::vector<double> mean_of(const RecordedSeries& series, const std::vector<std::string>& names) {
     std::vector<double> mean(series.times.size(), 0.0);
@@ -65,13 +65,13 @@ Level level_of(const std::vector<double>& values, std::size_t begin, std::size_t
 }
 
 /// Time between the last frame at rest, `held`, and the next one at which the travel begins, from
-/// the travel in the two frames after it.
+/// the travel in the next two frames.
 double release_between(const std::vector<double>& times, const std::vector<double>& travel,
                        std::size_t held) {
     if (held + 2 >= times.size())
         return times[held];
-    // Under a sudden force the travel grows as t², so its root is linear in time and crosses 0 at
-    // the release.
+    // Under a sudden force the travel grows as t², so its root is linear in time and is zero at the
+    // release.
     const double first = std::sqrt(std::abs(travel[held + 1]));
     const double second = std::sqrt(std::abs(travel[held + 2]));
     if (!(second > first))
@@ -103,7 +103,7 @@ double detected_release(const ImportMapping& mapping, const std::vector<double>&
     const auto moves =
         std::ranges::find_if(mean, [&](double value) { return std::abs(value) > 0.2 * largest; });
     auto index = static_cast<std::size_t>(moves - mean.begin());
-    // Back to the last frame that cannot be distinguished from those at rest.
+    // Steps back to the last frame that cannot be distinguished from those at rest.
     while (index > 0 && !(std::abs(mean[index]) <= 4.0 * held.deviation))
         --index;
     if (index == 0)
@@ -130,9 +130,9 @@ double zero_of(const ImportMapping& mapping, const std::vector<double>& history,
     return level.mean;
 }
 
-/// Does the stem move in the frames [0, release)? White noise has steps from frame to frame with
-/// twice its variance, a motion that the camera resolves has smaller ones (von Neumann 1941: the
-/// ratio of mean square step to variance is 2 ± 2/√n).
+/// Does the stem move in the frames [0, release)? White noise has steps between frames with twice
+/// its variance; a resolved motion has smaller steps (von Neumann 1941: the ratio of mean square
+/// step to variance is 2 ± 2/√n).
 bool moves_before(const std::vector<double>& history, std::size_t release) {
     const Level before = level_of(history, 0, release);
     const Level after = level_of(history, release, history.size());
@@ -150,7 +150,7 @@ bool moves_before(const std::vector<double>& history, std::size_t release) {
     return count > 0.0 && 2.0 - ratio > surely_correlated * 2.0 / std::sqrt(count);
 }
 
-/// Returns whether the frames before the release are of no use, and says so.
+/// Returns whether the frames before the release are unusable; if so, adds a remark.
 bool is_moving_before(const ImportMapping& mapping,
                       const std::vector<std::vector<double>>& histories, std::size_t release,
                       Measurement& measurement) {
@@ -163,7 +163,7 @@ bool is_moving_before(const ImportMapping& mapping,
         "estimated from these frames{}",
         release,
         mapping.zero == ZeroDeflection::BeforeRelease
-            ? ", and their mean is no zero: set zero = \"at_rest\" or \"as_given\""
+            ? ", and their mean is not a valid zero: set zero = \"at_rest\" or \"as_given\""
             : ""));
     return true;
 }
@@ -190,7 +190,7 @@ void estimate_noise(const std::vector<std::vector<double>>& histories, std::size
     measurement.noise_source = fmt::format("scatter of {} frames before the release", fewest);
 }
 
-/// To a whole nanosecond or nanometre: the digits beyond are rounding of the arithmetic.
+/// Rounds to a whole nanosecond or nanometre; further digits are rounding errors.
 double rounded(double value) {
     return std::round(value * 1e9) / 1e9;
 }
@@ -255,7 +255,7 @@ TimeGaps time_gaps(std::span<const double> times) {
     steps.reserve(times.size());
     for (std::size_t i = 1; i < times.size(); ++i)
         steps.push_back(times[i] - times[i - 1]);
-    const double usual = median(steps); // whatever a few gaps are
+    const double usual = median(steps); // a few gaps do not change it
     for (std::size_t i = 0; i < steps.size(); ++i) {
         if (!(steps[i] > 1.5 * usual))
             continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A foreign recording as a measurement.
+// Converts a foreign recording to a measurement.
 #pragma once
 
 #include "measure/folder/measurement.hpp"
@@ -10,16 +10,16 @@
 
 namespace culm::measure {
 
-/// Reads the mapping's source and makes a measurement of it: the mean over the columns or markers
-/// of each height, less the motion of the clamp's, from the zero that the mapping chooses, with t =
-/// 0 at the release. A release to be detected lies where the mean deflection leaves the level of
-/// the first frames for good; between two frames by the square root of the travel, which grows
-/// linearly in time under a sudden force. Where the mapping gives no noise it is the scatter about
-/// the mean before the release (at least 8 frames), and noise_source says so; frames in which
-/// the stem moves tell no noise, and a remark says that. Throws core::InputError.
+/// Reads the mapping's source and returns a measurement: the mean over the columns or markers of
+/// each height, less the motion of the clamp's, relative to the zero that the mapping chooses, with
+/// t = 0 at the release. A detected release is the time at which the mean deflection finally leaves
+/// the level of the first frames, interpolated between two frames by the root of the travel, which
+/// is linear in time under a sudden force. If the mapping states no noise, it is the scatter before
+/// the release (at least 8 frames), reported in noise_source. Frames in which the stem moves are
+/// not used for the noise; a remark reports them. Throws core::InputError.
 [[nodiscard]] Measurement import_recording(const ImportMapping& mapping);
 
-/// Where consecutive frames lie further apart than one and a half usual frames.
+/// Gaps between consecutive frames that are longer than one and a half usual frame times.
 struct TimeGaps {
     std::size_t count = 0;
     double longest = 0.0;          ///< s, from frame to frame

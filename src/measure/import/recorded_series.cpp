@@ -60,7 +60,7 @@ std::string_view without_lines(std::string_view text, std::size_t count) {
     return text;
 }
 
-/// Runs of spaces separate once.
+/// Replaces runs of spaces by one space.
 std::string with_single_spaces(std::string_view text) {
     std::string result;
     for (const char c : text)
@@ -81,7 +81,7 @@ std::size_t column_of(const std::string& file, const std::vector<std::string>& h
     refuse_name(file, "column", name, header);
 }
 
-/// One cell of a table; NaN and a fault if it is no number, NaN alone if it is empty.
+/// One cell of a table; NaN and a fault if it is not a number, only NaN if it is empty.
 double read_cell(const DelimitedLine& line, std::size_t column, int power, bool has_decimal_comma,
                  core::FileFaults& faults) {
     constexpr double gap = std::numeric_limits<double>::quiet_NaN();
@@ -146,7 +146,7 @@ RecordedSeries read_recorded_table(const ImportMapping& mapping) {
     for (const std::string& name : series.names)
         columns.push_back(column_of(file, header, name));
     series.values.resize(columns.size());
-    // A header of numbers is the first line of a table without a header.
+    // If the first line consists of numbers, the table has no header.
     const bool has_header = !core::parse_decimal(header[time_column]);
     for (std::size_t i = has_header ? 1 : 0; i < lines.size(); ++i) {
         DelimitedLine line = lines[i];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What foreign recordings hold: columns of tables, and markers of C3D files, the exchange format of
+// Series of foreign recordings: columns of tables, and markers of C3D files, the exchange format of
 // optical motion capture.
 #pragma once
 
@@ -29,7 +29,7 @@ struct RecordedSeries {
 /// first frame.
 [[nodiscard]] RecordedSeries read_recorded_markers(const ImportMapping& mapping);
 
-/// The 3-D points of a C3D file. Analog channels, events and force plates are left aside.
+/// The 3-D points of a C3D file, without analog channels, events and force plates.
 struct C3dTracks {
     double frames_per_second = 0.0;
     std::string unit;                ///< of the coordinates as the file says, for example "mm"
@@ -40,9 +40,9 @@ struct C3dTracks {
 };
 
 /// Reads a C3D file ("The C3D File Format", Motion Lab Systems, 2008): Intel, MIPS and DEC numbers,
-/// points as floats or as scaled integers, more than 65535 frames by POINT:LONG_FRAMES or
-/// POINT:FRAMES. No kept library for it is packaged for Debian 12, so the parts that a marker track
-/// needs are read here. Throws core::InputError with the place in the file that is wrong.
+/// points as floats or scaled integers, more than 65535 frames by POINT:LONG_FRAMES or
+/// POINT:FRAMES. Debian 12 has no package of a maintained library, so the required parts are read
+/// here. Throws core::InputError with the position of the fault in the file.
 [[nodiscard]] C3dTracks read_c3d(const std::filesystem::path& file);
 
 } // namespace culm::measure

@@ -38,7 +38,7 @@ cv::Point fine_point(double x, double y) {
 }
 
 void write_text(cv::Mat& picture, const std::string& text, cv::Point place, double scale = 0.4) {
-    // A dark outline first: the text must be readable on any picture.
+    // The dark outline makes the text readable on any picture.
     cv::putText(picture, text, place, cv::FONT_HERSHEY_SIMPLEX, scale, {0, 0, 0}, 3, cv::LINE_AA);
     cv::putText(picture, text, place, cv::FONT_HERSHEY_SIMPLEX, scale, ink(text_colour), 1,
                 cv::LINE_AA);
@@ -78,11 +78,11 @@ class FramePainter {
     }
 
   private:
-    /// Of a point in the upright picture; whole numbers are pixel centres before and after.
+    /// Position of a point of the upright picture; pixel centres are whole numbers in both.
     [[nodiscard]] cv::Point place(double column, double row) const {
         const PixelPoint point = in_frame({column, row}, track_.survey.frame_width,
                                           track_.survey.frame_height, track_.survey.view.up);
-        // cv::resize enlarges about the corner of the first pixel, coordinates count from its
+        // cv::resize enlarges about the corner of the first pixel; coordinates count from its
         // centre.
         return fine_point((point.column + 0.5) * enlargement_ - 0.5,
                           (point.row + 0.5) * enlargement_ - 0.5);
@@ -99,7 +99,7 @@ class FramePainter {
     double enlargement_;
 };
 
-/// Deflections over time, one line a height, from blue (low) to red (high).
+/// Deflections over time, one line per height, from blue (low) to red (high).
 cv::Mat paint_histories(const Measurement& measurement, int width) {
     cv::Mat plot(plot_height, width, CV_8UC3, ink(paper_colour));
     double largest = 0.0;
@@ -143,12 +143,12 @@ cv::Mat paint_histories(const Measurement& measurement, int width) {
     return plot;
 }
 
-/// Frames of the sheet: two before the release, the first swing closely, the rest evenly.
+/// Frames of the sheet: two before the release, six of the first swing, the others evenly spaced.
 std::vector<std::size_t> frames_of_sheet(const Track& track) {
     constexpr std::size_t count = std::size_t(columns) * std::size_t(rows);
     const std::size_t held = track.window.last_held;
     std::vector<std::size_t> chosen{track.first_kept, held};
-    // A wrong release or a lost axis shows in the first swing, so it gets six frames.
+    // A wrong release or a lost axis is visible in the first swing, so it gets six frames.
     const double period = 1.0 / track.window.cycles_per_frame;
     for (int k = 1; k <= 6; ++k)
         chosen.push_back(held + std::size_t(std::lround(period * k / 6.0)));
@@ -183,7 +183,7 @@ void write_contact_sheet(const std::filesystem::path& file, const Track& track) 
     const FramePainter painter(track, enlargement);
     std::vector<cv::Mat> tiles(chosen.size());
     std::vector<std::size_t> unique = chosen;
-    // A short record shows some frames twice; each is read once.
+    // With a short record some frames are repeated; each is read once.
     unique.erase(std::unique(unique.begin(), unique.end()), unique.end());
     source->for_each(
         source_positions(*source, track, unique), 1, [&](std::size_t i, const FrameImage& frame) {

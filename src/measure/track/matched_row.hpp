@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A row of the picture: the ground, the stem over it, and where it lies.
+// A row of the picture: the ground, the stem in front of it, and the stem's position.
 #pragma once
 
 #include <cmath>
@@ -30,31 +30,31 @@ struct Path {
     double length = 0.0; ///< speed times exposure
     double bend = 0.0;   ///< half the acceleration times the exposure's square
 
-    /// How far the axis comes.
+    /// Upper bound of the range of the axis.
     [[nodiscard]] double extent() const { return std::abs(length) + 0.25 * std::abs(bend); }
 };
 
-/// Contrast over the distance of a pixel's middle from the stem's axis. It holds what the lens and
-/// the pixel do to an edge and how the light falls on the stem, so none of these moves a reading.
+/// Contrast as a function of a pixel's distance from the stem's axis. It includes the edge blur of
+/// lens and pixel and the light on the stem, so that none of these shifts a reading.
 class StemProfile {
   public:
-    /// `reach`: the largest distance that counts, pixels.
+    /// `reach`: the largest distance that is used, pixels.
     explicit StemProfile(double reach);
 
-    /// Takes the pixels of a row in which the axis lies at `axis`, over the straight line through
-    /// those next to the stem.
+    /// Adds the pixels of a row with the axis at `axis`, relative to the straight line through the
+    /// pixels next to the stem.
     void add(const PixelRow& row, double axis);
 
-    /// Least squares for a cubic spline through what was added. False if that is too little.
+    /// Least squares for a cubic spline through the added pixels. False if they are too few.
     [[nodiscard]] bool close();
 
     struct Point {
         double value; ///< grey values
         double slope; ///< per pixel
     };
-    /// Mean over a stem that moves, at the distance from the mean of its axis. A stem that turns
-    /// leaves more light at one end of its smear: taken for even, it would be read up to half a
-    /// pixel off in fast swings.
+    /// Mean over a moving stem, at the distance from the mean of its axis. A stem near its turning
+    /// point leaves more light at one end of its smear; the assumption of an even speed would shift
+    /// readings by up to half a pixel in fast swings.
     [[nodiscard]] Point at(double distance, const Path& path) const;
     /// Distance up to which pixels next to the stem are used for its background.
     [[nodiscard]] double beside() const { return 2.0 * reach_; }
@@ -82,30 +82,30 @@ struct RowMatch {
     double squares = 0.0;  ///< of the residuals, grey values²
 };
 
-/// Least squares for the axis, the stem's brightness and a straight line for the background's, from
-/// an axis that is good to half a pixel or so. Empty if that leads away.
+/// Least squares for the axis, the stem's brightness and a straight background line, from an axis
+/// accurate to about half a pixel. Empty if the iteration diverges.
 [[nodiscard]] std::optional<RowMatch> match_row(const StemProfile& profile, const PixelRow& row,
                                                 double axis, const Path& path, double noise);
 
-/// Grey values of a row where the stem is not.
+/// Grey values of a row without the stem.
 class GroundRow {
   public:
-    /// Pixels within `hidden` of the axis are not the ground; NaN: the axis is not known.
+    /// Pixels within `hidden` of the axis are not ground; NaN: the axis is unknown.
     void add(const PixelRow& row, double axis, double hidden);
 
-    /// What is known of every pixel: between those that were seen in thirty frames or more a
-    /// straight line, from which the ground differs by its texture. The mean of the few frames that
-    /// show a pixel counts as far as their noise (variance `noise`) leaves that texture to see.
+    /// Estimate for every pixel: a straight line between pixels seen in at least thirty frames,
+    /// from which the ground differs by its texture. The mean of the few frames that show a pixel
+    /// is weighted by the variance of the texture relative to their noise (variance `noise`).
     [[nodiscard]] std::vector<float> mean(double noise) const;
 
   private:
     static constexpr int fewest = 30;
 
     [[nodiscard]] std::vector<double> between_well_seen() const;
-    /// Variance of the ground about the line through what was well seen on both sides: that about
-    /// the middle of two pixels that are as far apart, of whose noise there is half as much again.
+    /// Variance of the ground about the line through well-seen pixels on both sides, estimated from
+    /// the middle between two pixels at the same distance, less 1.5 times their noise.
     [[nodiscard]] double texture_of(double noise) const;
-    /// Pixels in a row that were not well seen, between others.
+    /// Longest run of pixels that were not well seen, between well-seen ones.
     [[nodiscard]] std::size_t widest_gap() const;
 
     std::vector<double> sums_;

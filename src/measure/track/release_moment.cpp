@@ -20,16 +20,16 @@ constexpr std::array<double, 8> roots{1.8751040687, 4.6940911330, 7.8547574382, 
                                       14.137168391, 17.278759532, 20.420352251, 23.561944902};
 
 /// Shape of a mode of a clamped-free Euler–Bernoulli beam (Blevins, Formulas for Natural Frequency
-/// and Mode Shape, table 8-1), s = x/L; 2 or −2 at the tip.
+/// and Mode Shape, table 8-1), s = x/L; its value at the tip is 2 or −2.
 double shape(double root, double s) {
     const double sigma = (std::cosh(root) + std::cos(root)) / (std::sinh(root) + std::sin(root));
     const double x = root * s;
     return std::cosh(x) - std::cos(x) - sigma * (std::sinh(x) - std::sin(x));
 }
 
-/// Free motion from 1 at rest; `angle` is the undamped frequency times the time.
+/// Free motion that starts at 1 at rest; `angle` is the undamped frequency times the time.
 double free_motion(double angle, double damping_ratio) {
-    // Below, at and above critical damping; near it both formulas lose their digits.
+    // Below, at and above critical damping; near it both formulas lose accuracy.
     const double difference = 1.0 - damping_ratio * damping_ratio;
     const double root = std::sqrt(std::abs(difference));
     if (root < 1e-6)
@@ -60,7 +60,7 @@ double ReleaseCurve::at(double frames) const {
         const double ratio = std::pow(root / roots.front(), 2);
         const double share = tip * shape(root, s) / std::pow(root, 4);
         held += share;
-        // Damping proportional to stiffness, as of the chain's bonds: the ratio grows with the
+        // Stiffness-proportional damping, as in the chain's bonds: the damping ratio grows with the
         // frequency.
         sum +=
             share * free_motion(2.0 * std::numbers::pi * ratio * frames / period, damping * ratio);
@@ -71,7 +71,7 @@ double ReleaseCurve::at(double frames) const {
 }
 
 double ReleaseCurve::first_passage() const {
-    // Bisection: the first mode crosses at a quarter of the period, the others shift that little.
+    // Bisection: the first mode crosses zero at a quarter period, which the others shift little.
     double before = 0.05 * period;
     double after = 0.45 * period;
     while (after - before > 1e-4 * period) {
@@ -83,7 +83,7 @@ double ReleaseCurve::first_passage() const {
 
 namespace {
 
-/// Deflections by the sign of the pull, without the frames in which the stem was not seen.
+/// Deflections in the direction of the pull, without the frames in which the stem was not seen.
 struct Deflections {
     std::vector<std::size_t> frame;
     std::vector<double> value;
@@ -100,7 +100,7 @@ Deflections deflections_of(const WatchedHistory& history, double rest, double si
 }
 
 /// Crossings of the rest after position `from`, in frame numbers with fractions. A swing counts if
-/// it leaves the rest by more than `least` on the other side.
+/// it exceeds the rest by more than `least` on the other side.
 std::vector<double> crossings(const Deflections& deflections, const std::vector<int>& numbers,
                               std::size_t from, double least) {
     std::vector<double> found;
@@ -114,7 +114,7 @@ std::vector<double> crossings(const Deflections& deflections, const std::vector<
             const double step = numbers[deflections.frame[i]] - begin;
             pending = begin + step * before / (before - now);
         }
-        // Noise crosses the rest often. A crossing counts once the stem has gone well beyond.
+        // Noise crosses the rest often, so a crossing counts only after the stem has moved further.
         if (pending && now < -least) {
             found.push_back(*pending);
             pending.reset();
@@ -126,8 +126,8 @@ std::vector<double> crossings(const Deflections& deflections, const std::vector<
 
 /// Position (in the seen frames) of the first value below half the largest that follows it.
 std::optional<std::size_t> first_fall(const Deflections& deflections, double largest) {
-    // A held stem drifts and trembles a little, so the level counts as reached just below the
-    // largest.
+    // A held stem drifts and trembles slightly, so a level just below the largest one is
+    // sufficient.
     const auto peak = std::ranges::find_if(deflections.value,
                                            [&](double value) { return value >= 0.97 * largest; });
     const auto fall = std::find_if(peak, deflections.value.end(),
@@ -153,8 +153,8 @@ Hold find_hold(const Deflections& deflections, std::size_t fall, double largest)
             near.push_back(deflections.value[i]);
         else if (!near.empty())
             break;
-    // The first frames in motion are among them: at most a handful, so the median stays held if
-    // enough others are there; with fewer the frames furthest from the fall count.
+    // The first frames in motion are included: at most a handful, so the median remains that of the
+    // held frames if there are enough; otherwise the frames furthest from the fall are used.
     if (near.size() <= 6)
         std::ranges::reverse(near), near.resize(std::max<std::size_t>(1, (near.size() + 1) / 2));
     Hold hold;
@@ -177,9 +177,9 @@ struct FittedMoment {
     double misfit = 0.0; ///< largest difference from the curve, of the held level
 };
 
-/// Frame number from which the readings of a tenth of a swing (three frames at least) after the
-/// hold follow the curve best, by least squares. A slow start hides in the hold's noise: the moment
-/// may lie as far before the last frame that seemed held, unless that one is given.
+/// Frame number from which the readings of a tenth of a swing (at least three frames) after the
+/// hold follow the curve best, by least squares. The noise of the hold hides a slow start: the
+/// moment may precede the last apparently held frame by as much, unless that frame is given.
 FittedMoment moment_of_release(const Deflections& deflections, const std::vector<int>& numbers,
                                const Hold& hold, const ReleaseCurve& curve, bool is_given) {
     const double reach = std::max(3.0, 0.1 * curve.period);
@@ -208,8 +208,8 @@ FittedMoment moment_of_release(const Deflections& deflections, const std::vector
     return best;
 }
 
-/// Frames for which the turning point of a swing stays within the hold's tolerance, above its level
-/// and below.
+/// Number of frames for which the turning point of a swing stays within the hold's tolerance, above
+/// and below its level.
 double turning_frames(const Hold& hold, double period) {
     const double cosine = std::clamp(1.0 - 2.0 * hold.tolerance / hold.level, -1.0, 1.0);
     return std::acos(cosine) / std::numbers::pi * period;
@@ -228,7 +228,7 @@ void refuse_unheld(const Hold& hold, double least, const std::string& source) {
 ReleaseMoment find_release(const WatchedHistory& history, const ReleaseClues& clues,
                            const std::string& source) {
     ReleaseMoment release;
-    // The pull comes first; the swing to the other side may look as wide while the rest is a guess.
+    // The pull is first; the swing to the other side may look as wide with an inaccurate rest.
     double widest = 0.0;
     for (const double column : history.column)
         if (std::abs(column - clues.rest) > widest)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The motion of a tracked stem: when it was released, how it swings, where frames are missing.
+// The motion of a tracked stem: its release, its swing, and frames that are missing.
 #pragma once
 
 #include "measure/track/row_record.hpp"
@@ -11,23 +11,23 @@
 
 namespace culm::measure {
 
-/// Motion by which the readings after a release are understood.
+/// Motion that is expected after a release.
 struct ReleaseCurve {
-    double relative_height = 1.0; ///< of the place, of the stem's length
+    double relative_height = 1.0; ///< of the location, over the stem's length
     double period = 1.0;          ///< of the first mode, frames
     double decay_per_cycle = 0.0; ///< of the first mode's amplitude, 2πζ, ≥ 0
 
-    /// Deflection over that while held, `frames` after the release (1 before it): the first eight
-    /// modes of a uniform Euler–Bernoulli cantilever that a force at its tip held bent, each damped
-    /// in proportion to its frequency (Kelvin–Voigt). The tip starts at once, lower places when the
-    /// wave of bending has reached them.
+    /// Deflection over the held one, `frames` after the release (1 before it): the first eight
+    /// modes of a uniform Euler–Bernoulli cantilever that was bent by a force at its tip, each
+    /// damped in proportion to its frequency (Kelvin–Voigt). The tip starts at once, lower
+    /// locations when the bending wave has reached them.
     [[nodiscard]] double at(double frames) const;
 
     /// Frames from the release to the first passage through the rest position.
     [[nodiscard]] double first_passage() const;
 };
 
-/// The history of one place by frame; NaN where it was not seen.
+/// The history of one location by frame; NaN where it was not seen.
 struct WatchedHistory {
     std::vector<int> numbers;   ///< of the frames
     std::vector<double> column; ///< pixels
@@ -45,23 +45,23 @@ struct ReleaseMoment {
     std::vector<double> passages; ///< through the rest, frame numbers with fractions
 };
 
-/// What is known before the release is looked for.
+/// Known quantities before the release is determined.
 struct ReleaseClues {
     double rest = 0.0;                    ///< column, an estimate
-    double relative_height = 1.0;         ///< of the place, of the stem's length
+    double relative_height = 1.0;         ///< of the location, over the stem's length
     double decay_per_cycle = 0.0;         ///< of the swing; 0 if not known yet
-    std::optional<std::size_t> last_held; ///< index of the frame, if the user says so
+    std::optional<std::size_t> last_held; ///< index of the frame, if the user states it
 };
 
-/// The moment is that from which the first tenth of a swing follows a cantilever's ReleaseCurve
-/// best. Throws core::InputError (beginning with `source`) if the history does
-/// not show a stem that is held, let go, and swings through its rest. Still means longer than the
-/// turning point of such a swing would seem to be.
+/// The release is the moment from which the first tenth of a swing follows a cantilever's
+/// ReleaseCurve best. Throws core::InputError (beginning with `source`) if the history does not
+/// show a stem that is held, released, and swings through its rest. The stem counts as held if it
+/// is still for longer than at the turning point of such a swing.
 [[nodiscard]] ReleaseMoment find_release(const WatchedHistory& history, const ReleaseClues& clues,
                                          const std::string& source);
 
-/// y(n+2L) − c = a (y(n+L) − c) + b (y(n) − c) for every damped sine, whatever its phase and
-/// amplitude: a = 2 exp(−αL) cos ωL, b = −exp(−2αL). One a and b for all places, c per place.
+/// y(n+2L) − c = a (y(n+L) − c) + b (y(n) − c) for every damped sine, with any phase and amplitude:
+/// a = 2 exp(−αL) cos ωL, b = −exp(−2αL). All locations share a and b; each has its own c.
 struct SwingModel {
     int lag = 1; ///< L, frames
     double a = 0.0;
@@ -73,28 +73,28 @@ struct SwingModel {
 };
 
 /// Linear least squares over the frames begin … end − 1 (indices), with a lag of about an eighth of
-/// the period (in frames). Triples with a frame missing are left out. Empty if fewer than a dozen
-/// are left or the recurrence determines no rest position.
+/// the period (in frames). Triples with a missing frame are excluded. Empty if fewer than a dozen
+/// remain or the recurrence determines no rest position.
 [[nodiscard]] std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin,
                                                   std::size_t end, double period);
 
-/// What the recurrence leaves in one history: y(n+2L) less its prediction from y(n+L) and y(n), at
-/// the index of n+2L; NaN where one of the frames is missing.
+/// Residual of the recurrence in one history: y(n+2L) less its prediction from y(n+L) and y(n), at
+/// the index of n+2L; NaN if one of the frames is missing.
 [[nodiscard]] std::vector<double> swing_surprises(const std::vector<int>& numbers,
                                                   const std::vector<double>& history,
                                                   const SwingModel& model, double rest);
 
-/// What the jumps are judged by.
+/// Properties of the swing that find_jumps() uses.
 struct SwingOfPlace {
     double rest = 0.0;             ///< column
-    double relative_height = 1.0;  ///< of the place, of the stem's length
+    double relative_height = 1.0;  ///< of the location, over the stem's length
     double decay_per_cycle = 0.0;  ///< 2πζ
     std::size_t settled_frame = 0; ///< index from which on the first mode swings alone
 };
 
-/// Remarks about frames before which some were lost or doubled. While higher modes still sound, by
-/// the times between the first passages through the rest, which they hardly move: 4 % of a period
-/// is a jump. Afterwards by what the recurrence `model` (lag 1) leaves: an eighth of the amplitude.
+/// Remarks about frames before which some were lost or doubled. While higher modes are present, a
+/// jump changes the times between passages through the rest by 4 % of a period. Later, the residual
+/// of the recurrence `model` (lag 1) is an eighth of the amplitude or more.
 [[nodiscard]] std::vector<std::string> find_jumps(const WatchedHistory& history,
                                                   const ReleaseMoment& release,
                                                   const SwingModel& model,

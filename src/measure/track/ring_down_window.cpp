@@ -17,7 +17,7 @@ namespace {
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t fewest_still_frames = 5;
 
-/// Places seen in 19 of 20 frames, from the highest down; if there is none, the one seen most.
+/// Locations seen in 19 of 20 frames, from the highest down; if there are none, the one seen most.
 std::vector<std::size_t> places_to_watch(const AxisRecord& record) {
     std::vector<std::size_t> places;
     std::size_t most_seen = 0;
@@ -32,8 +32,8 @@ std::vector<std::size_t> places_to_watch(const AxisRecord& record) {
     return places;
 }
 
-/// Spread from frame to frame in the quietest eight frames, pixels: of the second differences,
-/// which a slow motion does not enter.
+/// Spread between frames in the quietest eight frames, pixels, from second differences, which a
+/// slow motion does not affect.
 double quietest_spread(const std::vector<double>& column) {
     constexpr std::size_t window = 8;
     double quietest = std::numeric_limits<double>::infinity();
@@ -60,8 +60,8 @@ void refuse_still_stem(const WatchedHistory& history, const std::string& source)
             fmt::format("{}: the stem is seen in {} of {} frames only; 12 at least are needed",
                         source, seen.size(), history.column.size()));
     const double range = quantile(seen, 0.99) - quantile(seen, 0.01);
-    // Readings of a still stem spread over five standard deviations, and the quietest of a few
-    // hundred windows shows about a quarter of one.
+    // Readings of a still stem span five standard deviations, and the quietest of a few hundred
+    // windows has about a quarter of one.
     const double limit = std::max(1.0, 20.0 * quietest_spread(history.column));
     if (range < limit)
         throw core::InputError(fmt::format("{}: the stem does not move (by {:.2f} pixels, where "
@@ -85,12 +85,11 @@ double deviation_of(const std::vector<double>& column, std::size_t begin, std::s
     return count > 1.0 ? std::sqrt(squares / (count - 1.0)) : nothing;
 }
 
-/// Index of the first frame from which the readings of every period scatter by no more than the
-/// limit.
+/// Index of the first frame from which the readings of every period scatter by at most the limit.
 std::optional<std::size_t> find_rest(const WatchedHistory& history, std::size_t after,
                                      double period, double limit) {
-    // A window of one period shows the whole amplitude of a remaining swing. From the end
-    // backwards: the first windows that exceed the limit are the end of the swing.
+    // A window of one period contains the whole amplitude of a remaining swing. The search runs
+    // backwards: the first window that exceeds the limit is the end of the swing.
     const auto window = std::max<std::size_t>(8, std::size_t(std::ceil(period)));
     const std::size_t count = history.column.size();
     std::optional<std::size_t> begin;
@@ -102,7 +101,7 @@ std::optional<std::size_t> find_rest(const WatchedHistory& history, std::size_t 
     return begin;
 }
 
-/// Standard deviations of the places over frames begin … end − 1, for places seen there.
+/// Standard deviations of the locations over frames begin … end − 1, for locations seen there.
 std::vector<double> spread(const AxisRecord& record, std::size_t begin, std::size_t end) {
     std::vector<double> result;
     for (std::size_t h = 0; h < record.places.size(); ++h) {
@@ -116,9 +115,9 @@ std::vector<double> spread(const AxisRecord& record, std::size_t begin, std::siz
     return result;
 }
 
-/// Correlation of a reading with that of the next frame over frames begin … end − 1, in which the
-/// stem is still. Without the mean's share, of n frames −(1 + 3r)/n (Kendall 1954); below two
-/// standard deviations 0. Places that err together count as fewer.
+/// Correlation between readings in consecutive frames over frames begin … end − 1, in which the
+/// stem is still. Corrected for the mean of n frames, −(1 + 3r)/n (Kendall 1954); 0 if below two
+/// standard deviations. Locations with common errors count as fewer.
 std::optional<double> correlation_while_still(const AxisRecord& record, std::size_t begin,
                                               std::size_t end) {
     const auto frames = static_cast<Eigen::Index>(end - begin);
@@ -138,7 +137,7 @@ std::optional<double> correlation_while_still(const AxisRecord& record, std::siz
     const double product =
         errors.topRows(frames - 1).cwiseProduct(errors.bottomRows(frames - 1)).sum();
     const double correlation = (n * (product / (n - 1.0)) / (sum / n) + 1.0) / (n - 3.0);
-    // Of p independent places tr S²/(tr S)² is 1/p, and 1/(n − 1) more because S is a sample's.
+    // For p independent locations tr S²/(tr S)² is 1/p, plus 1/(n − 1) for a sample of n frames.
     const double shared = (errors.transpose() * errors).squaredNorm() / (sum * sum);
     const double share = std::max(shared - 1.0 / (n - 1.0), 1.0 / static_cast<double>(places));
     const double deviation = n / (n - 3.0) * std::sqrt(share / (n - 1.0));
@@ -150,8 +149,8 @@ bool is_any_known(const std::vector<double>& values) {
     return std::ranges::any_of(values, [](double value) { return !std::isnan(value); });
 }
 
-/// Standard deviations from few frames scatter themselves: each variance is averaged with that of
-/// all places, which counts as much as 20 frames.
+/// Standard deviations from few frames are inaccurate: each variance is averaged with that of all
+/// locations, which has the weight of 20 frames.
 void draw_together(std::vector<double>& deviations, std::size_t frames) {
     double sum = 0.0;
     double count = 0.0;
@@ -167,8 +166,8 @@ void draw_together(std::vector<double>& deviations, std::size_t frames) {
             std::sqrt((own * deviation * deviation + common * sum / count) / (own + common));
 }
 
-/// (places) standard deviation of a reading by the residuals of the recurrence from frame `begin`
-/// on.
+/// (locations) standard deviation of a reading, by the residuals of the recurrence from frame
+/// `begin` on.
 std::vector<double> spread_about(const SwingModel& swing, const AxisRecord& record,
                                  std::size_t begin) {
     // x_k − a x_{k−1} − b x_{k−2} of readings with the standard deviation σ has σ √(1 + a² + b²).
@@ -191,7 +190,7 @@ void find_noise(RingDownWindow& window, const AxisRecord& record,
                 const std::vector<double>& spread_about_swing) {
     const std::size_t count = record.numbers.size();
     const std::size_t at_rest = window.rest_begin ? count - *window.rest_begin : 0;
-    // After rest if there is clearly more of it: a finger that holds may tremble.
+    // Frames after rest are preferred if there are clearly more; a finger that holds may tremble.
     if (window.held_frames >= fewest_still_frames && at_rest < 4 * window.held_frames) {
         const std::size_t end = window.last_held + 1;
         window.noise = spread(record, end - std::min(end, window.held_frames), end);
@@ -201,10 +200,10 @@ void find_noise(RingDownWindow& window, const AxisRecord& record,
             correlation_while_still(record, end - std::min(end, window.held_frames), end);
     } else if (at_rest >= fewest_still_frames) {
         window.noise = spread(record, *window.rest_begin, count);
-        // A good tracker still sees the last of the swing, which is no noise.
+        // A good tracker still resolves the last of the swing, which is not noise.
         const std::vector<double> about_swing =
             swing ? spread_about(*swing, record, *window.rest_begin) : window.noise;
-        // The last of the swing would be a correlation too.
+        // The last of the swing would also appear as a correlation.
         double excess = 0.0;
         for (std::size_t h = 0; h < window.noise.size(); ++h) {
             excess = std::fmax(excess, window.noise[h] / about_swing[h]);
@@ -221,7 +220,7 @@ void find_noise(RingDownWindow& window, const AxisRecord& record,
     window.noise_source = "residual of a damped swing between neighbouring frames";
 }
 
-/// A place, its history, and the release as it shows there with a first guess of the rest.
+/// A location, its history, and the release there with a first estimate of the rest.
 struct WatchedPlace {
     std::size_t place = 0;
     WatchedHistory history;
@@ -248,7 +247,7 @@ WatchedPlace watch(const AxisRecord& record, std::size_t place, const WindowOpti
     return watched;
 }
 
-/// Whether the place was seen while the stem was held and when it fell.
+/// Whether the location was seen while the stem was held and when it fell.
 bool shows_release(const WatchedPlace& watched) {
     const std::vector<double>& column = watched.history.column;
     const auto unseen = [&](std::size_t begin, std::size_t end) {
@@ -260,8 +259,8 @@ bool shows_release(const WatchedPlace& watched) {
     return 10 * unseen(0, moving) <= std::ptrdiff_t(moving) && unseen(moving, moving + 4) == 0;
 }
 
-/// The highest place that shows the release: higher ones may be outside the picture or behind
-/// something just then. A place without gaps has the last word on what is wrong.
+/// The highest location that shows the release: higher ones may be outside the picture or hidden at
+/// that time. If there is none, a location without gaps determines the error message.
 WatchedPlace choose_place(const AxisRecord& record, const WindowOptions& options) {
     std::optional<WatchedPlace> second_best;
     std::optional<core::InputError> refusal;
@@ -303,7 +302,7 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
         const std::size_t end = release.last_held + 1;
         reading = std::max(reading, deviation_of(history.column, end - release.held_frames, end));
     }
-    // Of a hundred periods at rest, with some 16 frames each, the worst scatters by 1.6 times the
+    // In a hundred periods at rest of some 16 frames each, the largest scatter is 1.6 times the
     // reading's deviation; a swing that adds as much has an amplitude of 1.8 deviations.
     window.rest_begin =
         find_rest(history, release.last_held + 1, release.period, 1.6 * std::max(reading, 0.02));
@@ -348,7 +347,7 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
         window.remarks =
             find_jumps(history, release, *step,
                        {rest, clues.relative_height, clues.decay_per_cycle, after_first_swings});
-    // Blur, large deflections and the noise of a reading leave 1 % at most.
+    // Blur, large deflections and the noise of a reading contribute 1 % at most.
     if (release.misfit > 0.04 + 4.0 * release.held_noise / release.pull)
         window.remarks.push_back(fmt::format(
             "the stem leaves its hold otherwise than a beam let go at its tip does, by {:.0f} % of "

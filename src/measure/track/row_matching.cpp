@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the stem lies in a row: by its brightness across, as the frames show it in which it hardly
-// moves, smeared as far as it moves while the shutter is open.
+// The stem's position in a row, by matching its brightness profile. The profile is known from
+// frames in which the stem hardly moves and is smeared by the motion during the exposure.
 #include "measure/track/matched_row.hpp"
 #include "measure/track/order_statistics.hpp"
 #include "measure/track/track.hpp"
@@ -81,12 +81,12 @@ class RowMatcher {
     }
 
     /// The ground is the mean of the used rows over the frames that do not show the stem there.
-    /// Without it a reading has the error of the ground under the stem's edges. Pixels that are
-    /// always hidden get the mean of their neighbours.
+    /// Without it, the ground under the stem's edges would shift a reading. Pixels that are always
+    /// hidden get the mean of their neighbours.
     void find_ground() {
         ground_ = mean_ground();
-        // Where a lamp flickers, that mean depends on the frames that show a pixel. It determines
-        // the light of each frame; the mean of the residuals is the correction of the ground.
+        // If a lamp flickers, this mean depends on the frames that show a pixel. It determines the
+        // light of each frame; the mean of the residuals corrects the ground.
         const std::vector<std::vector<float>> rest = mean_ground();
         for (std::size_t u = 0; u < used_.size(); ++u)
             std::ranges::transform(ground_[u], rest[u], ground_[u].begin(), std::plus<>());
@@ -120,8 +120,8 @@ class RowMatcher {
         return 0.5 * track_.survey.apparent_width + beyond_edge + 1.0;
     }
 
-    /// The used rows, one below the other; the stem is brighter than the rest, which is about 0
-    /// once the ground is known.
+    /// The used rows, one below the other; the stem is brighter than the rest, which is about 0 if
+    /// the ground is known.
     [[nodiscard]] BandImage used_rows_of(const FrameImage& frame) const {
         const StemView& view = track_.survey.view;
         const BandImage image = upright_band(frame, view.band, view.up);
@@ -138,8 +138,8 @@ class RowMatcher {
                 rows.row(static_cast<int>(u))[c] -= lamp * ground_[u][std::size_t(c)];
         return rows;
     }
-    /// Light of a frame over that of the ground: the median over the pixels, of which the stem
-    /// hides few. 1 where the ground is nearly black.
+    /// Light of a frame relative to the ground: the median over the pixels, few of which the stem
+    /// hides. 1 where the ground is nearly black.
     [[nodiscard]] float lamp_in(const BandImage& rows) const {
         const auto least = static_cast<float>(3.0 * track_.survey.noise);
         constexpr std::size_t fewest = 200;
@@ -176,9 +176,9 @@ class RowMatcher {
         double acceleration;
     };
 
-    /// From the two neighbours on either side. Without them, and where the release lies between
-    /// them, from one, and then only roughly: a jump of the acceleration says little of either
-    /// side, and one side alone nothing of a stem that swings in a few frames.
+    /// From the two neighbours on either side. If these are missing or the release is between them,
+    /// one neighbour gives a rough estimate: the acceleration jumps at the release, and one side
+    /// does not determine a swing of a few frames.
     [[nodiscard]] Motion motion(std::size_t frame, std::size_t row) const {
         const AxisRecord& record = *speeds_of_;
         if (frame < held_) {
@@ -206,7 +206,7 @@ class RowMatcher {
                (speeds_of_->numbers[end] - speeds_of_->numbers[begin]);
     }
 
-    /// Was it seen in the two frames before and after, with none lost between them?
+    /// Was the row seen in the two frames before and after, with none missing between them?
     [[nodiscard]] bool are_five_in_a_row(std::size_t frame, std::size_t row) const {
         const AxisRecord& record = *speeds_of_;
         if (frame < 2 || frame + 2 >= record.numbers.size() ||
@@ -223,7 +223,7 @@ class RowMatcher {
         double place = 0.0;  ///< their mean, pixels
         std::size_t frame = 0;
     };
-    /// Of the frames in which half of the used rows are seen, by speed.
+    /// Motion in the frames in which more than half of the used rows are seen, sorted by speed.
     [[nodiscard]] std::vector<FrameMotion> motions() const {
         std::vector<FrameMotion> frames;
         for (std::size_t frame = 0; frame < wanted_.size(); ++frame) {
@@ -252,8 +252,8 @@ class RowMatcher {
         return chosen;
     }
 
-    /// The slowest, but few at one place: a profile has to be known between the pixels of a stem at
-    /// rest, or what swings by less than a pixel is read too large by a twentieth.
+    /// The slowest frames, but few at one location: the profile must be sampled between the pixels,
+    /// or swings smaller than a pixel are read 5 % too large.
     [[nodiscard]] std::vector<std::size_t> slow_frames() const {
         const std::size_t count = std::clamp<std::size_t>(wanted_.size() / 6, 12, 60);
         constexpr double places_a_pixel = 8.0;
@@ -300,15 +300,15 @@ class RowMatcher {
             const std::size_t at = frame * track_.rows.places.size() + used_[u].row;
             const std::optional<RowMatch> found = matched(frame, u, rows, exposure_);
             if (known_[used_[u].height] == 0)
-                continue; // the first pass has to do
+                continue; // keeps the first pass
             track_.rows.columns[at] = found ? found->axis : no_match;
             track_.rows.uncertainties[at] =
                 found ? track_.survey.noise * std::sqrt(found->variance) : no_match;
         }
     }
 
-    /// By the smear of the fastest frames, in frames: where it explains them clearly better than
-    /// none (six standard deviations of the noise) and lies within the time of a frame.
+    /// Exposure, in frames, from the smear of the fastest frames, if it explains them better than
+    /// none by six standard deviations of the noise and is shorter than a frame.
     [[nodiscard]] std::optional<double> exposure_seen() const {
         const std::vector<std::size_t> fast = fastest_frames();
         const std::vector<BandImage> rows = pictures(fast);

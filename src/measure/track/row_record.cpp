@@ -24,8 +24,8 @@ struct LineValue {
     double uncertainty = not_recorded;
 };
 
-/// At `row` of the least-squares line through the seen rows; `columns` and their `uncertainties`
-/// hold one frame. The errors of the rows are independent.
+/// Value at `row` of the least-squares line through the seen rows; `columns` and `uncertainties`
+/// contain one frame. The errors of the rows are independent.
 LineValue line_value(const double* columns, const double* uncertainties, int row_count, double row,
                      int rows_per_height) {
     const double reach = 0.5 * (rows_per_height + 1);
@@ -46,12 +46,12 @@ LineValue line_value(const double* columns, const double* uncertainties, int row
         lowest = std::min(lowest, t);
         highest = std::max(highest, t);
     }
-    // Half of the rows must be seen, and on both sides: a line is not extrapolated.
+    // At least half of the rows must be seen, on both sides: a line is not extrapolated.
     const int wanted = end - begin + 1;
     if (count == 0.0 || 2.0 * count < wanted || lowest > 0.5 || highest < -0.5)
         return {};
     const double determinant = count * sum_tt - sum_t * sum_t;
-    if (determinant <= 0.0 && !(std::abs(lowest) < 1e-6)) // one row: good only for itself
+    if (determinant <= 0.0 && !(std::abs(lowest) < 1e-6)) // one row is valid only at itself
         return {};
     double value = 0.0;
     double variance = 0.0;

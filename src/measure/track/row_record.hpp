@@ -17,9 +17,9 @@ struct AxisRecord {
     [[nodiscard]] double at(std::size_t frame, std::size_t place) const {
         return columns[frame * places.size() + place];
     }
-    /// Columns at one place, (frames).
+    /// Columns at one location, (frames).
     [[nodiscard]] std::vector<double> history(std::size_t place) const;
-    /// Frames in which the place was seen, as a fraction.
+    /// Fraction of the frames in which the location was seen.
     [[nodiscard]] double seen(std::size_t place) const;
 };
 
@@ -29,9 +29,9 @@ struct AxisRecord {
 [[nodiscard]] std::vector<double> spaced_heights(const AxisRecord& rows, double clamp_row,
                                                  double step, double millimetres_per_pixel);
 
-/// The columns at heights: a straight line through the rows nearest to each, as many as
-/// `rows_per_height` (1: the two rows between which the height lies). NaN where fewer than half of
-/// them were seen or the height lies outside those seen.
+/// The columns at heights: a straight line through the nearest `rows_per_height` rows of each
+/// height (1: the two rows between which the height lies). NaN where fewer than half of them were
+/// seen or the height is outside the seen rows.
 [[nodiscard]] AxisRecord at_heights(const AxisRecord& rows, double clamp_row,
                                     const std::vector<double>& heights, int rows_per_height);
 

@@ -66,7 +66,7 @@ BandImage stem_contrast(const BandImage& image, int sign, double stem_width) {
 }
 
 double contrast_noise(const BandImage& contrast) {
-    // A sample is enough: every seventh pixel, a stride that no column width repeats.
+    // A sample is sufficient: every seventh pixel, which is a stride that no column width repeats.
     std::vector<float> sizes;
     sizes.reserve(contrast.values.size() / 7 + 1);
     for (std::size_t i = 0; i < contrast.values.size(); i += 7)
@@ -84,15 +84,15 @@ double contrast_noise(const BandImage& contrast) {
 
 namespace {
 
-/// Connected pieces of what stands out in all pictures.
+/// Connected regions of high contrast in all pictures.
 struct StillPieces {
     cv::Mat labels; ///< 32-bit, 0 = nothing
-    cv::Mat blots;  ///< 8-bit, 1 = stands out, but is too wide for the stem; in no piece
+    cv::Mat blots;  ///< 8-bit, 1 = high contrast, but too wide for the stem; in no piece
     int count = 0;  ///< with label 0
     std::vector<cv::Rect> boxes;
 };
 
-/// Takes runs that are too wide for the stem, and what clings to them, out of the mask.
+/// Removes runs that are too wide for the stem, and the pixels next to them, from the mask.
 cv::Mat take_blots(cv::Mat& mask, double stem_width) {
     const double widest = 1.5 * stem_width + 2.0;
     cv::Mat blots(mask.size(), CV_8U, cv::Scalar(0));
@@ -125,8 +125,8 @@ StillPieces still_pieces(const std::vector<BandImage>& contrasts, const TraceOpt
         }
     StillPieces pieces;
     pieces.blots = take_blots(mask, options.stem_width);
-    // The stem's still part frays where the stem begins to move: its crumbs, above one another,
-    // belong together.
+    // The still part of the stem breaks up where the stem begins to move; fragments above one
+    // another are joined.
     cv::Mat joined;
     const int reach = 2 * static_cast<int>(options.stem_width) + 1;
     cv::dilate(mask, joined, cv::Mat::ones(reach, 1, CV_8U));
@@ -141,7 +141,7 @@ StillPieces still_pieces(const std::vector<BandImage>& contrasts, const TraceOpt
     return pieces;
 }
 
-/// The blots and all pieces but those with these labels, grown by one pixel.
+/// The blots and all pieces except those with these labels, grown by one pixel.
 std::vector<std::uint8_t> clutter_without(const StillPieces& pieces,
                                           const std::vector<bool>& is_stem) {
     cv::Mat mask = pieces.blots.clone();
@@ -158,7 +158,7 @@ std::vector<std::uint8_t> clutter_without(const StillPieces& pieces,
     return clutter;
 }
 
-/// Runs of `chain` that `other` has too.
+/// Number of runs that both chains contain.
 std::size_t shared_runs(const StemChain& chain, const StemChain& other) {
     return std::size_t(std::ranges::count_if(chain.runs, [&](const RowRun& run) {
         return std::ranges::any_of(other.runs, [&](const RowRun& candidate) {
@@ -168,8 +168,8 @@ std::size_t shared_runs(const StemChain& chain, const StemChain& other) {
     }));
 }
 
-/// Whether the stem seems to continue in the piece: the chain that may use it keeps the moving part
-/// and passes through a good part of the piece's rows (its box was grown with it).
+/// Whether the stem seems to continue in the piece: the chain that may use it contains the moving
+/// part and passes through a good part of the piece's rows (its box was grown with it).
 bool continues_stem(const StemChain& moving, const StemChain& with_piece, const StillPieces& pieces,
                     int label) {
     const cv::Rect& box = pieces.boxes[std::size_t(label)];
@@ -189,7 +189,7 @@ std::vector<std::uint8_t> find_still_clutter(const std::vector<BandImage>& contr
     TraceOptions trial = options;
     trial.clutter = clutter_without(pieces, is_stem);
 
-    // A dozen frames decide about each piece; tracing all would only repeat the vote.
+    // A dozen frames are sufficient to decide about each piece.
     std::vector<std::pair<const BandImage*, StemChain>> moving;
     const std::size_t step = std::max<std::size_t>(1, contrasts.size() / 12);
     std::size_t looked_at = 0;

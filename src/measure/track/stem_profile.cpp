@@ -69,8 +69,8 @@ bool StemProfile::close() {
     const auto size = static_cast<Eigen::Index>(knots_);
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     RowMajor normal = Eigen::Map<const RowMajor>(normal_.data(), size, size);
-    // A stem that keeps its place between the pixels leaves knots without a pixel: a thousandth of
-    // a pixel's weight against bends joins them to their neighbours.
+    // If the stem keeps its position between the pixels, some knots have no pixel: a curvature
+    // penalty of a thousandth of a pixel's weight joins them to their neighbours.
     const double weight = 1e-3 * static_cast<double>(pixels_) / static_cast<double>(knots_);
     for (Eigen::Index k = 1; k + 1 < size; ++k)
         for (Eigen::Index i = -1; i <= 1; ++i)
@@ -143,7 +143,7 @@ namespace {
 // The axis, the stem's brightness, the background's and its slope.
 using Values = Eigen::Vector4d;
 
-/// Derivatives of what a pixel shows by each value.
+/// Derivatives of a pixel's grey value by each value.
 Values derivatives(const StemProfile& profile, const Values& values, const Path& path,
                    double distance, double from_start) {
     const StemProfile::Point point = profile.at(distance, path);

@@ -87,8 +87,8 @@ double expected_stem_width(const TrackSettings& settings) {
                     section_depth(settings.description.stem.section) / settings.metres_per_pixel);
 }
 
-/// Tries every orientation, band and sign that the settings leave open on these frames; the view
-/// with the longest and clearest chains wins. Throws core::InputError if none shows a stem.
+/// Tries every orientation, band and sign that the settings do not specify on these frames; selects
+/// the view with the longest and clearest chains. Throws core::InputError if none shows a stem.
 StemView choose_view(const std::vector<FrameImage>& frames, const TrackSettings& settings,
                      const std::string& source) {
     const double width = expected_stem_width(settings);
@@ -118,7 +118,7 @@ StemView choose_view(const std::vector<FrameImage>& frames, const TrackSettings&
     if (best_score == 0.0)
         throw core::InputError(fmt::format(
             "{}: no stem is visible: in none of {} frames looked at does a line about {:.1f} "
-            "pixels wide (the stem's width over mm_per_px) stand out from the noise",
+            "pixels wide (the stem's width over mm_per_px) differ from the noise",
             source, frames.size(), width));
     if (!settings.up) {
         const EndMotion motion = end_motion(frames, best, width);
@@ -168,7 +168,7 @@ std::vector<float> smoothed(std::vector<float> values) {
     return result;
 }
 
-/// What the chains of the sampled frames show together.
+/// Common properties of the chains of the sampled frames.
 class ChainStatistics {
   public:
     ChainStatistics(const std::vector<BandImage>& contrasts, const TraceOptions& options)
@@ -283,7 +283,7 @@ StemSurvey survey_stem(const FrameSource& source, std::span<const std::size_t> w
     const ChainStatistics chains(contrasts, survey.trace);
     if (chains.count() == 0)
         throw core::InputError(fmt::format(
-            "{}: no stem stands out by the threshold {:.3g}; the contrast is {:.3g} grey values",
+            "{}: no stem exceeds the threshold {:.3g}; the contrast is {:.3g} grey values",
             source.name(), survey.trace.threshold_by_row.front(), survey.contrast));
     find_clamp(survey, chains, settings, contrasts.front().height);
     survey.apparent_width = chains.width();

@@ -24,7 +24,7 @@ class RunFinder {
           narrowest_(std::max(1.0, 0.35 * options.stem_width)),
           widest_(4.0 * options.stem_width + 2.0) {}
 
-    /// Candidates of one row; of many the highest.
+    /// Candidates of one row; if there are many, the highest.
     [[nodiscard]] std::vector<RowRun> in_row(int r) const {
         std::vector<RowRun> runs;
         const float* row = contrast_.row(r);
@@ -97,8 +97,8 @@ struct Gaps {
     double largest;
 };
 
-/// Score of stepping from `below` to `above`; negative infinity if no stem bends like that. Beyond
-/// a large gap a good piece of stem must follow, dust is not worth it.
+/// Score of a step from `below` to `above`; negative infinity if no stem bends like that. After a
+/// large gap a good piece of stem must follow; dust does not justify it.
 double step_score(const RowRun& below, const RowRun& above, const Gaps& gaps) {
     const int rows = below.row - above.row;
     const double sideways = std::abs(above.median_column() - below.median_column());
@@ -176,7 +176,7 @@ HeightQuadratic fit_quadratic(const std::vector<RowRun>& runs) {
         Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
         Eigen::Vector3d right = Eigen::Vector3d::Zero();
         for (std::size_t i = 0; i < runs.size(); ++i) {
-            // Huber's weights: beyond the limit a row pulls with constant force only.
+            // Huber's weights: beyond the limit a row has a constant influence.
             const double size = std::abs(residuals[i]);
             const double weight = size > limit ? limit / size : 1.0;
             const double t = (runs[i].row - fit.middle) / fit.scale;
@@ -194,7 +194,7 @@ HeightQuadratic fit_quadratic(const std::vector<RowRun>& runs) {
     return fit;
 }
 
-/// Column where the contrast passes `level` on the way out from `inside` in direction `step`.
+/// Column where the contrast crosses `level`, from `inside` outward in direction `step`.
 std::optional<double> crossing(const float* row, int width, int inside, int step, float level) {
     for (int c = inside; c + step >= 0 && c + step < width; c += step) {
         const float here = row[c];
@@ -205,7 +205,7 @@ std::optional<double> crossing(const float* row, int width, int inside, int step
     return std::nullopt;
 }
 
-/// The middle between the places where the contrast passes half of what the run shows.
+/// The middle between the columns where the contrast crosses half of its value in the run.
 double middle_of(const BandImage& contrast, const RowRun& run) {
     const float* row = contrast.row(run.row);
     const int inside = (run.begin + run.end - 1) / 2;
@@ -217,7 +217,7 @@ double middle_of(const BandImage& contrast, const RowRun& run) {
     return 0.5 * (*left + *right);
 }
 
-/// Whether the run or the two pixels beside it touch clutter: then an edge is not the stem's.
+/// Whether the run or the two adjacent pixels touch clutter: then an edge is not the stem's.
 bool touches_clutter(const RowRun& run, const BandImage& contrast, const TraceOptions& options) {
     if (options.clutter.empty())
         return false;
@@ -229,8 +229,8 @@ bool touches_clutter(const RowRun& run, const BandImage& contrast, const TraceOp
                        [](std::uint8_t mark) { return mark != 0; });
 }
 
-/// Removes single rows that disagree with the median of their neighbours, both taken relative to
-/// the quadratic.
+/// Removes single rows that differ from the median of their neighbours, both relative to the
+/// quadratic.
 void remove_lone_rows(std::vector<double>& rows, const HeightQuadratic& quadratic) {
     constexpr int neighbours = 8;
     const std::vector<double> before = rows;

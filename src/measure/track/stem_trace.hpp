@@ -33,22 +33,22 @@ struct TraceOptions {
 
 struct StemChain {
     std::vector<RowRun> runs; ///< from the lowest row upward, at most one a row
-    double score = 0.0;       ///< about the number of rows in which a whole stem stands
+    double score = 0.0;       ///< about the number of rows that show a whole stem
 };
 
-/// The continuous chain of runs with the highest score. A run is a candidate if its width can be
-/// the stem's and it is not cut by the picture's side; steps from row to row are limited to a slope
-/// of one and to gaps of eight stem widths. The score counts rows weighted by how much of a stem's
-/// width the run has, less penalties for gaps, large ones above all, and sideways steps. An empty
-/// chain if nothing resembles a stem.
+/// The continuous chain of runs with the highest score. A run is a candidate if its width is
+/// possible for the stem and the picture's side does not cut it; steps from row to row are limited
+/// to a slope of one and to gaps of eight stem widths. The score is the number of rows, weighted by
+/// the run's share of the stem's width, less penalties for gaps, especially large ones, and
+/// sideways steps. The chain is empty if nothing resembles a stem.
 [[nodiscard]] StemChain trace_stem(const BandImage& contrast, const TraceOptions& options);
 
 /// Column of the stem's axis in every row of the picture, NaN where the stem is not seen or
-/// something else is in the way: the middle between the places where the contrast passes half of
-/// what it is inside the stem, good to some tenths of a pixel (match_rows() refines it). From the
-/// chain's row medians rows far from their quadratic are left out (a gate only: no position is
-/// replaced by the quadratic), and so are rows near the tip's end, where the cut through the stem
-/// is oblique, and single rows that disagree with their neighbours.
+/// something else hides it: the middle between the columns where the contrast is half of that
+/// inside the stem, accurate to some tenths of a pixel (match_rows() refines it). It excludes rows
+/// whose median is far from the chain's quadratic (a gate only: no position is replaced by the
+/// quadratic), rows near the end of the tip, where the cut through the stem is oblique, and single
+/// rows that differ from their neighbours.
 [[nodiscard]] std::vector<double> axis_columns(const BandImage& contrast, const StemChain& chain,
                                                const TraceOptions& options);
 

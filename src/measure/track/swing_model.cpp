@@ -73,7 +73,7 @@ std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin,
         means.emplace_back(
             count > 0.0 ? Eigen::Vector3d(mean / count)
                         : Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
-        // Differences from the means carry no rest position.
+        // Differences from the means contain no rest position.
         const Eigen::Vector3d centre = means.back();
         const auto accumulate = [&](double first, double second, double third, std::size_t) {
             const Eigen::Vector2d before(second - centre[1], first - centre[0]);
@@ -85,7 +85,7 @@ std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin,
     }
     if (triples < 12 || normal.determinant() <= 1e-9 * normal.trace() * normal.trace())
         return std::nullopt;
-    // Prony's method for one damped sine, with a lag that keeps noise from dominating.
+    // Prony's method for one damped sine, with a lag that limits the influence of noise.
     const Eigen::Vector2d solution = normal.ldlt().solve(right);
     model.a = solution[0];
     model.b = solution[1];
@@ -117,8 +117,8 @@ std::string jump_between(int before, int after) {
                        before, after);
 }
 
-/// Twice the median time between passages, which a jump does not move; of fewer than four the
-/// recurrence's period.
+/// Twice the median time between passages, which a jump does not change; with fewer than four
+/// such times, the recurrence's period.
 double usual_period(const std::vector<double>& passages, double otherwise) {
     std::vector<double> times;
     for (std::size_t i = 1; i < passages.size(); ++i)
@@ -126,7 +126,7 @@ double usual_period(const std::vector<double>& passages, double otherwise) {
     return times.size() < 4 ? otherwise : 2.0 * median(std::move(times));
 }
 
-/// Passages through the rest that come too early or too late, until the swing has settled.
+/// Reports passages through the rest that are too early or too late, until the swing has settled.
 void judge_passages(const WatchedHistory& history, const ReleaseMoment& release,
                     const SwingModel& model, const SwingOfPlace& swing,
                     std::vector<std::string>& remarks) {
@@ -145,7 +145,7 @@ void judge_passages(const WatchedHistory& history, const ReleaseMoment& release,
     }
 }
 
-/// Largest distance from the rest within a period of a frame.
+/// Largest distance from the rest within one period of a frame.
 double amplitude_at(const WatchedHistory& history, std::size_t frame, std::size_t period,
                     double rest) {
     double amplitude = 0.0;

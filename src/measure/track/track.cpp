@@ -15,7 +15,7 @@
 namespace culm::measure {
 namespace {
 
-/// Indices of the frames that the settings ask for.
+/// Indices of the frames that the settings request.
 std::vector<std::size_t> wanted_frames(const FrameSource& source, const TrackSettings& settings) {
     const std::vector<int>& numbers = source.numbers();
     const int first = settings.first_frame.value_or(numbers.front());
@@ -36,8 +36,8 @@ std::vector<std::size_t> wanted_frames(const FrameSource& source, const TrackSet
     return wanted;
 }
 
-/// Frame numbers as the camera would have counted them: those that the settings call missing move
-/// all later ones.
+/// Frame numbers as the camera would have counted them: frames that the settings declare missing
+/// shift all later ones.
 std::vector<int> true_numbers(const FrameSource& source, std::span<const std::size_t> wanted,
                               const TrackSettings& settings) {
     std::vector<int> numbers;
@@ -54,7 +54,7 @@ std::vector<int> true_numbers(const FrameSource& source, std::span<const std::si
     return numbers;
 }
 
-/// Numbers by which two frames with the same pixels are recognised (64-bit FNV-1a).
+/// Hash of the pixels to recognise equal frames (64-bit FNV-1a).
 std::uint64_t fingerprint(const BandImage& image) {
     std::uint64_t hash = 14695981039346656037ULL;
     for (const float value : image.values)
@@ -62,7 +62,7 @@ std::uint64_t fingerprint(const BandImage& image) {
     return hash;
 }
 
-/// Positions of all rows in all frames; and which frames repeat the one before.
+/// Tracks all rows in all frames; returns which frames repeat the previous one.
 std::vector<bool> track_rows(Track& track, const FrameSource& source,
                              std::span<const std::size_t> wanted, const TrackOptions& options) {
     const StemSurvey& survey = track.survey;
@@ -91,8 +91,8 @@ std::vector<bool> track_rows(Track& track, const FrameSource& source,
     return repeats;
 }
 
-/// A camera or converter fills a lost frame with the one before: while the stem swings such a
-/// frame contains no reading. A still picture without noise may repeat itself rightly.
+/// A camera or converter replaces a lost frame by the previous one; while the stem swings, such a
+/// frame contains no reading. A still picture without noise may legitimately repeat.
 void drop_repeated_frames(Track& track, const std::vector<bool>& repeats) {
     const RingDownWindow& window = track.window;
     const std::size_t end = window.rest_begin.value_or(repeats.size());
@@ -128,7 +128,7 @@ std::vector<double> heights_in_pixels(const Track& track) {
     return heights;
 }
 
-/// Leaves out heights at which the stem is hardly ever seen: they would be empty columns.
+/// Removes heights at which the stem is hardly ever seen: their columns would be empty.
 void drop_unseen_heights(Track& track) {
     constexpr double fewest = 12.0;
     const auto frames = double(track.rows.numbers.size());
@@ -152,7 +152,7 @@ void drop_unseen_heights(Track& track) {
         at_heights(track.rows, track.survey.clamp_row, kept, track.settings.rows_per_height);
 }
 
-/// Writes the exposure that the fastest frames showed (in frames) into the description.
+/// Writes the exposure determined from the fastest frames (in frames) into the description.
 void state_exposure(Track& track, std::optional<double> frames) {
     if (!frames)
         return;
@@ -177,24 +177,24 @@ void choose_frames(Track& track) {
     }
 }
 
-/// Millimetres with five digits after the point hold a hundredth of a camera's resolution.
+/// Millimetres with five decimals resolve a hundredth of a camera's resolution.
 double rounded_length(double metres) {
     return std::round(metres * 1e8) / 1e8;
 }
 
-/// What uneven light moves the edges by across the swing, alike in all frames, pixels: so much was
-/// measured on rendered videos (docs/tracking.md).
+/// Shift of the edges by uneven light across the swing, equal in all frames, pixels, as measured on
+/// rendered videos (docs/tracking.md).
 constexpr double row_uncertainty_px = 0.02;
 
-/// Standard uncertainty by the position of an edge between two pixels and by the grain of the stem,
-/// which change from frame to frame while the stem moves, pixels; likewise measured.
+/// Standard uncertainty due to the position of an edge between two pixels and to the grain of the
+/// stem, which change between frames while the stem moves, pixels; measured likewise.
 constexpr double moving_uncertainty_px = 0.006;
 
-/// Standard uncertainty of every reading: what the edges' fit says of it, times what makes it agree
-/// with the scatter that was seen where nothing moved, and what only motion brings. Empty if that
-/// was not seen or an edge was found without a fit.
+/// Standard uncertainty of every reading: that of the edges' fit, scaled to agree with the scatter
+/// of a still stem, combined with the part that only motion causes. Empty if the scatter is unknown
+/// or an edge was found without a fit.
 std::vector<double> reading_uncertainties(const Track& track) {
-    constexpr double sharp = 0.25; // of the frames, those with the sharpest edges, count as still
+    constexpr double sharp = 0.25; // share of the frames with the sharpest edges, used as still
     const std::size_t places = track.heights.places.size();
     double seen = 0.0;
     double expected = 0.0;
@@ -219,7 +219,7 @@ std::vector<double> reading_uncertainties(const Track& track) {
                            moving_uncertainty_px * track.settings.metres_per_pixel);
             if (!(uncertainty > 0.0) && !std::isnan(track.heights.at(k, h)))
                 return {};
-            // Not 0, whatever the rounding of the file.
+            // Must not become 0 by the rounding of the file.
             out.push_back(std::max(1e-8, rounded_length(uncertainty)));
         }
     return out;
@@ -299,7 +299,7 @@ Track track_video(const TrackSettings& settings, const TrackOptions& options) {
     track.heights = at_heights(track.rows, track.survey.clamp_row, heights_in_pixels(track),
                                settings.rows_per_height);
     drop_unseen_heights(track);
-    // Where it was released follows from the first pass; the second one has to know it.
+    // The second pass needs the time of the release, which the first one determines.
     track.window = find_ring_down(track.heights, window_options(track));
     state_exposure(track, match_rows(track, *source, wanted, options.threads));
     track.heights = at_heights(track.rows, track.survey.clamp_row, track.heights.places,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tracking a stem in a recording: what video.toml says, what the recording shows, the result.
+// Tracking a stem in a recording: the settings in video.toml, the survey, and the result.
 #pragma once
 
 #include "measure/folder/measurement.hpp"
@@ -17,11 +17,11 @@
 
 namespace culm::measure {
 
-/// Empty: to be detected. Rows and columns are those of the frame, counted from 0 at the top left,
-/// whole numbers at pixel centres.
+/// Empty values are detected. Rows and columns are those of the frame, counted from 0 at the top
+/// left, with whole numbers at pixel centres.
 struct TrackSettings {
     std::filesystem::path file;
-    std::string frames; ///< where they are, relative to the file's folder (open_frames)
+    std::string frames; ///< their path, relative to the file's folder (open_frames)
     std::optional<int> first_frame;
     std::optional<int> frame_count;
     std::optional<double> fps;       ///< of the camera, 1/s
@@ -48,7 +48,7 @@ struct TrackSettings {
 /// Reads video.toml (format: docs/tracking.md). Throws core::InputError with every fault.
 [[nodiscard]] TrackSettings read_track_settings(const std::filesystem::path& file);
 
-/// How to look at a frame so that the stem stands out, upright.
+/// The view of a frame in which the stem is upright and has the highest contrast.
 struct StemView {
     Up up = Up::DecreasingRow;
     Band band = Band::Red;
@@ -57,7 +57,7 @@ struct StemView {
     friend bool operator==(const StemView&, const StemView&) = default;
 };
 
-/// What tracking a frame needs to know; rows and columns are those of the upright picture.
+/// Parameters of tracking a frame; rows and columns are those of the upright picture.
 struct StemSurvey {
     StemView view;
     int frame_width = 0; ///< pixels, as recorded
@@ -73,12 +73,12 @@ struct StemSurvey {
     std::vector<std::string> remarks;
 };
 
-/// Looks at up to 40 of the `wanted` frames. What the settings leave open is found: the way the
-/// stem stands (the end that moves least is clamped), the band and the sign with the clearest stem,
-/// clutter (pixels that stand out in all frames and do not continue the part that moves), the
-/// threshold (in every row half the stem's contrast there: a histogram's valley, as Otsu's, is none
-/// where the stem covers two per cent of the pixels) and the clamp's row. Throws core::InputError
-/// if no stem is found.
+/// Surveys up to 40 of the `wanted` frames. Determines the values that the settings do not specify:
+/// the stem's orientation (the end that moves least is clamped), the band and the sign with the
+/// clearest stem, clutter (pixels with a high contrast in all frames that do not continue the
+/// moving part), the threshold (half the stem's contrast in every row; Otsu's method fails if the
+/// stem covers two per cent of the pixels) and the clamp's row. Throws core::InputError if no stem
+/// is found.
 [[nodiscard]] StemSurvey survey_stem(const FrameSource& source, std::span<const std::size_t> wanted,
                                      const TrackSettings& settings, int threads);
 
@@ -90,7 +90,7 @@ enum class RestSource {
 
 struct RingDownWindow {
     std::size_t last_held = 0;   ///< index of the last frame in which the stem is held still
-    std::size_t held_frames = 0; ///< before it and with it, still held at the same place
+    std::size_t held_frames = 0; ///< up to and including it, held at the same position
     double release_number = 0.0; ///< frame number, with fraction, at which it was let go
     std::optional<std::size_t> rest_begin; ///< index of the first frame at rest
     RestSource rest_source = RestSource::FramesAtRest;
@@ -101,37 +101,37 @@ struct RingDownWindow {
     double cycles_per_frame = 0.0; ///< of the swing
     std::vector<double> noise; ///< (places) standard deviation of a reading, pixels; NaN unknown
     std::string noise_source;  ///< from which frames
-    /// Of a reading's error with that in the next frame, while nothing moves; 0 if that may be
-    /// chance, empty if too few frames show it.
+    /// Correlation between the errors of a reading in consecutive frames of a still stem; 0 if it
+    /// may be chance, empty if there are too few such frames.
     std::optional<double> noise_correlation;
-    /// (places) what the swing's recurrence leaves, as a reading's standard deviation, pixels: also
-    /// holds errors that a still stem does not show. Empty if the swing is too short.
+    /// (locations) residual of the swing's recurrence, as a reading's standard deviation, pixels.
+    /// It includes errors that a still stem does not have. Empty if the swing is too short.
     std::vector<double> moving_noise;
     std::vector<std::string> remarks;
 };
 
 struct WindowOptions {
-    std::string source;                       ///< what messages call the recording
+    std::string source;                       ///< name of the recording in messages
     double length = 0.0;                      ///< of the stem, pixels
     std::optional<std::size_t> release_frame; ///< index of the last held frame, if given
 };
 
-/// Watches the highest place that is seen in nearly all frames and throughout the release. Release:
-/// from the largest deflection that is followed by a swing back, the last frame at the held
-/// position, and the moment from which a cantilever's ReleaseCurve follows.
-/// Rest: from where a period's range stays within the noise. Noise: the spread while held (at least
-/// 5 frames), else at rest, else of the residuals of the swing's recurrence; its correlation from
-/// frame to frame, where 8 frames are still. Remarks report a
-/// release that was no sudden one and of jumps that look like frames lost without a gap in the
-/// numbers. Throws core::InputError, saying what was seen, if the stem does not move, is never let
-/// go, does not swing, or was let go before the first frame.
+/// Uses the highest location that is seen in nearly all frames and throughout the release. Release:
+/// after the largest deflection that is followed by a swing back, the last frame at the held
+/// position, and the moment from which a cantilever's ReleaseCurve follows. Rest: the time after
+/// which the range of a period is within the noise. Noise: the spread while held (at least 5
+/// frames), else at rest, else of the residuals of the swing's recurrence; its correlation between
+/// frames, if 8 frames are still. Remarks report a release that was not sudden, and jumps that look
+/// like lost frames without a gap in the numbers. Throws core::InputError with the observed motion
+/// if the stem does not move, is not released, does not swing, or was released before the first
+/// frame.
 [[nodiscard]] RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& options);
 
 struct TrackOptions {
     int threads = 1; ///< that share the frames
 };
 
-/// A measurement and how it came about.
+/// A measurement and its intermediate results.
 struct Track {
     Measurement measurement;
     TrackSettings settings;
@@ -143,36 +143,36 @@ struct Track {
     RingDownWindow window;
     std::size_t first_kept = 0; ///< index of the first frame in the measurement
     std::size_t last_kept = 0;
-    std::vector<std::string> remarks; ///< what a person should know, one sentence each
+    std::vector<std::string> remarks; ///< for the user, one sentence each
 };
 
 /// Replaces the columns of the rows that the heights of `track` use by those of match_row(), with
 /// their uncertainties. Profiles are those of the frames in which the stem is slowest, one for the
-/// rows of each height. The exposure is what the settings state; else what the fastest frames show,
-/// returned in frames if they show one.
+/// rows of each height. The exposure is that of the settings; otherwise it is determined from the
+/// fastest frames and returned, in frames, if they show one.
 std::optional<double> match_rows(Track& track, const FrameSource& source,
                                  const std::vector<std::size_t>& wanted, int threads);
 
-/// Tracks what video.toml describes. The result does not depend on the number of threads. Throws
-/// core::InputError with what is wrong if the recording gives no trustworthy measurement.
+/// Tracks the recording of the settings. The result does not depend on the number of threads.
+/// Throws core::InputError with the reason if the recording gives no reliable measurement.
 [[nodiscard]] Track track_video(const TrackSettings& settings, const TrackOptions& options = {});
 
-/// The camera's frames per second: from video.toml, or from a recording that states it. Throws
-/// core::InputError if there is none or the two differ by more than a thousandth; a video file's
-/// own rate, if it differs, is taken for that of playback and gets a remark.
+/// The camera's frames per second, from video.toml or from a recording that states it. Throws
+/// core::InputError if there is none or the two differ by more than a thousandth. A different rate
+/// of a video file is interpreted as that of playback and causes a remark.
 [[nodiscard]] double camera_rate(const FrameSource& source, const TrackSettings& settings,
                                  std::vector<std::string>& remarks);
 
 /// Young's modulus, Pa, with which a uniform Euler–Bernoulli cantilever of the stem's length,
-/// section and density would swing as the recording shows, f = 1.8751²/(2π L²) √(EI/μ). Goes with
-/// the square of the frame rate: a person may see in it what the checks of the pictures miss.
+/// section and density would swing as the recording shows, f = 1.8751²/(2π L²) √(EI/μ). It is
+/// proportional to the square of the frame rate, so it may reveal a wrong rate.
 [[nodiscard]] double modulus_of_swing(const Track& track);
 
-/// Adds remarks on what does not fit together: frames that are missing, a swing too fast for the
-/// frame rate, a stem of another width or length than the scale says, a modulus that no plant stem
-/// has (a wrong rate or scale), a rest position off the stated axis, a pull to the other side.
-/// Throws core::InputError if the length seen above a detected clamp is off by more than 15 %: then
-/// no height is right.
+/// Adds remarks on inconsistencies: missing frames, a swing too fast for the frame rate, a stem
+/// with another width or length than the scale implies, a modulus that no plant stem has (a wrong
+/// rate or scale), a rest position away from the stated axis, a pull to the other side. Throws
+/// core::InputError if the length seen above a detected clamp is wrong by more than 15 %, because
+/// then all heights are wrong.
 void add_doubts(Track& track);
 
 } // namespace culm::measure

@@ -28,7 +28,7 @@ void doubt_missing_frames(Track& track) {
             missing == 1 ? " is" : "s are", places));
 }
 
-/// Row of the tip while the stem stands still and straight: the highest row seen in most frames.
+/// Row of the tip while the stem is still and straight: the highest row seen in most frames.
 std::optional<double> tip_row(const Track& track) {
     for (std::size_t r = 0; r < track.rows.places.size(); ++r)
         if (track.rows.seen(r) > 0.25)
@@ -58,7 +58,7 @@ void doubt_scale(Track& track) {
         fmt::format("{:.1f} mm of the stem are seen above the clamp, stem.length_mm says {:.1f}: "
                     "is the scale, the clamp's row or the length wrong?",
                     length * 1e3, stated * 1e3);
-    // Heights count from a clamp that is where the stem seems to begin: not if much is hidden.
+    // Heights count from the clamp where the stem seems to begin, which is wrong if much is hidden.
     if (survey.clamp_is_detected && std::abs(length - stated) > 0.15 * stated + 6.0 * scale)
         throw core::InputError(fmt::format(
             "{}: {} Say where the clamp is (up, and clamp_row or clamp_column) if the stem is "
@@ -98,7 +98,7 @@ void doubt_places(Track& track) {
             const double off = window.rest[h] - track.survey.trace.axis_column;
             if (std::abs(off) > 2.0 + 0.25 * track.survey.trace.stem_width)
                 track.remarks.push_back(fmt::format(
-                    "at rest the stem stands {:.1f} pixels beside the stated axis just above the "
+                    "at rest the stem is {:.1f} pixels away from the stated axis just above the "
                     "clamp; deflections count from where it rests",
                     off));
             return;

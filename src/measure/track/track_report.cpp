@@ -34,7 +34,7 @@ const char* positive_side(const Track& track) {
     return sign > 0 ? "right" : "left";
 }
 
-/// Places of the clamp and the axis as video.toml would name them.
+/// Positions of the clamp and the axis in the terms of video.toml.
 nlohmann::ordered_json places_json(const Track& track) {
     const StemSurvey& survey = track.survey;
     const PixelPoint point = in_frame({survey.trace.axis_column, survey.clamp_row},

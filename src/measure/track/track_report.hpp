@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What `culm track` leaves beside the measurement: a report, a contact sheet, an overlay.
+// Output of `culm track` in addition to the measurement: a report, a contact sheet, an overlay.
 #pragma once
 
 #include "measure/track/track.hpp"

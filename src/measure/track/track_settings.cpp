@@ -23,7 +23,7 @@ std::optional<int> whole(const core::TomlTable& table, const std::string& key,
     return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
 }
 
-/// Index of the word, or nothing if it is absent, wrong, or "auto", which stands last.
+/// Index of the word, or nothing if it is absent, wrong, or "auto", which is the last word.
 template <std::size_t N>
 std::optional<std::size_t> choice(const core::TomlTable& table, const std::string& key,
                                   const std::array<std::string, N>& words) {
@@ -31,7 +31,7 @@ std::optional<std::size_t> choice(const core::TomlTable& table, const std::strin
     return index && *index + 1 < N ? index : std::nullopt;
 }
 
-/// Row or column of the clamp and of the axis: which of the two shows how the stem stands.
+/// Row or column of the clamp and of the axis; the key determines the stem's orientation.
 void read_place(const core::TomlTable& video, TrackSettings& settings) {
     constexpr std::array ups{Up::DecreasingRow, Up::IncreasingRow, Up::DecreasingColumn,
                              Up::IncreasingColumn};
@@ -47,7 +47,7 @@ void read_place(const core::TomlTable& video, TrackSettings& settings) {
          {std::pair{"clamp_row", false}, std::pair{"axis_column", false},
           std::pair{"clamp_column", true}, std::pair{"axis_row", true}})
         if (video.has(key) && !settings.up)
-            video.fault(key, "needs `up` beside it, the direction from the clamp to the tip");
+            video.fault(key, "also needs `up`, the direction from the clamp to the tip");
         else if (video.has(key) && is_sideways(*settings.up) != is_for_sideways)
             video.fault(key, is_for_sideways
                                  ? "belongs to a sideways stem (up = \"decreasing_column\" or "
@@ -66,7 +66,7 @@ void read_place(const core::TomlTable& video, TrackSettings& settings) {
                                                : "a sideways stem is pulled to \"top\" or "
                                                  "\"bottom\"");
         if (!settings.up && names_row)
-            video.fault("pull_side", "needs `up` beside it, the direction from the clamp to the "
+            video.fault("pull_side", "also needs `up`, the direction from the clamp to the "
                                      "tip");
     }
 }
@@ -113,7 +113,7 @@ void read_output(const core::TomlTable& video, TrackSettings& settings) {
                                 core::decimal_text(settings.metres_per_pixel, 3)));
     if (!settings.heights.empty() && settings.height_step)
         video.fault(video.key_of("height_step", core::length_unit),
-                    "stands beside heights_mm: one of them is enough");
+                    "is given in addition to heights_mm: one of them is enough");
     if (const auto rows = whole(video, "rows_per_height", {1.0, 51.0}))
         settings.rows_per_height = *rows;
     if (settings.rows_per_height % 2 == 0)
@@ -139,9 +139,9 @@ TrackSettings read_track_settings(const std::filesystem::path& file) {
     read_appearance(video, settings);
     read_output(video, settings);
     read_stem_tables(root, settings.description);
-    // Two places for one number would leave open which counts.
+    // Two values for one number would be ambiguous.
     if (settings.fps && settings.description.frames_per_second)
-        root.fault("camera", "fps stands in [video] already");
+        root.fault("camera", "fps is already given in [video]");
     else if (settings.description.frames_per_second)
         settings.fps = settings.description.frames_per_second;
     if (settings.description.reading == Reading::Material)

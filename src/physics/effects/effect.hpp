@@ -17,7 +17,7 @@ namespace culm::physics {
 enum class FittedAs {
     Itself,
     Logarithm, ///< spans decades and is positive
-    Inverse    ///< a stiffness whose compliance is the effect: infinite is none
+    Inverse    ///< a stiffness whose compliance is the effect; infinite: no effect
 };
 
 /// "as it is", "as its logarithm", "as its inverse".
@@ -31,7 +31,7 @@ enum class StatedBy {
     HoldTime           ///< for how long the stem was held before the release
 };
 
-/// What a fit of the smaller model offers as sizes to start from.
+/// Scales for start values, from a fit of the smaller model.
 struct StartScales {
     double length = 0.0;          ///< of the stem, m
     double duration = 0.0;        ///< of the recording after the release, s
@@ -42,7 +42,7 @@ struct StartScales {
     std::function<std::vector<double>()> residual_peaks;
 };
 
-/// A beat in the readings, as two planes of bending with different frequencies make it.
+/// A beat in the readings, caused by two planes of bending with different frequencies.
 struct ObservedBeat {
     double split = 0.0; ///< difference of the two stiffnesses over their mean
     double angle = 0.0; ///< from the plane of the pull to the stiffer principal plane, rad
@@ -59,18 +59,18 @@ struct EffectParameter {
     double scale = 0.0; ///< a typical size, for differences and step lengths
     FittedAs fitted_as = FittedAs::Itself;
     bool calibrated = true; ///< fitted unless the user fixes it; false: known, like gravity
-    /// A place, an angle, a time scale, which means nothing while the effect has no size.
+    /// A location, an angle or a time scale, which has no meaning while the effect has no size.
     bool is_place = false;
-    double absent = 0.0; ///< of a size: where the effect is absent; Inverse: as far up as it goes
+    double absent = 0.0; ///< of a size: value without the effect; for Inverse it is `upper`
     StatedBy stated_by = StatedBy::Nobody;
-    /// Values from which a fit starts, each in turn: of a location, an angle or a time scale, and
-    /// of a size to which no fit leads from where the effect is absent. Null: the default alone.
+    /// Start values of a fit, tried in turn: of a location, an angle or a time scale, and of a size
+    /// that a fit cannot reach from a model without the effect. Null: only the default.
     std::vector<double> (*start_values)(const StartScales& scales) = nullptr;
-    /// The start that a beat in the readings suggests; null: a beat says nothing about it.
+    /// The start that a beat in the readings suggests; null: a beat does not determine it.
     double (*start_from_beat)(const ObservedBeat& beat) = nullptr;
 };
 
-/// The numbers of a parameter that is a size and nothing else.
+/// Values of a parameter that is only a size.
 struct ParameterSize {
     double default_value;
     double lower;
@@ -82,7 +82,7 @@ size_parameter(const char* name, const char* unit, const char* meaning, const Pa
     return {name, unit, meaning, size.default_value, size.lower, size.upper, size.scale};
 }
 
-/// The same of a place, an angle or a time scale, with the values from which a fit starts.
+/// The same for a location, an angle or a time scale, with the start values of a fit.
 [[nodiscard]] inline EffectParameter
 place_parameter(const char* name, const char* unit, const char* meaning, const ParameterSize& size,
                 std::vector<double> (*start_values)(const StartScales&),
@@ -94,7 +94,7 @@ place_parameter(const char* name, const char* unit, const char* meaning, const P
     return parameter;
 }
 
-/// For how long the stem was held before the release; known from the measurement.
+/// Time for which the stem was held before the release; known from the measurement.
 [[nodiscard]] inline EffectParameter hold_time_parameter() {
     EffectParameter parameter =
         size_parameter("hold_time_s", "s", "t_h: for how long the stem was held before the release",
@@ -104,15 +104,15 @@ place_parameter(const char* name, const char* unit, const char* meaning, const P
     return parameter;
 }
 
-/// What an effect is a property of: what has the same owner has the same values.
+/// Owner of an effect. Recordings of the same owner have the same values.
 enum class BelongsTo {
-    Stem,      ///< and so to all its recordings
-    Recording, ///< each recording has values of its own
+    Stem,      ///< and therefore to all its recordings
+    Recording, ///< each recording has its own values
     Rig        ///< clamp, camera, air: to all recordings made there; so far fitted like the stem's
 };
 
-/// Laws of one family differ in form and not in kind: a recording may tell the one and not the
-/// other.
+/// Laws of one family differ in form, not in kind: a recording may determine the family but not
+/// the law.
 enum class Family {
     MaterialDamping,
     Air,
@@ -121,13 +121,13 @@ enum class Family {
     SupportAndCamera,
     Release,
     Weight,
-    Own ///< of a user's law: no other is of its kind
+    Own ///< of a user's law, a family without other laws
 };
 /// "material damping", "air", …
 [[nodiscard]] std::string_view to_string(Family family);
 
-/// Are two laws of the family that act together one law between them? A drag whose power lies
-/// between 1 and 2 is no two drags, and an inner loss over another band no two losses.
+/// Do two laws of the family that act together form one law? A drag whose power lies between 1
+/// and 2 is one drag, and an inner loss over another band is one loss.
 [[nodiscard]] bool is_one_law(Family family);
 
 /// An experiment that shows the effect because it changes or removes it.
@@ -136,13 +136,13 @@ struct RevealingExperiment {
     std::vector<double> factors; ///< of the effect's parameters, in their order
 };
 
-/// A planar chain whose weighted motion is a part of what is seen of a spatial one.
+/// A planar chain whose weighted motion is a part of the observed motion of a spatial one.
 struct PlanarPart {
     double weight = 1.0;
     double modulus_factor = 1.0; ///< of Y
 };
 
-/// A value at which a law is another one of the library.
+/// A parameter value at which a law equals another one of the library.
 struct SpecialCase {
     std::string effect;
     std::string parameter; ///< of the more general law
@@ -151,29 +151,29 @@ struct SpecialCase {
 
 /// A point mass on the stem.
 struct AttachedMass {
-    double position = 0.0; ///< from the clamp along the stem, m; beyond the tip it is the tip's
+    double position = 0.0; ///< from the clamp along the stem, m; beyond the tip: mounted at the tip
     double mass = 0.0;     ///< kg
 };
 
 /// Errors of the camera, not of the stem. Zeros: a global shutter at a right angle.
 struct CameraView {
-    /// The row at the height of the stem's free length is read so much later than that at the
-    /// clamp, s; negative if the other way round.
+    /// Delay from the row at the clamp to the row at the height of the stem's free length, s;
+    /// negative if the clamp's row is read later.
     double readout_time = 0.0;
-    /// A deflection of the tip's row is read larger by this share, one at the clamp not at all.
+    /// Share by which deflections at the tip's row are read too large; it is zero at the clamp.
     double scale_change = 0.0;
 
     friend bool operator==(const CameraView&, const CameraView&) = default;
 };
 
-/// The stem as an effect finds it and changes it.
+/// The stem that effects change.
 struct EffectTarget {
     const StemParameters<double>& stem;
     const BondLawOptions& law;
     ChainModel<double>& model;
     CameraView& camera;
-    /// Joins the spheres only after all effects: what scales the stem's own mass (a taper) must not
-    /// scale what is fixed to it.
+    /// Added to the spheres after all effects: an effect that scales the stem's own mass (a taper)
+    /// must not scale attached masses.
     std::vector<AttachedMass> attached = {};
 };
 
@@ -189,31 +189,31 @@ class Effect {
     [[nodiscard]] virtual std::string summary() const = 0; ///< what it is, one line
     [[nodiscard]] virtual std::string law() const = 0;     ///< its equation, as text
     [[nodiscard]] virtual std::string source() const = 0;  ///< a citation
-    /// What one would see in a recording, and what to do about it in the laboratory or the study.
+    /// Its signature in a recording, and the remedy in the laboratory or in the study.
     [[nodiscard]] virtual std::string signature() const = 0;
     [[nodiscard]] virtual std::string remedy() const = 0;
-    /// What it stores, and what it takes out of the motion or puts in (energy.hpp computes it).
+    /// Energy that it stores, and energy that it supplies or dissipates (computed in energy.hpp).
     [[nodiscard]] virtual std::string energy() const = 0;
     [[nodiscard]] virtual std::vector<EffectParameter> parameters() const = 0;
-    /// The same with defaults, bounds and scales that suit one stem: where to start a fit, and how
-    /// far to let it go. The bounds lie within those of parameters(), which hold for every stem.
+    /// The same with defaults, bounds and scales for one stem, which define the start and the range
+    /// of a fit. The bounds lie within those of parameters(), which are valid for every stem.
     [[nodiscard]] virtual std::vector<EffectParameter>
     parameters_for(const StemParameters<double>& /*stem*/) const {
         return parameters();
     }
-    /// Effects that say the same with other words and cannot be combined with this one.
+    /// Effects that describe the same physics and cannot be combined with this one.
     [[nodiscard]] virtual std::vector<std::string> excludes() const { return {}; }
     [[nodiscard]] virtual Family family() const { return Family::Own; }
     [[nodiscard]] virtual BelongsTo belongs_to() const { return BelongsTo::Stem; }
     [[nodiscard]] virtual std::vector<RevealingExperiment> revealed_by() const { return {}; }
-    /// Is its law stated over the whole length, so that a part of the stem would need another one?
+    /// Is its law defined over the whole length, so that a part of the stem needs another law?
     [[nodiscard]] virtual bool spans_the_stem() const { return false; }
-    /// Does it act while the stem is let go, and at no other time?
+    /// Does it act only while the stem is released?
     [[nodiscard]] virtual bool is_of_the_release() const { return false; }
-    /// 3: it leaves the plane of the pull.
+    /// 3 if the motion leaves the plane of the pull.
     [[nodiscard]] virtual int dimensions() const { return 2; }
-    /// Planar chains that together show what the camera sees of a small motion out of the plane;
-    /// none: the effect acts in the plane.
+    /// Planar chains that together describe the observed motion if it leaves the plane slightly;
+    /// empty: the effect acts in the plane.
     [[nodiscard]] virtual std::vector<PlanarPart>
     planar_parts(std::span<const double> /*values*/) const {
         return {};
@@ -232,7 +232,7 @@ struct ActiveEffect {
     std::vector<double> values;
 };
 
-/// What Effect's getters of the same names return.
+/// Values that the getters of Effect with the same names return.
 struct EffectCard {
     std::string name;
     Family family = Family::Own;
@@ -254,7 +254,7 @@ struct EffectCard {
 };
 
 using ApplyEffect = void (*)(std::span<const double> values, EffectTarget& target);
-/// Narrows defaults, bounds and scales to what is sensible for one stem.
+/// Narrows defaults, bounds and scales to sensible values for one stem.
 using SuitParameters = void (*)(const StemParameters<double>& stem,
                                 std::span<EffectParameter> parameters);
 

@@ -46,7 +46,7 @@ CULM_EFFECTS(CULM_DECLARED)
 
 namespace {
 
-/// Place in the library; behind its end for a user's effect.
+/// Position in the library; past its end for a user's effect.
 std::size_t rank(std::span<const std::string> names, const Effect& effect) {
     return static_cast<std::size_t>(std::ranges::find(names, effect.name()) - names.begin());
 }
@@ -123,8 +123,8 @@ void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target) 
     std::vector<const ActiveEffect*> ordered;
     for (const ActiveEffect& active : effects)
         ordered.push_back(&active);
-    // In the library's order, however the user names them: what an effect finds in the model must
-    // not depend on that.
+    // In the order of the library, so that the model does not depend on the order in which the user
+    // names the effects.
     std::ranges::stable_sort(
         ordered, {}, [&](const ActiveEffect* active) { return rank(names, *active->effect); });
     for (const ActiveEffect* active : ordered) {

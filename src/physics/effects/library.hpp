@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// All effects that culm knows by name, and how several of them become one model.
+// The library of effects, and the combination of several effects into one model.
 #pragma once
 
 #include "physics/effects/effect.hpp"
@@ -13,8 +13,8 @@
 
 namespace culm::physics {
 
-/// The library, in the order in which effects are applied: the stem, the clamp, what acts from
-/// outside, the release, the camera. Every call gives the same objects: equal effects have equal
+/// The library, in the order in which effects are applied: the stem, the clamp, external
+/// loads, the release, the camera. Every call returns the same objects: equal effects have equal
 /// pointers.
 [[nodiscard]] std::vector<EffectPointer> all_effects();
 
@@ -23,21 +23,21 @@ namespace culm::physics {
 /// The effect of that name. Throws core::InputError with the nearest name.
 [[nodiscard]] EffectPointer effect_named(std::string_view name);
 
-/// What the effect of that name is a property of: the stem for users' effects and any other name.
+/// Owner of the effect of that name: the stem for users' effects and any other name.
 [[nodiscard]] BelongsTo belongs_to(std::string_view name);
 
 /// The parameter of one of these effects; empty if none has it.
 [[nodiscard]] std::optional<EffectParameter> parameter_named(std::span<const ActiveEffect> effects,
                                                              const ParameterId& id);
 
-/// Throws core::InputError if an effect stands twice or one excludes another, and says why.
+/// Throws core::InputError with the reason if an effect occurs twice or one excludes another.
 void check_combination(std::span<const EffectPointer> effects);
 
-/// Adds the effects to the target, in the order of the library whatever theirs is (users' effects
-/// last), so that the model does not depend on the order in which they are named; then joins the
-/// target's attached masses to the spheres. Values may lie
-/// outside their bounds, as the steps of a numerical derivative do; value_fault() is for users'
-/// input. Throws core::InputError as check_combination() and the effects do.
+/// Adds the effects to the target, then adds the target's attached masses to the spheres. The
+/// effects are applied in the order of the library (users' effects last), so the model does not
+/// depend on the order in which they are named. Values may lie outside their bounds, as the steps
+/// of a numerical derivative do; value_fault() is for users' input. Throws core::InputError as
+/// check_combination() and the effects do.
 void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target);
 
 /// Text for "effect.parameter = value: must be …", or an empty one if the value is allowed.

@@ -65,7 +65,7 @@ double number(std::string_view text, std::string_view whole) {
     return value;
 }
 
-/// `assignments` is what stands between the parentheses.
+/// `assignments` is the text between the parentheses.
 void fix_values(std::string_view assignments, std::string_view whole, SelectedEffect& selected) {
     for (const std::string_view part : split(assignments)) {
         const std::size_t equals = part.find('=');

@@ -30,7 +30,7 @@ using EffectFileReader = std::function<EffectPointer(const std::string& file)>;
 [[nodiscard]] std::vector<SelectedEffect> parse_effects(std::string_view text,
                                                         const EffectFileReader& read);
 
-/// The same, each by itself: they need not go together.
+/// The same without a check of combinations: the effects are alternatives.
 [[nodiscard]] std::vector<SelectedEffect> parse_alternatives(std::string_view text,
                                                              const EffectFileReader& read);
 
@@ -40,7 +40,7 @@ using EffectFileReader = std::function<EffectPointer(const std::string& file)>;
 /// Does the text name a file rather than an effect of the library?
 [[nodiscard]] bool is_effect_file(std::string_view name);
 
-/// The fixed values, and for the rest the defaults that suit `stem`.
+/// The fixed values, and defaults that suit `stem` for the other parameters.
 [[nodiscard]] ActiveEffect with_defaults(const SelectedEffect& selected,
                                          const StemParameters<double>& stem);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is large and what is small for a stem: the scales of a uniform cantilever beam.
+// Scales of a stem: those of a uniform cantilever beam.
 #pragma once
 
 #include "physics/stem.hpp"
@@ -19,7 +19,7 @@ namespace culm::physics {
     return stem.sphere_mass() / stem.bond_length;
 }
 
-/// E I/L, N m/rad: what the stiffness of a clamp has to be compared with.
+/// E I/L, N m/rad: the scale for the stiffness of a clamp.
 [[nodiscard]] inline double stiffness_scale(const StemParameters<double>& stem) {
     return bending_rigidity(stem) / stem.free_length();
 }

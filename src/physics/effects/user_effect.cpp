@@ -136,7 +136,7 @@ EffectPointer make_user_effect(UserEffectText text) {
     for (const EffectParameter& parameter : text.parameters)
         formula.parameters.push_back(parameter.name);
     auto expression = compile_expression(formula);
-    // An exponent that cannot vanish is no size of the effect.
+    // A parameter that cannot be zero, such as an exponent, is not a size of the effect.
     for (EffectParameter& parameter : text.parameters)
         parameter.is_place = parameter.lower > 0.0 || parameter.upper < 0.0;
     for (const std::vector<double>& parameters : parameter_samples(text.parameters))

@@ -11,14 +11,14 @@
 
 namespace culm::physics {
 
-/// What a user writes down.
+/// Definition of an effect by a user.
 struct UserEffectText {
     std::string name; ///< lower-case letters, digits and underscores; none of the library's
     std::string summary;
     std::string source;    ///< may be empty, as the three below
-    std::string signature; ///< what one would see
+    std::string signature; ///< in a recording
     std::string remedy;
-    std::string energy; ///< what it stores, takes out or puts in
+    std::string energy; ///< that it stores, dissipates or supplies
     UserLawKind kind = UserLawKind::ForcePerLength;
     std::string formula; ///< of expression_variables(kind) and the parameters
     std::vector<EffectParameter> parameters;
@@ -28,7 +28,7 @@ struct UserEffectText {
 [[nodiscard]] std::vector<std::string> user_law_kind_names();
 [[nodiscard]] std::optional<UserLawKind> user_law_kind(std::string_view name);
 
-/// What is wrong with the name of an effect or of a parameter; empty if nothing is.
+/// The fault in the name of an effect or of a parameter; empty if there is none.
 [[nodiscard]] std::string effect_name_fault(std::string_view name);
 [[nodiscard]] std::string parameter_name_fault(std::string_view name, UserLawKind kind);
 

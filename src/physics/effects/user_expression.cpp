@@ -31,7 +31,7 @@ double largest(const double* values, int count) {
     return *std::max_element(values, values + count);
 }
 
-/// Only these functions, not the parser's own: its `log`, for one, means another thing elsewhere.
+/// Defines only these functions, not the parser's own: the meaning of `log`, for example, varies.
 void define_functions(mu::Parser& parser) {
     using Function = double (*)(double);
     constexpr std::array<Function, one_argument.size()> functions{
@@ -59,7 +59,7 @@ void define_functions(mu::Parser& parser) {
                                        std::string(std::min(position, formula.size()), ' ')));
 }
 
-/// Mistakes for which the parser has no or no good answer.
+/// Mistakes that the parser does not detect or does not explain well.
 void check_characters(const std::string& formula) {
     if (formula.find_first_not_of(" \t") == std::string::npos)
         throw core::InputError("the formula is empty");
@@ -74,9 +74,9 @@ void check_characters(const std::string& formula) {
         if (static_cast<unsigned char>(c) >= 0x80 || (c < ' ' && c != '\t'))
             refuse(formula.substr(0, i), i,
                    "only plain characters are allowed: write kappa for κ, theta for θ, * for ·, "
-                   "- for −; the formula is good up to here");
+                   "- for −; the formula is valid up to here");
         if (c == '"')
-            refuse(formula, i, "a text has no place in a formula");
+            refuse(formula, i, "text is not allowed in a formula");
         if (c == '=' && after != '=' && std::string_view("=!<>").find(before) == std::string::npos)
             refuse(formula, i, "nothing can be assigned here; == compares");
         depth += c == '(' ? 1 : c == ')' ? -1 : 0;
@@ -99,7 +99,7 @@ std::string unknown_name(const std::string& token, const ExpressionText& text) {
     for (const std::string& function : expression_functions())
         valid.push_back(function);
     valid.emplace_back("pi");
-    // A single letter has no spelling to be near to.
+    // A single letter has no similar spelling.
     const std::string nearest = token.size() > 1 ? core::nearest_name(token, valid) : "";
     return fmt::format("unknown name \"{}\"{}; there are {}{}{}, pi, and the functions {}", token,
                        nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest),
@@ -113,7 +113,7 @@ std::string unknown_name(const std::string& token, const ExpressionText& text) {
         has_place ? static_cast<std::size_t>(error.GetPos()) : text.formula.size();
     switch (error.GetCode()) {
     case mu::ecUNASSIGNABLE_TOKEN: {
-        // The rest of the formula comes with the name.
+        // The token contains the name and the rest of the formula.
         const std::string& token = error.GetToken();
         const std::string name = token.substr(
             0, token.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -131,7 +131,7 @@ std::string unknown_name(const std::string& token, const ExpressionText& text) {
     }
 }
 
-/// The parser with the places that its variables are bound to.
+/// The parser with the storage of its variables.
 class CompiledExpression {
   public:
     explicit CompiledExpression(ExpressionText text)

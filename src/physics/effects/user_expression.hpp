@@ -29,7 +29,7 @@ inline constexpr std::size_t longest_formula = 1000;
 inline constexpr int deepest_nesting = 50;
 
 /// Compiles the formula once. A mistake throws core::InputError, whose text ends with the formula
-/// and a caret under the place. Calling the result throws core::NumericalError (UserExpression)
+/// and a caret under the mistake. Calling the result throws core::NumericalError (UserExpression)
 /// with the inputs if the value is not finite; it may be called from several threads.
 [[nodiscard]] std::shared_ptr<const UserExpression> compile_expression(const ExpressionText& text);
 

@@ -53,7 +53,7 @@ std::string histories_text(const archive::StudyDescription& description) {
                        description.times.empty() ? 0.0 : description.times.back());
 }
 
-/// Long texts, of which the configuration is one, by their size alone.
+/// For long texts, for example the configuration, only the size is shown.
 std::string provenance_text(const std::vector<std::pair<std::string, std::string>>& entries) {
     constexpr std::size_t longest = 200;
     std::string text;

@@ -20,17 +20,17 @@ namespace culm::present {
 [[nodiscard]] std::vector<std::int64_t> points_with(const study::FolderState& state,
                                                     archive::PointStatus status);
 
-/// What is in the folder: study, points, tables, histories, provenance, size.
+/// Content of the folder: study, points, tables, histories, provenance, size.
 [[nodiscard]] std::string info_text(const study::StudyFolder& folder,
                                     const study::FolderState& state);
 
-/// How far the study is, who computes it, what it is at.
+/// Progress of the study, its processes, and the points being computed.
 [[nodiscard]] std::string status_text(const study::FolderState& state);
 
-/// Whether the folder is whole, and what is damaged or missing.
+/// Whether the folder is complete, and its damaged and missing parts.
 [[nodiscard]] std::string verify_text(const study::FolderState& state);
 
-/// Of all three commands (docs/archive-format.md).
+/// The JSON of all three commands (docs/archive-format.md).
 [[nodiscard]] nlohmann::ordered_json to_json(const study::FolderState& state);
 
 } // namespace culm::present

@@ -38,7 +38,7 @@ std::string key_meaning(const ConfigKey& key) {
 
 namespace {
 
-/// The part of "factors.<parameter>" that a person would type.
+/// The fixed part of a section's name: "factors" of "factors.<parameter>".
 std::string spoken(const std::string& section) {
     return section.substr(0, section.find(".<"));
 }

@@ -12,8 +12,8 @@ namespace culm::present {
 /// Every table with the names of its keys.
 [[nodiscard]] std::string config_key_list();
 
-/// What each of the keys may be, and what it is when left out. A name is that of a table ("stem"),
-/// of a key ("bond_damping") or both ("law.name"). Throws core::InputError for any other.
+/// The allowed values and the default of each of the keys. A name is that of a table ("stem"), of a
+/// key ("bond_damping") or of both ("law.name"). Throws core::InputError for unknown names.
 [[nodiscard]] std::string config_key_cards(const std::vector<std::string>& names);
 
 /// The tables in the order of the catalogue.
@@ -22,7 +22,7 @@ namespace culm::present {
 /// "a number in (0, 1000] mm; default 2.83".
 [[nodiscard]] std::string key_value(const study::ConfigKey& key);
 
-/// Without the backticks in which its text names other keys, as in Markdown.
+/// The key's description, without the Markdown backticks around names of other keys.
 [[nodiscard]] std::string key_meaning(const study::ConfigKey& key);
 
 } // namespace culm::present

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a study found as files that programs read and as text: regressions, spread, limits of the
-// time step, a repetition.
+// The results of a study as files for programs and as text: regressions, spread, limits of the time
+// step, a repetition.
 #pragma once
 
 #include "study/execute/repetition.hpp"
@@ -27,16 +27,16 @@ void write_summary(const study::StudyFolder& folder, const study::TimestepSummar
 /// docs/archive-format.md and docs/schemas/repetition.schema.json.
 [[nodiscard]] nlohmann::ordered_json to_json(const study::Repetition& repetition);
 
-/// The two laws of the paper with their intervals beside the published figures, the terms that the
-/// F-tests kept, the residuals, the spread of a study with distributions (stem to stem and within
-/// stems, and the factors that it comes from), and the failed points.
+/// The two laws of the paper with their intervals and the published values, the terms that the
+/// F-tests kept, the residuals, the spread of a study with distributions (between and within stems,
+/// and its shares by factor), and the failed points.
 [[nodiscard]] std::string regression_table(const study::StudySummary& summary);
 
-/// The bisected limits beside the linearised ones and the authors' rule, the laws of the limit, the
+/// The bisected limits with the linearised ones and the authors' rule, the laws of the limit, the
 /// errors of smaller steps, and the failed points.
 [[nodiscard]] std::string timestep_table(const study::TimestepSummary& summary);
 
-/// What a repetition was compared with, and what differs.
+/// The archive with which a repetition was compared, and the differences.
 [[nodiscard]] std::string repetition_text(const study::Repetition& repetition);
 
 } // namespace culm::present

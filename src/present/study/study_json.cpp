@@ -164,7 +164,7 @@ void add_spread(json& out, const ReplicateSummary& summary) {
     out["sensitivity"] = sensitivity;
 }
 
-/// Smallest, median and largest of what a function says of the stems.
+/// Smallest, median and largest value of a function of a stem.
 json spread_json(const std::vector<TimestepStem>& stems,
                  const std::function<double(const TimestepStem&)>& value) {
     std::vector<double> values;

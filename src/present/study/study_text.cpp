@@ -14,7 +14,7 @@
 namespace culm::present {
 namespace {
 
-/// The first ten of them with their reasons; empty if there is none. summary.json has them all.
+/// The first ten failed points with their reasons; empty if there are none. summary.json lists all.
 std::string failed_points_text(const std::vector<study::FailedPoint>& failed, std::int64_t points) {
     constexpr std::size_t listed = 10;
     if (failed.empty())
@@ -28,7 +28,7 @@ std::string failed_points_text(const std::vector<study::FailedPoint>& failed, st
     return text;
 }
 
-/// As the paper calls it.
+/// The paper's name of the response.
 std::string short_name(const study::ResponseSpread& response) {
     return response.name == "frequency" ? "b2 in Hz" : "b1 per cycle";
 }
@@ -103,9 +103,8 @@ std::string replicate_table(const study::ReplicateSummary& summary) {
             text += sensitivity_lines(response);
     for (const study::FactorGroup& group : summary.groups)
         if (group.factors.size() > 1)
-            text += fmt::format("    {} depend on each other: their index is of all of them "
-                                "together\n",
-                                group.name);
+            text +=
+                fmt::format("    {} depend on each other: one joint index is given\n", group.name);
     return text;
 }
 
@@ -158,7 +157,7 @@ std::string regression_table(const study::StudySummary& summary) {
 
 namespace {
 
-/// Stems that are listed on the screen; limits.csv has them all.
+/// Number of stems on the screen; limits.csv lists all.
 constexpr std::size_t listed_stems = 40;
 
 std::string limits(const study::TimestepSummary& summary) {

@@ -51,7 +51,7 @@ double FitCovariances::variance(const Eigen::VectorXd& direction) const {
                      direction.dot(newey_west * direction)});
 }
 
-/// `jacobian` has the shape (samples, parameters), `residuals` (samples); correlation is looked for
+/// `jacobian` has the shape (samples, parameters), `residuals` (samples). Correlations are used
 /// up to `lags` samples, with Bartlett's weights. All are scaled by n/(n − parameters). Throws
 /// core::NumericalError (FitFailed) if the Jacobian is rank deficient.
 FitCovariances fit_covariances(const Eigen::MatrixXd& jacobian, std::span<const double> residuals,
@@ -61,7 +61,7 @@ FitCovariances fit_covariances(const Eigen::MatrixXd& jacobian, std::span<const 
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian);
     if (n <= parameters || qr.rank() < parameters)
         throw core::NumericalError(core::FailureKind::FitFailed,
-                                   "the samples do not tell all parameters of Eq. 1 apart");
+                                   "the samples do not determine all parameters of Eq. 1");
     // The sandwich (XᵀX)⁻¹ M (XᵀX)⁻¹ with M the covariance of Xᵀe.
     const Eigen::MatrixXd bread = (jacobian.transpose() * jacobian).inverse();
     const double scale = static_cast<double>(n) / static_cast<double>(n - parameters);
@@ -138,7 +138,7 @@ Linearisation linearise(const Samples& samples, const Model& model, const Eigen:
     return result;
 }
 
-/// Levenberg-Marquardt with the scaling of Moré (1978), from a start that is good already.
+/// Levenberg-Marquardt with the scaling of Moré (1978), from a start near the minimum.
 Eigen::VectorXd minimised(const Samples& samples, const Model& model, Eigen::VectorXd parameters) {
     double damping = 1e-3;
     Linearisation now = linearise(samples, model, parameters);
@@ -157,7 +157,7 @@ Eigen::VectorXd minimised(const Samples& samples, const Model& model, Eigen::Vec
                 break;
             continue;
         }
-        // Change of the model in units of its size: below this nothing is left to gain.
+        // The fit has converged if the step changes the model by less than this share of it.
         const bool is_done = (now.jacobian * change).norm() <=
                              1e-12 * std::max(now.residuals.norm(), 1e-3 * std::abs(parameters[0]));
         parameters = trial;
@@ -169,7 +169,7 @@ Eigen::VectorXd minimised(const Samples& samples, const Model& model, Eigen::Vec
     return parameters;
 }
 
-/// The last tenth of the record has swung out the most.
+/// Mean over the last tenth of the record, where the motion has decayed most.
 double rest_level(const std::vector<double>& values) {
     const std::size_t tail = std::max<std::size_t>(1, values.size() / 10);
     double sum = 0.0;
@@ -221,7 +221,7 @@ void set_estimates(const Eigen::VectorXd& p, const Model& model, const FitCovari
         analysis.phase = of(p.size() - 1);
 }
 
-/// Correlation is looked for over one period, but not beyond a fifth of the record.
+/// Lags of the correlation: one period, but at most a fifth of the record.
 std::size_t lags_of(const Samples& samples, double frequency) {
     const double period = 1.0 / (frequency * median_interval(samples.times));
     const auto n = static_cast<double>(samples.times.size());
@@ -230,8 +230,8 @@ std::size_t lags_of(const Samples& samples, double frequency) {
         std::clamp(std::ceil(std::max(period, automatic)), 1.0, std::max(1.0, n / 5.0)));
 }
 
-/// Three questions: are the residuals larger than the noise (χ²), correlated (Ljung & Box 1978), or
-/// of one sign for too long (runs; Wald & Wolfowitz 1940)?
+/// Tests whether the residuals are larger than the noise (χ²), correlated (Ljung & Box 1978), or of
+/// one sign for too long (runs; Wald & Wolfowitz 1940).
 RingDownAdequacy judge(const std::vector<double>& residuals, std::size_t lags,
                        std::size_t parameters, const std::optional<double>& noise) {
     RingDownAdequacy adequacy;

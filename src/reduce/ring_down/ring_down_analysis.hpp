@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Eq. 1 fitted to one measured history, with intervals that survive correlated residuals and a
-// verdict whether Eq. 1 suffices.
+// Fits Eq. 1 to one measured history, with intervals that remain valid for correlated residuals and
+// a test whether Eq. 1 suffices.
 #pragma once
 
 #include "reduce/ring_down/ring_down_fit.hpp"
@@ -17,8 +17,8 @@ struct RingDownAnalysisOptions {
     std::optional<double> window;
     /// y = offset + Eq. 1: for a stem that comes to rest away from zero.
     bool has_offset = false;
-    /// cos(2π b2 t + φ) instead of cos(2π b2 t): for a release time that is not sure, and because a
-    /// damped stem leaves its hold at speed zero, which Eq. 1 does not (its bias:
+    /// cos(2π b2 t + φ) instead of cos(2π b2 t): for an uncertain release time, and because
+    /// a damped stem starts at speed zero, which Eq. 1 does not (for the bias see
     /// docs/fit-format.md).
     bool has_phase = false;
     /// Standard deviation of one reading, m; empty: not known.
@@ -33,8 +33,8 @@ struct Estimate {
     double upper = 0.0;
 };
 
-/// Whether the residuals are noise. p-values: the probability of residuals at least as bad as these
-/// if Eq. 1 were all there is.
+/// Tests whether the residuals are noise. A p-value is the probability of residuals at least as
+/// extreme as these if Eq. 1 is the complete model.
 struct RingDownAdequacy {
     double ljung_box_p_value =
         1.0;                   ///< of correlation over lags up to a period, at most a fifth of n
@@ -55,8 +55,8 @@ struct RingDownAnalysis {
     double rms_residual = 0.0;       ///< m
     double largest_deflection = 0.0; ///< of the samples used, m
     double r_squared = 0.0;
-    /// Standard error of b1 per cycle if the residuals were independent; the reported one over this
-    /// is what their correlation costs.
+    /// Standard error of b1 per cycle if the residuals were independent. The reported one over this
+    /// is the effect of their correlation.
     double independent_decay_error = 0.0;
     std::size_t samples = 0;
     RingDownAdequacy adequacy;
@@ -65,9 +65,9 @@ struct RingDownAnalysis {
 
 /// Fits and judges a history (times in s, strictly ascending; deflections in m; NaN for gaps, which
 /// are left out). The covariance of the parameters is (JᵀJ)⁻¹ S (JᵀJ)⁻¹; each variance is the
-/// largest by three estimates of S: σ² JᵀJ (independent residuals), Jᵀ Γ J with the residuals'
-/// autocovariance (stationary noise), and the one of Newey & West (1987), which also holds where
-/// the misfit fades with the motion. Lags reach over one period. Throws core::NumericalError
+/// largest of three estimates of S: σ² JᵀJ (independent residuals), Jᵀ Γ J with the residuals'
+/// autocovariance (stationary noise), and the one of Newey & West (1987), which is also valid if
+/// the misfit decays with the motion. Lags extend over one period. Throws core::NumericalError
 /// (FitFailed) as fit_ring_down does.
 [[nodiscard]] RingDownAnalysis analyse_ring_down(std::span<const double> times,
                                                  std::span<const double> deflections,

@@ -19,17 +19,16 @@ namespace {
 
 // Below this share of a period an exponential and a cosine are indistinguishable.
 constexpr double fewest_periods = 0.05;
-// No free vibration grows; up to this exponent per cycle noise or beating may make it seem to.
+// A free vibration does not grow; noise or beating can imitate growth up to this exponent a cycle.
 constexpr double largest_growth_per_cycle = 1.0;
-// A frequency whose 95 % interval reaches farther than this share of it to either side is no
-// result.
+// A frequency is refused if its 95 % interval extends farther than this share of it to either side.
 constexpr double widest_frequency_interval = 0.5;
 
 [[noreturn]] void refuse_history(const std::string& sentence) {
     throw core::NumericalError(core::FailureKind::FitFailed, sentence);
 }
 
-/// What is fitted: normalised samples from the release on, and what they were divided by.
+/// Normalised samples from the release on, and the scale that they were divided by.
 struct PreparedHistory {
     RingDownSamples samples;
     double scale = 0.0;            // m
@@ -93,15 +92,15 @@ PreparedHistory prepare(std::span<const double> times, std::span<const double> d
     if (!options.amplitude_is_free)
         history.value_at_release =
             deflection_at_release(times, deflections, first, tolerance) / history.scale;
-    // Amplitudes of order 1, whatever the unit: tolerances of the fit then mean the same for all.
+    // With amplitudes of order 1 the tolerances of the fit do not depend on the unit.
     for (double& value : history.samples.values)
         value /= history.scale;
     return history;
 }
 
 RefinedRingDown best_minimum(const PreparedHistory& history, const RingDownFitOptions& options) {
-    // The sum of squares has a minimum near every frequency of the history: each start is refined.
-    // At and beyond half the sampling rate every frequency has a slower twin with the same samples.
+    // The sum of squares has a minimum near every frequency of the history, so each start is
+    // refined. Frequencies from half the sampling rate on have a lower alias with the same samples.
     const double highest_frequency = 0.5 / median_interval(history.samples.times) * (1.0 + 1e-9);
     std::optional<RefinedRingDown> best;
     for (RingDownParameters start :
@@ -130,8 +129,8 @@ void check_motion(const RingDownParameters& found, double duration,
     const double decay = -found.decay_rate / found.frequency;
     if (!(decay >= -largest_growth_per_cycle))
         refuse_history(
-            fmt::format("the motion is no ring-down: its best fit, {:.4g} Hz, grows by exp({:.3g}) "
-                        "per cycle",
+            fmt::format("the motion is not a ring-down: its best fit, {:.4g} Hz, grows by "
+                        "exp({:.3g}) per cycle",
                         found.frequency, -decay));
     if (!(decay <= options.largest_decay_per_cycle))
         refuse_history(
@@ -198,8 +197,8 @@ RingDownFit fit_ring_down(std::span<const double> times, std::span<const double>
     const double reach = fit.frequency - fit.frequency_uncertainty.lower;
     if (!(reach <= widest_frequency_interval * fit.frequency))
         refuse_history(
-            fmt::format("the history is too short or too noisy to tell the frequency: {:.4g} Hz "
-                        "with a standard error of {:.2g} Hz from {} samples",
+            fmt::format("the history is too short or too noisy to determine the frequency: "
+                        "{:.4g} Hz with a standard error of {:.2g} Hz from {} samples",
                         fit.frequency, fit.frequency_uncertainty.standard_error, samples));
     return fit;
 }

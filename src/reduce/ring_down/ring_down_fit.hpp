@@ -16,13 +16,13 @@ struct RingDownFitOptions {
     bool amplitude_is_free = true;
     /// Only samples with 0 <= t <= window are used, s; empty: all samples from the release on.
     std::optional<double> window;
-    /// A motion that decays by more than this per cycle (as an exponent) has no period to speak of
+    /// A motion that decays by more than this per cycle (as an exponent) has no well-defined period
     /// and is refused. 2π is about 71 % of critical damping.
     double largest_decay_per_cycle = 2.0 * std::numbers::pi;
 };
 
-/// How well a fitted number is known. The interval has a coverage of 95 % if the residuals are
-/// independent and of one variance; where Eq. 1 itself does not hold it is only indicative.
+/// Uncertainty of a fitted number. The interval has a coverage of 95 % if the residuals are
+/// independent and of one variance; it is only indicative where Eq. 1 itself is inaccurate.
 struct Uncertainty {
     double standard_error = 0.0;
     double lower = 0.0;
@@ -45,14 +45,14 @@ struct RingDownFit {
 
     double rms_residual = 0.0; ///< root of the mean squared residual, in units of deflection_scale
     double r_squared = 0.0;    ///< share of the variance about the mean that is explained
-    int iterations = 0;        ///< of the optimiser, from the start that won
+    int iterations = 0;        ///< of the optimiser, from the best start
     std::size_t samples = 0;   ///< used by the fit
 };
 
 /// Fits Eq. 1 by nonlinear least squares to the samples (times in s, strictly ascending, 0 =
 /// release; deflections in m; equal length). Deflections are normalised by their largest absolute
 /// value, time by the period of the start. The starts come from a scan of the whole plane of
-/// frequency (up to half the sampling rate) and decay, so the fit does not settle in a wrong
+/// frequency (up to half the sampling rate) and decay, so the fit does not converge to a wrong
 /// period. The result is the minimum to about 1e-10 relative. Throws core::NumericalError
 /// (FitFailed) for too few samples, times out of order, values that are not finite, constant or
 /// near-critically damped signals, and for histories too short or too noisy to determine the

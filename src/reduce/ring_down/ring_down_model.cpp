@@ -16,8 +16,7 @@ namespace {
 
 constexpr Eigen::Index phasor_block = 64; // samples that share one pair of exponential and sine
 
-/// The interval of equally spaced times, 0 if they are not: a deviation counts when it is more than
-/// the rounding of the times themselves.
+/// The interval of equally spaced times; 0 if one deviates by more than the rounding of the times.
 double equal_interval(const Eigen::ArrayXd& times) {
     const Eigen::Index samples = times.size();
     if (samples < 2 * phasor_block)
@@ -146,7 +145,7 @@ double relative_size(const Eigen::Vector3d& step, const RingDownParameters& at) 
                      std::abs(step[2] / at.frequency)});
 }
 
-/// Residuals of Eq. 1 by b0 and, per period of the start, b1 and b2: all three are of order one.
+/// Residuals of Eq. 1 by b0 and by b1 and b2 per period of the start; all three are of order one.
 class ScaledResiduals {
   public:
     using Scalar = double;
@@ -162,7 +161,7 @@ class ScaledResiduals {
     [[nodiscard]] int NumResiduals() const {
         return static_cast<int>(model_.basis().times().size());
     }
-    /// As ceres::TinySolver asks; a fixed amplitude has no derivative.
+    /// The interface of ceres::TinySolver; a fixed amplitude has no derivative.
     bool operator()(const double* x, double* residuals, double* jacobian) const {
         const RingDownParameters at = parameters(x);
         model_.evaluate_residuals(at);
@@ -190,7 +189,7 @@ std::optional<RefinedRingDown> refine_ring_down(const RingDownSamples& samples,
     const ScaledResiduals residuals(samples, start.frequency, amplitude_is_free);
     ceres::TinySolver<ScaledResiduals> solver;
     solver.options.max_num_iterations = 200;
-    // Rounding level; polish_ring_down does the last digits.
+    // Rounding level; polish_ring_down refines the last digits.
     solver.options.gradient_tolerance = solver.options.function_tolerance = 1e-14;
     solver.options.parameter_tolerance = 1e-12;
     solver.options.cost_threshold = 0.0;
@@ -218,7 +217,7 @@ bool polish_ring_down(const RingDownSamples& samples, bool amplitude_is_free,
         refined.residual_sum_of_squares = here.residual_sum_of_squares;
         const Eigen::Vector3d step = minimising_step(here);
         const double size = relative_size(step, at);
-        // Steps that are small and shrink no more consist of rounding.
+        // Small steps that no longer shrink consist of rounding.
         if (!(size > rounding) || (size < 1e-10 && size > 0.1 * previous))
             return std::isfinite(size);
         at = {at.amplitude + step[0], at.decay_rate + step[1], at.frequency + step[2]};

@@ -15,7 +15,7 @@ namespace culm::reduce {
 
 inline constexpr double two_pi = 2.0 * std::numbers::pi;
 
-/// A normalised history; both of the same length. The unit of time is the reader's choice.
+/// A normalised history; both of the same length. The caller chooses the unit of time.
 struct RingDownSamples {
     std::vector<double> times;
     std::vector<double> values;
@@ -29,8 +29,8 @@ struct RingDownParameters {
 };
 
 /// e^(b1 t) cos(2π b2 t) and e^(b1 t) sin(2π b2 t). At equally spaced times two exponentials and
-/// two sines do for 64 samples, by multiplication of complex numbers; the error stays at some 1e-15
-/// of the envelope. At other times every sample has its own.
+/// two sines serve 64 samples, by multiplication of complex numbers; the error is about 1e-15 of
+/// the envelope. At other times every sample has its own.
 class RingDownBasis {
   public:
     explicit RingDownBasis(std::span<const double> times);
@@ -101,8 +101,8 @@ struct RingDownCurvature {
     Eigen::Matrix3d newton = Eigen::Matrix3d::Zero();
 };
 
-/// To minimise by: gradient and matrices have "step of b0 = 0" as their first equation unless
-/// amplitude_is_free.
+/// Derivatives for a minimiser: the first equation of gradient and matrices is "step of b0 = 0"
+/// unless amplitude_is_free.
 [[nodiscard]] RingDownCurvature curvature(RingDownLinearisation& model,
                                           const RingDownParameters& at, bool amplitude_is_free);
 
@@ -121,7 +121,7 @@ struct RefinedRingDown {
                                                               bool amplitude_is_free);
 
 /// Newton's method with the exact Hessian, which converges quadratically where Levenberg-Marquardt
-/// slows down because of what Eq. 1 does not explain. True if the last step was below 1e-10
+/// slows down because of large residuals. True if the last step was below 1e-10
 /// relative (of the decay: or 1e-13 per cycle).
 [[nodiscard]] bool polish_ring_down(const RingDownSamples& samples, bool amplitude_is_free,
                                     RefinedRingDown& refined);

@@ -54,7 +54,7 @@ class PackedSpectrum {
   public:
     using Sequence = std::vector<std::complex<double>>;
 
-    /// Of the history under the envelope e^(-rate t), and of the squared envelope at the samples.
+    /// Transforms history times envelope e^(-rate t), and the squared envelope at the samples.
     const Sequence& transform(const BinnedHistory& history, double rate, std::size_t length) {
         packed_.assign(std::bit_ceil(std::max<std::size_t>(4 * length, 64)), {});
         for (std::size_t k = 0; k < length; ++k) {
@@ -71,7 +71,7 @@ class PackedSpectrum {
     Eigen::FFT<double> transform_;
 };
 
-/// What the trials at the frequencies k = 0 … half the size of a spectrum explain.
+/// Sums of squares explained by the trials at the frequencies k = 0 … half the size of a spectrum.
 class Explained {
   public:
     /// The size of the spectrum is a power of two.
@@ -99,7 +99,7 @@ class Explained {
     }
 
     [[nodiscard]] double sum_of_squares(std::size_t k) const { return sum_of_squares_[k]; }
-    /// Where the sum of squares is positive.
+    /// Valid where the sum of squares is positive.
     [[nodiscard]] double amplitude(std::size_t k) const { return correlation_[k] / norm_[k]; }
 
   private:
@@ -114,16 +114,16 @@ class Explained {
     std::vector<double> sum_of_squares_;
 };
 
-/// The scan over decay rates, with what its transforms share.
+/// The scan over decay rates, with the data that its transforms share.
 class Scan {
   public:
     Scan(const BinnedHistory& history, double largest_decay_per_cycle)
         : history_(history), largest_decay_per_cycle_(largest_decay_per_cycle) {}
 
     /// Adds the local maxima over frequency for one decay rate (1/time, >= 0) that are worthwhile
-    /// beside the best so far.
+    /// compared with the best so far.
     void add_decay(double rate) {
-        // Beyond six decay times the envelope has nothing left to correlate.
+        // Beyond six decay times the envelope is negligible.
         const double reach = rate > 0.0 ? 6.0 / (rate * history_.width) : 1e9;
         const std::size_t length =
             std::min(history_.sum.size(), static_cast<std::size_t>(std::ceil(reach)) + 2);

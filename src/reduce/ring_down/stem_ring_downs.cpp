@@ -29,8 +29,8 @@ std::optional<Estimate> weighted_mean(const std::vector<Estimate>& estimates) {
     for (const Estimate& estimate : estimates)
         scatter += std::pow((estimate.value - mean) / estimate.standard_error, 2);
     const std::size_t freedom = estimates.size() - 1;
-    // The Birge ratio (Birge 1932): where the heights scatter by more than their errors say, the
-    // error of the mean grows by that factor. It never shrinks.
+    // The Birge ratio (Birge 1932): where the heights scatter by more than their errors, the error
+    // of the mean is multiplied by that factor. It never decreases.
     const double birge =
         freedom > 0 ? std::sqrt(std::max(1.0, scatter / static_cast<double>(freedom))) : 1.0;
     const double error = birge / std::sqrt(weights);

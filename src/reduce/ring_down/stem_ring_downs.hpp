@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The laboratory results: Eq. 1 at every height of a stem, and what a population of stems shows.
+// The laboratory results: Eq. 1 at every height of a stem, and statistics of a population.
 #pragma once
 
 #include "reduce/population_statistics.hpp"
@@ -49,7 +49,7 @@ struct StemRingDowns {
 [[nodiscard]] StemRingDowns fit_stem(const StemHistories& stem,
                                      const RingDownAnalysisOptions& options);
 
-/// What a set of stems shows; stems without a fit are left out of all numbers.
+/// Statistics of a set of stems; stems without a fit are left out.
 struct PopulationSummary {
     std::size_t stems = 0;   ///< with a fit
     SampleSummary frequency; ///< Hz

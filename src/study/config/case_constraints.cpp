@@ -42,7 +42,7 @@ std::optional<Violation> deflection_violation(const CaseSpec& spec) {
 std::optional<Violation> height_violation(const CaseSpec& spec) {
     const double length = spec.stem.free_length();
     for (const double height : spec.heights)
-        if (height > length * (1.0 + 1e-12)) // rounding of the tip's own height is no violation
+        if (height > length * (1.0 + 1e-12)) // allows for rounding of the tip's height
             return Violation{
                 "study.heights_mm", mm(height),
                 fmt::format("must not exceed the stem's free length, {} mm", mm(length))};

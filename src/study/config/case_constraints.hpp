@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What must hold between the parameters of one case, beyond the range of each.
+// Constraints between the parameters of one case, in addition to the range of each.
 #pragma once
 
 #include "run/case_spec.hpp"

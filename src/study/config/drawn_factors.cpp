@@ -34,13 +34,13 @@ char delimiter_of(std::string_view text) {
     return best;
 }
 
-/// The unit of that name, as keys end with it or as it is printed ("GPa", "kg/m3").
+/// The unit with that name, as a suffix of keys or as it is printed ("GPa", "kg/m3").
 std::optional<Unit> unit_named(std::string_view name) {
     std::string suffix;
     for (const char c : name)
         suffix += c == '/' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    // Units are known as endings of keys: any key with this ending shows whether there is such a
-    // unit.
+    // Units are defined as suffixes of keys: any key with this suffix shows whether there is such
+    // a unit.
     const std::string key = "x_" + suffix;
     const KeyParts parts = split_key(key);
     return parts.quantity == "x" ? parts.unit : std::nullopt;
@@ -54,10 +54,10 @@ Unit unit_of(const ColumnRequest& request, const Parameter& parameter) {
         throw core::InputError(fmt::format("{}: unknown unit {}", request.file, request.unit));
     if (!unit)
         return parameter.unit;
-    // A density read as a length would be a number like any other.
+    // Otherwise a density that is read as a length would not be noticed.
     if (unit->dimension != parameter.unit.dimension)
         throw core::InputError(
-            fmt::format("{}: column {} is in {}, but {} is in {}; `unit` tells another unit",
+            fmt::format("{}: column {} is in {}, but {} is in {}; `unit` sets another unit",
                         request.file, request.column, unit->name, parameter.key,
                         parameter.unit.name.empty() ? "no unit" : parameter.unit.name));
     return *unit;
@@ -94,7 +94,7 @@ std::vector<double> measured_values(std::string_view text, const ColumnRequest& 
         };
         const auto& cells = lines[row].cells;
         const std::string cell = place < cells.size() ? cells[place] : std::string();
-        // Without one of its values a stem cannot be drawn whole.
+        // A stem with a missing value cannot be drawn as a whole.
         if (cell.empty() && request.keeps_rows)
             refuse("(empty)", "rows = \"together\" needs every cell");
         if (cell.empty())
@@ -115,7 +115,7 @@ std::vector<double> measured_values(std::string_view text, const ColumnRequest& 
 
 namespace {
 
-// Less than this share of the unconfined distribution within [min, max] is a mistaken limit.
+// A smaller share of the unconfined distribution within [min, max] indicates a wrong limit.
 constexpr double smallest_kept_probability = 1e-3;
 
 constexpr std::array<std::string_view, 4> column_keys{"file", "column", "unit", "rows"};
@@ -133,7 +133,7 @@ std::pair<double, double> truncation(const FactorTable& table, bool is_lognormal
             table.value("max").value_or(highest)};
 }
 
-/// A distribution that a formula gives.
+/// A distribution that is defined by a formula.
 std::optional<Distribution> read_formula(const FactorTable& table, const std::string& kind) {
     const std::size_t errors_before = table.context.errors.count();
     const bool is_uniform = kind == "uniform";
@@ -192,8 +192,8 @@ std::optional<Factor> read_empirical(const FactorTable& table) {
         std::vector<double> values =
             measured_values(text_of_named_file(table.context, *file),
                             {*file, *column, unit, keeps_rows}, table.parameter);
-        // In order of size, so that strata of the unit interval are strata of the values; rows that
-        // stay together keep the order of the file, which the columns share.
+        // Sorted, so that strata of the unit interval are strata of the values; rows that stay
+        // together keep the order of the file, which the columns share.
         if (!keeps_rows)
             std::ranges::sort(values);
         Factor factor{&table.parameter, Distribution::empirical(std::move(values)), true};
@@ -243,7 +243,7 @@ std::optional<Factor> read_distribution(const FactorTable& table) {
 
 namespace {
 
-/// The factors named, by their places; nothing with the errors recorded.
+/// Indices of the factors named; nothing with the errors recorded.
 std::optional<std::vector<std::size_t>>
 read_members(const TableReader& reader, const toml::node& node, const StudyConfig& config) {
     std::vector<std::string> valid;
@@ -274,7 +274,7 @@ read_members(const TableReader& reader, const toml::node& node, const StudyConfi
     return members;
 }
 
-/// What of the factors makes a correlation impossible, if anything.
+/// The reason why these factors cannot be correlated; empty if there is none.
 std::string complaint_about(const std::vector<std::size_t>& members, const StudyConfig& config) {
     for (const std::size_t member : members) {
         const Factor& factor = config.factors[member];
@@ -319,7 +319,7 @@ std::optional<std::vector<double>> read_matrix(const TableReader& reader, const 
         if (matrix[i * size + i] != 1.0)
             return refuse("must have ones on its diagonal");
         for (std::size_t j = 0; j < i; ++j)
-            // Exactly: both numbers are written by the same person in the same file.
+            // The comparison is exact: both numbers are in the same file.
             if (matrix[i * size + j] != matrix[j * size + i])
                 return refuse(fmt::format("must be symmetric: row {} has {}, row {} has {}", i + 1,
                                           matrix[i * size + j], j + 1, matrix[j * size + i]));
@@ -341,7 +341,7 @@ void read_correlation(ConfigContext& context) {
         reader.error(factors == nullptr ? "factors" : "rank", "[correlation] needs it");
         return;
     }
-    // Factors that could not be read would only seem to be missing.
+    // Factors that could not be read would be reported as missing.
     if (context.errors.count() > 0)
         return;
     const auto members = read_members(reader, *factors, context.config);

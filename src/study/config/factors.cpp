@@ -70,7 +70,7 @@ Levels spaced(double from, double to, std::int64_t count, bool is_log) {
     return levels;
 }
 
-/// How many levels `step` or `count` give; nothing (with the error recorded) if they are wrong.
+/// Number of levels from `step` or `count`; nothing (with the error recorded) if they are wrong.
 std::optional<std::int64_t> level_count(const FactorTable& table, double from, double to) {
     if (table.reader.has("count"))
         return table.reader.whole_number("count");
@@ -79,7 +79,7 @@ std::optional<std::int64_t> level_count(const FactorTable& table, double from, d
         return std::nullopt;
     const double intervals = (to - from) / *step;
     constexpr double most_intervals = 1e6;
-    // Decimal inputs leave some 1e-16 of the quotient.
+    // Decimal inputs cause a relative error of about 1e-16 in the quotient.
     if (std::abs(intervals - std::round(intervals)) <= 1e-6 && std::round(intervals) >= 1.0 &&
         intervals <= most_intervals)
         return std::llround(intervals) + 1;
@@ -222,8 +222,8 @@ void read_point(const toml::table& point, bool is_first, std::vector<Factor>& co
         if (!value)
             context.errors.add(entry.line, "design.point." + entry.key, value_text(*entry.node),
                                parameter_allowed(*parameter));
-        // A wrong value keeps its place, so that the rows below are not shifted while errors are
-        // collected.
+        // A wrong value is replaced by a number, so that the rows below are not shifted while
+        // errors are collected.
         std::get<Levels>(column->values).push_back(value.value_or(0.0));
     }
     for (const Factor& column : columns)
@@ -254,7 +254,7 @@ void read_points(ConfigContext& context) {
     context.config.factors = std::move(columns);
 }
 
-/// Columns that are taken from the same row are of one stem, or of one test, and of one length.
+/// Checks that columns from the same rows have the same level, stem or test.
 void check_shared_rows(ConfigContext& context) {
     const auto& factors = context.config.factors;
     for (const Factor& factor : factors) {
@@ -263,7 +263,7 @@ void check_shared_rows(ConfigContext& context) {
         });
         if (first->is_per_test != factor.is_per_test)
             context.errors.add(context.places.find(factor.parameter->key)->second.line,
-                               fmt::format("factors.{}: {} has rows of the same file together, but "
+                               fmt::format("factors.{}: {} uses the same rows of the file but has "
                                            "another level",
                                            factor.parameter->key, first->parameter->key));
     }
@@ -284,8 +284,8 @@ void check_design(ConfigContext& context) {
         replicates.error(replicates.has("stems") ? "stems" : "replicates",
                          "must be 1, for no factor is a distribution: every replicate would repeat "
                          "the same computation");
-    // Repetitions without anything drawn would be the same computation again; the user expected
-    // scatter.
+    // Without drawn values every repetition would be the same computation, although the user
+    // expects scatter.
     const bool tests_differ = std::ranges::any_of(config.factors, [](const Factor& factor) {
         return factor.is_per_test || factor.within_stem.has_value();
     });
@@ -324,7 +324,7 @@ void read_factors(ConfigContext& context) {
             if (auto factor = read_factor(entry, *parameter, context))
                 context.config.factors.push_back(std::move(*factor));
         }
-    // Factors that could not be read are missing here, and would only cause errors that mislead.
+    // Factors that could not be read are missing here and would cause misleading errors.
     if (context.errors.count() == errors_before)
         check_design(context);
 }

@@ -48,7 +48,7 @@ class Section {
     std::string name_;
 };
 
-/// Of one factor's table.
+/// Keys of the table of one factor.
 Keys factor_keys() {
 
     const std::string unit = "as the parameter";
@@ -89,7 +89,7 @@ Keys factor_keys() {
     return keys;
 }
 
-/// Of [design], [replicates] and [correlation].
+/// Keys of [design], [replicates] and [correlation].
 Keys design_keys() {
     Keys keys;
     Section design(keys, "design");
@@ -142,8 +142,8 @@ Keys study_keys() {
     return keys;
 }
 
-/// Parameters have a table of their own (parameters.cpp) because factors use them too; the
-/// catalogue takes its rows from there.
+/// Parameters are in a separate table (parameters.cpp) because factors use them too; the catalogue
+/// takes its rows from there.
 Keys parameter_keys(std::string_view section) {
     Keys keys;
     for (const Parameter& p : parameters())
@@ -221,7 +221,7 @@ Keys timestep_keys() {
                     "length of the compared histories, in periods of the undamped stem");
     timestep.whole("samples_per_cycle", "40", {8.0, 1000.0}, "of the compared histories");
     timestep.number("reference_tolerance", "", "1e-09", {1e-12, 1e-2},
-                    "of the implicit run whose b1 and b2 are put beside the explicit ones");
+                    "of the implicit run whose b1 and b2 are the reference of the explicit ones");
     return keys;
 }
 

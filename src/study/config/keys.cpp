@@ -94,7 +94,7 @@ std::optional<std::string> unit_hint(const UnknownKey& unknown,
             continue;
         if (!found.unit || found.unit->dimension != right.unit->dimension || !unknown.value)
             return fmt::format("unknown key: write {}, in {}", key, right.unit->name);
-        // The value goes with it: to rename the key alone would change the stem by powers of ten.
+        // The value is converted too: with a new key alone the stem would change by powers of ten.
         const double converted = right.unit->from_si(found.unit->to_si(*unknown.value));
         return fmt::format("unknown key: the unit is {} (write {} = {:.12g})", right.unit->name,
                            key, converted);
@@ -106,8 +106,8 @@ std::optional<std::string> unit_hint(const UnknownKey& unknown,
 
 std::string unknown_key_hint(const UnknownKey& unknown, std::span<const std::string> valid) {
     for (const ConfigKey& key : config_keys())
-        // A key in the wrong table is the likeliest mistake and has one right answer, so it goes
-        // first.
+        // A key in the wrong table is the likeliest mistake and has one correction, so it is
+        // checked first.
         if (key.key == unknown.key && key.section.find('<') == std::string::npos)
             return fmt::format("unknown key: it belongs into [{}]", key.section);
     if (auto hint = unit_hint(unknown, valid))

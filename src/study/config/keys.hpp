@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every key of study files: what is allowed, and what an unknown one was meant to be.
+// Every key of study files: the allowed values, and suggestions for unknown keys.
 #pragma once
 
 #include "study/config/parameters.hpp"
@@ -34,7 +34,7 @@ struct ConfigKey {
     std::vector<std::string> words; ///< of Word and NumberOrWord
     std::string meaning;
 
-    /// What a value must be, for messages: "a number in (0, 1000] mm".
+    /// The allowed values, for messages: "a number in (0, 1000] mm".
     [[nodiscard]] std::string allowed() const;
 };
 

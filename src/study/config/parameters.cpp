@@ -79,7 +79,7 @@ void set_length(CaseSpec& spec, double length) {
 void make_spheres_touch(CaseSpec& spec) {
     const double ratio = spec.stem.bond_outer_diameter / spec.stem.bond_length;
     spec.stem.sphere_diameter = spec.stem.bond_length;
-    // Keeps the mass per length: a sphere of diameter d weighs ρπd³/6 and stands for the length d.
+    // Keeps the mass per length: a sphere of diameter d weighs ρπd³/6 and represents the length d.
     spec.stem.density *= ratio * ratio;
 }
 
@@ -97,7 +97,7 @@ void set_wall_density(CaseSpec& spec, double density) {
     spec.stem.density = density * section_share(spec);
 }
 
-// Upper ends are far beyond any plant: they exist to catch a value in the wrong unit.
+// Upper ends are far beyond any plant: they detect a value in the wrong unit.
 constexpr Interval diameter_range{0.0, 1000.0, true, false};
 constexpr Interval length_range{0.0, 100000.0, true, false};
 constexpr Interval density_range{0.0, 30000.0, true, false};
@@ -212,8 +212,8 @@ bool ParameterValues::has(std::string_view key) const {
 }
 
 void ParameterValues::apply_to(run::CaseSpec& spec) const {
-    // From the defaults on, not from the case as it is: a setter such as that of the sphere's
-    // diameter changes several members, and what an earlier value set must not remain.
+    // Starts from the defaults, not from the current case: a setter such as that of the sphere's
+    // diameter changes several members, and no change by an earlier value must remain.
     spec.stem = physics::StemParameters<double>{};
     spec.tip_deflection = run::CaseSpec{}.tip_deflection;
     for (std::size_t i = 0; i < parameter_count; ++i)

@@ -50,14 +50,14 @@ struct KeyParts {
 /// are known too, so that a mistaken unit can be explained.
 [[nodiscard]] KeyParts split_key(std::string_view key);
 
-/// Which value of which of a case's effects.
+/// Identifies a parameter of one of a case's effects.
 struct EffectPlace {
     std::size_t effect = 0;
     std::size_t value = 0;
 };
 
 /// One row of the table. Values in `range` and `default_text` are in the unit that the key names;
-/// `get` and `set` speak SI.
+/// `get` and `set` use SI.
 struct Parameter {
     std::string_view key;     ///< as in the TOML file, for example "bond_youngs_modulus_gpa"
     std::string_view section; ///< the TOML table it belongs to: "stem" or "release"
@@ -90,7 +90,7 @@ inline constexpr std::size_t parameter_count = 14;
 /// The SI value in the parameter's unit, in the fewest digits that identify it.
 [[nodiscard]] std::string config_text(const Parameter& parameter, double value_in_si);
 
-/// Two keys that fix the same thing, so that only one of them may be given.
+/// Two keys that define the same quantity, so that only one of them may be given.
 struct ExclusiveKeys {
     std::string_view first;
     std::string_view second;

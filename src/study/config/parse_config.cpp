@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads a whole study file: section by section, then what must hold between them.
+// Reads a whole study file: section by section, then the constraints between sections.
 #include "core/error.hpp"
 #include "core/user_files.hpp"
 #include "study/config/case_constraints.hpp"
@@ -104,7 +104,7 @@ StudyConfig parse_config(std::string_view text, const std::string& file, const S
     const bool is_given_twice = !check_exclusive_keys(context);
     config.given.apply_to(config.base);
     config.base.effects = config.effects.with_defaults(config.base.stem);
-    // A value that could not be read would be judged here by its default.
+    // Otherwise the default of a value that could not be read would be checked here.
     if (is_stem_known && !is_given_twice)
         check_base(context);
     errors.throw_if_any();

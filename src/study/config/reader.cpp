@@ -67,7 +67,7 @@ std::optional<double> TableReader::number(std::string_view key) const {
     const ConfigKey& wanted = description(key);
     if (wanted.kind != ValueKind::WholeNumber)
         return table_.number(wanted.key, wanted.range, wanted.allowed());
-    // The ranges of whole numbers end at 2⁵³ at most, so that nothing is lost on the way.
+    // The ranges of whole numbers end at 2⁵³ at most, so the conversion is exact.
     if (const auto value = table_.whole_number(wanted.key, wanted.range, wanted.allowed()))
         return static_cast<double>(*value);
     return std::nullopt;

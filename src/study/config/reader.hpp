@@ -20,7 +20,7 @@ using core::entries_in_order;
 using core::line_of;
 using core::value_text;
 
-/// A getter returns nothing when the key is absent or wrong; what is wrong goes into the errors.
+/// A getter returns nothing when the key is absent or wrong; faults are added to the errors.
 class TableReader {
   public:
     /// `table` may be null (the section is absent). `prefix` is put before keys in messages;
@@ -28,7 +28,7 @@ class TableReader {
     TableReader(const toml::table* table, std::string prefix, std::string_view section,
                 core::FileFaults& errors);
 
-    /// Records every key that the catalogue does not have.
+    /// Records every key that is not in the catalogue.
     void refuse_unknown_keys() const;
 
     [[nodiscard]] bool has(std::string_view key) const;
@@ -37,7 +37,7 @@ class TableReader {
 
     [[nodiscard]] std::optional<std::string> text(std::string_view key) const;
     [[nodiscard]] std::optional<std::string> word(std::string_view key) const;
-    /// Of the Number, NumberOrWord (a number) and WholeNumber kinds; within the catalogue's range.
+    /// A value of kind Number, NumberOrWord (a number) or WholeNumber, in the catalogue's range.
     [[nodiscard]] std::optional<double> number(std::string_view key) const;
     [[nodiscard]] std::optional<std::int64_t> whole_number(std::string_view key) const;
     [[nodiscard]] std::optional<std::vector<double>> numbers(std::string_view key) const;

@@ -68,7 +68,7 @@ void read_parameters(const std::string& section, ConfigContext& context) {
     }
 }
 
-/// How the points of a Latin hypercube or a Sobol sequence are made more even, or random.
+/// Reads the criterion of a Latin hypercube and the scrambling of a Sobol sequence.
 void read_evenness(const TableReader& reader, DesignOptions& design) {
     const std::string criterion = reader.word("criterion").value_or("none");
     if (criterion == "maximin")
@@ -179,7 +179,7 @@ void read_integrator(ConfigContext& context) {
         static_cast<int>(reader.whole_number("dimensions").value_or(2));
     integrator.relative_tolerance =
         reader.number("relative_tolerance").value_or(integrator.relative_tolerance);
-    // Read whatever the method is, so that its range is checked before the method refuses it.
+    // Read for every method, so that its range is checked before the method refuses it.
     integrator.timestep = reader.number("timestep_s").value_or(0.0);
     const auto method = reader.word("method");
     if (!method && reader.has("method"))
@@ -213,7 +213,7 @@ void read_vibration(ConfigContext& context) {
     base.sample_interval = reader.number("sample_interval_s").value_or(base.sample_interval);
     if (context.errors.count() != errors_before)
         return;
-    // The error stands at a line of the file: at the key that the user gave.
+    // The error refers to a key that the user gave, because only such a key has a line.
     const char* duration_key = reader.has("duration_s") ? "duration_s" : "sample_interval_s";
     if (base.sample_interval > base.duration)
         reader.error("sample_interval_s",
@@ -294,7 +294,7 @@ struct KeyPlace {
     const char* key;
 };
 
-/// What a time-step study chooses itself: its steps, its record, and what it keeps.
+/// Keys of what a time-step study chooses automatically: its steps, its record and its storage.
 constexpr std::array keys_of_vibrations{KeyPlace{"study", "heights_mm"},
                                         KeyPlace{"integrator", "timestep_s"},
                                         KeyPlace{"integrator", "relative_tolerance"},
@@ -369,7 +369,7 @@ void read_timestep(ConfigContext& context) {
 
 const std::string& text_of_named_file(ConfigContext& context, const std::string& name) {
     StudyFiles& used = context.config.files;
-    // A study that is read back from its archive brings its files along; the disk is not consulted.
+    // A study from an archive brings its files along; the disk is not read.
     const auto given = context.files.find(name);
     if (given != context.files.end())
         return used.insert_or_assign(name, given->second).first->second;

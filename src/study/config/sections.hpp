@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the parts of the config reader share while one file is read, and the files that it names.
+// Shared state of the parts of the config reader, and the files that a study names.
 #pragma once
 
 #include "study/config/parameters.hpp"
@@ -30,9 +30,9 @@ struct ConfigContext {
     StudyConfig& config;
     core::FileFaults& errors;
     std::map<std::string, GivenPlace, std::less<>> places; ///< by key
-    const StudyFiles& files;                               ///< that are at hand already
+    const StudyFiles& files;                               ///< that are available already
 
-    /// The section's table; null if it is absent (or no table, which is recorded elsewhere).
+    /// The section's table; null if it is absent (or not a table, which is recorded elsewhere).
     [[nodiscard]] const toml::table* section(std::string_view name) const {
         const toml::node* node = root.get(name);
         return node != nullptr ? node->as_table() : nullptr;
@@ -71,7 +71,7 @@ void read_correlation(ConfigContext& context); ///< after the factors
 [[nodiscard]] std::optional<double> parameter_value(const toml::node& node,
                                                     const Parameter& parameter);
 
-/// What the parameter's values must be, for messages: "must be a number in (0, 1000] mm".
+/// The allowed values of the parameter, for messages: "must be a number in (0, 1000] mm".
 [[nodiscard]] std::string parameter_allowed(const Parameter& parameter);
 
 inline constexpr std::array<std::string_view, 5> range_keys{"from", "to", "step", "count",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What identifies a study: every setting that influences its results, as sorted lines; the texts of
-// its files as one.
+// Identity of a study: every setting that influences its results as sorted lines, and the texts
+// of its files as one text.
 #include "study/config/study_config.hpp"
 
 #include "core/error.hpp"
@@ -25,8 +25,8 @@ bool is_factor(const StudyConfig& config, std::string_view key) {
                                [&](const Factor& f) { return f.parameter->key == key; });
 }
 
-/// Does the stem's geometry or mass vary? Then the rules of ParameterValues::apply_to, and not the
-/// base alone, decide what each case is.
+/// Does the stem's geometry or mass vary? Then the rules of ParameterValues::apply_to define each
+/// case, and not the base alone.
 bool is_geometry_varied(const StudyConfig& config) {
     return std::ranges::any_of(config.factors, [](const Factor& factor) {
         const std::string_view key = factor.parameter->key;
@@ -41,7 +41,7 @@ void add_parameters(const StudyConfig& config, Lines& lines) {
     const auto is_present = [&](std::string_view key) {
         return config.given.has(key) || is_factor(config, key);
     };
-    // Of two keys for the same thing the one that is in force counts.
+    // If two keys define the same quantity, only the one in force is included.
     std::set<std::string_view> left_out;
     for (const ExclusiveKeys& pair : exclusive_keys())
         left_out.insert(by_rule && is_present(pair.first) ? pair.second : pair.first);
@@ -50,8 +50,8 @@ void add_parameters(const StudyConfig& config, Lines& lines) {
             continue;
         const auto given = config.given.get(p);
         std::string value = config_text(p, p.get(config.base));
-        // The base case is one of many here, and its derived numbers say nothing about the others.
-        // What the file gives, and the rules behind it, do.
+        // The base case is one of many here, and its derived numbers do not describe the others.
+        // The values of the file and the rules do.
         if (by_rule && p.section == "stem")
             value = given ? config_text(p, *given) : std::string(p.default_text);
         lines[fmt::format("{}.{}", p.section, p.key)] = value;
@@ -101,7 +101,7 @@ std::string values_text(const Factor& factor) {
                        text(d.min()), text(d.max()), scatter_text(factor));
 }
 
-/// Lines of what studies of older versions cannot have.
+/// Lines of options that studies of older versions cannot have.
 void add_replicate_options(const StudyConfig& config, Lines& lines) {
     constexpr const char* criteria[] = {"none", "maximin", "centred_discrepancy"};
     constexpr const char* scramblings[] = {"none", "owen", "digital_shift"};
@@ -179,7 +179,7 @@ void add_model(const StudyConfig& config, Lines& lines) {
     lines["vibration.sample_interval_s"] = fmt::format("{}", base.sample_interval);
 }
 
-/// Studies without effects keep the identity that they had before there were any.
+/// Studies without effects keep the identity that they had before effects existed.
 void add_effects(const StudyConfig& config, Lines& lines) {
     // With the law, because a user's formula may change under the same name.
     for (const physics::SelectedEffect& selected : config.effects.selected())

@@ -24,7 +24,7 @@ namespace culm::study {
 /// What is computed at each point.
 enum class StudyKind {
     Vibration, ///< the free vibration, to which Eq. 1 is fitted
-    Timestep,  ///< the limit of the explicit step, and what smaller steps do to b1 and b2
+    Timestep,  ///< the limit of the explicit step, and the errors of b1 and b2 at smaller steps
 };
 
 /// How design points are made from the factors; design.hpp defines each.
@@ -41,7 +41,7 @@ struct DesignOptions {
 
 /// Rank correlations between factors.
 struct FactorCorrelation {
-    std::vector<std::size_t> factors; ///< places in StudyConfig::factors
+    std::vector<std::size_t> factors; ///< indices into StudyConfig::factors
     RankCorrelation rank;             ///< in the same order
 };
 
@@ -55,7 +55,7 @@ struct ReduceOptions {
     double significance = 0.05;    ///< of the nested F-tests
 };
 
-/// Of a study of kind Timestep.
+/// Options of a study of kind Timestep.
 struct TimestepOptions {
     double limit_tolerance = 0.01;     ///< of the bisected limit
     std::int64_t trial_steps = 20'000; ///< of every run of the bisection
@@ -64,7 +64,7 @@ struct TimestepOptions {
     std::vector<double> fractions;
     double record_cycles = 2.0;          ///< of each such run, in periods of the undamped stem
     std::int64_t samples_per_cycle = 40; ///< of its history
-    double reference_tolerance = 1e-9;   ///< of the implicit run beside it
+    double reference_tolerance = 1e-9;   ///< of the implicit reference run
 };
 
 struct StudyConfig {
@@ -99,7 +99,7 @@ struct StudyConfig {
 [[nodiscard]] StudyConfig parse_config(std::string_view text, const std::string& file,
                                        const StudyFiles& files = {});
 
-/// What differs between two identities, one line for each key; empty when they are equal. The first
+/// Differences between two identities, one line for each key; empty if they are equal. The first
 /// is called "stored", the second "now".
 [[nodiscard]] std::string difference(const std::string& stored, const std::string& now);
 

@@ -23,7 +23,7 @@ using core::TomlTable;
 constexpr core::Interval any_effect_value{-1e300, 1e300};
 constexpr std::size_t most_parameters = 20;
 
-/// What goes together: the bounds around the default, a scale, logarithms of positive numbers.
+/// Checks that default, bounds, scale and a logarithm are consistent.
 void check_parameter(const TomlTable& table, const physics::EffectParameter& parameter) {
     if (!(parameter.lower < parameter.upper))
         table.fault("upper", fmt::format("must be above lower = {}", parameter.lower));
@@ -55,7 +55,7 @@ physics::EffectParameter read_parameter(const TomlTable& table, const std::strin
     if (table.flag("logarithmic").value_or(false))
         parameter.fitted_as = physics::FittedAs::Logarithm;
     parameter.calibrated = table.flag("calibrated").value_or(true);
-    // Relations between numbers that could not be read would only be judged by their defaults.
+    // Otherwise the defaults of numbers that could not be read would be compared here.
     if (faults.count() == before)
         check_parameter(table, parameter);
     return parameter;

@@ -14,7 +14,7 @@
 namespace culm::study {
 
 /// Reads an effect and compiles its formula. Throws core::InputError with file, line and key of
-/// everything that is wrong; a mistake in the formula with a caret under its place.
+/// everything that is wrong; a mistake in the formula is marked by a caret.
 [[nodiscard]] physics::EffectPointer read_effect_file(const std::filesystem::path& file);
 
 /// The same of a text that was read elsewhere; `file` is its name in messages.

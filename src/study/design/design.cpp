@@ -25,7 +25,7 @@ struct UnitSample {
 
 struct UnitSamples {
     std::vector<UnitSample> samples;
-    /// For each factor its sample; none where its levels are taken one by one.
+    /// The sample of each factor; none if its levels are enumerated.
     std::vector<std::size_t> sample_of_factor;
     static constexpr std::size_t none = static_cast<std::size_t>(-1);
 };
@@ -50,7 +50,7 @@ UnitSamples without_values(const StudyConfig& config) {
             result.sample_of_factor.push_back(UnitSamples::none);
             continue;
         }
-        // Columns whose rows stay together share a coordinate, and so the row that is drawn.
+        // Columns whose rows stay together share a coordinate, and therefore the drawn row.
         const auto known =
             std::ranges::find(result.samples, factor.coordinate(), &UnitSample::name);
         result.sample_of_factor.push_back(static_cast<std::size_t>(known - result.samples.begin()));
@@ -64,8 +64,8 @@ UnitSamples without_values(const StudyConfig& config) {
 }
 
 void draw_at_random(const StudyConfig& config, std::int64_t points, UnitSample& sample) {
-    // Numbers depend on the counter alone: point 7 is the same whether it is drawn first or last,
-    // and however many points the study has.
+    // Numbers depend only on the counter: point 7 does not depend on the order of drawing or on the
+    // number of points.
     RandomKey key{config.seed, RandomPurpose::Draw, factor_id(sample.name), 0, 0};
     auto u = sample.u.begin();
     for (std::int64_t point = 0; point < points; ++point)
@@ -93,7 +93,7 @@ void draw_hypercubes(const StudyConfig& config, std::int64_t points,
                 strata[k] = latin_hypercube_strata(
                     {config.seed, samples[k].name, replicate / repeats}, points);
         }
-        // Only the new coordinates are moved: the others are part of earlier replicates already.
+        // Only the new coordinates are moved: the others already belong to earlier replicates.
         spread_evenly(strata, is_new, config.design.criterion, {config.seed, "", replicate});
         for (std::size_t k = 0; k < samples.size(); ++k) {
             if (!is_new[k])
@@ -108,8 +108,8 @@ void draw_hypercubes(const StudyConfig& config, std::int64_t points,
     }
 }
 
-/// Unscrambled, the sequence begins behind the origin, and draws after the first are rotated; of
-/// scrambled ones the origin is a point like any other, and each draw has a scrambling of its own.
+/// An unscrambled sequence starts after the origin, and draws after the first are rotated. A
+/// scrambled sequence includes the origin, and each draw has its own scrambling.
 void draw_sequence(const StudyConfig& config, std::int64_t points,
                    std::vector<UnitSample>& samples) {
     const Scrambling scrambling = config.design.scrambling;
@@ -133,7 +133,7 @@ void draw_sequence(const StudyConfig& config, std::int64_t points,
     }
 }
 
-/// A hypercube keeps its strata: its values are put into another order. Other points are moved.
+/// A hypercube keeps its strata: its values are reordered. Other points are moved.
 void correlate(const StudyConfig& config, std::int64_t points, UnitSamples& all) {
     if (!config.correlation)
         return;
@@ -143,7 +143,7 @@ void correlate(const StudyConfig& config, std::int64_t points, UnitSamples& all)
     const RankCorrelation& correlation = config.correlation->rank;
     const auto draws = static_cast<std::size_t>(members.front()->draws);
     const auto count = static_cast<std::size_t>(points);
-    // Independent points stay independent when each is transformed by itself. The points of a
+    // Independent points stay independent when each is transformed alone. The points of a
     // hypercube do not: a transformed coordinate would leave its stratum.
     if (config.design.type != DesignType::LatinHypercube) {
         std::vector<double> u(members.size());
@@ -168,8 +168,8 @@ void correlate(const StudyConfig& config, std::int64_t points, UnitSamples& all)
     }
 }
 
-/// The samples of a study with so many design points, correlated as it says. A function of the
-/// study alone (design.hpp says which).
+/// The correlated samples of a study with `design_points` points. They depend only on the study
+/// (design.hpp describes them).
 UnitSamples draw_unit_samples(const StudyConfig& config, std::int64_t design_points) {
     UnitSamples all = without_values(config);
     for (UnitSample& sample : all.samples)
@@ -217,7 +217,7 @@ void fill_from_sample(const StudyConfig& config, Design& design, std::size_t col
     });
 }
 
-/// Levels that are taken one by one: all combinations, or the points of a list.
+/// Fills the columns of enumerated levels: all combinations, or the points of a list.
 void fill_levels(const StudyConfig& config, Design& design, const UnitSamples& samples) {
     std::int64_t period = 1; // design points after which the column's level changes
     for (std::size_t column = design.factors.size(); column-- > 0;) {

@@ -38,18 +38,18 @@ inline constexpr std::int64_t most_points = 100'000'000;
 ///   - factorial: every combination of the levels; the first factor varies slowest, the last
 ///     fastest. Distributions are drawn for every (design point, replicate).
 ///   - latin_hypercube: each factor's N strata of equal probability hold one point each (McKay,
-///     Beckman & Conover 1979), at a random place within the stratum. A replicate keeps lists and
+///     Beckman & Conover 1979), at a random position in the stratum. A replicate keeps lists and
 ///     ranges and spreads the distributions over a new hypercube. DesignOptions::criterion makes
 ///     the points more even by exchanges.
 ///   - sobol: the Sobol sequence with the direction numbers of Joe & Kuo (2008), first dimension =
 ///     first factor, without its first element, the origin, where inverse distribution functions
 ///     may be infinite: the first points are (1/2, 1/2 …), (3/4, 1/4 …). Replicates after the first
-///     rotate the distributions' coordinates modulo 1 (Cranley & Patterson 1976). Scrambled, every
-///     replicate has its own scrambling, and the origin is a point like any other.
+///     rotate the distributions' coordinates modulo 1 (Cranley & Patterson 1976). With scrambling,
+///     every replicate has its own scrambling, and the origin is included.
 ///   - list: the values of [[design.point]], in their order; distributions as in a factorial.
 /// A factor is drawn once for each stem and kept in its tests, or drawn for each test; the scatter
-/// within a stem is drawn for each test. Rank correlations: a hypercube's values are put into
-/// another order (Iman & Conover 1982), other points go through a normal copula.
+/// within a stem is drawn for each test. Rank correlations reorder the values of a hypercube (Iman
+/// & Conover 1982) and transform other points by a normal copula.
 [[nodiscard]] Design make_design(const StudyConfig& config);
 
 /// The case of one point, 0 <= point < design.point_count().

@@ -52,8 +52,8 @@ Distribution Distribution::empirical(std::vector<double> values) {
 void Distribution::set_normal_core(double location, double scale, double low, double high) {
     location_ = location;
     scale_ = scale;
-    // Beyond the mean the distribution function loses its digits against 1; its mirror image does
-    // not.
+    // Above the mean the distribution function is close to 1 and loses digits; its mirror image
+    // does not.
     mirrored_ = low > location;
     const double a = (mirrored_ ? location - high : low - location) / scale;
     const double b = (mirrored_ ? location - low : high - location) / scale;

@@ -39,7 +39,7 @@ class Distribution {
     /// in [min, max] and increasing in u (except for empirical values in another order).
     [[nodiscard]] double quantile(double u) const;
 
-    /// How much of the unconfined distribution lies between min and max; 1 for the uniform ones.
+    /// Probability of [min, max] in the unconfined distribution; 1 for the uniform ones.
     [[nodiscard]] double kept_probability() const { return high_tail_ - low_tail_; }
 
     [[nodiscard]] DistributionKind kind() const { return kind_; }
@@ -80,7 +80,7 @@ struct WithinStemScatter {
     double max = 0.0;
 };
 
-/// Where the values of an empirical distribution come from.
+/// Source of the values of an empirical distribution.
 struct MeasuredColumn {
     std::string file;   ///< as written in the study
     std::string column; ///< its header
@@ -107,8 +107,8 @@ struct Factor {
         return levels[std::min(static_cast<std::size_t>(u * count), levels.size() - 1)];
     }
 
-    /// The name of the coordinate of the unit cube that selects the value: columns whose rows stay
-    /// together have that of their file in common.
+    /// The name of the coordinate of the unit cube that selects the value. Columns whose rows stay
+    /// together share the coordinate of their file.
     [[nodiscard]] std::string_view coordinate() const {
         return measured && measured->keeps_rows ? std::string_view(measured->file) : parameter->key;
     }

@@ -15,8 +15,8 @@ namespace {
 
 using Point = std::span<const double>;
 
-/// Criteria are Σ_i single(i) + Σ_{i<j} pair(i, j) with points in strata. Only sums, products and
-/// quotients: they have the same bits on every processor, and so has every decision.
+/// Criteria are Σ_i single(i) + Σ_{i<j} pair(i, j) with points in strata. They use only sums,
+/// products and quotients, so every decision is bitwise the same on every processor.
 struct MaximinTerms {
     double points;
 
@@ -110,22 +110,22 @@ void search(Strata& strata, const std::vector<std::size_t>& movable, const Terms
             return random_below(bound, random_bits(place));
         };
         const std::size_t first = below(0, points);
-        // The second point is drawn among the others, never the first one itself.
+        // The second point is drawn from the other points.
         return Exchange{first, (first + 1 + below(1, points - 1)) % points,
                         movable[below(2, movable.size())]};
     };
-    /// What the exchange, which is made, changes.
+    /// Makes the exchange and returns the change of the criterion.
     const auto change_by = [&](const Exchange& e) {
         const double before = terms_of(table, terms, e.first, e.second);
         table.exchange(e.first, e.second, e.coordinate);
         return terms_of(table, terms, e.first, e.second) - before;
     };
     const double size = static_cast<double>(points) * static_cast<double>(strata.size());
-    constexpr double most_work = 2.5e8; // numbers that are looked at: about a second
+    constexpr double most_work = 2.5e8; // numbers that are read: about a second
     const auto exchanges =
         static_cast<std::uint64_t>(std::max(1.0, std::min(100.0 * size, most_work / size)));
-    // The start of the threshold is the smallest change among a few exchanges: small enough not to
-    // undo the search, and without any constant that would depend on the criterion's unit.
+    // The initial threshold is the smallest change among a few exchanges: it does not undo the
+    // search and needs no constant in the unit of the criterion.
     double threshold = std::numeric_limits<double>::infinity();
     constexpr std::uint64_t trials = 64;
     for (std::uint64_t step = 0; step < trials; ++step) {
@@ -136,8 +136,8 @@ void search(Strata& strata, const std::vector<std::size_t>& movable, const Terms
     for (std::uint64_t step = 0; step < exchanges; ++step) {
         const Exchange e = drawn(step);
         const double progress = static_cast<double>(step) / static_cast<double>(exchanges);
-        // When an exchange is judged, the table has it already: a refused one is undone there, an
-        // accepted one is made in the strata too.
+        // change_by() makes the exchange in the table: a rejected one is undone there, an accepted
+        // one is made in the strata too.
         if (change_by(e) > threshold * std::max(0.0, 1.0 - 2.0 * progress))
             table.exchange(e.first, e.second, e.coordinate);
         else

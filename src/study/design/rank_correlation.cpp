@@ -61,7 +61,7 @@ double possible_share(const MatrixXd& rank) {
     return std::floor(low * 1000.0) / 1000.0;
 }
 
-/// Places of the values, from that of the smallest on.
+/// Indices of the values in ascending order.
 std::vector<std::size_t> order_of(std::span<const double> values) {
     std::vector<std::size_t> order(values.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -93,7 +93,7 @@ void RankCorrelation::correlate(std::span<double> u) const {
     std::ranges::transform(u, z.begin(), normal_score);
     for (std::size_t i = 1; i < variables_; ++i) {
         const double* row = &factor_[i * variables_];
-        // A variable that depends on none before it keeps its coordinate bit for bit.
+        // A variable that does not depend on earlier ones keeps its coordinate bit for bit.
         if (row[i] == 1.0)
             continue;
         // z' = L z has the correlations L Lᵀ when the z are independent.
@@ -115,8 +115,8 @@ void RankCorrelation::reorder(std::vector<std::vector<double>>& columns) const {
     for (Index i = 0; i < k; ++i)
         for (Index j = 0; j <= i; ++j)
             lower(i, j) = factor_[static_cast<std::size_t>(i * k + j)];
-    // Correlations that the sample has by chance are taken out first, where there are points enough
-    // to know them.
+    // Chance correlations of the sample are removed first if there are enough points to estimate
+    // them.
     MatrixXd target = centred.transpose();
     if (by_chance.info() == Eigen::Success && n > 2 * k)
         by_chance.matrixL().solveInPlace(target);
@@ -124,8 +124,8 @@ void RankCorrelation::reorder(std::vector<std::vector<double>>& columns) const {
     for (std::size_t j = 0; j < variables_; ++j) {
         const Eigen::VectorXd wanted = target.row(static_cast<Index>(j));
         const auto order = order_of({wanted.data(), static_cast<std::size_t>(n)});
-        // Iman & Conover: the k-th smallest value goes where the wanted scores have their k-th
-        // smallest. Each column keeps its values, so a hypercube stays one.
+        // Iman & Conover: the k-th smallest value moves to the position of the k-th smallest target
+        // score. Each column keeps its values, so a hypercube stays one.
         std::vector<double> sorted = columns[j];
         std::ranges::sort(sorted);
         for (std::size_t place = 0; place < order.size(); ++place)

@@ -15,8 +15,8 @@ class RankCorrelation {
   public:
     RankCorrelation() = default;
     /// `rank` is symmetric with ones on the diagonal, (variables, variables), row-major. Throws
-    /// core::InputError with what is wrong and by what factor it would be right if the normal
-    /// correlations are not positive definite.
+    /// core::InputError if the normal correlations are not positive definite; the message states by
+    /// what factor the correlations must be reduced.
     RankCorrelation(std::size_t variables, std::vector<double> rank);
 
     [[nodiscard]] std::size_t variables() const { return variables_; }
@@ -27,8 +27,8 @@ class RankCorrelation {
     /// Turns one point's independent coordinates, each uniform in (0, 1), into dependent ones.
     void correlate(std::span<double> u) const;
 
-    /// Puts the values of each column into another order so that the columns have these rank
-    /// correlations, nearly; each keeps its values, and so its strata (Iman & Conover 1982).
+    /// Reorders the values of each column so that the columns have approximately these rank
+    /// correlations. Each column keeps its values and therefore its strata (Iman & Conover 1982).
     /// `columns` has the shape (variables, points).
     void reorder(std::vector<std::vector<double>>& columns) const;
 

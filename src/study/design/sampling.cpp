@@ -44,7 +44,7 @@ std::vector<double> places_in_strata(const SampleKey& key,
 }
 
 std::vector<std::uint64_t> sobol_digits(std::int64_t points, std::size_t dimensions) {
-    boost::random::sobol sequence(dimensions); // starts behind the origin by itself
+    boost::random::sobol sequence(dimensions); // starts after the origin
     std::vector<std::uint64_t> digits(static_cast<std::size_t>(points) * dimensions, 0);
     for (std::size_t i = dimensions; i < digits.size(); ++i)
         digits[i] = sequence();
@@ -61,7 +61,7 @@ std::vector<double> sobol_points(std::int64_t points, std::size_t dimensions) {
 
 double rotated(double u, const SampleKey& key) {
     // A rotation modulo 1 (Cranley & Patterson 1976) keeps the evenness of the sequence and makes
-    // each point uniform. Zero is left out: inverse distribution functions are infinite there.
+    // each point uniform. Zero is excluded: inverse distribution functions are infinite there.
     const double shifted = u + random_uniform(random_key(key, RandomPurpose::SequenceRotation));
     const double fraction = shifted - std::floor(shifted);
     return std::max(fraction, std::numeric_limits<double>::min());
@@ -91,12 +91,12 @@ std::uint64_t DigitScrambler::operator()(std::uint64_t digits) const {
     for (int level = 0; level < levels_; ++level) {
         const std::uint64_t digit = (digits >> (63 - level)) & 1U;
         const std::uint64_t flip = (flips_[node / 64] >> (node % 64)) & 1U;
-        // The flip depends on the digits before it, as they were, and not on the flipped ones: the
-        // tree is that of the unscrambled sequence.
+        // The flip depends on the preceding digits of the unscrambled sequence, not on the flipped
+        // ones.
         flipped ^= flip << (63 - level);
         node = 2 * node + digit;
     }
-    // The digits that follow belong to this point alone, so their nodes' bits are all fresh.
+    // The following digits belong to this point alone, so all their bits are independent.
     RandomKey tail = random_key(key_, RandomPurpose::ScrambledTail);
     tail.point = node;
     return flipped ^ (random_bits(tail) >> levels_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Points of the unit cube, and the counter-based random numbers that they are made of.
+// Points of the unit cube, and the counter-based random numbers that generate them.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,11 @@
 
 namespace culm::study {
 
-/// What a random number is used for; numbers of different purposes are independent.
+/// Purpose of a random number; numbers for different purposes are independent.
 enum class RandomPurpose : std::uint64_t {
     Draw = 1,               ///< a value of a distribution
     Permutation = 2,        ///< a step of the shuffling of Latin hypercube strata
-    StratumPlace = 3,       ///< the place within a stratum
+    StratumPlace = 3,       ///< the position in a stratum
     SequenceRotation = 4,   ///< the rotation of a Sobol sequence
     SequenceScrambling = 5, ///< flips of a scrambled sequence's leading digits
     ScrambledTail = 6,      ///< its other digits
@@ -22,7 +22,7 @@ enum class RandomPurpose : std::uint64_t {
     WithinStem = 8,         ///< the scatter of a test about its stem's value
 };
 
-/// The place of a random number.
+/// The key of a random number.
 struct RandomKey {
     std::uint64_t seed = 1;
     RandomPurpose purpose = RandomPurpose::Draw;
@@ -67,21 +67,21 @@ struct RandomKey {
     return open_unit_interval(random_bits(key));
 }
 
-/// Which of a study's independent one-dimensional samples is meant.
+/// Identifies one of a study's independent one-dimensional samples.
 struct SampleKey {
     std::uint64_t seed = 1;
     std::string_view factor; ///< the parameter's key
     std::int64_t replicate = 0;
 };
 
-/// The place of the sample's first random number for a purpose.
+/// The key of the sample's first random number for a purpose.
 [[nodiscard]] RandomKey random_key(const SampleKey& key, RandomPurpose purpose);
 
 /// One coordinate of a Latin hypercube: the strata 0 … points − 1 in random order.
 [[nodiscard]] std::vector<std::int64_t> latin_hypercube_strata(const SampleKey& key,
                                                                std::int64_t points);
 
-/// A random place within the stratum [k/points, (k+1)/points) of each point.
+/// A random position in the stratum [k/points, (k+1)/points) of each point.
 [[nodiscard]] std::vector<double> places_in_strata(const SampleKey& key,
                                                    const std::vector<std::int64_t>& strata);
 
@@ -96,18 +96,18 @@ struct SampleKey {
 /// Rotates a coordinate u of (0, 1) by a random shift that belongs to the key, modulo 1.
 [[nodiscard]] double rotated(double u, const SampleKey& key);
 
-/// How a Sobol sequence is made random. Every scrambled point is uniform in the cube, and the
-/// points together stay a digital net.
+/// Randomisation of a Sobol sequence. Every scrambled point is uniform in the cube, and the points
+/// together remain a digital net.
 enum class Scrambling {
     None,
-    Owen,        ///< nested uniform scrambling (Owen 1995): each digit flips by those before it
+    Owen,        ///< nested uniform scrambling (Owen 1995): a flip depends on earlier digits
     DigitalShift ///< exclusive-or with one random number for each coordinate
 };
 
 /// One coordinate's scrambling.
 class DigitScrambler {
   public:
-    /// For sequences of so many points.
+    /// `points` is the length of the sequences.
     DigitScrambler(Scrambling scrambling, const SampleKey& key, std::int64_t points);
     [[nodiscard]] std::uint64_t operator()(std::uint64_t digits) const;
 

@@ -104,14 +104,14 @@ bool assemble_archive(const Study& study, const StudyFolder& folder,
     archive::write_study_file(
         folder.archive(), description_of(study, provenance), design_in_config_units(study.design),
         [&](std::int64_t point) {
-            // The journal goes first: it holds what was computed since the archive was written,
-            // for example a failed point that was tried again.
+            // The journal takes precedence: it contains the points that were computed after the
+            // archive was written, for example a failed point that was tried again.
             return work.added(index.contains(point) ? index.find_record(point)
                                                     : older->record(point));
         },
         [&work] { return work.entries(); });
     std::error_code error;
-    // Only now, when the archive is on the disk under its name.
+    // The journals are removed only when the archive is on the disk under its name.
     std::filesystem::remove_all(folder.journals(), error);
     if (error)
         throw core::StorageError(
@@ -124,7 +124,7 @@ namespace {
 
 using archive::PointRecord;
 
-/// The records of one folder: its journals before its archive, as when a study is finished.
+/// The records of one folder; its journals take precedence, as when a study is finished.
 class Source {
   public:
     Source(const StudyFolder& folder, const FolderState& state)
@@ -138,8 +138,8 @@ class Source {
         if (found && found->completed)
             return found;
         std::optional<PointRecord> archived = file_ ? file_->record(point) : std::nullopt;
-        // A completed outcome counts before a failed one, wherever it stands; of two failed ones
-        // the later.
+        // A completed outcome takes precedence over a failed one, wherever it is stored; of two
+        // failed ones the later is used.
         return archived && (archived->completed || !found) ? archived : found;
     }
 
@@ -149,7 +149,7 @@ class Source {
 };
 
 bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
-    // By bits: NaN stands for "no value" and must equal itself.
+    // Compares bits: NaN means "no value" and must equal itself.
     return std::ranges::equal(a, b, [](double x, double y) {
         return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
     });
@@ -162,7 +162,7 @@ bool is_same_outcome(const PointRecord& a, const PointRecord& b) {
            same_bits(a.positions, b.positions);
 }
 
-/// Chooses among the folders' outcomes of a point and keeps count.
+/// Chooses among the folders' outcomes of a point and counts them.
 class Merger {
   public:
     void add(const StudyFolder& folder, const FolderState& state) {
@@ -201,7 +201,7 @@ class Merger {
     MergeOutcome outcome_;
 };
 
-/// A source that can be read to its last byte and is not written meanwhile.
+/// The state of a source that is readable to its last byte and is not being written.
 FolderState sound_state(const StudyFolder& folder) {
     FolderState state = read_folder_state(folder, FolderDepth::Verify);
     if (state.is_running())
@@ -233,7 +233,7 @@ std::string text_of(const Texts& texts, const std::string& name) {
     return {};
 }
 
-/// The study as the first folder that knows its configuration has it, and where it ran.
+/// The study as described by the first folder that contains its configuration, and where it ran.
 struct Origin {
     Study study;
     std::string ranks;
@@ -252,7 +252,7 @@ Origin origin_of(const std::vector<FolderState>& states, const StudyFolder& firs
                     std::to_string(state.note->ranks), state.note->start};
     }
     throw core::InputError(fmt::format(
-        "{}: neither study.h5 nor journal/study.json tells the design of the study; `culm run "
+        "{}: neither study.h5 nor journal/study.json contains the design of the study; `culm run "
         "STUDY.toml -o {} --resume` finishes it",
         first.path().string(), first.path().string()));
 }

@@ -13,7 +13,7 @@
 
 namespace culm::study {
 
-/// What the study file states besides the points; its version is the entry of that name.
+/// Contents of the study file besides the points; its version is the entry of that name.
 [[nodiscard]] archive::StudyDescription
 description_of(const Study& study,
                const std::vector<std::pair<std::string, std::string>>& provenance);
@@ -21,9 +21,9 @@ description_of(const Study& study,
 /// (points, factors), row-major, in the units of the factors' keys.
 [[nodiscard]] std::vector<double> design_in_config_units(const Design& design);
 
-/// Writes the study file if the journals (and an older study file) hold every point, and removes
-/// the journals then. Returns false, leaving everything as it is, while points are missing.
-/// Throws core::StorageError; journals stay in that case.
+/// Writes the study file if the journals (and an older study file) contain every point, and then
+/// removes the journals. Returns false and changes nothing if points are missing. Throws
+/// core::StorageError; the journals remain in that case.
 [[nodiscard]] bool
 assemble_archive(const Study& study, const StudyFolder& folder,
                  const std::vector<std::pair<std::string, std::string>>& provenance);
@@ -37,10 +37,10 @@ struct MergeOutcome {
     std::vector<std::int64_t> differing; ///< those of them whose outcomes are not the same
 };
 
-/// Writes target's study.h5 from all that the source folders hold; sources stay as they are, and
-/// points that none of them has are marked as missing. A completed outcome counts before a failed
-/// one, else that of the folder named first. `provenance` are facts about this program.
-/// InputError: a source holds no study or another one, is being written, says nothing of its
+/// Writes target's study.h5 from the contents of the source folders, which do not change. Points
+/// that are in none of them are marked as missing. A completed outcome takes precedence over a
+/// failed one; otherwise the folder named first does. `provenance` are facts about this program.
+/// InputError: a source contains no study or another one, is being written, does not describe its
 /// design, or the target exists already. StorageError: damage, disk full.
 [[nodiscard]] MergeOutcome
 merge_folders(const std::vector<StudyFolder>& sources, const StudyFolder& target,

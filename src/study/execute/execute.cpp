@@ -57,8 +57,8 @@ class PointWorker {
         };
         farm::BatchReport report;
         std::size_t kept = 0;
-        // Each point is in the journal before the next one is counted: what the farm reports as
-        // done survives the death of this process.
+        // Each point is in the journal before the next one is counted, so points that the farm
+        // reports as done survive the death of this process.
         const auto commit = [&](const archive::PointRecord& record) {
             journal_.append(record);
             ++kept;
@@ -79,9 +79,9 @@ class PointWorker {
                     commit(make_record(specs[k], std::move(outcomes[k]), study_.config.reduce));
             }
         } catch (const run::Abandoned&) {
-            // What is not kept stays uncomputed; a later run with --resume takes it up again.
+            // A later run with --resume computes the points that were not recorded.
         } catch (const core::StorageError& error) {
-            // What was appended before stays in the journal, so it is counted.
+            // Records appended before the failure are in the journal, so they are counted.
             report.storage_failure = error.what();
         } catch (...) {
             give_back(std::span(batch.points).subspan(kept));
@@ -93,8 +93,8 @@ class PointWorker {
     }
 
   private:
-    /// Without the marks the points would count as deaths of this process, which costs a slower
-    /// restart and no data.
+    /// Without the marks the points would count as deaths of this process. That makes a restart
+    /// slower but loses no data.
     void give_back(std::span<const std::int64_t> points) {
         if (points.empty())
             return;
@@ -111,7 +111,7 @@ class PointWorker {
     run::Simulator simulator_;
 };
 
-/// The record of a point that is not tried any more.
+/// The record of a point that is no longer tried.
 archive::PointRecord given_up_record(std::int64_t point, int crash_limit) {
     archive::PointRecord record;
     record.point = point;
@@ -137,7 +137,7 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
     } catch (const core::StorageError& error) {
         complaint = error.what();
     }
-    // All ranks learn of it. A rank that left alone would keep the others waiting in the map.
+    // All ranks must know of a failure: if one rank left alone, the others would wait in the map.
     const bool any_failed = communicator != nullptr
                                 ? communicator->is_true_anywhere(!journal.has_value())
                                 : !journal.has_value();
@@ -153,8 +153,8 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
     };
     farm::FarmOptions farm_options = options.farm;
     farm_options.seconds_per_cost = 1.0; // make_batches plans in seconds
-    // An earlier job on this study has measured what the estimate only guesses; a deadline needs
-    // that.
+    // An earlier job on this study has measured the times that are otherwise estimated; a deadline
+    // needs the measured ones.
     farm_options.pace = earlier_pace(folder, batches, communicator);
     if (options.announce && rank_of(communicator) == 0)
         options.announce(estimate(study, batches), farm_options.pace);

@@ -25,8 +25,8 @@ struct ExecuteOptions {
     archive::LockWait lock_wait;
     /// Facts about this program for the archive's provenance: name and text.
     std::vector<std::pair<std::string, std::string>> provenance;
-    /// Called on rank 0 before the first point is started, with what is to be computed and what
-    /// earlier runs in the folder left about the pace; may be empty.
+    /// Called on rank 0 before the first point is started, with the plan of the run and the pace
+    /// that earlier runs in the folder measured; may be empty.
     std::function<void(const Estimate& plan, const farm::Pace& pace)> announce;
     /// Called instead of the simulation and the fit, to test and to measure everything around them;
     /// may be empty.
@@ -38,15 +38,15 @@ struct ExecuteOutcome {
     std::int64_t resumed_points = 0; ///< found computed when the run began
     bool archive_is_complete = false;
     double assembly_s = 0.0; ///< wall time from the journals to the study file
-    /// What the shortest of this run's batches is expected to take, s.
+    /// Expected time of the shortest of this run's batches, s.
     double shortest_batch_s = 0.0;
 };
 
-/// Every point is marked in its rank's journal before it is started. One in whose computation a
-/// process has died before is computed in a batch of its own; one that reached the crash limit is
-/// recorded as failed (archive::rank_died) without another try.
+/// Every point is marked in its rank's journal before it is started. A point during which a process
+/// has died before is computed in its own batch; a point that reached the crash limit is recorded
+/// as failed (archive::rank_died) without another try.
 /// Computes the points that `folder` lacks and, once none is missing, writes the study file from
-/// the ranks' journals and removes these. Each point is in its rank's journal before it is counted;
+/// the ranks' journals and removes them. Each point is in its rank's journal before it is counted;
 /// the study file's data do not depend on which rank computed what. Collective over the
 /// communicator; without one (nullptr) this process does everything.
 /// Throws core::InputError and core::StorageError, on every rank alike.

@@ -46,7 +46,7 @@ void read_archive(const StudyFolder& folder, FolderDepth depth, FolderState& sta
         return;
     std::error_code ignored; // the size is for people
     state.archive_bytes = fs::file_size(folder.archive(), ignored);
-    // HDF5 may crash on a damaged file (verify.hpp), and this command is asked about damaged files.
+    // HDF5 may crash on a damaged file (verify.hpp), and this command must handle damaged files.
     if (std::string death = archive::death_while_opening(folder.archive()); !death.empty()) {
         state.problems.push_back(std::move(death));
         return;
@@ -88,7 +88,7 @@ void read_journals(const StudyFolder& folder, FolderDepth depth, FolderState& st
     }
 }
 
-/// A completed outcome counts before a failed one, as in archive::JournalIndex.
+/// A completed outcome takes precedence over a failed one, as in archive::JournalIndex.
 void add_outcome(const archive::JournalEntry& entry, std::vector<PointStatus>& points,
                  std::vector<bool>& is_journalled, FolderState& state) {
     if (entry.point < 0 || entry.point >= static_cast<std::int64_t>(points.size())) {

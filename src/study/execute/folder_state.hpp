@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a study's folder holds, whole or in part, running or not: for info, status and verify.
+// Contents of a study's folder, complete or not, running or not: for info, status and verify.
 #pragma once
 
 #include "archive/journal/read.hpp"
@@ -35,22 +35,22 @@ struct FolderState {
     std::string identity;                                    ///< canonical configuration
     std::optional<archive::StudyDescription> archive;        ///< of study.h5, if it can be read
     std::optional<archive::Verification> verification;       ///< of study.h5, if it was asked for
-    std::optional<StudyNote> note;                           ///< beside the journals
+    std::optional<StudyNote> note;                           ///< next to the journals
     std::vector<JournalState> journals;                      ///< in order of their names
     std::vector<std::string> problems;                       ///< files that cannot be read, and why
     std::optional<std::vector<archive::PointStatus>> points; ///< nothing: their number is unknown
-    std::int64_t repeated_outcomes = 0; ///< outcomes in the journals beside the one that counts
+    std::int64_t repeated_outcomes = 0; ///< outcomes in the journals that others supersede
     std::map<std::int64_t, int> unfinished_starts; ///< of points without an outcome
     std::uint64_t archive_bytes = 0;
     std::uint64_t journal_bytes = 0;
 
     [[nodiscard]] PointCounts counts() const;
     [[nodiscard]] bool is_running() const;
-    /// Nothing damaged, nothing missing.
+    /// True if nothing is damaged and nothing is missing.
     [[nodiscard]] bool is_whole() const;
 };
 
-/// How closely a folder is looked at.
+/// Depth of the inspection of a folder.
 enum class FolderDepth {
     Glance, ///< headers of journal records and of the archive: quick, trusts the payloads
     Verify, ///< every checksum

@@ -37,7 +37,7 @@ nlohmann::ordered_json to_json(const StudyNote& note) {
 
 StudyNote from_json(const nlohmann::ordered_json& json) {
     if (json.at("format") != note_format)
-        throw core::StorageError("it is no note of culm");
+        throw core::StorageError("it is not a note of culm");
     StudyNote note{json.at("name"),
                    json.at("points"),
                    json.at("config"),
@@ -47,7 +47,7 @@ StudyNote from_json(const nlohmann::ordered_json& json) {
                    {},
                    files_from_text(json.value("config_files", std::string()))};
     if (note.points < 0 || note.points > most_points)
-        throw core::StorageError(fmt::format("{} points cannot be", note.points));
+        throw core::StorageError(fmt::format("{} is not a number of points", note.points));
     for (const auto& [name, text] : json.at("provenance").items())
         note.provenance.emplace_back(name, text.get<std::string>());
     return note;
@@ -119,7 +119,7 @@ farm::Pace read_pace(const StudyFolder& folder) {
 
 void write_pace(const StudyFolder& folder, const farm::Pace& pace) {
     std::error_code error;
-    // The pace only improves an estimate: where it cannot be kept nothing is said.
+    // The pace only improves an estimate, so a failure to store it is not reported.
     if (!is_sound(pace) || !fs::is_directory(folder.journals(), error))
         return;
     const fs::path temporary = folder.pace().string() + ".tmp";

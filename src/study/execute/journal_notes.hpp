@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files beside the journals: what study they belong to, and what its points took so far.
+// Files next to the journals: the study that they belong to, and the times of its points so far.
 #pragma once
 
 #include "farm/batch.hpp"
@@ -30,28 +30,28 @@ struct StudyNote {
     bool operator==(const StudyNote&) const = default;
 };
 
-/// Replaces the folder's note at once: a reader finds the old one or the new one. StorageError.
+/// Replaces the folder's note atomically: readers find the old or the new one. StorageError.
 void write_note(const StudyFolder& folder, const StudyNote& note);
 
-/// Nothing if there is no note (an archive stands alone, or an older culm wrote the journals).
-/// StorageError if it cannot be read or is no note.
+/// Empty if there is no note (an archive without journals, or journals of an older culm).
+/// StorageError if the file cannot be read or is not a note.
 [[nodiscard]] std::optional<StudyNote> read_note(const StudyFolder& folder);
 
-/// Cost unit: seconds on the reference machine (study::estimated_seconds). Nothing known if there
-/// is no such file or it cannot be understood: then times are learned anew.
+/// Cost unit: seconds on the reference machine (study::estimated_seconds). The pace is empty if the
+/// file is missing or not valid; times are then measured anew.
 [[nodiscard]] farm::Pace read_pace(const StudyFolder& folder);
 
-/// Replaces the file at once, as long as the folder has journals. A failure is ignored: points do
-/// not depend on it.
+/// Replaces the file atomically if the folder has journals. A failure is ignored: points do not
+/// depend on it.
 void write_pace(const StudyFolder& folder, const farm::Pace& pace);
 
-/// What earlier runs left about the times of these batches, the same on every rank. It weighs no
-/// more than one batch for each rank: the machine may be another one. Collective.
+/// Times of these batches that earlier runs measured, the same on every rank. Their weight is at
+/// most one batch for each rank, because the machine may be another one. Collective.
 [[nodiscard]] farm::Pace earlier_pace(const StudyFolder& folder,
                                       const std::vector<farm::Batch>& batches,
                                       const farm::Communicator* communicator);
 
-/// Expected for the cheapest of the batches, s; as make_batches plans while nothing is known.
+/// Expected time of the cheapest batch, s; that of make_batches if no times are known.
 [[nodiscard]] double shortest_expected_time(const std::vector<farm::Batch>& batches,
                                             const farm::Pace& pace);
 

@@ -63,7 +63,7 @@ void check_points(const StudyConfig& config, const Design& design, const CaseChe
 
 namespace {
 
-/// Time per bond and step of all lanes together, s, and what a spatial chain takes more: measured
+/// Time per bond and step of all lanes together, s, and the factor for a spatial chain: measured
 /// by bench_cost_estimates on the reference machine (docs/performance.md).
 constexpr double explicit_bond_step_seconds = 9.2e-9;
 constexpr double explicit_spatial_factor = 3.1;
@@ -73,8 +73,8 @@ constexpr double implicit_spatial_factor = 5.2;
 constexpr double static_bond_step_seconds = 6e-7;
 constexpr double static_spatial_factor = 11.0;
 
-/// What ARKODE and CVODE take: steps for one of RODAS5 with the same accuracy, time per bond and
-/// step (s), and what a spatial chain takes more.
+/// Costs of ARKODE and CVODE: steps for one of RODAS5 with the same accuracy, time per bond and
+/// step (s), and the factor for a spatial chain.
 struct SundialsCost {
     double steps;
     double bond_step_seconds;
@@ -83,9 +83,9 @@ struct SundialsCost {
 constexpr SundialsCost arkode_cost{1.2, 1.0e-6, 4.0};
 constexpr SundialsCost cvode_cost{54.0, 1.1e-7, 4.0};
 
-/// Steps that the implicit integrator takes at its default tolerance in so many periods of the
-/// first mode. Lightly damped stems need more of them, because their higher modes ring longer;
-/// those that the release excites die away in the first ones (docs/performance.md).
+/// Steps of the implicit integrator at its default tolerance over `periods` periods of the first
+/// mode. Lightly damped stems need more of them, because their higher modes ring longer; the modes
+/// that the release excites decay in the first periods (docs/performance.md).
 double implicit_steps(double periods, double bond_damping) {
     return periods * (45.0 / (1.0 + bond_damping / 20.0) + 150.0 / (periods + 2.0));
 }
@@ -99,9 +99,9 @@ double seconds_of_point(const StudyConfig& config, const run::CaseSpec& spec) {
            explicit_bond_step_seconds / static_cast<double>(run::lanes_per_batch());
 }
 
-/// `points` in the order in which they fill lanes. Explicit ones all take the same steps. Implicit
-/// ones choose their own, and a batch is done when its longest is: the longest first, equals as
-/// they come.
+/// `points` in the order in which they fill lanes. Explicit points all take the same steps.
+/// Implicit points choose their own steps, and a batch ends with its longest point: they are sorted
+/// by descending time, and equal ones keep their order.
 std::vector<std::int64_t> in_lane_order(const Study& study,
                                         const std::vector<std::int64_t>& points) {
     if (study.config.base.integrator.method == run::IntegrationMethod::Explicit)
@@ -121,13 +121,13 @@ std::vector<std::int64_t> in_lane_order(const Study& study,
     return ordered;
 }
 
-/// To three digits, so that the printed limit is itself allowed.
+/// Rounded down to three digits, so that the printed limit is itself allowed.
 double rounded_down(double limit) {
     const double unit = std::pow(10.0, std::floor(std::log10(limit)) - 2.0);
     return std::floor(limit / unit) * unit;
 }
 
-/// The stable step depends on the stem alone; points that differ in nothing else share the answer.
+/// The stable step depends on the stem alone; points with the same stem share the result.
 class StabilityCheck {
   public:
     std::optional<std::string> operator()(const run::CaseSpec& spec) {
@@ -142,7 +142,7 @@ class StabilityCheck {
                            spec.integrator.timestep, rounded_down(limit));
     }
 
-    /// Of all cases checked so far, s; infinite before the first explicit one.
+    /// Smallest limit of the cases checked so far, s; infinite before the first explicit one.
     [[nodiscard]] double smallest_limit() const { return smallest_limit_; }
 
   private:
@@ -151,7 +151,7 @@ class StabilityCheck {
         run::CaseSpec unit = spec;
         unit.stem.bond_youngs_modulus = 1e9;
         const auto& stem = unit.stem;
-        // Without Y: a study that varies stiffness alone asks for one eigenvalue problem.
+        // Without Y: a study that varies stiffness alone solves one eigenvalue problem.
         const auto key =
             std::tuple{stem.sphere_count,        stem.sphere_diameter,     stem.bond_length,
                        stem.bond_outer_diameter, stem.bond_inner_diameter, stem.density,
@@ -162,7 +162,7 @@ class StabilityCheck {
         return entry->second * std::sqrt(1e9 / spec.stem.bond_youngs_modulus);
     }
 
-    /// Effects do not scale with Y: every case with other numbers is asked for its own limit.
+    /// Effects do not scale with Y: the limit is computed for every case with other values.
     double limit_with_effects(const run::CaseSpec& spec) {
         std::vector<double> key{double(spec.stem.sphere_count), spec.stem.sphere_diameter,
                                 spec.stem.bond_length,          spec.stem.bond_outer_diameter,
@@ -191,7 +191,7 @@ Study checked(StudyConfig config) {
         check_points(study.config, study.design,
                      [&stability](const run::CaseSpec& spec) { return stability(spec); });
     } catch (const core::InputError& error) {
-        // The fault is another one; advice about the step would mislead.
+        // The step is not the cause of the fault; advice about it would mislead.
         if (study.config.base.integrator.timestep <= stability.smallest_limit())
             throw;
         throw core::InputError(
@@ -258,20 +258,20 @@ std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std:
     const auto lanes = static_cast<double>(most);
     for (const std::int64_t point : in_lane_order(study, points)) {
         run::CaseSpec spec = case_of_point(study.config, study.design, point);
-        // A point during which a process died before goes alone: its death must not take others
-        // along.
+        // A point during which a process died before gets its own batch, so that another death does
+        // not affect other points.
         if (std::ranges::binary_search(alone, point)) {
             lone.push_back({{point}, lanes * seconds_of_point(study.config, spec)});
             continue;
         }
-        // A point of a time-step study fills the lanes alone, with its steps.
+        // A point of a time-step study fills the lanes with its own steps.
         if (first && study.config.kind == StudyKind::Vibration &&
             batches.back().points.size() < most && run::can_share_lanes(*first, spec)) {
             batches.back().points.push_back(point);
             continue;
         }
-        // Lanes step together: a batch costs what its longest lane costs, the first one, however
-        // many others are used.
+        // Lanes step together: the cost of a batch is that of its longest lane, the first one, for
+        // any number of used lanes.
         batches.push_back({{point}, lanes * seconds_of_point(study.config, spec)});
         first = std::move(spec);
     }

@@ -15,7 +15,7 @@
 
 namespace culm::study {
 
-/// What is wrong with a case, or nothing.
+/// Returns the fault of a case, or nothing.
 using CaseCheck = std::function<std::optional<std::string>(const run::CaseSpec&)>;
 
 /// Checks the constraints of case_constraints.hpp at every point, then `further` (for example the
@@ -40,14 +40,14 @@ struct Study {
 /// for the schedule; the order of magnitude is for people (docs/performance.md).
 [[nodiscard]] double estimated_seconds(const run::CaseSpec& spec);
 
-/// The given points in batches of one implicit case, or of as many explicit cases as the machine
-/// has lanes; explicit points are grouped so that the lanes of a batch can run together.
-/// Those that also stand in `alone` (ascending) get a batch of their own.
+/// The given points in batches of one implicit case, or of one explicit case for each lane of the
+/// machine; explicit points are grouped so that the lanes of a batch can run together. Points that
+/// are also in `alone` (ascending) get their own batches.
 [[nodiscard]] std::vector<farm::Batch> make_batches(const Study& study,
                                                     const std::vector<std::int64_t>& points,
                                                     const std::vector<std::int64_t>& alone = {});
 
-/// What a run will take.
+/// Expected cost of a run.
 struct Estimate {
     std::int64_t points = 0;
     std::int64_t batches = 0;

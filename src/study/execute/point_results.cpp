@@ -28,14 +28,14 @@ void append_fit(const reduce::RingDownFit& fit, std::vector<double>& values) {
                    fit.r_squared});
 }
 
-/// A result column that tells the integrator's work.
+/// A result column that counts work of the integrator.
 struct WorkColumn {
     const char* name;
     const char* description;
     std::int64_t integrate::SolveSummary::*count;
 };
 
-/// Of culm's own methods the counts after the first two follow from these.
+/// For culm's own methods the counts after the first two follow from these.
 std::span<const WorkColumn> work_of(run::IntegrationMethod method) {
     using Work = integrate::SolveSummary;
     static constexpr WorkColumn columns[] = {
@@ -118,8 +118,8 @@ archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome out
             reduce::fit_ring_down(sample_times(spec), result.tip_deflection, fit_options(options)),
             record.values);
     } catch (const core::NumericalError& error) {
-        // Without a fit and without a history nothing would be kept of the point: that is a
-        // failure. A stored history is an answer, and can be fitted again with other options.
+        // A point without a fit and without a history has no result, which is a failure. A stored
+        // history is a result, and can be fitted again with other options.
         if (spec.store == run::StoreLevel::Fit)
             return failed_record(spec.point, error.kind(), error.what());
         record.values.assign(fit_columns, std::numeric_limits<double>::quiet_NaN());
@@ -278,7 +278,7 @@ double explicit_steps_of_point(const StudyConfig& config, const run::CaseSpec& s
                                         ? 0.0
                                         : options.record_cycles / physics::first_frequency(stem) /
                                               run::published_timestep_rule(stem);
-    // The rule is near the limit. Lanes run until the smallest of their steps is through.
+    // The rule is near the limit. Lanes run until the one with the smallest step is finished.
     for (std::size_t k = 0; k < options.fractions.size(); k += run::lanes_per_batch())
         steps += steps_of_longest / options.fractions[k];
     return steps;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a study keeps of each point: the columns of its result table.
+// Results that a study stores for each point: the columns of its result table.
 #pragma once
 
 #include "archive/point_record.hpp"
@@ -33,7 +33,7 @@ namespace culm::study {
 /// Names of the result columns that count an integrator's work, first of all "steps".
 [[nodiscard]] std::vector<std::string> work_columns(const StudyConfig& config);
 
-/// What became of the run at one step; the number in the archive.
+/// Outcome of the run at one step; the value in the archive.
 enum class StepOutcome { Fitted = 0, Unstable = 1, NoFit = 2 };
 
 /// The result columns, in the order of PointRecord::values; a group of them for each fraction.

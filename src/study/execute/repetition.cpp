@@ -26,14 +26,14 @@ bool is_same(double a, double b) {
            (std::isnan(a) && std::isnan(b));
 }
 
-/// Takes notes of one column or one kind of history.
+/// Collects the differences of one column or one kind of history.
 class Comparison {
   public:
     Comparison(std::string name, std::string unit) {
         numbers_.name = std::move(name);
         numbers_.unit = std::move(unit);
     }
-    /// The numbers of one point; `size` is what differences are put in relation to.
+    /// The numbers of one point; relative differences refer to `size`.
     void add(std::int64_t point, std::span<const double> archived, std::span<const double> now,
              double size) {
         bool is_differing = archived.size() != now.size();
@@ -61,7 +61,7 @@ class Comparison {
 
 using Points = std::vector<std::int64_t>;
 
-/// Compares outcomes; the points that completed in both archives.
+/// Compares outcomes; returns the points that completed in both archives.
 Points compare_outcomes(const StudyFile& archived, const StudyFile& now, Repetition& repetition) {
     Points completed;
     for (std::int64_t point = 0; point < archived.point_count(); ++point) {
@@ -71,7 +71,7 @@ Points compare_outcomes(const StudyFile& archived, const StudyFile& now, Repetit
             continue;
         }
         ++repetition.points;
-        // The reason of a failure is a sentence and may be worded anew; its kind may not change.
+        // The reason of a failure is a sentence and may be reworded; its kind must not change.
         const bool is_other = before != now.status(point) ||
                               (before == PointStatus::Failed &&
                                archived.failure_kind(point) != now.failure_kind(point));
@@ -170,7 +170,7 @@ Study study_to_repeat(const StudyFolder& folder) {
             difference(archived.file.description().identity, archived.study.config.identity());
         if (!differing.empty())
             throw core::InputError(fmt::format(
-                "{}: this culm ({} wrote the archive) understands the study in another way:\n{}",
+                "{}: this culm ({} wrote the archive) interprets the study differently:\n{}",
                 folder.archive().string(), provenance_text(archived.file, "version"), differing));
         return std::move(archived.study);
     } catch (const core::StorageError& error) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A study computed again from its archive, and what came out differently.
+// A study computed again from its archive, and the differences of its results.
 #pragma once
 
 #include "archive/study/file.hpp"
@@ -43,7 +43,7 @@ struct Repetition {
 
 /// The study as the archive in the folder describes it: configuration, seed and the texts of all
 /// files that it names. Throws core::InputError: no archive, or one whose study this culm
-/// understands in another way (with the settings that differ).
+/// interprets differently (with the settings that differ).
 [[nodiscard]] Study study_to_repeat(const StudyFolder& folder);
 
 /// Reads the whole archive once, so that no hours are spent on results that cannot be compared.

@@ -74,7 +74,7 @@ void refuse_other_journals(const StudyFolder& folder, const std::string& identit
             refuse_other_study(folder.path(), *stored, identity);
 }
 
-/// What is known of each point of the design.
+/// The known state of each point of the design.
 class KnownPoints {
   public:
     KnownPoints(std::int64_t count, const ResumeOptions& options)
@@ -113,7 +113,7 @@ class KnownPoints {
     void place(std::int64_t point, FolderContent& content) const {
         const auto deaths = deaths_.find(point);
         const bool is_suspect = deaths != deaths_.end();
-        // A failed point comes here only when it is to be tried again, whatever the limit.
+        // A failed point is passed here only if it is to be tried again, whatever the limit.
         if (is_suspect && options_.crash_limit > 0 && deaths->second >= options_.crash_limit &&
             !has_failed_.contains(point)) {
             content.given_up_points.push_back(point);
@@ -198,7 +198,7 @@ archive::FileDescriptor locked(const std::filesystem::path& path, const archive:
     return file;
 }
 
-/// Whether the path still leads to that file: the job before may have removed it meanwhile.
+/// Does the path still refer to that file? The previous job may have removed it meanwhile.
 bool is_at(const std::filesystem::path& path, const archive::FileDescriptor& file) {
     struct stat named {};
     return ::stat(path.c_str(), &named) == 0 && file.is_same_file(named.st_dev, named.st_ino);
@@ -206,8 +206,8 @@ bool is_at(const std::filesystem::path& path, const archive::FileDescriptor& fil
 
 archive::FileDescriptor hold(const std::filesystem::path& path, const archive::LockWait& wait) {
     archive::FileDescriptor file = locked(path, wait);
-    // Between opening and locking, the job before may have removed the file: the lock would then
-    // guard a name that nobody else can find.
+    // The previous job may have removed the file between opening and locking; the lock would then
+    // be on a file that no other process can find.
     while (!is_at(path, file))
         file = locked(path, wait);
     return file;
@@ -219,7 +219,7 @@ FolderLock::FolderLock(const StudyFolder& folder, const archive::LockWait& wait)
     : file_(hold(folder.lock(), wait)) {}
 
 FolderLock::~FolderLock() {
-    std::error_code ignored; // a lock file that stays behind locks nothing
+    std::error_code ignored; // a remaining lock file locks nothing
     std::filesystem::remove(file_.path(), ignored);
 }
 

@@ -20,9 +20,9 @@ class StudyFolder {
     [[nodiscard]] std::filesystem::path archive() const { return folder_ / "study.h5"; }
     [[nodiscard]] std::filesystem::path journals() const { return folder_ / "journal"; }
     [[nodiscard]] std::filesystem::path journal_of_rank(int rank) const;
-    /// What the running study is (journal_notes.hpp).
+    /// Description of the running study (journal_notes.hpp).
     [[nodiscard]] std::filesystem::path note() const { return journals() / "study.json"; }
-    /// What its points took so far (journal_notes.hpp).
+    /// Computing times of its points so far (journal_notes.hpp).
     [[nodiscard]] std::filesystem::path pace() const { return journals() / "pace.json"; }
     /// Held by the job that works in the folder (study_folder.hpp).
     [[nodiscard]] std::filesystem::path lock() const { return folder_ / "study.lock"; }
@@ -40,19 +40,19 @@ class StudyFolder {
 /// core::StorageError when the disk has no room for it.
 void make_writable(const StudyFolder& folder);
 
-/// What to do with a folder that holds the study already.
+/// Treatment of a folder that already contains the study.
 struct ResumeOptions {
     bool resume = false;       ///< continue it; otherwise it is refused
     bool retry_failed = false; ///< failed points are computed again
-    /// A point in whose computation so many processes died is not tried again; 0: no limit.
+    /// Number of deaths of processes after which a point is not tried again; 0: no limit.
     int crash_limit = 5;
 };
 
-/// What a folder already holds of a study.
+/// Points of a study that a folder already contains.
 struct FolderContent {
     bool archive_is_complete = false; ///< study.h5 has every point; no journals, none pending
     std::vector<std::int64_t> pending_points; ///< of the design, to be computed; ascending
-    /// Those pending points in whose computation a process died before; ascending.
+    /// Pending points during whose computation a process died before; ascending.
     std::vector<std::int64_t> suspect_points;
     /// Points without an outcome that reached the crash limit; ascending, none of them pending.
     std::vector<std::int64_t> given_up_points;
@@ -64,17 +64,16 @@ void fields(Wire& wire, FolderContent& content) {
          content.archive_is_complete);
 }
 
-/// Makes the folder ready for a study with this identity and number of points. What it holds is
-/// verified, checksum by checksum.
-/// Throws core::InputError when it holds another study (with the differing settings), this one
-/// without ResumeOptions::resume, or an archive that is damaged, and when it may not be written;
-/// core::StorageError when the disk has no room for it.
+/// Prepares the folder for a study with this identity and number of points, and verifies every
+/// checksum of its contents. Throws core::InputError when it contains another study (with the
+/// differing settings), this one without ResumeOptions::resume, or an archive that is damaged, and
+/// when it may not be written; core::StorageError when the disk has no room for it.
 [[nodiscard]] FolderContent prepare_folder(const StudyFolder& folder, const std::string& identity,
                                            std::int64_t point_count, const ResumeOptions& options);
 
-/// Holds the folder from before it is read until the archive is written: between the reading and
-/// the first journal of a job no other one may change what was read. The lock is the system's
-/// (flock), so it ends with the process however that ends; the file is removed in order.
+/// Locks the folder from before it is read until the archive is written: no other job may change it
+/// between the reading and the first journal of this job. The lock is the system's (flock), so it
+/// ends with the process in any case; the file is removed at a regular end.
 class FolderLock {
   public:
     /// The folder must exist. StorageError if another process holds it until the wait is over, or

@@ -71,7 +71,7 @@ namespace fs = std::filesystem;
 using archive::PointStatus;
 using archive::StudyFile;
 
-/// A file that is complete or an error.
+/// A file that is written completely; otherwise it throws.
 class TextFile {
   public:
     explicit TextFile(fs::path path) : path_(std::move(path)), out_(path_) {}
@@ -165,7 +165,7 @@ void write_history(const StudyFile& file, std::int64_t point, const fs::path& ta
 }
 
 void write_trajectory(const StudyFile& file, std::int64_t point, const fs::path& target) {
-    // ParaView looks for the archive from where the XDMF file is.
+    // ParaView resolves the path of the archive relative to the XDMF file.
     std::error_code error;
     fs::path archive = fs::relative(file.path(), target, error);
     if (error || archive.empty())

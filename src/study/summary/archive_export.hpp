@@ -22,7 +22,7 @@ struct ExportOutcome {
 };
 
 /// Writes points.csv (point, status, factors, results, reason of failure: one line a point; a cell
-/// is empty where there is no value) and what the options ask for. The text of a study does not
+/// is empty where there is no value) and what the options request. The text of a study does not
 /// depend on the ranks that computed it.
 /// InputError: no archive, or it stores no such histories. StorageError: damage, disk full.
 [[nodiscard]] ExportOutcome export_archive(const StudyFolder& folder,

@@ -131,7 +131,7 @@ Eigen::MatrixXd rows_of_design(const Study& study, const std::vector<std::size_t
     return rows;
 }
 
-/// Places of the factors in StudyConfig::factors, group by group in the order of the first of each:
+/// Indices in StudyConfig::factors, group by group in the order of the first of each:
 /// correlated factors belong together, and columns whose rows stay together.
 std::vector<std::vector<std::size_t>> dependent_factors(const StudyConfig& config) {
     std::vector<std::vector<std::size_t>> groups;
@@ -154,9 +154,9 @@ std::vector<std::vector<std::size_t>> dependent_factors(const StudyConfig& confi
 }
 
 /// The group's values at these points and its distribution: levels with equal weights, rows of the
-/// table, quadrature nodes of a single distribution, a Sobol sample of correlated ones; of factors
-/// that scatter within stems the design's own rows. Lognormal and log-uniform factors as
-/// logarithms.
+/// table, quadrature nodes of a single distribution, a Sobol sample of correlated ones, and
+/// the design's own rows for factors that scatter within stems. Lognormal and log-uniform factors
+/// enter as logarithms.
 reduce::InputGroup input_group(const Study& study, const std::vector<std::size_t>& factors,
                                std::span<const std::int64_t> points) {
     constexpr std::size_t most_rows = 10'000;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The spread of b1 and b2 over a study's stems, and which factors it comes from.
+// The spread of b1 and b2 over a study's stems, and the factors that cause it.
 #pragma once
 
 #include "reduce/population_statistics.hpp"
@@ -14,7 +14,7 @@
 
 namespace culm::study {
 
-/// Of one fitted quantity.
+/// Spread of one fitted quantity.
 struct ResponseSpread {
     std::string name; ///< "decay_per_cycle" or "frequency", as the archive's columns
     std::string unit;

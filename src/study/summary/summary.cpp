@@ -16,7 +16,7 @@ namespace culm::study {
 
 namespace {
 
-/// What the regressions need of a fit; NaN when there is none.
+/// Fitted values that the regressions use; NaN when there is no fit.
 struct FittedPoint {
     double decay_per_cycle = std::numeric_limits<double>::quiet_NaN();
     double frequency = std::numeric_limits<double>::quiet_NaN(); ///< Hz
@@ -107,7 +107,7 @@ StudySummary reduce_study(const ArchivedStudy& archived, const std::optional<Red
         FittedPoint fit = stored[static_cast<std::size_t>(point)];
         if (file.status(point) == archive::PointStatus::Completed) {
             std::string reason;
-            // An archived history without a fit is tried again for the sake of the reason.
+            // An archived history without a fit is fitted again to obtain the reason.
             if (refit || !std::isfinite(fit.frequency))
                 fit = fit_again(file, point, summary.reduce, reason);
             if (reason.empty())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a study found: the regressions, and which points failed; as plain data, JSON and tables.
+// Results of a study: the regressions and the failed points, as plain data, JSON and tables.
 #pragma once
 
 #include "archive/study/file.hpp"

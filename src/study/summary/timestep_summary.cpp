@@ -129,7 +129,7 @@ TimestepSummary reduce_timestep_study(const ArchivedStudy& archived) {
     const StudyConfig& config = archived.study.config;
     if (config.kind != StudyKind::Timestep)
         throw core::InputError(
-            fmt::format("{}: this is no time-step study (study.kind)", file.path().string()));
+            fmt::format("{}: this is not a time-step study (study.kind)", file.path().string()));
     TimestepSummary summary;
     summary.points = file.point_count();
     summary.ranks = std::atoi(provenance_text(file, "ranks").c_str());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a time-step study found: limits, their laws, and the errors of the steps below them.
+// Results of a time-step study: limits, their laws, and the errors of the steps below them.
 #pragma once
 
 #include "reduce/timestep_regression.hpp"
@@ -57,7 +57,7 @@ struct TimestepSummary {
 
 /// The value at step zero of the parabola (of the line) through the values at the three (two)
 /// smallest steps: Richardson's extrapolation. NaN for fewer than two. Pairs with a value that is
-/// not finite are passed over.
+/// not finite are ignored.
 [[nodiscard]] double extrapolated_to_zero(const std::vector<double>& steps,
                                           const std::vector<double>& values);
 

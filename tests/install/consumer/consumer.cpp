@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pulls a stem aside, lets it go and prints where its tip was and how often it crossed the axis.
+// Releases a deflected stem and prints its tip position and how often it crossed the axis.
 #include "run/simulate.hpp"
 
 #include <cstdio>

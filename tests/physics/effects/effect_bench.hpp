@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Puts effects on a stem and looks at the model that they make.
+// Applies effects to a stem and inspects the resulting model.
 #pragma once
 
 #include "physics/effects/library.hpp"
@@ -17,14 +17,14 @@ inline ActiveEffect active(const std::string& name, std::vector<double> values) 
     return {effect_named(name), std::move(values)};
 }
 
-// Both sides evaluate the same few products and sums; they may differ by some roundings.
+// Both sides evaluate the same few products and sums; they may differ by rounding.
 inline constexpr double rounding = 1e-13;
 
 inline void expect_relative(double value, double expected, double tolerance = rounding) {
     EXPECT_NEAR(value, expected, tolerance * std::abs(expected));
 }
 
-/// What a stem becomes under effects.
+/// The model of a stem with effects.
 struct EffectBench {
     StemParameters<double> stem;
     BondLawOptions law = consistent_law();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What holds for every effect of the library, and how effects are named and combined.
+// Properties of every effect of the library; how effects are named and combined.
 #include "physics/effects/library.hpp"
 
 #include "core/error.hpp"
@@ -118,20 +118,20 @@ TEST(Library, EveryEffectChangesTheModelOrTheCamera) {
     }
 }
 
-TEST(Library, AMistypedNameGetsTheNearestOne) {
+TEST(Library, SuggestsTheNearestNameForAMistypedOne) {
     EXPECT_EQ(refusal([] { static_cast<void>(effect_named("quadratic_darg")); }),
               "there is no effect \"quadratic_darg\" (did you mean \"quadratic_drag\"?); `culm "
               "effects` lists those there are");
 }
 
-TEST(Combination, OfFrictionWithItsOwnSpringIsRefusedInEitherOrder) {
+TEST(Combination, RefusesFrictionWithItsOwnSpringInEitherOrder) {
     const std::string text = "effects clamp_friction and clamp_compliance cannot be combined: "
                              "clamp_friction contains clamp_compliance; leave clamp_compliance out";
     EXPECT_EQ(refusal_of("clamp_friction,clamp_compliance"), text);
     EXPECT_EQ(refusal_of("clamp_compliance,clamp_friction"), text);
 }
 
-TEST(Combination, OfAnEffectWithItselfIsRefused) {
+TEST(Combination, RefusesAnEffectThatIsNamedTwice) {
     EXPECT_EQ(refusal_of("gravity,taper,gravity"), "effect gravity is named twice; once is enough");
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What effects of the stem itself make of the chain's numbers, against their laws by hand.
+// Changes of the chain's coefficients by effects of the stem, against hand-written laws.
 #include "core/error.hpp"
 #include "effect_bench.hpp"
 #include "physics/effects/stem_scales.hpp"
@@ -87,7 +87,7 @@ ExtraCompliance extra_compliance(const EffectBench& bench) {
     return extra;
 }
 
-TEST(LocalDefect, AddsTheComplianceOfItsSegmentAtItsPlaceWhateverTheNumberOfSpheres) {
+TEST(LocalDefect, AddsTheComplianceOfItsSegmentForAnyNumberOfSpheres) {
     const double length = StemParameters<double>{}.free_length();
     for (const int spheres : {15, 56, 200})
         for (const double place : {0.3, 0.41234, 0.7}) {
@@ -97,8 +97,8 @@ TEST(LocalDefect, AddsTheComplianceOfItsSegmentAtItsPlaceWhateverTheNumberOfSphe
             // below 1e-6 for 15 spheres, the coarsest.
             const double rigidity = bench.plain_bond().bending_stiffness * bench.stem.bond_length;
             expect_relative(extra.sum, 0.03 * length / rigidity, 1e-6);
-            // A bell curve as wide as half a bond, summed at the bonds' middles, misses its centre
-            // by up to exp(−2π²/4)/π = 0.23 % of a bond.
+            // The centre of a bell curve half a bond wide, summed at the bonds' middles, has an
+            // error of up to exp(−2π²/4)/π = 0.23 % of a bond.
             EXPECT_NEAR(extra.centre, place, 0.0025 / static_cast<double>(spheres - 1));
         }
 }
@@ -144,7 +144,7 @@ TEST(BendingLawEffects, ShareOneLaw) {
     expect_relative(bench.model.bending->angle, std::numbers::pi / 6.0);
 }
 
-TEST(Relaxation, KeepsWhatTheHoldHasLeft) {
+TEST(Relaxation, KeepsTheShareThatRemainsAfterTheHold) {
     const EffectBench bench({active("relaxation", {0.03, 0.15, 0.45})});
     ASSERT_EQ(bench.model.branches.size(), 1U);
     EXPECT_EQ(bench.model.branches[0].relative_stiffness, 0.03);
@@ -152,7 +152,7 @@ TEST(Relaxation, KeepsWhatTheHoldHasLeft) {
     expect_relative(bench.model.branches[0].held_share, std::exp(-3.0));
 }
 
-/// Of a spring with these branches beside it, over the spring's, at a frequency in Hz.
+/// Modulus of a spring in parallel with these branches, over the spring's, at a frequency in Hz.
 std::complex<double> modulus_of(const std::vector<MaxwellBranch<double>>& branches,
                                 double frequency) {
     std::complex<double> modulus = 1.0;
@@ -170,7 +170,7 @@ double loss_factor_of(const std::vector<MaxwellBranch<double>>& branches, double
     return modulus.imag() / modulus.real();
 }
 
-// Modes 1 to 3 lie at 1, 6.27 and 17.5 first frequencies.
+// Modes 1 to 3 are at 1, 6.27 and 17.5 times the first frequency.
 TEST(FractionalZener, HasTheModulusOfColeAndCole) {
     constexpr double fraction = 0.1;
     for (const double exponent : {0.1, 0.3, 0.5, 0.8})
@@ -193,7 +193,7 @@ TEST(FractionalZener, HasTheModulusOfColeAndCole) {
                 expect_relative(branch.held_share, std::exp(-0.3 / branch.relaxation_time));
                 sum += branch.relative_stiffness;
             }
-            EXPECT_LT(sum, fraction); // what is faster than all branches bears nothing
+            EXPECT_LT(sum, fraction); // faster relaxation than that of the branches is omitted
         }
 }
 
@@ -206,16 +206,16 @@ TEST(HystereticDamping, LosesTheSameShareAtEveryFrequencyOfTheBand) {
         for (double ratio = 0.5; ratio <= 20.0; ratio *= 1.02)
             worst = std::max(
                 worst, std::abs(loss_factor_of(bench.model.branches, ratio * first) / loss - 1.0));
-        // Modes 1 to 3 lie at 1, 6.27 and 17.5; 0.3 % is the rule, 0.8 % the worst, at 0.5.
+        // Modes 1 to 3 are at 1, 6.27 and 17.5. The error is usually 0.3 %, at most 0.8 % (at 0.5).
         EXPECT_LT(worst, 0.01) << loss;
         for (const MaxwellBranch<double>& branch : bench.model.branches) {
-            EXPECT_GT(branch.relative_stiffness, 0.0); // or it would feed the motion
+            EXPECT_GT(branch.relative_stiffness, 0.0); // a negative one would add energy
             EXPECT_EQ(branch.held_share, 0.0);
         }
     }
 }
 
-TEST(HystereticDamping, IsNothingAtNoLoss) {
+TEST(HystereticDamping, VanishesWithoutLoss) {
     for (const MaxwellBranch<double>& branch :
          EffectBench({active("hysteretic_damping", {0.0})}).model.branches)
         EXPECT_EQ(branch.relative_stiffness, 0.0);
@@ -227,7 +227,7 @@ TEST(StemScales, FirstFrequencyIsThatOfTheReferenceStem) {
     EXPECT_NEAR(first_frequency(StemParameters<double>{}), 55.6, 0.04 * 55.6);
 }
 
-TEST(AttachedMass, KeepsSumAndCentreAndRefusesAPlaceBelowTheClamp) {
+TEST(AttachedMass, KeepsSumAndCentreAndRefusesAPositionBelowTheClamp) {
     EffectBench bench({});
     const double place = 0.1;
     EffectTarget target{bench.stem, bench.law, bench.model, bench.camera, {{place, 4e-6}}};
@@ -239,7 +239,7 @@ TEST(AttachedMass, KeepsSumAndCentreAndRefusesAPlaceBelowTheClamp) {
         mass += more;
         moment += more * static_cast<double>(i) * bench.stem.bond_length;
     }
-    // Sums of 56 masses, of which the addition is three.
+    // Rounding of sums of 56 masses.
     expect_relative(mass, 4e-6, 1e-12);
     expect_relative(moment, 4e-6 * place, 1e-12);
     target.attached = {{-0.01, 4e-6}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What clamp, air, weight, release and camera make of the chain's numbers.
+// Changes of the chain's coefficients by clamp, air, weight, release and camera.
 #include "core/error.hpp"
 #include "effect_bench.hpp"
 #include "physics/energy.hpp"
@@ -30,7 +30,7 @@ TEST(QuadraticDrag, IsHalfDensityTimesCoefficientWidthLengthAndSquaredSpeed) {
     expect_relative(force_at(bench, -3.0), 9.0 * per_square);
 }
 
-TEST(ViscousDrag, IsTheCoefficientTimesLengthAndSpeedBesideQuadraticDrag) {
+TEST(ViscousDrag, EqualsTheCoefficientTimesLengthAndSpeedWithQuadraticDrag) {
     const EffectBench viscous({active("viscous_drag", {2e-3})}, 21);
     expect_relative(force_at(viscous, 2.0), -2.0 * 2e-3 * viscous.stem.free_length());
     const EffectBench quadratic({active("quadratic_drag", {1.3})}, 21);
@@ -82,7 +82,7 @@ TEST(PowerDrag, HasAFiniteDerivativeAtRest) {
             const auto& slope = load.by_velocity[static_cast<std::size_t>(k)];
             const double size = std::abs(load.by_velocity[1][1]);
             ASSERT_GT(size, 0.0);
-            // The central difference's own error is (1e-3)².
+            // The error of the central difference is (1e-3)².
             for (int d = 0; d < 2; ++d)
                 EXPECT_NEAR(slope[d], (above.force[d] - below.force[d]) / (2.0 * change),
                             1e-5 * size)
@@ -119,7 +119,7 @@ TEST(Clamp, YieldsWithAndWithoutFriction) {
     ASSERT_TRUE(compliant.model.hinge);
     EXPECT_EQ(compliant.model.hinge->stiffness, 0.7);
     EXPECT_EQ(compliant.model.hinge->friction_moment, 0.0);
-    EXPECT_GT(compliant.model.hinge->friction_rate, 0.0); // it divides
+    EXPECT_GT(compliant.model.hinge->friction_rate, 0.0); // it is a divisor
     const EffectBench rubbing({active("clamp_friction", {3e-4, 0.8, 0.05})});
     ASSERT_TRUE(rubbing.model.hinge);
     EXPECT_EQ(rubbing.model.hinge->stiffness, 0.8);
@@ -147,7 +147,7 @@ TEST(Camera, LeavesTheStemAlone) {
     EXPECT_TRUE(bench.model.is_plain());
 }
 
-/// A chain in an arbitrary motion, its clamp turning too if it can.
+/// A chain in an arbitrary motion, including that of a compliant clamp.
 struct MovingChain {
     Chain<2, double> chain;
     std::vector<double> state;
@@ -164,7 +164,7 @@ struct MovingChain {
     }
 };
 
-TEST(AirDrag, TakesOutThePowerThatItsCardStates) {
+TEST(AirDrag, DissipatesThePowerThatItsCardStates) {
     const EffectBench bare({});
     const EffectBench quadratic({active("quadratic_drag", {1e5})});
     const EffectBench viscous({active("viscous_drag", {1e3})});
@@ -183,7 +183,7 @@ TEST(AirDrag, TakesOutThePowerThatItsCardStates) {
                     std::pow(dot(velocity, velocity), 1.25);
         by_square += 1e3 * length * dot(velocity, velocity);
     }
-    // The difference of two powers, of which the bonds' is larger: its rounding.
+    // Rounding of the difference of two powers, of which the bonds' is larger.
     const double bonds = moving.power();
     EXPECT_NEAR(MovingChain(quadratic).power() - bonds, by_cube, 1e-12 * bonds);
     EXPECT_NEAR(MovingChain(viscous).power() - bonds, by_square, 1e-12 * bonds);
@@ -194,7 +194,7 @@ TEST(AirDrag, TakesOutThePowerThatItsCardStates) {
     EXPECT_GT(by_square, 1e-6 * bonds);
 }
 
-TEST(Clamp, TakesOutThePowerThatItsCardStates) {
+TEST(Clamp, DissipatesThePowerThatItsCardStates) {
     const MovingChain smooth(EffectBench({active("clamp_friction", {0.0, 0.8, 0.05})}));
     const MovingChain rubbing(EffectBench({active("clamp_friction", {1e3, 0.8, 0.05})}));
     const double expected = 1e3 * 0.07 * std::tanh(0.07 / 0.05);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Formulas of users: values, limits, and messages that point at the mistake.
+// Formulas of users: values, limits, and messages that mark the mistake.
 #include "physics/effects/user_effect.hpp"
 
 #include "core/error.hpp"
@@ -73,7 +73,7 @@ TEST(Formula, UsesInputsAndParameters) {
     EXPECT_NEAR(value("-c*abs(v)^p*sign(v)", inputs, {0.5, 1.7}), 0.5 * std::pow(3.0, 1.7), 1e-14);
 }
 
-TEST(Formula, OfAMomentAtTheClampKnowsAngleAndRate) {
+TEST(Formula, UsesAngleAndRateForAMomentAtTheClamp) {
     const auto formula = compile_expression({"mine",
                                              UserLawKind::BaseMoment,
                                              "theta + 10*omega + "
@@ -99,7 +99,7 @@ TEST(Formula, HasTheFunctionsThatItNames) {
     EXPECT_EQ(value("t < 1 ? 2 : 3"), 2.0);
 }
 
-TEST(Formula, WithoutAValueNamesItsInputs) {
+TEST(Formula, ReportsItsInputsWhereItHasNoValue) {
     try {
         value("sqrt(x)*c", {.position = 0.1, .deflection = -0.02});
         FAIL();
@@ -112,7 +112,7 @@ TEST(Formula, WithoutAValueNamesItsInputs) {
     EXPECT_THROW(value("1/x"), core::NumericalError);
 }
 
-TEST(Mistake, InANameGetsTheNearestOneAndACaret) {
+TEST(Mistake, IsReportedWithTheNearestNameAndACaret) {
     EXPECT_THAT(refusal_of_formula("-c*abs(v)*kapa"),
                 StartsWith("unknown name \"kapa\" (did you mean \"kappa\"?); there are s, x, v, "
                            "kappa, kappa_rate, t, c, p, pi, and the functions abs, sign, "));
@@ -125,7 +125,7 @@ TEST(Mistake, InANameGetsTheNearestOneAndACaret) {
                 HasSubstr("there are theta, omega, t, c"));
 }
 
-TEST(Mistake, InTheSyntaxIsPointedAt) {
+TEST(Mistake, IsMarkedWithACaretIfItIsInTheSyntax) {
     EXPECT_THAT(refusal_of_formula("c*(v + 1"), EndsWith("\n    c*(v + 1\n            ^"));
     EXPECT_THAT(refusal_of_formula("c*(v + 1"), StartsWith("a closing parenthesis is missing"));
     EXPECT_THAT(refusal_of_formula("c*"), StartsWith("the formula ends too early"));
@@ -135,7 +135,7 @@ TEST(Mistake, InTheSyntaxIsPointedAt) {
     EXPECT_THAT(refusal_of_formula("3 $ v"), EndsWith("\n    3 $ v\n      ^"));
 }
 
-TEST(Mistake, ThatAParserWouldSwallowIsFound) {
+TEST(Mistake, IsFoundEvenIfAParserWouldAcceptIt) {
     EXPECT_THAT(refusal_of_formula("v = 3"),
                 StartsWith("nothing can be assigned here; == compares"));
     EXPECT_THAT(refusal_of_formula("v = 3"), EndsWith("\n    v = 3\n      ^"));
@@ -143,7 +143,7 @@ TEST(Mistake, ThatAParserWouldSwallowIsFound) {
     EXPECT_THAT(refusal_of_formula("-0,5*v"),
                 StartsWith("must be one formula; a decimal number needs a "
                            "point"));
-    EXPECT_THAT(refusal_of_formula("c*\"a\""), StartsWith("a text has no place"));
+    EXPECT_THAT(refusal_of_formula("c*\"a\""), StartsWith("text is not allowed"));
     EXPECT_THAT(refusal_of_formula("c*κ"), StartsWith("only plain characters are allowed"));
     EXPECT_EQ(refusal_of_formula("  "), "the formula is empty");
     EXPECT_EQ(refusal_of_formula(std::string(1001, '1')),
@@ -181,7 +181,7 @@ TEST(UserEffect, IsTheSameInEveryLane) {
     }
 }
 
-TEST(UserEffect, WithoutAValueAtRestOrAtABoundIsRefused) {
+TEST(UserEffect, IsRefusedWithoutAValueAtRestOrAtABound) {
     const auto message = [](UserEffectText text) -> std::string {
         try {
             static_cast<void>(make_user_effect(std::move(text)));

@@ -10,7 +10,7 @@
 namespace culm::run {
 namespace {
 
-/// A coarse stem, so that the explicit integrator has few steps to take; two periods of mode 1.
+/// A coarse stem, so that the explicit integrator needs few steps; two periods of mode 1.
 CaseSpec coarse_case() {
     CaseSpec spec = coarse_stem();
     set_damping_ratio(spec, 0.01);
@@ -38,7 +38,7 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
 
 class EveryEffect : public testing::TestWithParam<std::string> {
   protected:
-    /// The effect with the parameters that suit the stem.
+    /// The effect with default parameters for the stem.
     static CaseSpec with_effect() {
         CaseSpec spec = coarse_case();
         const physics::EffectPointer effect = physics::effect_named(GetParam());
@@ -54,7 +54,7 @@ TEST_P(EveryEffect, IsTheSameExplicitlyAndImplicitly) {
     const CaseOutcome implicit = simulate(spec);
     CaseSpec stepped = spec;
     stepped.integrator.method = IntegrationMethod::Explicit;
-    // Effects may lower the limit of the plain chain, but not by so much.
+    // Effects may lower the limit of the plain chain, but not by this factor.
     stepped.integrator.timestep =
         spec.sample_interval /
         std::ceil(spec.sample_interval / (0.2 * largest_stable_timestep(coarse_case())));
@@ -92,8 +92,8 @@ TEST_P(EveryEffect, IsTheSameInLanes) {
     ASSERT_TRUE(can_share_lanes(specs[0], specs[1]));
     const auto together = simulate_together(specs);
     for (std::size_t k = 0; k < specs.size(); ++k) {
-        // Lanes differ from scalars in the order of sums; that is rounding at every step. Where
-        // friction turns round within a step, the choice of the next step magnifies it.
+        // Lanes and scalars sum in a different order, which causes rounding differences. Where
+        // friction changes its sign within a step, the choice of the next step amplifies them.
         const double magnified = GetParam() == "clamp_friction" ? 100.0 : 1.0;
         EXPECT_LT(largest_difference(completed(together[k]).height_deflection,
                                      completed(simulate(specs[k])).height_deflection),
@@ -132,9 +132,9 @@ TEST_P(EveryEffect, HasTheDerivativesOfItsParameters) {
             largest = std::max(largest, std::abs(expected));
             worst = std::max(worst, std::abs(derivatives[p][i] - expected));
         }
-        // Each run is good to 1e-9 of the pull or so, and a thousandth of a parameter's scale
-        // moves the stem by a millionth of the pull or more: 1e-3, with the derivative's own 1e-5
-        // and (1e-3)² of the central difference.
+        // Each run is accurate to about 1e-9 of the pull, and a thousandth of a parameter's scale
+        // moves the stem by at least a millionth of the pull: the error is 1e-3. The derivative
+        // adds 1e-5 and the central difference (1e-3)².
         const double noise = 2e-9 * spec.tip_deflection / change;
         EXPECT_LT(worst, 2e-3 * largest + noise) << to_string(parameters[p].id);
         EXPECT_TRUE(largest > 100.0 * noise || !described[p].calibrated)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What camera effects make of the picture of an unchanged stem.
+// Effects of the camera on the readings of an unchanged stem.
 #include "free_vibration.hpp"
 
 #include <gtest/gtest.h>

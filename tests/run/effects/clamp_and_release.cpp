@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Clamps that yield, rub or shake, and a finger that lets go slowly, against closed forms.
+// Clamps that yield, rub or shake, and a slow release, against closed forms.
 #include "beam_theory.hpp"
 #include "free_vibration.hpp"
 #include "physics/effects/stem_scales.hpp"
@@ -30,14 +30,14 @@ TEST_P(ClampCompliance, HasTheModesOfTheFrequencyEquation) {
     const double bare = physics::first_frequency(spec.stem);
     for (const int mode : {1, 2}) {
         const double expected = bare * std::pow(hinged_root(spring, mode) / clamped_1, 2);
-        // The chain's own error grows as the square of the mode's wave number: (4.7/56)²/12 in
+        // The error of the chain grows as the square of the mode's wave number: (4.7/56)²/12 in
         // mode 2. The spectrum's peak is one hundredth of 1/60 cycle wide or better.
         EXPECT_NEAR(tip.peak_near(expected) / expected, 1.0, mode == 1 ? 3e-4 : 1e-3) << mode;
     }
 }
 INSTANTIATE_TEST_SUITE_P(Springs, ClampCompliance, testing::Values(1.0, 5.0, 50.0));
 
-/// A stem in a rubbing clamp, of some stiffness, pulled far enough for its clamp to move fast.
+/// A stem in a compliant clamp with friction, deflected so far that the clamp rotates fast.
 struct RubbingClamp {
     CaseSpec spec = slender_case();
     double spring = 20.0; ///< over E I/L
@@ -82,8 +82,8 @@ TEST(ClampFriction, TakesTheSameAmplitudeInEveryCycle) {
         const double lost_to_friction =
             height(rubbing, 12) * std::exp(-decay * t) - height(rubbing, k);
         const double expected = b / decay * (1.0 - std::exp(-decay * t));
-        // The clamp stands still while its moment turns round: a share of the order of the friction
-        // over the root's moment, 1 to 2 %, at the end of the record.
+        // The clamp sticks while its moment changes sign. This error is of the order of friction
+        // over the moment at the root, 1 to 2 % at the end of the record.
         EXPECT_NEAR(lost_to_friction / expected, 1.0, 0.03) << k;
     }
     EXPECT_GT(b * span, 0.1 * clamp.spec.tip_deflection);
@@ -104,9 +104,9 @@ TEST(ClampFriction, DoesNotDependOnTheRateThatRegularisesIt) {
     const double by_default = difference(clamp.with_friction(moment, 0.05));
     const double by_half = difference(clamp.with_friction(moment, 0.025));
     const double by_quarter = difference(clamp.with_friction(moment, 0.0125));
-    // The clamp turns at up to 1 rad/s here, and at a quarter of that in the end. Against a rate of
-    // an eighth the default of 0.05 rad/s moves the tip by 3.3 % of what friction does, 0.5 % of
-    // the deflection; half and a quarter of it by 1.6 and 0.6 %.
+    // The clamp rotates at up to 1 rad/s, and at a quarter of that at the end. Compared with an
+    // eighth of it, the default rate of 0.05 rad/s moves the tip by 3.3 % of the effect of
+    // friction, 0.5 % of the deflection; half and a quarter of it, by 1.6 and 0.6 %.
     EXPECT_LT(by_default, 0.04 * difference(none));
     EXPECT_LT(by_default, 0.006 * clamp.spec.tip_deflection);
     EXPECT_LT(by_half, 0.6 * by_default);
@@ -124,7 +124,7 @@ TEST(BaseMotion, MovesTheTipAsTheBeamOnAShakingClamp) {
         const auto points = swing(spec, 80.0).turning_points();
         // w(L)/a = (cos x + cosh x)/(1 + cos x cosh x), undamped. Damping of 2 % in mode
         // 1 and 12 % in mode 2 changes that by some (2ζr)²/2/(1 − r²)², 0.2 % at most, and
-        // exp(−2π · 0.02 · 75) of the start is left.
+        // exp(−2π · 0.02 · 75) of the initial motion remains.
         const double x = clamped_1 * std::sqrt(over_first);
         const double expected =
             std::abs((std::cos(x) + std::cosh(x)) / (1.0 + std::cos(x) * std::cosh(x)));
@@ -153,7 +153,7 @@ TEST(FiniteRelease, WeakensEachModeByTheSpectrumOfTheForcesFall) {
             integral([&](double u) { return 6.0 * u * (1.0 - u) * std::sin(phase * u); });
         const double expected = std::hypot(real, imaginary);
         const double at = sudden.peak_near(frequency);
-        // Decay during the release, below 0.3 % for mode 2, shifts the moment from which it counts.
+        // Decay during the release, below 0.3 % for mode 2, shifts its effective start.
         EXPECT_NEAR(gradual.spectrum(at) / sudden.spectrum(at) / expected, 1.0, 0.01) << frequency;
     }
 }

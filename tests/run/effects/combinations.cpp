@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Several effects and known masses on one stem: the order in which they are given does not matter.
+// Several effects and known masses on one stem: their order does not matter.
 #include "free_vibration.hpp"
 #include "physics/effects/selection.hpp"
 #include "run/case_model.hpp"
@@ -36,7 +36,7 @@ void append_optional(const std::optional<Part>& part, std::vector<double>& numbe
         append(*part, numbers);
 }
 
-/// All that the equations of motion and the observation of the case contain.
+/// All numbers in the equations of motion and the observation of the case.
 std::vector<double> numbers_of(const CaseSpec& spec) {
     const CaseModel model = case_model(spec);
     std::vector<double> numbers;
@@ -87,7 +87,7 @@ TEST(TwoEffects, MakeTheSameModelInEitherOrder) {
     EXPECT_GT(pairs, 300);
 }
 
-TEST(AddedMass, StaysAsItIsWhateverChangesTheStem) {
+TEST(AddedMass, IsNotChangedByEffects) {
     for (const physics::EffectPointer& effect : physics::all_effects()) {
         CaseSpec spec = with_a_mass();
         spec.effects = {usual(effect, spec)};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Effects that take energy out of the motion, against averaged and exact solutions.
+// Effects that dissipate energy, against averaged and exact solutions.
 #include "beam_theory.hpp"
 #include "free_vibration.hpp"
 #include "physics/effects/stem_scales.hpp"
@@ -22,7 +22,7 @@ TEST(BareStem, IsAnEulerBernoulliBeam) {
     CaseSpec spec = slender_case();
     set_damping_ratio(spec, 0.005);
     const Swinging found = swinging(swing(spec, 20.0), 10, 36);
-    // 56 bonds: the chain's own error is of order (1/56)² = 3e-4.
+    // The error of a chain of 56 bonds is of order (1/56)² = 3e-4.
     EXPECT_NEAR(found.frequency / physics::first_frequency(spec.stem), 1.0, 3e-4);
     EXPECT_NEAR(found.decay_per_cycle, -2.0 * pi * 0.005, 2e-4 * pi);
 }
@@ -37,15 +37,15 @@ TEST(ViscousDrag, AddsTheSameDecayRateToEveryMode) {
     const Swinging damped = swinging(swing(spec, 20.0), 10, 36);
     const double rate =
         damped.decay_per_cycle * damped.frequency - bare.decay_per_cycle * bare.frequency;
-    // −c/(2m'), exact for any mode; the frequency falls by ζ²/2. The whole difference is 0.06 per
-    // cycle over 14 cycles, whose amplitudes parabolas read to 1e-5 or so.
+    // −c/(2m'), exact for any mode; the frequency falls by ζ²/2. The difference is 0.06 per cycle
+    // over 14 cycles; parabolas determine the amplitudes to about 1e-5.
     EXPECT_NEAR(rate / (-coefficient / (2.0 * mass_per_length(spec))), 1.0, 1e-3);
 }
 
 TEST(QuadraticDrag, DecaysAsTheAveragedEquationSays) {
     // dA/dt = −δA − cA² with c = (4/3π) ω D/M, D = ½ρC_d d L∫φ³, M = m'L∫φ², has the solution
-    // 1/A = (1/A0 + c/δ) exp(δt) − c/δ. Small deflections, so that the beam is linear; a large
-    // coefficient makes up for them.
+    // 1/A = (1/A0 + c/δ) exp(δt) − c/δ. Deflections are small, so that the beam is linear;
+    // a large coefficient compensates for this.
     CaseSpec spec = slender_case();
     set_damping_ratio(spec, 0.004);
     const double drag_coefficient = 60.0;
@@ -65,8 +65,8 @@ TEST(QuadraticDrag, DecaysAsTheAveragedEquationSays) {
         const double t = points[k].time - start.time;
         const double expected =
             1.0 / ((1.0 / std::abs(start.value) + c / decay) * std::exp(decay * t) - c / decay);
-        // Averaging is of first order in the loss per cycle, below 2 %, of which the error of the
-        // amplitude is the square, over some thirty cycles.
+        // Averaging is of first order in the loss per cycle, which is below 2 %. The error of the
+        // amplitude is the square of this loss, over some thirty cycles.
         EXPECT_NEAR(std::abs(points[k].value) / expected, 1.0, 3e-3) << k;
         lost_to_drag = std::abs(start.value) * std::exp(-decay * t) / expected;
     }
@@ -103,7 +103,7 @@ TEST(PowerDrag, DecaysAsTheAveragedEquationSays) {
                                  std::exp((p - 1.0) * decay * t) -
                              c / decay,
                          1.0 / (1.0 - p));
-            // As for quadratic drag.
+            // The tolerance is that of quadratic drag.
             EXPECT_NEAR(std::abs(points[k].value) / expected, 1.0, 4e-3) << p << " at " << k;
             lost_to_drag = std::abs(start.value) * std::exp(-decay * t) / expected;
         }
@@ -121,8 +121,8 @@ TEST(HystereticDamping, LosesTheSamePerCycleAtEveryFrequency) {
         if (tip > 0.0)
             spec.effects.push_back(active("tip_mass", {tip * stem_mass}));
         const Swinging found = swinging(swing(spec, 40.0), 14, tip > 0.0 ? 40 : 70);
-        // ζ = η/2 gives −πη per cycle. As the storage modulus grows as 2η/π times the logarithm of
-        // the frequency, a share η/π comes on top. The six branches keep η within 0.3 % here.
+        // ζ = η/2 gives −πη per cycle. The storage modulus grows as 2η/π times the logarithm
+        // of the frequency, which adds a share η/π. The six branches keep η within 0.3 % here.
         EXPECT_NEAR(found.decay_per_cycle / (-pi * loss * (1.0 + loss / pi)), 1.0, 5e-3) << tip;
     }
 }
@@ -155,7 +155,7 @@ TEST_P(Relaxation, VibratesAsTheStandardLinearSolid) {
     const Swinging found = swinging(swing(spec, 20.0), 10, 36);
     const std::complex<double> exact =
         relaxing_mode(omega, -bare.decay_per_cycle / (2.0 * pi), fraction, time);
-    // Turning points between which the offset still drifts are read to 1e-4.
+    // Turning points are accurate to 1e-4 while the offset still drifts.
     EXPECT_NEAR(2.0 * pi * found.frequency / exact.imag(), 1.0, 2e-4);
     EXPECT_NEAR(found.decay_per_cycle * found.frequency / exact.real(), 1.0, 5e-3);
 }
@@ -163,7 +163,7 @@ INSTANTIATE_TEST_SUITE_P(OmegaTau, Relaxation, testing::Values(0.1, 1.0, 10.0));
 
 TEST(RelaxationAfterAHold, DriftsBackFromTheSideOfTheHold) {
     // Between fast and slow (ωτ ≫ 1) the mean is g (1 − h)/(1 + g) of the hold and decays with the
-    // time (1 + g)τ; h is what the branch still bears, and the shape is the static one.
+    // time (1 + g)τ; h is the remaining share of the branch, and the shape is the static one.
     CaseSpec spec = slender_case();
     set_damping_ratio(spec, 0.01);
     const double omega = angular_frequency(spec);
@@ -179,8 +179,8 @@ TEST(RelaxationAfterAHold, DriftsBackFromTheSideOfTheHold) {
             const double expected = spec.tip_deflection * fraction * (1.0 - held) /
                                     (1.0 + fraction) *
                                     std::exp(-points[k + 1].time / ((1.0 + fraction) * time));
-            // The three-point mean leaves (ζπ)²/4 = 2.5e-4 of the amplitude, itself below a
-            // half here; terms of order 1/(ωτ)² = 1e-4 are neglected.
+            // The error of the three-point mean is (ζπ)²/4 = 2.5e-4 of the amplitude, which is
+            // below a half here; terms of order 1/(ωτ)² = 1e-4 are neglected.
             EXPECT_NEAR(mean, expected, 2e-4 * spec.tip_deflection) << k;
         }
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The energy account of every effect of the library: what is stored, plus what was taken out, less
-// what was put in, stays what it was at the release.
+// The energy balance of every effect of the library: stored plus dissipated less supplied energy
+// equals the energy at the release.
 #include "physics/energy.hpp"
 
 #include "free_vibration.hpp"
@@ -17,7 +17,7 @@
 namespace culm::run {
 namespace {
 
-/// A coarse stem, hardly damped of its own; three periods of mode 1.
+/// A coarse stem with very light bond damping; three periods of mode 1.
 CaseSpec energy_case() {
     CaseSpec spec = coarse_stem();
     set_damping_ratio(spec, 1e-4);
@@ -25,11 +25,11 @@ CaseSpec energy_case() {
     return spec;
 }
 
-/// What one run's energy did, J.
+/// The energy balance of one run, in J.
 struct Account {
     std::vector<double> times;
     std::vector<double> stored; ///< above the chain at rest
-    std::vector<double> taken;  ///< power that damping and effects take out, W
+    std::vector<double> taken;  ///< power that damping and effects dissipate, W
     std::vector<double> given;  ///< power of the support and of the finger, W
 };
 
@@ -102,9 +102,9 @@ class EnergyOf : public testing::TestWithParam<std::string> {
     }
 };
 
-/// Share of the released energy by which the account may be off. The integrator's own error is
-/// 1e-10 at this tolerance. The principal planes of out_of_plane do not turn with the stem's twist,
-/// which does work of second order in the deflection.
+/// Allowed error of the balance relative to the released energy. The error of the integrator is
+/// 1e-10 at this tolerance. The principal planes of out_of_plane do not rotate with the stem's
+/// twist, which does work of second order in the deflection.
 double allowed_error(const std::string& effect) {
     return effect == "out_of_plane" ? 1e-4 : 1e-9;
 }
@@ -120,7 +120,7 @@ TEST_P(EnergyOf, IsAccountedFor) {
             << "t = " << found.times[2 * k];
 }
 
-TEST_P(EnergyOf, OnlyAMovingSupportAddsTo) {
+TEST_P(EnergyOf, GrowsOnlyWithAMovingSupport) {
     if (GetParam() == "base_motion")
         GTEST_SKIP() << "the support does work in both directions";
     const Account found = account();
@@ -138,8 +138,8 @@ TEST_P(EnergyOf, FallsOnlyByTheBondsDampingIfTheEffectIsConservative) {
                                       "fractional_zener"};
     const Account found = account();
     const double taken = running_integral(found.times, found.taken).back() / found.stored.front();
-    // The bonds take 0.9 % here, most of it from higher modes; taper and tip mass change that by a
-    // fifth. The defaults of what loses energy take three to fifty times as much.
+    // The bonds dissipate 0.9 % here, most of it from higher modes; taper and tip mass change that
+    // by a fifth. With their defaults the dissipative effects take three to fifty times as much.
     if (lossy.contains(GetParam()))
         EXPECT_GT(taken, 0.02);
     else

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Lets a stem with effects vibrate and measures its swing: turning points, frequency, spectrum.
+// Simulates a stem with effects and measures its turning points, frequency and spectrum.
 #pragma once
 
 #include "physics/effects/library.hpp"
@@ -21,8 +21,8 @@ inline physics::ActiveEffect active(const std::string& name, std::vector<double>
     return {physics::effect_named(name), std::move(values)};
 }
 
-/// Eight bonds of a soft stem, so that an explicit integrator has few steps to take; the consistent
-/// law, undamped as yet.
+/// A soft stem of eight bonds, so that an explicit integrator needs few steps; the consistent law,
+/// without damping.
 inline CaseSpec coarse_stem() {
     CaseSpec spec;
     physics::StemParameters<double>& stem = spec.stem;
@@ -36,9 +36,9 @@ inline CaseSpec coarse_stem() {
     return spec;
 }
 
-/// A stem so slender that it is an Euler-Bernoulli beam to 1e-5 (shear, rotatory inertia), of equal
-/// spheres but for the half one at its end, so that the chain's own error is of second order in
-/// 1/56. First frequency 1.77 Hz; damped by ζ = 0.5 % in mode 1 and more in the others.
+/// A stem so slender that it is an Euler-Bernoulli beam to 1e-5 (shear, rotatory inertia). Its
+/// spheres are equal except for half a sphere at its end; the error of the chain is of second order
+/// in 1/56. First frequency 1.77 Hz; damped by ζ = 0.5 % in mode 1 and more in the others.
 inline CaseSpec slender_case() {
     CaseSpec spec;
     physics::StemParameters<double>& stem = spec.stem;
@@ -55,7 +55,7 @@ inline CaseSpec slender_case() {
     return spec;
 }
 
-/// β that damps mode 1 of the uniform stem by `ratio` of critical; mode n then by ω_n/ω_1 as much.
+/// Sets β so that mode 1 of the uniform stem has the damping `ratio`, and mode n ω_n/ω_1 times it.
 inline void set_damping_ratio(CaseSpec& spec, double ratio) {
     spec.stem.bond_damping = 1.0;
     const auto bond = physics::make_bond_coefficients(spec.stem, spec.law);
@@ -73,7 +73,7 @@ struct Swing {
     std::vector<double> times;
     std::vector<double> values;
 
-    /// Where the motion turns, from parabolas through three samples.
+    /// Turning points of the motion, from parabolas through three samples.
     [[nodiscard]] std::vector<TurningPoint> turning_points() const {
         std::vector<TurningPoint> points;
         for (std::size_t i = 1; i + 1 < values.size(); ++i) {
@@ -136,7 +136,7 @@ struct Swinging {
 inline Swinging swinging(const Swing& swing, std::size_t from, std::size_t to) {
     const auto points = swing.turning_points();
     const double cycles = 0.5 * static_cast<double>(to - from);
-    // Half the difference of neighbours is the amplitude between them, free of an offset.
+    // Half the difference of neighbours is the amplitude between them, without the offset.
     const auto height = [&](std::size_t k) {
         return std::abs(points.at(k).value - points.at(k + 1).value);
     };

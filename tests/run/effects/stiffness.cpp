@@ -8,7 +8,7 @@
 namespace culm::run {
 namespace {
 
-/// Frequency of mode 1 over that without the effects; the chain's own error cancels but for a
+/// Frequency of mode 1 over that without the effects. The error of the chain cancels except for a
 /// small part.
 double relative_frequency(const std::vector<physics::ActiveEffect>& effects) {
     CaseSpec spec = slender_case();
@@ -29,7 +29,7 @@ TEST_P(Taper, HasTheFrequencyOfTheTaperedBeam) {
     const auto diameter = [&](double s) { return 1.0 + change * (s - 0.5); };
     const double expected = frequency_ratio([&](double s) { return std::pow(diameter(s), 4); },
                                             [&](double s) { return std::pow(diameter(s), 2); });
-    // What the ends of 56 bonds make of the change: (1/56)² times a few.
+    // The discretisation by 56 bonds has an error of a few times (1/56)².
     EXPECT_NEAR(relative_frequency({active("taper", {change})}) / expected, 1.0, 5e-4);
     EXPECT_GT(std::abs(expected - 1.0), 0.1);
 }
@@ -94,8 +94,8 @@ TEST(BendingNonlinearity, ShiftsTheFrequencyAlongTheBackbone) {
         spec.effects = {active("bending_nonlinearity", {gamma})};
         const double found =
             swinging(swing(spec, 30.0), 12, 40).frequency / swinging(bare, 12, 40).frequency - 1.0;
-        // The next order of the backbone is of the size of the shift squared, and mode 2 is bent
-        // along: 3 % of a shift of 1 %.
+        // The next order of the backbone is the square of the shift, and mode 2 is also excited:
+        // 3 % of a shift of 1 %.
         EXPECT_NEAR(found / shift, 1.0, 0.05) << shift;
     }
 }
@@ -129,21 +129,21 @@ TEST(OutOfPlane, BeatsWithTheDifferenceOfTheTwoFrequencies) {
     EXPECT_LT(smallest, 0.05); // half a beat was seen
 }
 
-/// Where the stem comes to rest after a release straight above the clamp.
+/// Rest position of the stem after a release straight above the clamp.
 double deflection_at_rest(const std::vector<physics::ActiveEffect>& effects) {
     CaseSpec spec = slender_case();
     set_damping_ratio(spec, 0.7);
     spec.release = Release::HeldStraight;
     spec.effects = effects;
-    return swing(spec, 12.0).values.back(); // exp(−0.7 · 2π · 12) of the way is left
+    return swing(spec, 12.0).values.back(); // exp(−0.7 · 2π · 12) of the motion remains
 }
 
 TEST(Precurvature, IsTheShapeAtRest) {
     const double length = slender_case().stem.free_length();
     const double base = 0.12;
     const double tip = -0.05;
-    // ∫(L − s) κ0(s) ds; the cubes of the small slopes are 1e-5 of them. 56 hinges instead of a
-    // curve: (1/56)².
+    // ∫(L − s) κ0(s) ds; the cubes of the small slopes are 1e-5 of them. The error of 56
+    // hinges instead of a curve is (1/56)².
     const double expected = length * length * (base / 2.0 + (tip - base) / 6.0);
     EXPECT_NEAR(deflection_at_rest({active("precurvature", {base, tip})}) / expected, 1.0, 5e-4);
 }
@@ -151,10 +151,10 @@ TEST(Precurvature, IsTheShapeAtRest) {
 TEST(Gravity, BendsALyingStemAsAUniformLoad) {
     const CaseSpec spec = slender_case();
     const double length = spec.stem.free_length();
-    const double acceleration = 0.01; // this stem is very soft: a weight that bends it by 1 mm
+    const double acceleration = 0.01; // bends this very soft stem by 1 mm
     const double expected = physics::mass_per_length(spec.stem) * acceleration *
                             std::pow(length, 4) / (8.0 * physics::bending_rigidity(spec.stem));
-    // 56 point loads and hinges: (1/56)² times a few.
+    // The error of 56 point loads and hinges is a few times (1/56)².
     EXPECT_NEAR(deflection_at_rest({active("gravity", {0.0, acceleration})}) / expected, 1.0, 1e-3);
 }
 
@@ -170,7 +170,7 @@ TEST(Gravity, SoftensAStandingStemAndStiffensAHangingOne) {
         const double change = physics::mass_per_length(spec.stem) * acceleration *
                               std::pow(length, 3) / physics::bending_rigidity(spec.stem) * share;
         const double found = relative_frequency({active("gravity", {acceleration, 0.0})});
-        // Change of 4 %; its second order is about a hundredth of it.
+        // The change is 4 %; its second order is about a hundredth of it.
         EXPECT_NEAR((found * found - 1.0) / change, 1.0, 0.02) << acceleration;
     }
 }

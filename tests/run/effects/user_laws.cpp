@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A formula that says what an effect of the library says gives the same motion.
+// A formula with the law of a library effect gives the same motion as that effect.
 #include "free_vibration.hpp"
 #include "physics/effects/user_effect.hpp"
 
@@ -23,7 +23,7 @@ physics::ActiveEffect formula(physics::UserLawKind kind, const std::string& text
     return {physics::make_user_effect(effect), {value}};
 }
 
-/// Largest difference of the two motions over that which either makes.
+/// Largest difference of the two motions over the largest change by the library's effect.
 double disagreement(CaseSpec spec, const physics::ActiveEffect& user,
                     const physics::ActiveEffect& library) {
     const Swing bare = swing(spec, 5.0);
@@ -40,25 +40,25 @@ double disagreement(CaseSpec spec, const physics::ActiveEffect& user,
     return difference / effect;
 }
 
-TEST(UsersForce, AsQuadraticDragIsQuadraticDrag) {
+TEST(UsersForce, ReproducesQuadraticDrag) {
     CaseSpec spec = slender_case();
     set_damping_ratio(spec, 0.005);
     const double coefficient = 50.0;
     const double per_length = 0.5 * 1.2 * coefficient * spec.stem.bond_outer_diameter;
-    // Sideways only, where the library's drag acts along the whole velocity: the square of the
-    // slope, below 1e-4.
+    // The formula acts sideways only, the library's drag along the whole velocity. The difference
+    // is the square of the slope, below 1e-4.
     EXPECT_LT(disagreement(spec,
                            formula(physics::UserLawKind::ForcePerLength, "-c*abs(v)*v", per_length),
                            active("quadratic_drag", {coefficient})),
               1e-4);
 }
 
-TEST(UsersMoment, AsABendingNonlinearityIsTheNonlinearity) {
+TEST(UsersMoment, ReproducesTheBendingNonlinearity) {
     CaseSpec spec = slender_case();
     set_damping_ratio(spec, 0.005);
     const double gamma = 0.3;
-    // The same law in other words: what is left is the integrator's error, 1e-8 of the pull per
-    // step, against an effect of a thousandth of it or more.
+    // Both are the same law. They differ by the error of the integrator, 1e-8 of the pull per step;
+    // the effect is a thousandth of the pull or more.
     EXPECT_LT(disagreement(spec,
                            formula(physics::UserLawKind::BendingMoment, "c*kappa^3",
                                    gamma * physics::bending_rigidity(spec.stem)),
@@ -66,7 +66,7 @@ TEST(UsersMoment, AsABendingNonlinearityIsTheNonlinearity) {
               1e-3);
 }
 
-TEST(UsersMomentAtTheClamp, AsASpringIsTheCompliantClamp) {
+TEST(UsersMomentAtTheClamp, ReproducesTheCompliantClamp) {
     CaseSpec spec = slender_case();
     set_damping_ratio(spec, 0.005);
     const double stiffness = 10.0 * physics::stiffness_scale(spec.stem);
@@ -75,11 +75,11 @@ TEST(UsersMomentAtTheClamp, AsASpringIsTheCompliantClamp) {
               1e-5);
 }
 
-TEST(UsersFormula, WithoutAValueInOneLaneFailsThatCaseAlone) {
+TEST(UsersFormula, FailsOnlyTheLaneInWhichItHasNoValue) {
     std::vector<CaseSpec> specs(3, slender_case());
     for (CaseSpec& spec : specs) {
         set_damping_ratio(spec, 0.005);
-        // Has a value while the stem is held, but not where a far pull swings it to.
+        // The formula has a value while the stem is held, but not at the far end of a large swing.
         spec.effects = {formula(physics::UserLawKind::ForcePerLength, "c*sqrt(0.011 + x)", 1e-6)};
         spec.tip_deflection = 5e-3;
         spec.duration = 1.0;
@@ -98,9 +98,9 @@ TEST(UsersFormula, WithoutAValueInOneLaneFailsThatCaseAlone) {
     }
 }
 
-TEST(UsersFormula, WithoutAValueFailsTheCaseWithItsInputs) {
+TEST(UsersFormula, ReportsItsInputsIfItHasNoValue) {
     CaseSpec spec = slender_case();
-    spec.tip_deflection = 20e-3; // beyond what is tried when the formula is read
+    spec.tip_deflection = 20e-3; // beyond the values tried when the formula is read
     spec.effects = {formula(physics::UserLawKind::ForcePerLength, "c*sqrt(0.015 - x)", 1e-6)};
     spec.duration = 0.1;
     spec.sample_interval = 1e-3;

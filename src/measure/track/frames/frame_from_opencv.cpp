@@ -11,7 +11,7 @@
 namespace culm::measure {
 
 FrameImage frame_from(const cv::Mat& picture, const std::string& name) {
-    // To the range of 8 bits, the unit of every threshold of the tracker.
+    // Scales to the range of 8 bits, the unit of every threshold of the tracker.
     double scale = 1.0;
     switch (picture.depth()) {
     case CV_8U:

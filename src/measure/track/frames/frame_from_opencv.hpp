@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From OpenCV's pictures to plain numbers and back.
+// Conversion of OpenCV's pictures to plain numbers and back.
 #pragma once
 
 #include "measure/track/frames/frame_image.hpp"
@@ -10,9 +10,9 @@
 
 namespace culm::measure {
 
-/// Scaled so that the format's largest value becomes 255; transparency is dropped. Throws
-/// core::InputError, beginning with `name`, for numbers of channels or formats other than 1 … 4 and
-/// 8 or 16 bits or floating point (taken as 0 … 1).
+/// Scales so that the format's largest value becomes 255; drops transparency. Throws
+/// core::InputError, beginning with `name`, unless the picture has 1 … 4 channels of 8 or 16 bits
+/// or floating point (interpreted as 0 … 1).
 [[nodiscard]] FrameImage frame_from(const cv::Mat& picture, const std::string& name);
 
 /// An 8-bit blue-green-red picture for drawing on.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One frame of a recording as plain numbers, and the ways in which a stem may stand in it.
+// One frame of a recording as plain numbers, and the possible orientations of a stem in it.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace culm::measure {
 
-/// Bands of a frame: a grey one has only `Red`, which then holds the grey values.
+/// Bands of a frame. A grey frame has only `Red`, which contains the grey values.
 enum class Band { Red = 0, Green = 1, Blue = 2 };
 
 /// Grey values of one or three bands on a scale where the format's largest value is 255.
@@ -23,7 +23,7 @@ struct FrameImage {
     }
 };
 
-/// One band, turned so that the stem stands upright: its tip lies in a row above its clamp.
+/// One band, turned so that the stem is upright: its tip is in a row above its clamp.
 struct BandImage {
     int width = 0;
     int height = 0;
@@ -41,13 +41,13 @@ struct BandImage {
 /// Direction in the picture from the clamp to the tip.
 enum class Up { DecreasingRow, IncreasingRow, DecreasingColumn, IncreasingColumn };
 
-/// Does the stem lie across the picture?
+/// Is the stem horizontal in the picture?
 [[nodiscard]] inline bool is_sideways(Up up) {
     return up == Up::DecreasingColumn || up == Up::IncreasingColumn;
 }
 
-/// The band of a frame as an upright picture. Of a sideways stem the picture is transposed: the
-/// upright picture's columns are the frame's rows.
+/// The band of a frame as an upright picture. For a sideways stem the picture is transposed: the
+/// columns of the upright picture are the rows of the frame.
 [[nodiscard]] BandImage upright_band(const FrameImage& frame, Band band, Up up);
 
 /// A point of the upright picture of a frame (column, row) as a point of the frame.
@@ -56,7 +56,7 @@ struct PixelPoint {
     double row = 0.0;
 };
 [[nodiscard]] PixelPoint in_frame(PixelPoint upright, int frame_width, int frame_height, Up up);
-/// The reverse of in_frame.
+/// The inverse of in_frame().
 [[nodiscard]] PixelPoint in_upright(PixelPoint frame, int frame_width, int frame_height, Up up);
 
 } // namespace culm::measure

@@ -19,14 +19,14 @@ namespace culm::measure {
 
 namespace {
 
-/// As in video.toml. Numbers grow by those of missing frames, and must stay an int.
+/// As in video.toml. Missing frames increase the numbers, which must fit into an int.
 constexpr int largest_frame_number = 1'000'000'000;
 
-/// A file name with a place for the frame's number.
+/// A file name that contains the frame's number.
 struct NumberedName {
     std::string before;
     std::string after;
-    std::size_t digits = 1; ///< padded with zeros to so many at least
+    std::size_t digits = 1; ///< minimum; padded with zeros
 
     [[nodiscard]] std::string file(int number) const {
         return fmt::format("{}{:0{}}{}", before, number, digits, after);
@@ -40,8 +40,8 @@ struct NumberedName {
             name.substr(before.size(), name.size() - before.size() - after.size());
         int number = -1;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-        // The name that the number gives must be the one found: beside 00001.png the file 1.png
-        // would be a second frame of the same number.
+        // The number must reproduce the name: if 00001.png exists, 1.png would be a second frame
+        // with the same number.
         const bool is_number = error == std::errc{} && end == text.data() + text.size();
         return is_number && number >= 0 && number <= largest_frame_number && file(number) == name
                    ? number
@@ -107,7 +107,7 @@ class ImageSequence final : public FrameSource {
     std::vector<int> numbers_;
 };
 
-/// A damaged container may state any time; more lost frames than this leave no recording.
+/// A damaged container may state any time; with more lost frames a recording is unusable.
 constexpr double most_missing = 1e6;
 
 cv::VideoCapture open(const std::string& file) {
@@ -140,7 +140,7 @@ class VideoFile final : public FrameSource {
     [[nodiscard]] std::optional<double> stated_fps() const override { return stated_fps_; }
     [[nodiscard]] std::vector<std::string> remarks() const override { return remarks_; }
 
-    /// A video is decoded in order: the threads take turns at it and track what they got.
+    /// A video is decoded in order: the threads decode in turn and track their own frames.
     void for_each(std::span<const std::size_t> wanted, int threads, const Use& use) const override {
         cv::VideoCapture video = open(file_);
         std::mutex turn;
@@ -179,7 +179,7 @@ class VideoFile final : public FrameSource {
     }
 
   private:
-    /// Time stamps that skip a frame time mean frames that were lost: the numbers leave a gap.
+    /// If time stamps skip a frame time, frames were lost: the numbers get a gap.
     void find_missing_frames(const std::vector<double>& stamps) {
         std::vector<double> steps;
         for (std::size_t i = 1; i < stamps.size(); ++i)

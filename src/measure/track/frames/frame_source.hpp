@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where frames come from: an image sequence, a video file, or a recording of a Photron camera (a
-// header .cih or .cihx and raw pixels .mraw).
+// Sources of frames: an image sequence, a video file, or a recording of a Photron camera (a header
+// .cih or .cihx and raw pixels .mraw).
 #pragma once
 
 #include "measure/track/frames/frame_image.hpp"
@@ -28,41 +28,41 @@ class FrameSource {
     FrameSource(const FrameSource&) = delete;
     FrameSource& operator=(const FrameSource&) = delete;
 
-    /// Numbers of the frames in the recording, ascending. A gap means that the recording itself
-    /// says that a frame is missing.
+    /// Numbers of the frames in the recording, ascending. A gap means that the recording reports a
+    /// missing frame.
     [[nodiscard]] virtual const std::vector<int>& numbers() const = 0;
-    /// What messages call the recording.
+    /// Name of the recording in messages.
     [[nodiscard]] virtual std::string name() const = 0;
     /// Frames per second as the recording states them; empty if it does not.
     [[nodiscard]] virtual std::optional<double> stated_fps() const { return std::nullopt; }
-    /// Whether stated_fps() is the camera's rate. A video file's rate is often that of playback.
+    /// Whether stated_fps() is the camera's rate. A video file often states its playback rate.
     [[nodiscard]] virtual bool states_camera_rate() const { return false; }
-    /// What a person should know of the recording, one sentence each.
+    /// Remarks on the recording for the user, one sentence each.
     [[nodiscard]] virtual std::vector<std::string> remarks() const { return {}; }
 
     /// Calls `use` once for every position of `wanted`, which lists indices into numbers() in
     /// ascending order, from `threads` threads in any order. Throws core::InputError if a frame
-    /// cannot be read, and what `use` throws; of several errors that of the first frame.
+    /// cannot be read, and any exception of `use`; of several errors, that of the first frame.
     virtual void for_each(std::span<const std::size_t> wanted, int threads,
                           const Use& use) const = 0;
 };
 
-/// Opens what `location` names, relative to `folder`: a pattern with %d or %05d for the number of
-/// an image (PNG, TIFF and what else OpenCV reads), a Photron header (.cih or .cihx, with its .mraw
-/// beside it), or a video file. Throws core::InputError.
+/// Opens the recording `location`, relative to `folder`: a pattern with %d or %05d for the number
+/// of an image (PNG, TIFF and other formats of OpenCV), a Photron header (.cih or .cihx, with its
+/// .mraw in the same folder), or a video file. Throws core::InputError.
 [[nodiscard]] std::unique_ptr<FrameSource> open_frames(const std::filesystem::path& folder,
                                                        const std::string& location);
 
-/// What the header says of the pixels and of time.
+/// The header's data on pixels and time.
 struct PhotronHeader {
     int width = 0;
     int height = 0;
     int frames = 0;
     int bits_per_pixel = 0;      ///< as stored: 8, 10, 12 or 16
     int effective_bits = 0;      ///< that the camera digitised; 0 if the header does not say
-    bool is_high_aligned = true; ///< effective bits fill the stored pixel from the top
+    bool is_high_aligned = true; ///< the effective bits are the highest stored ones
     double record_rate = 0.0;    ///< frames/s of the camera
-    int save_step = 1;           ///< one in so many recorded frames was saved
+    int save_step = 1;           ///< n: every n-th recorded frame was saved
 
     [[nodiscard]] std::size_t bytes_per_frame() const;
     [[nodiscard]] double frames_per_second() const { return record_rate / save_step; }
@@ -72,13 +72,13 @@ struct PhotronHeader {
 /// (colour, other file formats than MRaw).
 [[nodiscard]] PhotronHeader read_photron_header(const std::filesystem::path& file);
 
-/// Grey values of one frame on a scale to 255. 10 and 12 bits are packed without gaps, the highest
-/// bit first; 16 bits have the low byte first. `bytes` holds bytes_per_frame().
+/// Grey values of one frame on a scale to 255. 10 and 12 bits are packed without gaps, highest bit
+/// first; 16 bits are stored low byte first. `bytes` has bytes_per_frame() elements.
 [[nodiscard]] FrameImage unpack_photron(const PhotronHeader& header,
                                         std::span<const std::uint8_t> bytes);
 
-/// `header` is a .cih or .cihx file; the .mraw with the same name must lie beside it. Throws
-/// core::InputError, also if the raw file is shorter than the header promises.
+/// `header` is a .cih or .cihx file; the .mraw file with the same name must be in the same folder.
+/// Throws core::InputError, also if the raw file is shorter than the header states.
 [[nodiscard]] std::unique_ptr<FrameSource> open_photron(const std::filesystem::path& header);
 
 } // namespace culm::measure

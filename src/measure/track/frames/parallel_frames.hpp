@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Independent pieces of work spread over threads, with the error that a serial loop would give.
+// Distributes independent work over threads; errors are those that a serial loop would give.
 #pragma once
 
 #include <atomic>
@@ -32,7 +32,7 @@ class FirstError {
     std::exception_ptr error_;
 };
 
-/// Runs `body` on `threads` threads, the calling one among them, and waits for all.
+/// Runs `body` on `threads` threads, including the calling one, and waits for all.
 template <class Body>
 void on_threads(int threads, const Body& body) {
     std::vector<std::jthread> others;

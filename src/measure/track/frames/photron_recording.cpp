@@ -37,8 +37,8 @@ std::string lower_case(std::string_view text) {
 /// Entries by their name in a .cih file.
 using Entries = std::map<std::string, std::string, std::less<>>;
 
-/// Lines "Name : value". Sections about the viewer program follow the camera's after a blank line
-/// and repeat names, so the first entry of a name counts.
+/// Lines "Name : value". Sections about the viewer program follow the camera's section after a
+/// blank line and repeat names, so the first entry of a name is used.
 Entries entries_of_cih(const std::string& text) {
     Entries entries;
     std::istringstream lines(text);
@@ -195,7 +195,7 @@ class PhotronRecording final : public FrameSource {
 
     void for_each(std::span<const std::size_t> wanted, int threads, const Use& use) const override {
         for_each_index(wanted.size(), threads, [&](std::size_t i) {
-            // A stream of its own for each frame: threads share no position in the file.
+            // Each frame has its own stream, because threads must not share a file position.
             std::vector<std::uint8_t> bytes(header_.bytes_per_frame());
             std::ifstream stream(raw_, std::ios::binary);
             stream.seekg(static_cast<std::streamoff>(wanted[i] * bytes.size()));
@@ -215,7 +215,7 @@ class PhotronRecording final : public FrameSource {
             if (std::filesystem::exists(header_file.replace_extension(extension)))
                 return header_file;
         throw core::InputError(
-            fmt::format("{}: no .mraw file with this name lies beside it", name));
+            fmt::format("{}: no .mraw file with this name is in the same folder", name));
     }
 
     PhotronHeader header_;
@@ -238,7 +238,7 @@ FrameImage unpack_photron(const PhotronHeader& header, std::span<const std::uint
     frame.values.resize(static_cast<std::size_t>(header.width) *
                         static_cast<std::size_t>(header.height));
     const auto bits = static_cast<unsigned>(header.bits_per_pixel);
-    // Of pixels stored with room to spare only the effective bits carry the picture's scale.
+    // If pixels are stored with spare bits, the effective bits determine the picture's scale.
     const bool has_room = !header.is_high_aligned && header.effective_bits < header.bits_per_pixel;
     const unsigned scale_bits = has_room ? static_cast<unsigned>(header.effective_bits) : bits;
     const float scale = 255.0F / static_cast<float>((1U << scale_bits) - 1U);

@@ -25,7 +25,7 @@ EffectPointer base_motion() {
              "Before the release the support carries the stem and what holds it",
          .source = "Clough & Penzien (1993), Dynamics of Structures, McGraw-Hill (support "
                    "excitation)",
-         .signature = "a motion with a frequency of its own that does not decay, present at the "
+         .signature = "a motion with a separate frequency that does not decay, present at the "
                       "lowest height too and before the release",
          .remedy = "keep a fixed mark in view; bolt support and camera to the same table; record "
                    "the stem at rest",

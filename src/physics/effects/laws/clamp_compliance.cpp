@@ -8,7 +8,7 @@ namespace culm::physics {
 namespace {
 
 void apply(std::span<const double> values, EffectTarget& target) {
-    // Without friction its rate plays no part; it only must not be zero.
+    // Without friction its rate has no effect, but it must not be zero.
     target.model.hinge = BaseHinge<double>{values[0], 0.0, clamp_friction_rate().default_value};
 }
 

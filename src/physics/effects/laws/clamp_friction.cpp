@@ -24,7 +24,7 @@ void suit(const StemParameters<double>& stem, std::span<EffectParameter> paramet
     suit_clamp_stiffness(stem, parameters[1]);
 }
 
-/// A clamp that does not turn has no friction: here its spring only says where friction acts.
+/// A rigid clamp has no friction: the spring only defines where friction acts.
 EffectParameter spring() {
     EffectParameter stiffness = clamp_stiffness();
     stiffness.is_place = true;
@@ -42,7 +42,7 @@ EffectPointer clamp_friction() {
          .family = Family::Clamp,
          .summary = "dry friction in a yielding clamp",
          .law = "M = -k θ - M_f tanh(ω/ω_r), with the rotation θ and its rate ω at the clamp; the "
-                "hyperbolic tangent stands for the sign of ω, which is undefined at rest",
+                "hyperbolic tangent replaces the sign of ω, which is undefined at rest",
          .source = "Den Hartog (1931), Trans. ASME 53:107-115 (Coulomb and viscous friction)",
          .signature = "the amplitude falls by the same amount in each cycle, so the decay rate "
                       "grows toward the end; the stem may stop off its centre, elsewhere in each "

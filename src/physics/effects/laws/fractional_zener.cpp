@@ -11,15 +11,15 @@ namespace culm::physics {
 
 namespace {
 
-/// Relaxation times over that of the first natural frequency, 1/ω1. What is faster is left out: it
-/// bears nothing; what is slower acts as a spring. Fixed for a stem, so that the motion is smooth
-/// in τ and α.
+/// Relaxation times relative to 1/ω1 of the first natural frequency. Faster branches carry no load
+/// and are omitted; slower ones act as a spring. The times are fixed for a stem, so that the motion
+/// is smooth in τ and α.
 constexpr int branches_a_decade = 5; // in two decades
 constexpr int first_branch = -7;     // 10^-2.8
 constexpr int last_branch = 8;       // 10^3.2
 
 /// ∫ H dx from −∞ to x = ln(τ'/τ), of the spectrum of Cole and Cole (1941),
-/// H = sin(απ)/(2π (cosh αx + cos απ)): what of the modulus relaxes within τ'.
+/// H = sin(απ)/(2π (cosh αx + cos απ)): the part of the modulus that relaxes within τ'.
 double relaxed_within(double x, double exponent) {
     const double half = 0.5 * std::numbers::pi * exponent;
     return 0.5 + std::atan(std::tan(half) * std::tanh(0.5 * exponent * x)) /
@@ -36,7 +36,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
     for (int k = first_branch; k <= last_branch; ++k) {
         const double own = unit * std::exp(step * k);
         const double x = std::log(own / time);
-        // Each branch stands for the part of the spectrum that is nearest to it.
+        // Each branch represents the part of the spectrum that is nearest to it.
         const double from = relaxed_within(x - 0.5 * step, exponent);
         const double to = k == last_branch ? 1.0 : relaxed_within(x + 0.5 * step, exponent);
         target.model.branches.push_back({.relative_stiffness = fraction * (to - from),
@@ -45,7 +45,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
     }
 }
 
-/// From where a branch damps the first mode most to what outlasts the record.
+/// From the time at which a branch damps the first mode most to times longer than the record.
 std::vector<double> start_times(const StartScales& of) {
     const double shortest = 1.0 / (2.0 * std::numbers::pi * of.first_frequency);
     return {0.1 * shortest, shortest, std::max(of.duration / 3.0, shortest)};

@@ -18,15 +18,15 @@ struct FrequencyBand {
     double highest = 0.0;
 };
 
-/// Where hysteretic damping is kept constant, over the first natural frequency: modes 1 to 3 of a
+/// Band of constant hysteretic damping, relative to the first natural frequency: modes 1 to 3 of a
 /// cantilever lie at 1, 6.27 and 17.5, and a mass at the tip lowers them.
 constexpr FrequencyBand hysteretic_band{1.0 / 3.0, 40.0};
 
 constexpr int branch_count = 6;
 constexpr int frequencies_a_branch = 8;
-/// How far the branches reach beyond the band at both ends. With 2 the loss factor stays within 0.8
-/// % of its value from half the first frequency to 20 times it, and no branch becomes negative up
-/// to a loss factor of 0.5; without it the branches at the ends have to stand in for those beyond.
+/// Factor by which the branches extend beyond the band at both ends. With 2 the loss factor stays
+/// within 0.8 % of its value from half the first frequency to 20 times it, and no branch becomes
+/// negative up to a loss factor of 0.5. Without it the outer branches must replace those beyond.
 constexpr double reach = 2.0;
 
 /// Stiffness of one branch over its spring's: in phase with the strain, and a quarter cycle ahead.
@@ -51,7 +51,7 @@ double evenly_spaced(double first, double last, int count, int k) {
 
 /// Six branches with relaxation times spread evenly over the logarithm of the band's periods. The
 /// condition E'' = η E' at frequencies of the band is linear in their stiffnesses, which are its
-/// least-squares solution (Emmerich & Korn 1987). They bear nothing while the stem is held.
+/// least-squares solution (Emmerich & Korn 1987). They carry no load while the stem is held.
 /// `loss_factor` from 0 to 0.5.
 std::vector<MaxwellBranch<double>> constant_loss_branches(double loss_factor,
                                                           const FrequencyBand& band) {

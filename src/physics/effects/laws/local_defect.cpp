@@ -23,10 +23,10 @@ void apply(std::span<const double> values, EffectTarget& target) {
     const double centre = values[0];
     const double bond = target.stem.bond_length;
     const double segment = relative_length * target.stem.free_length();
-    // What the segment yields more than the stem does is spread over the bonds as a bell curve with
-    // the segment's own standard deviation, so that the answer depends smoothly on the position;
-    // but not narrower than half a bond, or the position would go unnoticed between two bonds'
-    // middles.
+    // The extra compliance of the segment is distributed over the bonds as a bell curve with the
+    // segment's own standard deviation, so that the response depends smoothly on the position. The
+    // deviation is at least half a bond; otherwise a position between the middles of two bonds
+    // would have no effect.
     const double spread = std::max(segment / std::sqrt(12.0), 0.5 * bond);
     const double extra_compliance = (1.0 / values[1] - 1.0) * segment / bond;
     change_along_stem(target, [=](StemParameters<double> stem, double position) {
@@ -62,7 +62,7 @@ EffectPointer local_defect() {
          .remedy =
              "film more heights near the kink, or bend the stem between four points; with few "
              "heights stiffness_gradient says nearly the same",
-         .energy = "no loss of its own: the segment stores ½ f E I κ². Conservative; the damping "
+         .energy = "no direct loss: the segment stores ½ f E I κ². Conservative; the damping "
                    "of its bonds falls with their stiffness",
          .parameters =
              {place_parameter(

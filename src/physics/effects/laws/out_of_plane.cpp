@@ -23,7 +23,7 @@ std::vector<PlanarPart> planar_parts(std::span<const double> values) {
     return {{along, 1.0 + 0.5 * values[0]}, {1.0 - along, 1.0 - 0.5 * values[0]}};
 }
 
-/// A fit stays away from motion in one plane: steps that are chosen for it are too long for the
+/// Excludes motion in one plane from a fit: steps that are chosen for it are too long for the
 /// stem's twist, so the response to a small departure from the plane would be undetermined.
 void suit(const StemParameters<double>& /*stem*/, std::span<EffectParameter> parameters) {
     parameters[0].lower = 1e-3;
@@ -56,7 +56,7 @@ EffectPointer out_of_plane() {
                          .lower = 0.0,
                          .upper = 1.0,
                          .scale = 0.02,
-                         // A beat is no small change of a swing without one.
+                         // A beat is not a small change of a motion without one.
                          .start_values =
                              [](const StartScales& /*of*/) {
                                  return std::vector{0.02, 0.12};

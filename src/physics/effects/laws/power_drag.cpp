@@ -14,7 +14,7 @@ constexpr double reference_speed = 1.0;  // m/s: there C is the coefficient of q
 constexpr double smoothing_speed = 1e-4; // m/s
 
 /// r = c (v² + v0²)^((p − 1)/2). For p < 2 the slope of |v|^(p − 1) is infinite at rest, where
-/// every stem turns round in each half cycle; v0 makes it finite and changes the force at speed v
+/// every stem reverses in each half cycle; v0 makes it finite and changes the force at speed v
 /// by the share (p − 1)/2 (v0/v)², 5e-9 at 1 m/s.
 struct PowerLaw {
     template <class T>
@@ -50,7 +50,7 @@ EffectPointer power_drag() {
                    "(1980), J. Fluid Mech. 97:331-346; decay: Nayfeh & Mook (1979)",
          .signature = "the decay rate grows with the amplitude as A^(p - 1): between air drag that "
                       "does not depend on it and quadratic drag",
-         .remedy = "release from amplitudes 10:1 apart, or in vacuum; one amplitude tells C at the "
+         .remedy = "release from amplitudes 10:1 apart, or in vacuum; one amplitude gives C at the "
                    "stem's speed, not p",
          .energy = "takes out ½ ρ C d v_r³ (|v|/v_r)^(p + 1) per length and second. Gives nothing "
                    "back",

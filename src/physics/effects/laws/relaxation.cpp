@@ -11,8 +11,8 @@ namespace culm::physics {
 namespace {
 
 void apply(std::span<const double> values, EffectTarget& target) {
-    // While the stem is held, dκ/dt = 0 and q decays from g E I κ: exp(−t_h/τ) of it is left at the
-    // release.
+    // While the stem is held, dκ/dt = 0 and q decays from g E I κ; the share exp(−t_h/τ) remains at
+    // the release.
     const double fraction = values[0];
     const double time = values[1];
     const double hold_time = values[2];
@@ -22,10 +22,10 @@ void apply(std::span<const double> values, EffectTarget& target) {
 }
 
 std::vector<double> start_times(const StartScales& of) {
-    // ωτ = 1, where a branch damps the swing most, and up to what the record can tell from a drift.
+    // From ωτ = 1, where a branch damps the motion most, to a τ that still differs from a drift.
     const double shortest = 1.0 / (2.0 * std::numbers::pi * of.first_frequency);
     const double longest = std::max(of.duration / 3.0, shortest);
-    // Beyond the record the mean only leans; only there it is taken for a curvature.
+    // For τ beyond the record the mean only tilts; only such a τ resembles a curvature.
     return {shortest, std::sqrt(shortest * longest), longest, 6.0 * longest};
 }
 
@@ -43,10 +43,10 @@ EffectPointer relaxation() {
          .signature =
              "long τ: after the release the mean position creeps back from the side of the "
              "hold, as exp(-t/τ), with the static shape; short τ: only more decay and a "
-             "higher frequency, nothing that stands out",
+             "higher frequency, no distinct signature",
          .remedy = "vary the time for which the stem is held, and release it from the other side; "
                    "long τ needs a long record. hold_time_s is known: state it in the measurement",
-         .energy = "stores q²/(2 g E I) per length beside the bend and takes out q²/(g E I τ) per "
+         .energy = "stores q²/(2 g E I) per length besides bending and takes out q²/(g E I τ) per "
                    "second. What the hold has left in it is part of the energy at the release; "
                    "gives nothing else back",
          .parameters =

@@ -26,8 +26,8 @@ EffectPointer rolling_shutter() {
          .energy = "none: the camera does not touch the stem",
          .parameters = {size_parameter(
              "readout_s", "s",
-             "T: from the row at the clamp to the row at the tip's height, beside what row_time_us "
-             "states; negative if read downward",
+             "T: from the row at the clamp to the row at the tip's height, in addition to "
+             "row_time_us; negative if read downward",
              {.default_value = 1e-4, .lower = -0.1, .upper = 0.1, .scale = 1e-4})},
          .belongs_to = BelongsTo::Rig},
         apply);

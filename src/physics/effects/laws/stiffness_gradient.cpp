@@ -30,7 +30,7 @@ EffectPointer stiffness_gradient() {
          .remedy = "test the stem turned end for end, or compare the static shape under a known "
                    "force with the model; a camera that looks at an angle says the same "
                    "(camera_tilt)",
-         .energy = "no loss of its own: it changes what a given bend stores, ½ Y(s) I κ². "
+         .energy = "no direct loss: it changes the energy of a given bend, ½ Y(s) I κ². "
                    "Conservative; the damping of each bond grows with its stiffness, β stays",
          .parameters = {size_parameter(
              "relative_change", "",

@@ -39,8 +39,8 @@ EffectPointer taper() {
                       "by about 10 %",
          .remedy = "measure the diameter at both ends and fix relative_change; or test the stem "
                    "turned end for end",
-         .energy = "no loss of its own: it changes what a given bend stores, ½ E I(s) κ², and what "
-                   "a given motion holds, ½ m'(s) v². Conservative",
+         .energy = "no direct loss: it changes the energy of a given bend, ½ E I(s) κ², and of "
+                   "a given motion, ½ m'(s) v². Conservative",
          .parameters = {size_parameter(
              "relative_change", "",
              "r: diameter at the tip less that at the clamp, over that at mid-length",

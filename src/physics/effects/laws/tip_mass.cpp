@@ -33,8 +33,8 @@ EffectPointer tip_mass() {
                    "mass at the free end)",
          .signature = "all frequencies fall by nearly the same share 2 m/(m' L): nothing that a "
                       "lower modulus would not do; 5 mg on a straw of 80 mg move it by 7 %",
-         .remedy = "weigh ear and marker and fix mass_kg; a second release with a known mass tells "
-                   "it from clamp and modulus",
+         .remedy = "weigh ear and marker and fix mass_kg; a second release with a known mass "
+                   "distinguishes it from clamp and modulus",
          .energy = "holds ½ m v² at the tip. Conservative",
          .parameters = {{.name = "mass_kg",
                          .unit = "kg",
@@ -43,7 +43,7 @@ EffectPointer tip_mass() {
                          .lower = 0.0,
                          .upper = 10.0,
                          .scale = 1e-5,
-                         // Between a mass and a stiffer stem lies a long valley.
+                         // A long valley of the objective connects a mass and a stiffer stem.
                          .start_values =
                              [](const StartScales& of) {
                                  return std::vector{0.03 * of.mass, 0.3 * of.mass, 1.5 * of.mass};

@@ -44,7 +44,7 @@ EffectPointer viscous_drag() {
          .source = "Stokes (1851), Trans. Camb. Phil. Soc. 9:8-106 (cylinders that swing in a "
                    "fluid)",
          .signature = "a damping ratio that falls with frequency as 1/f, at every amplitude alike; "
-                      "with one mode in sight nothing tells it from the bonds' damping",
+                      "with one visible mode it is indistinguishable from the bonds' damping",
          .remedy = "repeat in vacuum, or with at least three frequencies (mass at the tip, shorter "
                    "length)",
          .energy = "takes out c v² per length and second. Gives nothing back",
