@@ -18,7 +18,7 @@ namespace {
 
 using namespace culm;
 
-// How the authors' code is told the bond parameters (README of the reference trajectories): "One
+// Bond parameters in the input of the authors' code (README of the reference trajectories): "One
 // `bond_coeff` line per bond type, values in SI, in this order: bond type number; outer bond
 // diameter as a fraction of the particle diameter; inner bond diameter as a fraction of it (0 =
 // solid); bond Young's modulus Y; bond shear modulus G; damping type (1 = the linear law above);
@@ -44,7 +44,7 @@ lammps_lines(const calibrate::BulkStem& bulk,
     return calibrate::lammps_lines(bulk, version, next);
 }
 
-/// Words of the only line that begins like that.
+/// Words of the only line that has this beginning.
 std::vector<std::string> words_of_line(const std::string& text, const std::string& beginning) {
     std::istringstream lines(text);
     std::vector<std::string> words;
@@ -59,7 +59,7 @@ std::vector<std::string> words_of_line(const std::string& text, const std::strin
     return words;
 }
 
-TEST(LiggghtsLines, StandInTheOrderThatTheAuthorsCodeReads) {
+TEST(LiggghtsLines, HaveTheOrderThatTheAuthorsCodeReads) {
     calibrate::BulkStem bulk = paper_stem("schramm2019");
     bulk.stem.bond_inner_diameter = 0.5 * bulk.stem.bond_outer_diameter;
     bulk.stem.bond_damping = 12.5;
@@ -70,8 +70,8 @@ TEST(LiggghtsLines, StandInTheOrderThatTheAuthorsCodeReads) {
         EXPECT_NEAR(std::stod(words[k + 1]), wanted[k], 1e-8 * wanted[k]) << k; // nine digits
 }
 
-// Run in the authors' code, a stem with 10 mg at mid-height so corrected decays within 0.003 % of
-// culm's, without the correction 2.5 % faster (docs/export.md).
+// In the authors' code a stem with 10 mg at mid-height decays as in culm to 0.003 % with this
+// correction, and 2.5 % faster without it (docs/export.md).
 TEST(LiggghtsLines, GiveBondsNextToAnotherMassTheCalibratedDamping) {
     calibrate::BulkStem bulk = paper_stem("schramm2019");
     const double mass = bulk.stem.sphere_mass();
@@ -180,7 +180,7 @@ TEST(BulkLines, AddAKnownMassToTheTip) {
     const auto found = densities(liggghts_lines(bulk));
     ASSERT_EQ(found.size(), 1u);
     EXPECT_NEAR(found.at(56), 0.75 * bulk.stem.density, 1e-6);
-    bulk.added_masses[0].mass *= 2.0; // a whole sphere again: as every other
+    bulk.added_masses[0].mass *= 2.0; // now as heavy as every other sphere
     EXPECT_TRUE(densities(liggghts_lines(bulk)).empty());
 }
 
@@ -224,7 +224,7 @@ TEST(BulkLines, RefuseEffectsThatTheCodeCannotExpress) {
     }
 }
 
-TEST(BulkLines, LeaveKnownMassesOutOnRequest) {
+TEST(BulkLines, OmitKnownMassesOnRequest) {
     std::vector<calibrate::BulkStem> stems{paper_stem("consistent")};
     EXPECT_THROW(calibrate::leave_out(stems, std::vector<std::string>{"added_mass"}),
                  core::InputError); // it has none
@@ -235,7 +235,7 @@ TEST(BulkLines, LeaveKnownMassesOutOnRequest) {
     EXPECT_NE(text.find("added_mass, which --without left out"), std::string::npos);
 }
 
-TEST(BulkLines, RefuseToLeaveOutWhatIsNotThere) {
+TEST(BulkLines, RefuseToOmitAnAbsentEffect) {
     std::vector<calibrate::BulkStem> stems{paper_stem("consistent")};
     stems[0].effects = {{"taper", {}}};
     try {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/calibration.hpp"
-#include "calibrate/simulated_measurement.hpp"
 #include "core/error.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/solve/fit.hpp"
 #include "reduce/ring_down/ring_down_analysis.hpp"
 #include "support/parameter_ids.hpp"
+#include "support/simulated_measurement.hpp"
 #include "support/single_fit.hpp"
 
 #include <cmath>
@@ -42,7 +42,7 @@ TEST(RecordingFit, FindsTheValuesThatMadeTheRecordWithinTheirErrors) {
     EXPECT_EQ(fit.degrees_of_freedom, fit.readings - 4);
 }
 
-TEST(RecordingFit, StandardErrorsAreTheScatterOverManyRecords) {
+TEST(RecordingFit, HasStandardErrorsThatMatchTheScatterOverManyRecords) {
     const tests::TrueValues truth;
     double sum = 0.0;
     constexpr int records = 16;
@@ -73,7 +73,7 @@ TEST(BaselineModel, StartsFromAStemThatIsCurvedAtRest) {
     EXPECT_NEAR(start.spec.stem.bond_youngs_modulus, 1.3e9, 0.05 * 1.3e9);
 }
 
-TEST(RecordingFit, JacobianIsTheDifferenceOfPredictions) {
+TEST(RecordingFit, HasAJacobianThatMatchesDifferencesOfPredictions) {
     const measure::Measurement measurement = tests::empty_measurement();
     fit::StemModel model = tests::true_model(measurement, {});
     const auto base = fit::predict_readings(model, measurement.times);
@@ -90,12 +90,12 @@ TEST(RecordingFit, JacobianIsTheDifferenceOfPredictions) {
         largest = std::max(largest, std::abs(by_jacobian));
         error = std::max(error, std::abs(by_difference - by_jacobian));
     }
-    // The runs choose steps of their own: 1e-6 of the deflection over twice the change, 0.5 %.
+    // The steps of the runs differ: 1e-6 of the deflection over twice the change is 0.5 %.
     EXPECT_LT(error, 0.02 * largest);
 }
 
 // More models than a processor has lanes, and an odd number.
-TEST(ChainPrediction, OfManyModelsDoesNotDependOnTheBatch) {
+TEST(ChainPrediction, DoesNotDependOnTheOtherModelsOfTheBatch) {
     const measure::Measurement measurement = tests::empty_measurement();
     std::vector<fit::StemModel> models(19, tests::true_model(measurement, {}));
     for (std::size_t k = 0; k < models.size(); ++k)
@@ -109,7 +109,7 @@ TEST(ChainPrediction, OfManyModelsDoesNotDependOnTheBatch) {
     }
 }
 
-TEST(RecordingFit, DerivativeByTheReleaseTimeIsMinusTheVelocity) {
+TEST(RecordingFit, HasTheDerivativeByTheReleaseTimeOfADifference) {
     const measure::Measurement measurement = tests::empty_measurement();
     fit::StemModel model = tests::true_model(measurement, {});
     const auto base = fit::predict_readings(model, measurement.times);
@@ -130,7 +130,7 @@ TEST(RecordingFit, HasTheStaticShapeBeforeTheRelease) {
         EXPECT_EQ(prediction.readings[j], prediction.readings[4 * 4 + j]); // frames 0 and 4
 }
 
-TEST(RecordingFit, GapsAreLeftOut) {
+TEST(RecordingFit, OmitsGaps) {
     measure::Measurement measurement = tests::simulated_measurement();
     for (std::size_t k = 0; k < measurement.deflections.size(); k += 3)
         measurement.deflections[k] = std::nan("");
@@ -160,7 +160,7 @@ TEST(RecordingFit, RecoversFromAModulusThatIsATenthTooLarge) {
     EXPECT_LT(std::abs(deviation(fit, physics::bond_youngs_modulus, 1.3e9)), 4.0);
 }
 
-TEST(RecordingFit, SaysWhichParameterEndsAtItsBound) {
+TEST(RecordingFit, ReportsWhichParameterEndsAtItsBound) {
     const measure::Measurement measurement = tests::simulated_measurement();
     fit::StemModel model = fit::baseline_model(measurement);
     model.parameters[1].upper = 5.0; // β is 12
@@ -170,7 +170,7 @@ TEST(RecordingFit, SaysWhichParameterEndsAtItsBound) {
     EXPECT_NE(fit.reason.find("bond_damping is at its bound"), std::string::npos) << fit.reason;
 }
 
-TEST(RecordingFit, UnknownNoiseIsTakenFromTheResiduals) {
+TEST(RecordingFit, EstimatesUnknownNoiseFromTheResiduals) {
     measure::Measurement measurement = tests::simulated_measurement();
     measurement.noise.reset();
     measurement.times.erase(measurement.times.begin(), measurement.times.begin() + 5);
@@ -182,14 +182,14 @@ TEST(RecordingFit, UnknownNoiseIsTakenFromTheResiduals) {
     EXPECT_NEAR(fit.noise.front(), 0.05e-3, 0.006e-3); // 600 readings: 2.9 % standard error
 }
 
-TEST(RecordingFit, ProfileIntervalsOfANearlyLinearProblemAreThoseOfTheCovariance) {
+TEST(RecordingFit, HasProfileIntervalsOfTheCovarianceInANearlyLinearProblem) {
     const measure::Measurement measurement = tests::simulated_measurement();
     const fit::RecordingFit fit = fitted(measurement);
     for (const auto& interval : calibrate::profile_intervals(
              fit, fit::ObservedRecording(measurement), fit.reduced_chi_squared)) {
         const fit::FittedParameter* found = fit.find(tests::id(interval.name));
         const double half = 1.96 * found->standard_error;
-        // 2 % by the search, some for the curvature of the problem.
+        // The search has an error of 2 %; the problem is slightly curved.
         EXPECT_NEAR(found->value - interval.lower, half, 0.1 * half) << interval.name;
         EXPECT_NEAR(interval.upper - found->value, half, 0.1 * half) << interval.name;
     }

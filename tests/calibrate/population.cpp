@@ -20,7 +20,7 @@ std::vector<double> normal_sample(std::size_t count, unsigned seed) {
     return values;
 }
 
-TEST(CentralRange, HoldsTheQuantilesOfTheSample) {
+TEST(CentralRange, EndsAtTheQuantilesOfTheSample) {
     const std::vector<double> values{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
     const calibrate::CentralRange found = calibrate::central_range(values);
     EXPECT_DOUBLE_EQ(found.range.lower, 1.5);
@@ -37,7 +37,7 @@ TEST(CentralRange, IsTheSameEveryTime) {
     EXPECT_EQ(a.upper_interval.upper, b.upper_interval.upper);
 }
 
-TEST(CentralRange, IntervalsCoverTheTrueQuantileMostOfTheTime) {
+TEST(CentralRange, HasIntervalsThatUsuallyCoverTheTrueQuantile) {
     const double truth = 10.0 - 1.644854 * 2.0;
     int covered = 0;
     constexpr int samples = 200;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The synthetic records of a continuum that is not culm's chain: tests/data/measurements and, where
-// it is at hand, the whole population.
+// The synthetic records of a continuum that is not culm's chain: tests/data/measurements and, if it
+// is available, the whole population.
 #include "calibrate/calibration.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "support/optional_data.hpp"
@@ -35,7 +35,7 @@ TEST(NullStem, IsCalibratedWithinAPerCentAndNothingIsMissing) {
     calibrate::CalibrationOptions options;
     options.with_check = true;
     const calibrate::Calibration found = calibrate::calibrate_stem(null_stem(), options);
-    // Asked for: 1 % and 2 %. Seen: 0.05 % and 0.05 %; a factor of 4 for other compilers' noise.
+    // Required: 1 % and 2 %. Observed: 0.05 % and 0.05 %; a factor of 4 is for other compilers.
     EXPECT_NEAR(found.fit.find(tests::id("bond_youngs_modulus"))->value / true_modulus, 1.0, 0.002);
     EXPECT_NEAR(decay_of(found.mode) / true_decay, 1.0, 0.002);
     EXPECT_NEAR(found.fit.rmse, 0.0505e-3, 0.0002e-3); // the noise that was added
@@ -92,14 +92,14 @@ std::map<std::string, std::vector<double>> population_truth(const fs::path& file
 TEST(LabPopulation, MeetsItsTargetsForEveryStem) {
     const auto folder = tests::optional_data("lab-population");
     if (!folder)
-        GTEST_SKIP() << "lab-population is not at hand";
+        GTEST_SKIP() << "lab-population is not available";
     constexpr std::size_t frequency = 3; // columns after the id
     constexpr std::size_t decay = 4;
     constexpr std::size_t modulus_gpa = 5;
     for (const auto& [id, truth] : population_truth(*folder / "population_truth.csv")) {
         const calibrate::Calibration found =
             calibrate::calibrate_stem(measure::read_measurement(*folder / id));
-        // Asked for, of 90 % of the stems.
+        // Required for 90 % of the stems.
         EXPECT_NEAR(found.mode.natural_frequency() / truth[frequency], 1.0, 0.005) << id;
         EXPECT_NEAR(decay_of(found.mode) / truth[decay], 1.0, 0.03) << id;
         // The yielding clamp makes a rigid one look softer by 4 EI/(kL), 0.33 … 3.4 %.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/study_calibration.hpp"
 
-#include "calibrate/simulated_measurement.hpp"
+#include "support/simulated_measurement.hpp"
 
 #include <cmath>
 
@@ -50,8 +50,8 @@ TEST(StudyCalibration, PutsTheReadingIntoTheRegressions) {
     EXPECT_TRUE(found.warnings.empty()) << found.warnings.front();
 }
 
-TEST(StudyCalibration, IntervalsGrowWithTheNoiseOfTheRecord) {
-    // At t = 0 as the clock says: a release between frames would be the larger error of Eq. 1.
+TEST(StudyCalibration, HasErrorsThatGrowWithTheNoiseOfTheRecord) {
+    // The release is at t = 0: one between frames would be the larger error of Eq. 1.
     tests::TrueValues values;
     values.release_time = 0.0;
     const auto quiet =
@@ -64,7 +64,7 @@ TEST(StudyCalibration, IntervalsGrowWithTheNoiseOfTheRecord) {
               1.5 * quiet.prediction.bond_damping.by_single_law->standard_error);
 }
 
-TEST(StudyCalibration, SaysThatItExtrapolates) {
+TEST(StudyCalibration, WarnsThatItExtrapolates) {
     tests::TrueValues stiff;
     stiff.bond_youngs_modulus = 9e9;
     const auto found =
@@ -75,7 +75,7 @@ TEST(StudyCalibration, SaysThatItExtrapolates) {
     EXPECT_FALSE(found.prediction.is_inside_design);
 }
 
-TEST(StudyCalibration, SaysThatTheStudyIsAboutAnotherStem) {
+TEST(StudyCalibration, WarnsThatTheStudyIsAboutAnotherStem) {
     calibrate::StudyForCalibration study = exact_study();
     study.base.stem.bond_length *= 1.1;
     const auto found = calibrate::calibrate_by_study(tests::simulated_measurement(), study);

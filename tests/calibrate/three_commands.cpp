@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What compare, calibrate and diagnose print of one model of one recording is the same.
+// compare, calibrate and diagnose print the same numbers for one model of one recording.
 #include "calibrate/calibration.hpp"
 #include "diagnose/diagnosis.hpp"
 #include "diagnose/ladder.hpp"
@@ -71,8 +71,8 @@ void expect_same(const fit::RecordingFit& one, const fit::RecordingFit& other,
     for (const fit::FittedParameter& parameter : one.parameters) {
         const fit::FittedParameter* same = other.find(parameter.id);
         ASSERT_NE(same, nullptr) << to_string(parameter.id);
-        // A fit ends within 0.07 standard errors of the readings, of which the inputs' are a
-        // multiple.
+        // A fit ends within 0.07 of the standard error due to the readings. The standard error
+        // here includes the inputs and is a multiple of that.
         EXPECT_NEAR(same->value, parameter.value, 0.05 * parameter.standard_error)
             << of << " " << to_string(parameter.id);
         EXPECT_NEAR(same->standard_error, parameter.standard_error, 0.02 * parameter.standard_error)
@@ -104,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(
         return instance.param.effect.empty() ? "published_chain" : instance.param.effect;
     });
 
-// The clamp height of the picture would have to be off by 9 mm, of which 0.2 mm are likely.
+// An error of 9 mm of the clamp height would explain the readings; its uncertainty is 0.2 mm.
 TEST(ThreeCommandsTables, ShowASoftClampWithEveryInputAsStated) {
     const diagnose::Ladder ladder =
         compared({"hidden-effect/T3-clamp_compliance", "clamp_compliance"});

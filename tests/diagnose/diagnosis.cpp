@@ -30,7 +30,7 @@ TEST(Diagnosis, NamesNothingWhereNothingIsMissing) {
     EXPECT_TRUE(found.effects.empty());
     EXPECT_EQ(found.ladder.size(), 1u);
     ASSERT_EQ(found.blind_spots.size(), 5u);
-    // A mass that this record cannot show would be taken for a softer stem.
+    // A mass that this record cannot show would appear as a softer stem.
     const auto tip_mass =
         std::ranges::find(found.blind_spots, "tip_mass", &diagnose::DetectionLimit::effect);
     ASSERT_NE(tip_mass, found.blind_spots.end());
@@ -47,7 +47,7 @@ TEST(Diagnosis, NamesDragAndItsStrength) {
     ASSERT_EQ(found.effects, std::vector<std::string>{"quadratic_drag"});
     ASSERT_EQ(found.ladder.size(), 2u);
     EXPECT_EQ(found.ladder.back().finding, diagnose::Finding::Adequate) << found.reason;
-    // The truth is 1.3; its interval of two standard errors is 0.01 wide, the rest is the model's.
+    // The truth is 1.3. Two standard errors are 0.01; the rest is the error of the model.
     EXPECT_NEAR(parameter(found.ladder.back().fit, "quadratic_drag.drag_coefficient").value, 1.3,
                 0.05);
     EXPECT_GT(found.probability, 0.95);
@@ -76,7 +76,7 @@ TEST(Diagnosis, DoesNotDependOnTheOrderOfCandidatesOrOfTheWork) {
     EXPECT_EQ(core::encoded(one.ladder.back().fit), core::encoded(two.ladder.back().fit));
 }
 
-TEST(Diagnosis, WithoutTheTrueEffectItNamesNoneAndFindsTheForce) {
+TEST(Diagnosis, NamesNoEffectAndFindsTheForceWithoutTheTrueEffect) {
     const auto recordings = recording("T2-quadratic_drag");
     const diagnose::Diagnosis found =
         diagnose::diagnose(recordings, quick_diagnosis("taper,viscous_drag,clamp_compliance"));
@@ -86,7 +86,7 @@ TEST(Diagnosis, WithoutTheTrueEffectItNamesNoneAndFindsTheForce) {
     EXPECT_EQ(found.missing_force->kind, "force_per_length");
     ASSERT_FALSE(found.missing_force->terms.empty());
     EXPECT_EQ(found.missing_force->terms.front().term, "v*abs(v)") << found.missing_force->form;
-    // −½ ρ d C_d with ρ = 1.2 kg/m³ and C_d = 1.3; terms beside it may take a tenth of it.
+    // −½ ρ d C_d with ρ = 1.2 kg/m³ and C_d = 1.3; other terms may absorb a tenth of it.
     const double wanted =
         -0.5 * 1.2 * std::get<measure::CircularSection>(recordings.front().stem.section).diameter *
         1.3;
@@ -97,7 +97,7 @@ TEST(Diagnosis, WithoutTheTrueEffectItNamesNoneAndFindsTheForce) {
               std::string::npos);
 }
 
-TEST(Diagnosis, LeavesNoModelUnvisitedThatMayMatter) {
+TEST(Diagnosis, VisitsEveryModelThatMayMatter) {
     const auto recordings = recording("T2-quadratic_drag");
     const diagnose::Diagnosis found = diagnose::diagnose(
         recordings, quick_diagnosis("taper,viscous_drag,quadratic_drag,power_drag,tip_mass"));
@@ -106,7 +106,7 @@ TEST(Diagnosis, LeavesNoModelUnvisitedThatMayMatter) {
 }
 
 // power_drag contains quadratic_drag, and its exponent shows which law it is.
-TEST(Diagnosis, NamesTheLawThatAGeneralOneTurnsOutToBe) {
+TEST(Diagnosis, NamesTheSpecialCaseOfAGeneralLaw) {
     const auto recordings = recording("T2-quadratic_drag");
     const diagnose::Diagnosis found =
         diagnose::diagnose(recordings, quick_diagnosis("power_drag,taper"));
@@ -115,7 +115,7 @@ TEST(Diagnosis, NamesTheLawThatAGeneralOneTurnsOutToBe) {
     EXPECT_EQ(found.families.front().members, std::vector<std::string>{"quadratic_drag"});
 }
 
-TEST(Diagnosis, ReportsACandidateThatWasLostAndGoesOn) {
+TEST(Diagnosis, ReportsALostCandidateAndContinues) {
     const auto recordings = recording("T2-quadratic_drag");
     diagnose::DiagnosisOptions options = quick_diagnosis("taper,viscous_drag,quadratic_drag");
     options.map = core::ItemMap([](const std::vector<double>& costs, const auto& work) {
@@ -128,7 +128,7 @@ TEST(Diagnosis, ReportsACandidateThatWasLostAndGoesOn) {
     });
     const diagnose::Diagnosis found = diagnose::diagnose(recordings, options);
     EXPECT_EQ(found.effects, std::vector<std::string>{"quadratic_drag"});
-    // Two drags are one law, so viscous_drag is no candidate in addition to the answer.
+    // Two drags are one law, so viscous_drag is not tried in addition to the answer.
     ASSERT_EQ(found.blind_spots.size(), 1u);
 }
 

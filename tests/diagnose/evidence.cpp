@@ -29,15 +29,15 @@ diagnose::CandidateView effect(const Eigen::VectorXd& column, bool is_one_sided)
     return out;
 }
 
-// Against the integral itself: log of ∫ exp(-|r - a s|²/2) N(a; 0, 1) da over exp(-|r|²/2).
-TEST(LinearEvidence, IsTheIntegralOverTheSize) {
+// Compares with the integral itself: log of ∫ exp(-|r - a s|²/2) N(a; 0, 1) da over exp(-|r|²/2).
+TEST(LinearEvidence, EqualsTheIntegralOverTheSize) {
     const Eigen::VectorXd own{{1.0, 0.0, 0.0}};
     const Eigen::VectorXd residual{{0.3, 2.0, -1.0}};
     const Eigen::VectorXd column{{5.0, 1.5, 0.5}};
     const diagnose::LinearEvidence linear(stacked(own, residual), {effect(column, false)});
     const std::vector<std::size_t> set{0};
     const diagnose::PredictedGain gain = linear.gain(set);
-    // Without what the own parameter imitates.
+    // Column and residual without the part that the own parameter imitates.
     const Eigen::VectorXd seen{{0.0, 1.5, 0.5}};
     const Eigen::VectorXd left{{0.0, 2.0, -1.0}};
     double sum = 0.0;
@@ -50,12 +50,12 @@ TEST(LinearEvidence, IsTheIntegralOverTheSize) {
                std::sqrt(2.0 * std::numbers::pi);
     }
     EXPECT_NEAR(gain.log_evidence, std::log(sum) + diagnose::log_prior_odds(), 1e-6);
-    // The own parameter makes room for what it imitates.
+    // The own parameter compensates the part that it imitates.
     const Eigen::VectorXd change = linear.own_change(set, gain);
     EXPECT_NEAR(change(0), -5.0 * gain.amounts.front().front(), 1e-12);
 }
 
-TEST(LinearEvidence, LeavesOutASizeWithTheForbiddenSign) {
+TEST(LinearEvidence, RejectsASizeWithTheForbiddenSign) {
     const Eigen::VectorXd own{{1.0, 0.0, 0.0}};
     const Eigen::VectorXd residual{{0.0, 2.0, 0.0}};
     const std::vector<std::size_t> set{0};
@@ -66,7 +66,7 @@ TEST(LinearEvidence, LeavesOutASizeWithTheForbiddenSign) {
     EXPECT_EQ(one_sided.gain(set).log_evidence, -HUGE_VAL);
 }
 
-TEST(LinearEvidence, OfTwoEffectsThatDoTheSameIsNoBetterThanOfOne) {
+TEST(LinearEvidence, IsLowerForTwoEqualEffectsThanForOne) {
     const Eigen::VectorXd own{{1.0, 0.0, 0.0}};
     const Eigen::VectorXd residual{{0.0, 4.0, 0.0}};
     const Eigen::VectorXd column{{0.0, 3.0, 0.0}};
@@ -77,8 +77,8 @@ TEST(LinearEvidence, OfTwoEffectsThatDoTheSameIsNoBetterThanOfOne) {
     EXPECT_LT(linear.gain(both).log_evidence, linear.gain(one).log_evidence - 2.0);
 }
 
-// A likelihood that says nothing of a place changes nothing; nor does it of a size.
-TEST(LogEvidence, OfAnUndeterminedNumberIsThatOfTheSmallerModel) {
+// The evidence does not change by a position or a size that the readings do not determine.
+TEST(LogEvidence, EqualsThatOfTheSmallerModelForUndeterminedParameters) {
     diagnose::ParameterPrior size;
     size.deviation = 0.3;
     diagnose::ParameterPrior place;
@@ -95,7 +95,7 @@ TEST(LogEvidence, OfAnUndeterminedNumberIsThatOfTheSmallerModel) {
     EXPECT_NEAR(log_evidence(larger, noise), log_evidence(smaller, noise), 1e-9);
 }
 
-TEST(LogEvidence, OfUnknownNoiseFollowsTheMeanSquare) {
+TEST(LogEvidence, FollowsTheMeanSquareForUnknownNoise) {
     diagnose::ModelEvidence one;
     one.misfits = {1000.0 * 4e-8};
     diagnose::ModelEvidence other;

@@ -36,7 +36,7 @@ double over_noise(const diagnose::Ladder& ladder, std::size_t model) {
     return fit.rmse / fit::typical_noise(fit);
 }
 
-TEST(Ladder, OfARecordWithDragEndsAtTheNoiseWithTheTrueCoefficient) {
+TEST(Ladder, EndsAtTheNoiseWithTheTrueCoefficientForARecordWithDrag) {
     const diagnose::Ladder ladder =
         diagnose::climb(record("T2-quadratic_drag"), models({"quadratic_drag"}), quick());
     ASSERT_FALSE(ladder.models[1].fit.failed()) << ladder.models[1].why;
@@ -54,7 +54,7 @@ TEST(Ladder, OfARecordWithDragEndsAtTheNoiseWithTheTrueCoefficient) {
     EXPECT_GT(ladder.comparisons[0].structure.amplitude_share, 0.7);
 }
 
-TEST(Ladder, OfAYieldingClampCallsItAGainAndDragNone) {
+TEST(Ladder, CallsAYieldingClampAGainButNotDrag) {
     const diagnose::Ladder ladder =
         diagnose::climb(record("T3-clamp_compliance"),
                         models({"clamp_compliance", "clamp_compliance,quadratic_drag"}), quick());
@@ -69,7 +69,7 @@ TEST(Ladder, OfAYieldingClampCallsItAGainAndDragNone) {
     EXPECT_FALSE(ladder.models[2].why.empty());
 }
 
-TEST(Ladder, OfARecordThatLacksNothingHasNoGain) {
+TEST(Ladder, HasNoGainForAPlainRecord) {
     const diagnose::Ladder ladder =
         diagnose::climb(record("T1-null"), models({"quadratic_drag"}), quick());
     EXPECT_EQ(ladder.comparisons[0].verdict.finding, diagnose::Finding::Adequate)
@@ -102,9 +102,9 @@ TEST(Ladder, ComparesAStepWithTheLikeliestModelBelow) {
     EXPECT_FALSE(ladder.models[3].is_gain);
 }
 
-// What a chain without friction lacks is not all at the lines that the estimate of the noise leaves
-// out, so such a chain shows none. The readings were made with white noise of the stated 0.04 mm.
-TEST(Ladder, HasTheStatedNoiseWhereTheChainFailsClearly) {
+// The residual of a chain without friction also lies outside the spectral lines that the estimate
+// of the noise omits, so there is no estimate. The readings have white noise of the stated 0.04 mm.
+TEST(Ladder, UsesTheStatedNoiseWhereTheChainFailsClearly) {
     const measure::Measurement measurement = record("T6-clamp_friction");
     const diagnose::Ladder ladder =
         diagnose::climb(measurement, models({"clamp_friction"}), quick());
@@ -115,8 +115,8 @@ TEST(Ladder, HasTheStatedNoiseWhereTheChainFailsClearly) {
         << ladder.comparisons[1].verdict.reason;
 }
 
-// From the baseline the pair ends where the drag is absent and the clamp hardly yields, at 5.84
-// times the noise; the clamp alone leaves 5.52.
+// A fit of the pair from the baseline ends without drag and with an almost rigid clamp, at 5.84
+// times the noise; the clamp alone reaches 5.52.
 TEST(FitWithParts, FitsNoWorseThanAnEffectOfThePair) {
     const measure::Measurement measurement = record("T6-clamp_friction");
     const fit::Fit baseline = fit_baseline(measurement, quick());
@@ -132,7 +132,7 @@ TEST(FitWithParts, FitsNoWorseThanAnEffectOfThePair) {
     EXPECT_LT(pair.rmse, 1.001 * clamp.rmse);
 }
 
-TEST(Verdict, OnAnExcerptOfOneCycleIsThatItCannotTell) {
+TEST(Verdict, IsUndecidedForAnExcerptOfOneCycle) {
     fit::FitOptions options = quick();
     options.window = 0.015; // 1.3 cycles
     const measure::Measurement measurement = record("T1-null");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What leaves structure is no proof against what explains as much.
+// A model that leaves structure does not exclude another one that explains as much.
 #include "beam_generator/random_case.hpp"
 #include "diagnosis_records.hpp"
 
@@ -12,9 +12,9 @@
 namespace culm::tests {
 namespace {
 
-/// A curved stem with inner friction, twenty times the noise; the friction is no candidate. The
-/// curvature and a relaxation, which leans like one, both explain 98 % and leave as much of it.
-TEST(Refusal, OfOneNameWhereAnotherExplainsAsMuchAndBothLeaveStructure) {
+/// A curved stem with internal friction at twenty times the noise; the friction is not among the
+/// candidates. The curvature and a relaxation both bend the stem at rest and explain 98 %.
+TEST(Refusal, FollowsWhereTwoEffectsExplainAsMuchAndLeaveStructure) {
     const beam::RandomCase hidden = beam::random_case(9, beam::CaseKind::Pair, 13);
     ASSERT_EQ(hidden.spec.effects.front().name, "precurvature");
     const std::vector<measure::Measurement> recordings{beam::record(hidden.spec)};
@@ -27,7 +27,7 @@ TEST(Refusal, OfOneNameWhereAnotherExplainsAsMuchAndBothLeaveStructure) {
     EXPECT_TRUE(found.families.empty()); // a curvature and a loss have nothing in common
 }
 
-/// Drag beside a slight taper, which is no candidate.
+/// Drag and a slight taper; the taper is not among the candidates.
 diagnose::Diagnosis with_taper(double relative_change) {
     beam::RecordingSpec spec;
     spec.id = "drag";
@@ -42,7 +42,7 @@ diagnose::Diagnosis with_taper(double relative_change) {
 }
 
 // The misfit is a few times the noise, and its share is known to a fraction of a percent.
-TEST(Answer, BesideALittleStructureIsGivenWithWhatIsLeft) {
+TEST(Answer, IsGivenWithTheUnexplainedShareDespiteALittleStructure) {
     const diagnose::Diagnosis found = with_taper(0.15);
     EXPECT_EQ(found.conclusion, diagnose::Conclusion::Effect) << found.reason;
     EXPECT_LT(found.baseline.reduced_chi_squared, 25.0);

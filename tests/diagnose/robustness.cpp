@@ -38,13 +38,13 @@ class FlawedRecording : public testing::TestWithParam<std::string> {
     }
 };
 
-TEST_P(FlawedRecording, OfNothingMissingNamesNothing) {
+TEST_P(FlawedRecording, NamesNothingWhereNothingIsMissing) {
     const diagnose::Diagnosis found = diagnosed({});
     EXPECT_NE(found.conclusion, Conclusion::Effect)
         << ::testing::PrintToString(found.effects) << ": " << found.reason;
 }
 
-TEST_P(FlawedRecording, OfDragNamesNothingElse) {
+TEST_P(FlawedRecording, NamesNothingButDrag) {
     const diagnose::Diagnosis found = diagnosed({{"quadratic_drag", {{"drag_coefficient", 1.2}}}});
     if (found.conclusion != Conclusion::Effect)
         return; // less is allowed

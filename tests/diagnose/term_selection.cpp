@@ -50,9 +50,9 @@ TEST(TermSelection, FindsNothingInNoise) {
     EXPECT_DOUBLE_EQ(terms.left, 1.0);
 }
 
-TEST(TermSelection, DoesNotTakeAColumnThatOnlySomeBlocksCallFor) {
+TEST(TermSelection, RejectsAColumnThatOnlySomeBlocksSupport) {
     Problem problem;
-    // All of the first column's trace is in one block of twenty: half of the resamples miss it.
+    // The first column appears in one block of twenty only: half of the resamples miss it.
     Eigen::VectorXd residual = problem.noise;
     residual.head(50) += 3.0 * problem.columns.col(0).head(50);
     problem.columns.col(0).tail(950) *= 1e-3;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the diagnosis answers with everything at its default: all candidates, 56 spheres. The
-// recordings are not those of our own chain.
+// Answers of the diagnosis with all options at their defaults: all candidates, 56 spheres. The
+// recordings were not made with the chain.
 #include "beam_generator/random_case.hpp"
 #include "diagnosis_records.hpp"
 
@@ -47,7 +47,7 @@ TEST_P(Verdict, IsTheTruthByName) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    OfARecordingWithTheDefaults, Verdict,
+    Recordings, Verdict,
     ::testing::Values(KnownAnswer{"T1-null", Conclusion::Adequate, {}},
                       KnownAnswer{"T2-quadratic_drag", Conclusion::Effect, {"quadratic_drag"}},
                       KnownAnswer{"T3-clamp_compliance", Conclusion::Effect, {"clamp_compliance"}},
@@ -60,7 +60,7 @@ INSTANTIATE_TEST_SUITE_P(
                                   {"clamp_compliance", "quadratic_drag"}}),
     [](const auto& given) { return given.param.name.substr(0, 2); });
 
-// A taper, a gradient and a defect change the low modes alike: the recording tells the kind.
+// A taper, a gradient and a defect change the low modes alike: only the family is determined.
 TEST(VerdictOfAFamily, IsTheGeometryOfAStemThatMayTaper) {
     const beam::RandomCase hidden = beam::random_case(8, beam::CaseKind::Single, 0);
     ASSERT_EQ(hidden.spec.effects.front().name, "taper");
@@ -73,8 +73,8 @@ TEST(VerdictOfAFamily, IsTheGeometryOfAStemThatMayTaper) {
     EXPECT_GT(members.size(), 1u);
 }
 
-// The same stem bare and with a known mass at its tip, measured with a ruler and a camera that err.
-TEST(VerdictOfAPair, IsNothingWhereOnlyInputsErr) {
+// The same stem bare and with a known mass at its tip. Ruler and camera have errors.
+TEST(VerdictOfAPair, IsAdequateWhereOnlyInputsAreWrong) {
     beam::RecordingSpec spec = beam::random_case(8, beam::CaseKind::Null, 1).spec;
     const double mass = 0.6 * spec.stem.mass_per_length() * spec.stem.length;
     std::vector<measure::Measurement> recordings{beam::record(spec)};

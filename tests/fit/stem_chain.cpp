@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/model/stem_chain.hpp"
 
-#include "calibrate/simulated_measurement.hpp"
 #include "core/error.hpp"
 #include "physics/effects/library.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "run/case_model.hpp"
 #include "run/modes.hpp"
+#include "support/simulated_measurement.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -28,7 +28,7 @@ TEST(StemChain, KeepsLengthAndMassPerLengthForAnyNumberOfSpheres) {
     }
 }
 
-TEST(StemChain, IsThatOfThePaperForThePapersStem) {
+TEST(StemChain, EqualsThePapersChainForThePapersStem) {
     measure::Measurement measurement = tests::empty_measurement();
     measurement.stem.spheres.reset();
     const physics::StemParameters<double> stem = fit::chain_of(measurement).spec.stem;
@@ -39,15 +39,15 @@ TEST(StemChain, IsThatOfThePaperForThePapersStem) {
     EXPECT_EQ(stem.bond_outer_diameter, paper.bond_outer_diameter);
 }
 
-TEST(StemChain, FirstModeIsThatOfTheBeamUpToTheSquareOfTheBondLength) {
+TEST(StemChain, HasTheFirstModeOfTheBeamUpToTheSquareOfTheBondLength) {
     const measure::Measurement measurement = tests::empty_measurement();
     const auto error = [&](int spheres) {
         run::CaseSpec spec = fit::chain_of(measurement, {spheres, {}}).spec;
         spec.stem.bond_damping = 1e-3;
         return run::first_mode(spec).natural_frequency() / physics::first_frequency(spec.stem) - 1;
     };
-    // Shear and rotary inertia of the stem itself, (d/L)² and less, are some 1e-4 and do not
-    // vanish with the bond length; what does, does so with its square.
+    // Shear and rotary inertia of the stem itself, (d/L)² and less, contribute some 1e-4 at any
+    // bond length; the rest of the error falls with its square.
     const double coarse = error(15);
     const double medium = error(29);
     const double fine = error(57);
@@ -55,19 +55,19 @@ TEST(StemChain, FirstModeIsThatOfTheBeamUpToTheSquareOfTheBondLength) {
     EXPECT_NEAR((coarse - medium) / (medium - fine), 4.0, 0.3); // next order: (l/L)⁴
 }
 
-TEST(StemChain, DampingTimeGivesTheDampingRatioUnderBothLaws) {
+TEST(StemChain, HasTheDampingRatioOfItsDampingTimeUnderBothLaws) {
     const measure::Measurement measurement = tests::empty_measurement();
     for (const auto& law : {physics::consistent_law(), physics::schramm2019_law()}) {
         run::CaseSpec spec = fit::chain_of(measurement, {56, law}).spec;
         spec.stem.bond_damping = 20.0;
         const integrate::VibrationMode mode = run::first_mode(spec);
         const double wanted = std::numbers::pi * mode.natural_frequency() * fit::damping_time(spec);
-        // Dashpots that act on shear and rotary motion beside bending: some 1e-3.
+        // Dashpots also act on shear and rotary motion, which contributes some 1e-3.
         EXPECT_NEAR(mode.damping_ratio() / wanted, 1.0, 5e-3);
     }
 }
 
-TEST(StemChain, WithOtherSpheresIsThatOfTheMeasurementAndDampsAlike) {
+TEST(StemChain, KeepsMeasurementAndDampingTimeWithOtherSpheres) {
     const measure::Measurement measurement = tests::empty_measurement();
     for (const physics::BondLawOptions& law :
          {physics::consistent_law(), physics::schramm2019_law()}) {
@@ -84,7 +84,7 @@ TEST(StemChain, WithOtherSpheresIsThatOfTheMeasurementAndDampsAlike) {
     }
 }
 
-TEST(StemChain, SquareSectionBecomesTheRingOfTheSameAreaAndSecondMoment) {
+TEST(StemChain, ReplacesASquareSectionByTheRingOfTheSameAreaAndSecondMoment) {
     measure::Measurement measurement = tests::empty_measurement();
     measurement.stem.section = measure::RectangularSection{3e-3, 3e-3};
     const fit::StemChain chain = fit::chain_of(measurement);
@@ -93,7 +93,7 @@ TEST(StemChain, SquareSectionBecomesTheRingOfTheSameAreaAndSecondMoment) {
     EXPECT_TRUE(chain.remarks.empty());
 }
 
-TEST(StemChain, FlatSectionKeepsItsSecondMomentAndSaysWhatItLoses) {
+TEST(StemChain, KeepsTheSecondMomentOfAFlatSectionAndReportsTheLoss) {
     measure::Measurement measurement = tests::empty_measurement();
     measurement.stem.section = measure::RectangularSection{20e-3, 1e-3};
     const fit::StemChain chain = fit::chain_of(measurement);
@@ -101,7 +101,7 @@ TEST(StemChain, FlatSectionKeepsItsSecondMomentAndSaysWhatItLoses) {
     EXPECT_EQ(chain.remarks.size(), 1U);
 }
 
-TEST(StemChain, OfARectangleFacesTheAirWithTheWidthAcrossTheMotion) {
+TEST(StemChain, FacesTheAirWithTheWidthOfARectangleAcrossTheMotion) {
     measure::Measurement measurement = tests::empty_measurement();
     EXPECT_EQ(fit::chain_of(measurement).spec.stem.width_in_air(),
               std::get<measure::CircularSection>(measurement.stem.section).diameter);

@@ -18,8 +18,8 @@ namespace {
 using namespace culm;
 using Recordings = std::vector<fit::ObservedRecording>;
 
-/// Of the beam generator, whose model is not the chain: 0.2 s of a stem of 84 mg, 0.05 mm of noise.
-/// Fitted by a chain of 28 spheres, to be quick.
+/// A recording of the beam generator, whose model is not the chain: 0.2 s of a stem of 84 mg, with
+/// 0.05 mm of noise. A chain of 28 spheres makes the fit quick.
 fit::ObservedRecording beam(const std::string& id, double deflection,
                             std::vector<beam::HiddenEffect> effects = {}) {
     beam::RecordingSpec spec;
@@ -53,11 +53,11 @@ const fit::FittedParameter& parameter(const fit::Fit& fit, const std::string& na
     return *found;
 }
 
-TEST(Fit, TwoReleasesOfOneStemAgreeOnItsMaterial) {
+TEST(Fit, FindsOneMaterialForTwoReleasesOfOneStem) {
     const Recordings two{beam("a", 20e-3), beam("b", 15e-3)};
     const fit::Fit fit = fit::fit_model({}, {}, two);
     ASSERT_FALSE(fit.failed()) << fit.reason;
-    // Y 2.2 GPa: 1 % for what a chain of 28 spheres and the generator's own mesh leave.
+    // Y is 2.2 GPa; 1 % is for the errors of a chain of 28 spheres and of the generator's mesh.
     EXPECT_NEAR(parameter(fit, "bond_youngs_modulus").value, 2.2e9, 0.01 * 2.2e9);
     EXPECT_NEAR(parameter(fit, "tip_deflection@a").value, 20e-3, 0.05e-3);
     EXPECT_NEAR(parameter(fit, "tip_deflection@b").value, 15e-3, 0.05e-3);
@@ -67,7 +67,7 @@ TEST(Fit, TwoReleasesOfOneStemAgreeOnItsMaterial) {
     EXPECT_LT(parameter(fit, "bond_youngs_modulus").standard_error, 0.9 * alone);
 }
 
-TEST(Fit, AHiddenTipMassIsWeighedBesideARecordingWithoutIt) {
+TEST(Fit, FindsAHiddenTipMassNextToARecordingWithoutIt) {
     const double mass = 10e-6; // a quarter of the stem's: its frequency falls by a third
     const Recordings two{beam("a", 20e-3), beam("b", 20e-3, {{"tip_mass", {{"mass_kg", mass}}}})};
     const fit::Fit baseline = fit::fit_model({}, {}, two);
@@ -96,14 +96,14 @@ TEST(Diagnosis, NamesAMassInTheRecordingThatCarriesItAndInNoOther) {
     };
     EXPECT_EQ(named("tip_mass.mass_kg@a"), numbers.end());
     ASSERT_NE(named("tip_mass.mass_kg@b"), numbers.end());
-    // Length, diameter and density are known to 0.2, 1 and 1 %, the mass of a stem to 2.2 %: so is
-    // what hangs on it, as its interval says.
+    // Length, diameter and density are known to 0.2, 1 and 1 %, the mass of a stem to 2.2 %. The
+    // tip mass depends on it, as its interval shows.
     EXPECT_NEAR(named("tip_mass.mass_kg@b")->value, mass,
                 3.0 * named("tip_mass.mass_kg@b")->standard_error);
     EXPECT_LT(interval_half_width(*named("tip_mass.mass_kg@b")), 0.06 * mass);
 }
 
-TEST(Fit, TheOrderOfTheRecordingsDoesNotMatter) {
+TEST(Fit, DoesNotDependOnTheOrderOfTheRecordings) {
     Recordings two{beam("a", 20e-3), beam("b", 15e-3, {{"tip_mass", {{"mass_kg", 5e-6}}}})};
     const auto fitted = [&] {
         return fit::fit_model(effects({"tip_mass"}), fit::fit_model({}, {}, two), two);
@@ -112,11 +112,11 @@ TEST(Fit, TheOrderOfTheRecordingsDoesNotMatter) {
     std::ranges::reverse(two);
     const fit::Fit other = fitted();
     ASSERT_TRUE(one.is_fitted() && other.is_fitted()) << one.reason << other.reason;
-    // Solutions end where an iteration gains less than 0.005 of what one standard error makes.
+    // Solutions end when an iteration changes χ² by less than 0.005 of one standard error's change.
     EXPECT_NEAR(one.chi_squared, other.chi_squared, 0.2);
 }
 
-TEST(Fit, AnEffectThatBothRecordingsShareIsOneNumber) {
+TEST(Fit, FindsOneValueForAnEffectOfBothRecordings) {
     const std::vector<beam::HiddenEffect> yielding{
         {"clamp_compliance", {{"stiffness_nm_rad", 0.7}}}};
     const Recordings two{beam("a", 20e-3, yielding), beam("b", 12e-3, yielding)};
@@ -128,7 +128,7 @@ TEST(Fit, AnEffectThatBothRecordingsShareIsOneNumber) {
     EXPECT_NEAR(fit.reduced_chi_squared, 1.0, 0.15); // as above
 }
 
-TEST(Fit, OfStraightReleasesWithoutGravityNothingMoves) {
+TEST(Fit, DoesNotMoveForStraightReleasesWithoutGravity) {
     Recordings two{beam("a", 20e-3), beam("b", 15e-3)};
     for (measure::Measurement& recording : two)
         recording.release = measure::ReleaseKind::HeldStraight;
@@ -137,7 +137,7 @@ TEST(Fit, OfStraightReleasesWithoutGravityNothingMoves) {
     EXPECT_FALSE(fit::fit_model(effects({"tip_mass"}), baseline, two).moves());
 }
 
-TEST(Fit, ACandidateThatCannotBeAppliedIsAFailureWithAReason) {
+TEST(Fit, FailsWithAReasonForACandidateThatCannotBeApplied) {
     const Recordings two{beam("a", 20e-3), beam("b", 15e-3)};
     const fit::Fit fit = fit::fit_model(effects({"gravity"}), fit::fit_model({}, {}, two), two);
     EXPECT_FALSE(fit.is_fitted());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Each kind of start is needed: a recording for which another start alone ends far above.
+// Each kind of start is needed: for each recording here, another start alone ends far above.
 #include "fit/start/starts.hpp"
 
 #include "beam_generator/recording.hpp"
@@ -17,7 +17,7 @@
 namespace culm::tests {
 namespace {
 
-/// Of the beam generator, by a chain of 28 spheres, to be quick.
+/// A recording of the beam generator; a chain of 28 spheres makes the fit quick.
 fit::ObservedRecording recording_with(beam::HiddenEffect effect) {
     beam::RecordingSpec spec;
     spec.effects = {std::move(effect)};
@@ -76,18 +76,18 @@ void expect_that_one_start_is_too_few(const Starts& starts) {
     EXPECT_LT(starts.excess_of_policy(), best + 1.0);
 }
 
-TEST(Starts, OfALocationAreSeveral) {
+TEST(Starts, AreSeveralForALocation) {
     expect_that_one_start_is_too_few(Starts(
         {"local_defect", {{"position_m", 0.05}, {"stiffness_factor", 0.3}}}, "local_defect"));
 }
 
-TEST(Starts, OfAFrequencyArePeaksOfTheResiduals) {
+TEST(Starts, AreSeveralForAFrequency) {
     expect_that_one_start_is_too_few(
         Starts({"base_motion", {{"amplitude_m", 4e-4}, {"frequency_hz", 31.0}, {"phase_rad", 0.7}}},
                "base_motion"));
 }
 
-/// What one solution from a start leaves, and where the policy ends from the same start.
+/// One solution from a start, and the result of the policy from the same start.
 struct Ends {
     fit::Fit solution;
     fit::Fit policy;
@@ -113,7 +113,7 @@ std::vector<Ends> ends_of_each_start() {
 }
 
 // Without either restart the policy would end where the one solution does.
-TEST(Restarts, GoOnAfterTheLastIterationAndWithoutWhatStandsAtABound) {
+TEST(Restarts, ContinueAfterTheLastIterationAndWithoutParametersAtABound) {
     bool was_unfinished = false;
     bool was_at_bound = false;
     for (const Ends& ends : ends_of_each_start()) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Nothing is missing in these recordings of the beam generator but that somebody or something
-// erred. Each is called inadequate by the fit that takes inputs, noise, division of the chain or
-// release as exact.
+// These recordings of the beam generator contain errors of persons or instruments, but no missing
+// physics. A fit that takes inputs, noise, division of the chain or release as exact is found
+// inadequate.
 #include "fit/solve/reading_errors.hpp"
 
 #include "beam_generator/recording.hpp"
@@ -46,7 +46,7 @@ Finding finding(const fit::Fit& fit, std::span<const fit::ObservedRecording> rec
     return fit.failed() ? Finding::Undecided : diagnose::verdict_on(fit, recordings).finding;
 }
 
-/// The verdicts with everything exact, and beside the errors of the readings.
+/// The verdicts on a fit that takes everything as exact and on one with reading errors.
 std::pair<Finding, Finding> findings(const std::vector<measure::Measurement>& recordings) {
     const fit::Fit exact = fit::fit_model({}, {}, fit::observed(recordings));
     const fit::BaselineFit beside = fit::fit_baseline(recordings);
@@ -55,8 +55,8 @@ std::pair<Finding, Finding> findings(const std::vector<measure::Measurement>& re
 
 const std::pair inadequate_then_adequate{Finding::Inadequate, Finding::Adequate};
 
-// 50 frames are too few to tell a correlation from what the model lacks.
-TEST(ReadingErrors, OfAShortRecordAreCorrelatedAsItStates) {
+// 50 frames are too few to distinguish a correlation from missing physics.
+TEST(ReadingErrors, AreCorrelatedAsAShortRecordStates) {
     beam::RecordingSpec spec = plain_spec();
     spec.duration = 0.05;
     spec.errors.correlation = 0.8;
@@ -71,22 +71,22 @@ TEST(ReadingErrors, OfAShortRecordAreCorrelatedAsItStates) {
         std::string::npos);
 }
 
-TEST(ReadingErrors, OfSlowNoiseAreNoMissingPhysics) {
+TEST(ReadingErrors, AccountForSlowNoise) {
     beam::RecordingSpec spec = plain_spec();
     spec.errors.correlation = 0.8;
     EXPECT_EQ(findings({recorded(spec)}), inadequate_then_adequate);
 }
 
-TEST(ReadingErrors, OfOutliersAreNoMissingPhysics) {
+TEST(ReadingErrors, AccountForOutliers) {
     beam::RecordingSpec spec = plain_spec();
     spec.errors.outlier_share = 0.03;
     spec.errors.outlier_size = 0.5e-3;
     EXPECT_EQ(findings({recorded(spec)}), inadequate_then_adequate);
 }
 
-// Where the flexible fit has as many numbers as there are readings, an outlier is its own smooth
-// part; of two held frames no median tells which one errs.
-TEST(ReadingErrors, OfOutliersNextToTheReleaseAreNoMissingPhysics) {
+// Where the flexible fit has one parameter per reading, it follows an outlier. The median of two
+// held frames cannot show which one is wrong.
+TEST(ReadingErrors, AccountForOutliersNextToTheRelease) {
     beam::RecordingSpec spec = plain_spec();
     spec.frames_before = 2;
     spec.errors.outlier_share = 0.03;
@@ -101,13 +101,13 @@ TEST(ReadingErrors, OfOutliersNextToTheReleaseAreNoMissingPhysics) {
     EXPECT_EQ(findings({measurement}), inadequate_then_adequate);
 }
 
-TEST(ReadingErrors, OfRoundedReadingsAreNoMissingPhysics) {
+TEST(ReadingErrors, AccountForRoundedReadings) {
     beam::RecordingSpec spec = plain_spec();
     spec.errors.quantum = 0.1e-3; // 2.5 times the noise
     EXPECT_EQ(findings({recorded(spec)}), inadequate_then_adequate);
 }
 
-TEST(ReadingErrors, ThatRowsHaveInCommonAreNoMissingPhysics) {
+TEST(ReadingErrors, AccountForNoiseThatRowsHaveInCommon) {
     measure::Measurement measurement = recorded(plain_spec());
     std::mt19937 dice(4);
     std::normal_distribution<double> normal(0.0, 0.04e-3);
@@ -120,7 +120,7 @@ TEST(ReadingErrors, ThatRowsHaveInCommonAreNoMissingPhysics) {
 }
 
 // A fast stem smears: its readings scatter by four times as much as those of a slow one.
-TEST(ReadingErrors, ThatAreStatedForEachReadingAreNoMissingPhysics) {
+TEST(ReadingErrors, AccountForUncertaintiesOfSingleReadings) {
     measure::Measurement measurement = recorded(plain_spec());
     std::mt19937 dice(7);
     std::normal_distribution<double> normal;
@@ -139,8 +139,8 @@ TEST(ReadingErrors, ThatAreStatedForEachReadingAreNoMissingPhysics) {
     EXPECT_EQ(finding(by_reading.fit, by_reading.recordings), Finding::Adequate);
 }
 
-// Uneven light moves each row by its own curve of the place in the picture.
-TEST(ReadingErrors, OfTheRowsOfAPictureAreNoMissingPhysics) {
+// Uneven light shifts each row by its own function of the position in the picture.
+TEST(ReadingErrors, AccountForErrorsOfTheRowsOfAPicture) {
     measure::Measurement measurement = recorded(plain_spec(0.01e-3));
     const std::size_t rows = measurement.heights.size();
     std::mt19937 dice(3);
@@ -161,9 +161,9 @@ TEST(ReadingErrors, OfTheRowsOfAPictureAreNoMissingPhysics) {
     EXPECT_EQ(finding(with.fit, with.recordings), Finding::Adequate);
 }
 
-// A place that was read has the noise in it. As a polynomial of the reading, the noise of the rows
-// that hardly swing explained itself, by two standard uncertainties in every video.
-TEST(ReadingErrors, OfARowAreNotItsNoise) {
+// A position that was read contains noise. With a polynomial of the reading, the noise of rows that
+// hardly swing explained itself, by two standard uncertainties in every video.
+TEST(ReadingErrors, DoNotExplainTheNoiseOfARow) {
     beam::RecordingSpec spec = plain_spec();
     spec.heights = {8e-3, 16e-3, 24e-3, 32e-3, 64e-3, 96e-3, 128e-3};
     measure::Measurement measurement = recorded(spec);
@@ -175,7 +175,7 @@ TEST(ReadingErrors, OfARowAreNotItsNoise) {
     EXPECT_LT(squares, 8.0) << "sum of squared pulls";
 }
 
-TEST(ReadingErrors, OfAStatedRollingShutterAreNoMissingPhysics) {
+TEST(ReadingErrors, AccountForAStatedRollingShutter) {
     beam::RecordingSpec spec = plain_spec(0.01e-3);
     spec.effects = {{"rolling_shutter", {{"readout_s", -1e-3}}}};
     measure::Measurement measurement = recorded(spec);
@@ -187,7 +187,7 @@ TEST(ReadingErrors, OfAStatedRollingShutterAreNoMissingPhysics) {
     EXPECT_EQ(finding(with.fit, with.recordings), Finding::Adequate);
 }
 
-TEST(ReadingErrors, OfRulerAndPictureAreNoMissingPhysics) {
+TEST(ReadingErrors, AccountForRulerAndPicture) {
     measure::Measurement measurement = recorded(plain_spec(0.01e-3));
     measurement.stem.length -= 0.3e-3; // one standard uncertainty, by default
     for (double& height : measurement.heights)
@@ -198,7 +198,7 @@ TEST(ReadingErrors, OfRulerAndPictureAreNoMissingPhysics) {
 }
 
 // Frequencies of two lengths that are each stated within 0.2 % cannot both follow one modulus.
-TEST(ReadingErrors, OfTwoRulersAreNoMissingPhysics) {
+TEST(ReadingErrors, AccountForTwoRulers) {
     beam::RecordingSpec spec = plain_spec();
     std::vector<measure::Measurement> two{recorded(spec)};
     spec.id = "shorter";
@@ -210,9 +210,9 @@ TEST(ReadingErrors, OfTwoRulersAreNoMissingPhysics) {
     EXPECT_EQ(findings(two), inadequate_then_adequate);
 }
 
-// Of a thicker stem the mass at its tip is a smaller share: the moduli of the own fits differ by
-// cycles at the end of the record. Between them the fit needs twice the runs, or ends elsewhere.
-TEST(ReadingErrors, OfCalipersAreNoMissingPhysics) {
+// The tip mass is a smaller share of a thicker stem, so the moduli of the separate fits differ by
+// cycles at the end of the record. A start between them needs twice the runs or ends elsewhere.
+TEST(ReadingErrors, AccountForCalipers) {
     beam::RecordingSpec spec = plain_spec();
     std::vector<measure::Measurement> two{recorded(spec)};
     const double mass = 0.6 * spec.stem.mass_per_length() * spec.stem.length;
@@ -231,11 +231,11 @@ TEST(ReadingErrors, OfCalipersAreNoMissingPhysics) {
     EXPECT_LT(baseline.fit.runs - baseline.stated.runs, 65);
 }
 
-TEST(ReadingErrors, OfACoarseChainAreNoMissingPhysics) {
+TEST(ReadingErrors, AccountForACoarseChain) {
     EXPECT_EQ(findings({recorded(plain_spec(0.005e-3), 14)}), inadequate_then_adequate);
 }
 
-TEST(ReadingErrors, OfAStemFilmedInMotionLeaveItsNumbers) {
+TEST(ReadingErrors, KeepTheParametersOfAStemFilmedInMotion) {
     const measure::Measurement whole = recorded(plain_spec());
     const fit::BaselineFit of_whole = fit::fit_baseline({&whole, 1});
     for (const double start : {0.004, 0.0071, 0.013, 0.03}) {
@@ -263,7 +263,7 @@ TEST(ReadingErrors, OfAStemFilmedInMotionLeaveItsNumbers) {
 }
 
 // W C Wᵀ = 1 for the covariance C of such noise: checked with the columns of its Cholesky factor.
-TEST(Whitening, OfANoiseModelIsTheInverseRootOfItsCovariance) {
+TEST(Whitening, AppliesTheInverseRootOfTheCovariance) {
     constexpr std::size_t frames = 14;
     constexpr std::size_t rows = 2;
     fit::NoiseModel model;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Frames before the release on a support that vibrates.
-#include "calibrate/simulated_measurement.hpp"
 #include "fit/model/stem_model.hpp"
+#include "support/simulated_measurement.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -48,7 +48,7 @@ TEST(HeldFrames, MoveWithTheSupport) {
                         support(times[i] - model.release_time) - support(0.0), 1e-14);
 }
 
-TEST(HeldFrames, StandStillWithoutASupportThatVibrates) {
+TEST(HeldFrames, DoNotMoveWithoutAVibratingSupport) {
     const measure::Measurement measurement = tests::empty_measurement();
     const auto predicted =
         fit::predict_readings(tests::true_model(measurement, {}), measurement.times);
@@ -56,7 +56,7 @@ TEST(HeldFrames, StandStillWithoutASupportThatVibrates) {
         EXPECT_EQ(predicted.readings[k], predicted.readings[k % predicted.rows]);
 }
 
-// The first frames hold what the release excites: modes faster than the exposure.
+// The first frames contain modes that are faster than the exposure; the release excites them.
 TEST(ExposedFrames, AreMeansOfTheMotion) {
     const measure::Measurement measurement = tests::empty_measurement();
     fit::StemModel model = tests::true_model(measurement, {});
@@ -107,7 +107,7 @@ TEST(HeldFrames, HaveTheDerivativesOfTheirReadings) {
     for (const std::size_t reading : {std::size_t{0}, std::size_t{13}})
         for (std::size_t k = 0; k < ids.size(); ++k) {
             const bool is_release = k + 1 == ids.size();
-            // Of the size for most parameters; of a millisecond for the time.
+            // The step is relative to the size of a parameter, or to a millisecond for the time.
             const double size =
                 is_release ? 1e-3 : std::abs(model.parameters[k].access.get(model.spec));
             const double found = difference(

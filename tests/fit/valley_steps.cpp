@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps that keep the frequency where a straight step would put it to first order.
+// Steps that keep the frequency that a straight step has to first order.
 #include "fit/solve/valley_steps.hpp"
 
-#include "calibrate/simulated_measurement.hpp"
 #include "fit/model/stem_model.hpp"
 #include "fit/solve/fit.hpp"
 #include "run/modes.hpp"
 #include "support/parameter_ids.hpp"
+#include "support/simulated_measurement.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ namespace {
 
 using namespace culm;
 
-/// A stem with a mass at its tip as a problem of its own.
+/// The least-squares problem of a stem with a mass at its tip.
 class WithTipMass {
   public:
     WithTipMass()
@@ -80,15 +80,15 @@ TEST(ValleySteps, KeepTheFrequencyOfTheFirstOrder) {
         straight[k] += step[k];
     std::vector<double> moved(point.size());
     ASSERT_TRUE(valley.Plus(point.data(), step.data(), moved.data()));
-    // The tangent leaves the valley by half of ln f² ...
+    // A straight step along the tangent changes ln f² by about a half ...
     EXPECT_GT(std::abs(problem.log_square(straight) - problem.log_square(point)), 0.3);
-    // ... and the step by what one-sided slopes leave, 1e-4 of its 1.5.
+    // ... and the curved one only by the error of one-sided slopes, 1e-4 of its 1.5.
     EXPECT_NEAR(problem.log_square(moved), problem.log_square(point), 3e-4);
     straight[modulus] = moved[modulus];
     EXPECT_EQ(moved, straight);
 }
 
-TEST(ValleySteps, AreStraightToFirstOrderAndLeaveWhatIsHeld) {
+TEST(ValleySteps, AreStraightToFirstOrderAndKeepHeldParameters) {
     const WithTipMass problem;
     const std::size_t count = problem.point().size();
     std::vector<bool> is_held(count, false);
@@ -111,7 +111,7 @@ TEST(ValleySteps, AreStraightToFirstOrderAndLeaveWhatIsHeld) {
     }
 }
 
-TEST(ValleySteps, LeadToAMassThatWasNotThereInFewRuns) {
+TEST(ValleySteps, FindAMassFromZeroInFewRuns) {
     const measure::Measurement empty = tests::empty_measurement();
     fit::StemModel truth = fit::with_effect(tests::true_model(empty, {}),
                                             physics::parse_effect("tip_mass", {}), empty);
@@ -120,7 +120,7 @@ TEST(ValleySteps, LeadToAMassThatWasNotThereInFewRuns) {
     const fit::ObservedRecording measurement(tests::read_with_noise(empty, truth, 3));
     fit::StemModel start = truth;
     start.spec.effects.front().values = {0.0};
-    // Y as one would have it that takes the stem for bare: the frequency is right.
+    // Y is that of a fit without the mass, which has the right frequency.
     const double f_truth = run::lowest_frequency_with_effects(truth.spec);
     const double f_bare = run::lowest_frequency_with_effects(start.spec);
     start.spec.stem.bond_youngs_modulus *= std::pow(f_truth / f_bare, 2);

@@ -29,7 +29,7 @@ Eigen::MatrixXd correlated_noise(Eigen::Index frames, Eigen::Index rows, double 
     return noise;
 }
 
-TEST(EffectiveDegreesOfFreedom, OfWhiteNoiseAreTheNumberOfReadings) {
+TEST(EffectiveDegreesOfFreedom, EqualTheNumberOfReadingsForWhiteNoise) {
     double sum = 0.0;
     for (unsigned seed = 0; seed < 20; ++seed)
         sum += effective_degrees_of_freedom(correlated_noise(400, 9, 0.0, seed), 12);
@@ -37,7 +37,7 @@ TEST(EffectiveDegreesOfFreedom, OfWhiteNoiseAreTheNumberOfReadings) {
     EXPECT_NEAR(sum / 20.0, 3600.0, 0.03 * 3600.0);
 }
 
-TEST(EffectiveDegreesOfFreedom, OfCorrelatedNoiseGiveTheVarianceOfItsSumOfSquares) {
+TEST(EffectiveDegreesOfFreedom, GiveTheVarianceOfTheSumOfSquaresForCorrelatedNoise) {
     const double correlation = 0.8;
     double estimated = 0.0;
     double mean = 0.0;
@@ -51,14 +51,14 @@ TEST(EffectiveDegreesOfFreedom, OfCorrelatedNoiseGiveTheVarianceOfItsSumOfSquare
     }
     // χ² of ν degrees of freedom times a constant has variance 2 mean²/ν.
     const double true_count = 2.0 * mean * mean / (square - mean * mean);
-    // 400 tables tell a variance to 7 %; the sum over noisy autocorrelations is low by some 5 %.
+    // 400 tables determine a variance to 7 %; noisy autocorrelations make the sum low by some 5 %.
     EXPECT_NEAR(estimated, true_count, 0.2 * true_count);
     EXPECT_LT(estimated, 0.35 * 2400.0);
 }
 
-TEST(EffectiveDegreesOfFreedom, OfRowsThatAllShowTheSameAreThoseOfOne) {
+TEST(EffectiveDegreesOfFreedom, AreThoseOfOneRowForEqualRows) {
     const Eigen::MatrixXd one = correlated_noise(500, 1, 0.0, 3);
-    // One row is 500; equal rows add nothing, and white noise in it scatters the estimate by 5 %.
+    // One row has 500 readings and equal rows add none; the estimate scatters by 5 %.
     EXPECT_NEAR(effective_degrees_of_freedom(one.replicate(1, 8), 12), 500.0, 25.0);
 }
 
@@ -68,14 +68,14 @@ TEST(SpatialPattern, IsFoundInWhiteNoiseAsOftenAsItsPValueSays) {
     for (unsigned seed = 0; seed < tables; ++seed)
         below_5_percent +=
             spatial_pattern(correlated_noise(300, 9, 0.0, 1000 + seed)).p_value < 0.05 ? 1 : 0;
-    // 50 are expected, with a standard deviation of 7. Fewer are right: the noise's size comes from
-    // the table itself, which takes some scatter off the singular value. More would be false
-    // alarms.
+    // 50 are expected, with a standard deviation of 7. Fewer are acceptable: the size of the noise
+    // comes from the table itself, which reduces the scatter of the singular value. More would be
+    // false alarms.
     EXPECT_GT(below_5_percent, 5);
     EXPECT_LT(below_5_percent, 70);
 }
 
-TEST(SpatialPattern, ThatIsAsStrongAsAThirdOfTheNoiseIsSeenWithItsShape) {
+TEST(SpatialPattern, IsSeenWithItsShapeAtAThirdOfTheNoise) {
     Eigen::MatrixXd table = correlated_noise(400, 8, 0.0, 7);
     const Eigen::VectorXd shape = Eigen::VectorXd::LinSpaced(8, 0.0, 1.0).normalized();
     table += correlated_noise(400, 1, 0.0, 8) * shape.transpose();

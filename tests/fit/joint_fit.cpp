@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibrate/simulated_measurement.hpp"
 #include "fit/solve/fit.hpp"
 #include "support/parameter_ids.hpp"
+#include "support/simulated_measurement.hpp"
 #include "support/single_fit.hpp"
 
 #include <algorithm>
@@ -47,7 +47,7 @@ double error(const fit::Fit& fit, const std::string& name) {
         ->standard_error;
 }
 
-TEST(Fit, OneRecordingGivesWhatItsOwnFitGivesBitForBit) {
+TEST(Fit, EqualsTheOwnFitOfASingleRecordingBitForBit) {
     const measure::Measurement measurement = tests::simulated_measurement();
     const fit::RecordingFit alone = tests::fit_chain(fit::baseline_model(measurement), measurement);
     const fit::Fit joint = fit_together({&measurement, 1});
@@ -91,7 +91,7 @@ TEST(Fit, SharesTheMaterialAndNothingOfTheRelease) {
     }
 }
 
-TEST(Fit, InformationOfTheRecordingsAdds) {
+TEST(Fit, AddsTheInformationOfTheRecordings) {
     const auto recordings = two_releases();
     const fit::Fit together = fit_together(recordings);
     double information = 0.0;
@@ -99,12 +99,12 @@ TEST(Fit, InformationOfTheRecordingsAdds) {
         const fit::Fit alone = fit_together({&measurement, 1});
         information += std::pow(error(alone, "bond_youngs_modulus"), -2.0);
     }
-    // The factor by the reduced χ², which is 1 ± 5.7 % alone, enters the errors by its half.
+    // The errors scale with the root of the reduced χ², which is 1 ± 5.7 % for one recording.
     EXPECT_NEAR(error(together, "bond_youngs_modulus"), 1.0 / std::sqrt(information),
                 0.1 / std::sqrt(information));
 }
 
-TEST(Fit, SharesTheTimeOfTheDampingAndNotBetaBetweenChainsOfOtherLength) {
+TEST(Fit, SharesTheDampingTimeAndNotBetaBetweenChainsOfDifferentLength) {
     measure::Measurement other = tests::empty_measurement();
     other.stem.id = "short";
     other.stem.length = 0.12;
@@ -115,7 +115,7 @@ TEST(Fit, SharesTheTimeOfTheDampingAndNotBetaBetweenChainsOfOtherLength) {
         fit::damping_time(tests::true_model(tests::empty_measurement(), truth).spec);
     made.spec.stem.bond_damping *= time / fit::damping_time(made.spec);
     const double beta = made.spec.stem.bond_damping;
-    ASSERT_GT(std::abs(beta / 12.0 - 1.0), 0.2); // else this test could not fail
+    ASSERT_GT(std::abs(beta / 12.0 - 1.0), 0.2); // otherwise this test could not fail
     const std::array<measure::Measurement, 2> recordings{
         with_id(tests::simulated_measurement(), "long"), tests::read_with_noise(other, made, 3)};
     const fit::Fit fit = fit_together(recordings);
@@ -126,7 +126,7 @@ TEST(Fit, SharesTheTimeOfTheDampingAndNotBetaBetweenChainsOfOtherLength) {
     EXPECT_NEAR(fit.reduced_chi_squared, 1.0, 0.16);
 }
 
-TEST(Fit, AKnownMassOnOneRecordingReachesItsChainAlone) {
+TEST(Fit, AppliesAKnownMassToItsRecordingOnly) {
     measure::Measurement loaded = tests::empty_measurement();
     loaded.stem.id = "loaded";
     loaded.stem.added_masses.push_back({0.15565, 40e-6}); // half of the stem's mass
@@ -140,7 +140,7 @@ TEST(Fit, AKnownMassOnOneRecordingReachesItsChainAlone) {
     EXPECT_NEAR(fit.reduced_chi_squared, 1.0, 0.16);
 }
 
-TEST(Fit, RecordingsOfTheSameNameKeepTheirOwnReleases) {
+TEST(Fit, SeparatesTheReleasesOfRecordingsOfTheSameName) {
     auto recordings = two_releases();
     recordings[1].stem.id = "a";
     const fit::Fit fit = fit_together(recordings);
@@ -148,20 +148,20 @@ TEST(Fit, RecordingsOfTheSameNameKeepTheirOwnReleases) {
     EXPECT_NEAR(value(fit, "tip_deflection@a:2"), 10e-3, 0.1e-3);
 }
 
-TEST(Fit, HeldParametersStayAndHaveNoError) {
+TEST(Fit, KeepsHeldParametersWithoutError) {
     const auto recordings = two_releases();
     fit::JointOptions options;
     options.chain.is_first_guess = false;
     options.is_held = {false, false, true, false, false, false};
     const double start = fit::baseline_model(recordings[0]).spec.tip_deflection;
     const fit::Fit fit = fit_together(recordings, options);
-    // The transformation and back costs a rounding.
+    // The transformation and its inverse cause a rounding error.
     EXPECT_NEAR(value(fit, "tip_deflection@a"), start, 1e-12);
     EXPECT_EQ(error(fit, "tip_deflection@a"), 0.0);
     EXPECT_EQ(fit.degrees_of_freedom, fit.readings - 5);
 }
 
-TEST(Fit, UnknownNoiseIsTakenFromEachRecordingsOwnResiduals) {
+TEST(Fit, EstimatesUnknownNoiseFromTheResidualsOfEachRecording) {
     auto recordings = two_releases();
     for (measure::Measurement& measurement : recordings) {
         measurement.noise.reset();

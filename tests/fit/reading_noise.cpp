@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/model/reading_noise.hpp"
 
-#include "calibrate/simulated_measurement.hpp"
+#include "support/simulated_measurement.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@ namespace {
 
 using namespace culm;
 
-TEST(ReadingNoise, IsWhatTheMeasurementStates) {
+TEST(ReadingNoise, EqualsTheNoiseThatTheMeasurementStates) {
     const auto noise = fit::reading_noise(fit::ObservedRecording(tests::simulated_measurement()));
     EXPECT_EQ(noise.by_row, std::vector<double>(4, 0.05e-3));
     EXPECT_EQ(noise.source, "stated");
@@ -29,7 +29,7 @@ TEST(ReadingNoise, ComesFromTheFramesBeforeTheRelease) {
     EXPECT_EQ(noise.source, "64 frames while the stem was held");
 }
 
-TEST(ReadingNoise, OfAStemStillMovingIsLeftToTheResiduals) {
+TEST(ReadingNoise, IsUnknownWithoutFramesBeforeTheRelease) {
     measure::Measurement measurement = tests::simulated_measurement();
     measurement.noise.reset();
     measurement.times.erase(measurement.times.begin(), measurement.times.begin() + 5);

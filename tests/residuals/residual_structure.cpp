@@ -16,7 +16,7 @@ namespace {
 constexpr double frequency = 50.0;
 constexpr double noise = 0.02e-3;
 
-/// A model that swings as 10 mm exp(−6t) cos(2π 50 t) in one row, and the measured swing beside it.
+/// A model that swings as 10 mm exp(−6t) cos(2π 50 t) in one row, and the measured swing.
 struct Example {
     fit::RecordingFit fit;
     residuals::Swing swing;
@@ -45,14 +45,14 @@ struct Example {
     }
 };
 
-TEST(ResidualStructure, OfAWrongAmplitudeSaysByHowMuch) {
+TEST(ResidualStructure, MeasuresAWrongAmplitude) {
     const auto found = Example([](double, double modelled) { return 1.05 * modelled; }).structure();
     EXPECT_GT(found.amplitude_share, 0.95);
     for (const residuals::SwingError& third : found.thirds)
         EXPECT_NEAR(third.amplitude, 0.05, 4.0 * third.amplitude_error);
 }
 
-TEST(ResidualStructure, OfALateModelSaysByWhatPhase) {
+TEST(ResidualStructure, MeasuresAPhaseLag) {
     const double lag = 0.05;
     const auto found = Example([lag](double time, double) {
                            const double omega = 2.0 * std::numbers::pi * frequency;
@@ -63,7 +63,7 @@ TEST(ResidualStructure, OfALateModelSaysByWhatPhase) {
     EXPECT_NEAR(found.thirds[0].lag, lag, 0.03 * lag);
 }
 
-TEST(ResidualStructure, OfAStemThatRestsElsewhereSaysWhere) {
+TEST(ResidualStructure, MeasuresAShiftOfTheRestPosition) {
     const auto found =
         Example([](double, double modelled) { return modelled + 0.1e-3; }).structure();
     EXPECT_GT(found.rest_share, 0.9);
@@ -78,12 +78,12 @@ TEST(ResidualStructure, KnowsWhereASwingHasDied) {
     // 10 mm exp(−6t) over the first 0.2 s: √(mean of exp(−12t)) is 0.62.
     EXPECT_NEAR(found.thirds[0].measured_over_noise, 0.62 * 10e-3 / noise, 5.0);
     EXPECT_NEAR(found.thirds[0].modelled_over_noise, found.thirds[0].measured_over_noise, 0.5);
-    // The scatter of 200 readings is known to 5 %: of pure noise √(2 · 0.05 …) is left at most.
+    // The scatter of 200 readings is known to 5 %: pure noise gives at most √(2 · 0.05 …).
     EXPECT_LT(found.thirds[2].measured_over_noise, 1.0);
     EXPECT_GT(found.thirds[2].modelled_over_noise, 10.0);
 }
 
-TEST(ResidualStructure, OfNoiseHasNoExcess) {
+TEST(ResidualStructure, HasNoExcessForNoise) {
     const auto found = Example([](double, double modelled) { return modelled; }).structure();
     // The mean square of 600 readings scatters by √(2/600).
     EXPECT_NEAR(found.excess_over_noise, 0.0, 4.0 * std::sqrt(2.0 / 600.0));

@@ -22,7 +22,7 @@ namespace {
 constexpr double angular_frequency = 400.0;
 constexpr double decay_rate = 8.0;
 
-/// Three rows that were fitted by a plain swing, and what was measured.
+/// The fit of a plain swing to the measured motion of three rows.
 template <class Motion>
 fit::RecordingFit fit_of_plain_swing(const Motion& measured, double noise) {
     constexpr std::array<double, 3> shape{2e-3, 8e-3, 20e-3};
@@ -102,8 +102,8 @@ double relative_difference(const std::vector<double>& one, const std::vector<dou
     return std::sqrt(difference / size);
 }
 
-// Differences of neighbours that take the same steps: with steps too long for the stem's twist they
-// would be the integrator's errors.
+// The derivatives are differences of runs with the same steps. If these were too long for the
+// stem's twist, the differences would be errors of the integrator.
 TEST(SpatialPrediction, HasTheDerivativesThatShorterStepsGive) {
     const measure::Measurement recording = beam::record(beating_recording());
     const auto effects = physics::parse_effects("out_of_plane", {});
@@ -117,7 +117,7 @@ TEST(SpatialPrediction, HasTheDerivativesThatShorterStepsGive) {
             << to_string(model.free_ids()[k]);
 }
 
-TEST(Superposition, OfASmallSwingIsTheSpatialChain) {
+TEST(Superposition, MatchesTheSpatialChainForASmallSwing) {
     beam::RecordingSpec small = beating_recording();
     small.tip_deflection = 0.5e-3;
     small.errors.noise = 1e-6;
@@ -141,8 +141,8 @@ TEST(Superposition, OfASmallSwingIsTheSpatialChain) {
     EXPECT_LT(relative_difference(together[1].readings, planar.readings), 1e-5);
 }
 
-// From the fit of the plain chain, of which the beat left most.
-TEST(SpatialFit, ComesFromTheBeatToTheTruth) {
+// The fit starts from the plain chain, which cannot follow the beat.
+TEST(SpatialFit, FindsTheTruthFromTheBeat) {
     const std::vector<fit::ObservedRecording> recordings{
         fit::ObservedRecording(beam::record(beating_recording()))};
     const fit::Fit plain = fit::fit_model({}, {}, recordings);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/solve/uncertainty_budget.hpp"
 
-#include "calibrate/simulated_measurement.hpp"
 #include "fit/fit_model.hpp"
 #include "physics/effects/library.hpp"
 #include "support/parameter_ids.hpp"
+#include "support/simulated_measurement.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -44,11 +44,10 @@ double exponent(const fit::UncertaintyBudget& budget, const fit::RecordingFit& f
            fit.find(physics::bond_youngs_modulus)->value;
 }
 
-// The frequency of a slender beam tells Y I/(m' L⁴) alone.
-TEST(UncertaintyBudget, OfTheModulusFollowsTheFrequencyOfABeam) {
+// The frequency of a slender beam determines only Y I/(m' L⁴).
+TEST(UncertaintyBudget, FollowsTheFrequencyOfABeamForTheModulus) {
     measure::Measurement measurement = simulated_measurement();
-    // The readings tell of a length that is known to 0.3 mm themselves, and nothing of one that is
-    // known to 0.01 mm.
+    // The readings improve a length that is known to 0.3 mm, but not one that is known to 0.01 mm.
     measurement.uncertainties.length = 0.01e-3;
     const auto [fit, budget] = fitted(measurement);
     EXPECT_NEAR(exponent(budget, fit, "length"), 4.0, 0.05);
@@ -61,7 +60,7 @@ TEST(UncertaintyBudget, OfTheModulusFollowsTheFrequencyOfABeam) {
 }
 
 // The decay by drag determines only C_d d/m', with m' = π ρ d²/6.
-TEST(UncertaintyBudget, OfADragCoefficientFollowsDensityAndDiameter) {
+TEST(UncertaintyBudget, FollowsDensityAndDiameterForADragCoefficient) {
     measure::Measurement measurement = empty_measurement();
     const auto drag = physics::parse_effects("quadratic_drag", {});
     const fit::StemModel truth = fit::with_effect(
@@ -81,7 +80,7 @@ TEST(UncertaintyBudget, OfADragCoefficientFollowsDensityAndDiameter) {
     }
 }
 
-TEST(UncertaintyBudget, SharesOfOneParameterSumToOne) {
+TEST(UncertaintyBudget, HasSharesThatSumToOneForEachParameter) {
     measure::Measurement measurement = simulated_measurement();
     measurement.uncertainties.frames_per_second = 1e-4;
     const auto [fit, budget] = fitted(measurement);
@@ -94,7 +93,7 @@ TEST(UncertaintyBudget, SharesOfOneParameterSumToOne) {
     }
 }
 
-/// The measurement as a person would write it who took the input for larger by `change`.
+/// The measurement as a person states it whose value of the input is larger by `change`.
 measure::Measurement restated(measure::Measurement measurement, const std::string& input,
                               double change) {
     auto& circle = std::get<measure::CircularSection>(measurement.stem.section);
@@ -119,8 +118,8 @@ measure::Measurement restated(measure::Measurement measurement, const std::strin
     return measurement;
 }
 
-// Against fits of the restated measurement: nothing of the budget's own derivatives is in them.
-TEST(UncertaintyBudget, SensitivitiesAreWhatARestatedInputDoesToTheFit) {
+// Compares with fits of the restated measurement, which do not use the budget's derivatives.
+TEST(UncertaintyBudget, HasTheSensitivitiesOfFitsToRestatedInputs) {
     measure::Measurement measurement = empty_measurement();
     std::get<measure::CircularSection>(measurement.stem.section).wall = 0.4e-3;
     measurement.stem.added_masses = {{0.1, 2e-5, {}}};
@@ -145,7 +144,7 @@ TEST(UncertaintyBudget, SensitivitiesAreWhatARestatedInputDoesToTheFit) {
     }
 }
 
-TEST(UncertaintyBudget, PullIsTowardsTheInputThatMadeTheReadings) {
+TEST(UncertaintyBudget, PullsAnInputTowardsTheValueThatMadeTheReadings) {
     measure::Measurement truth = empty_measurement();
     truth.noise = 0.01e-3;
     const double wrong = 1e-3; // m: five times the default
@@ -156,12 +155,12 @@ TEST(UncertaintyBudget, PullIsTowardsTheInputThatMadeTheReadings) {
     const fit::BudgetInput& clamp = line_of(budget, "clamp height");
     EXPECT_GT(clamp.pull, 3.0);
     EXPECT_LT(clamp.uncertainty_with_readings, clamp.input.standard_uncertainty);
-    // The frequency says nothing of the density that Y does not take up.
+    // Y absorbs the whole effect of the density on the frequency.
     EXPECT_NEAR(line_of(budget, "density").pull, 0.0, 0.05);
     EXPECT_NEAR(line_of(budget, "density").uncertainty_with_readings, 1.25, 0.01);
 }
 
-TEST(UncertaintyBudget, IntervalsCoverTheTruthWhenInputsAreAsUncertainAsStated) {
+TEST(UncertaintyBudget, CoversTheTruthWhenInputsAreAsUncertainAsStated) {
     const TrueValues truth;
     std::mt19937 generator(11);
     std::normal_distribution<double> normal;
@@ -188,7 +187,7 @@ TEST(UncertaintyBudget, IntervalsCoverTheTruthWhenInputsAreAsUncertainAsStated) 
     }
 }
 
-TEST(StatedInputs, OfOtherSectionsAreTheirDimensions) {
+TEST(StatedInputs, AreTheDimensionsOfOtherSections) {
     measure::Measurement measurement = empty_measurement();
     measurement.stem.section = measure::RectangularSection{4e-3, 2e-3};
     measurement.uncertainties.section_height = 1e-5;
@@ -205,8 +204,8 @@ TEST(StatedInputs, OfOtherSectionsAreTheirDimensions) {
               "length*, section area*, second moment of area*, density*, scale*, clamp height*, ");
 }
 
-// One who writes 0.05 g does not say 0.0500 g.
-TEST(StatedInputs, OfAMassAreKnownToHalfItsLastDigitAtBest) {
+// A mass that is written as 0.05 g is known less well than one written as 0.0500 g.
+TEST(StatedInputs, GiveAMassToHalfItsLastDigitAtBest) {
     const auto uncertainty = [](const measure::AddedMass& added) {
         measure::Measurement measurement = empty_measurement();
         measurement.stem.added_masses = {added};
@@ -219,8 +218,8 @@ TEST(StatedInputs, OfAMassAreKnownToHalfItsLastDigitAtBest) {
     EXPECT_DOUBLE_EQ(uncertainty({0.1, 5e-5, 2e-7, 1e-5}), 2e-7);
 }
 
-// Whatever is set can be read again: the derivative is by the change that arrived.
-TEST(StatedInputs, ReadBackWhatWasSet) {
+// A value that was set is read back, because the derivative uses the change that took effect.
+TEST(StatedInputs, ReturnTheValueThatWasSet) {
     for (const measure::Section& section :
          {measure::Section(measure::CircularSection{2.83e-3, 0.4e-3}),
           measure::Section(measure::RectangularSection{4e-3, 2e-3}),

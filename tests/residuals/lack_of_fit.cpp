@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibrate/simulated_measurement.hpp"
 #include "diagnose/adequacy.hpp"
 #include "fit/model/stem_model.hpp"
 #include "physics/effects/library.hpp"
 #include "support/parameter_ids.hpp"
+#include "support/simulated_measurement.hpp"
 #include "support/single_fit.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ TEST(LackOfFit, IsNotSeenWhereNothingIsMissing) {
     EXPECT_LE(alarms, 1); // at a rate of 1 %, two of ten have a probability of 0.4 %
 }
 
-TEST(LackOfFit, SeesTheDragOfTheAir) {
+TEST(LackOfFit, IsSeenWhereTheDragOfTheAirIsMissing) {
     measure::Measurement measurement = tests::empty_measurement();
     physics::SelectedEffect drag;
     drag.effect = physics::effect_named("quadratic_drag");
@@ -58,7 +58,7 @@ TEST(EffectParameters, AreFoundTogetherWithTheBaselines) {
     const fit::FittedParameter* found = fit.find(tests::id("quadratic_drag.drag_coefficient"));
     ASSERT_NE(found, nullptr);
     EXPECT_LT(std::abs(found->value - 1.5), 4.0 * found->standard_error);
-    EXPECT_LT(found->standard_error, 0.5); // it can be told at all
+    EXPECT_LT(found->standard_error, 0.5); // the record determines it
     EXPECT_TRUE(is_adequate(fit, measurement));
 }
 

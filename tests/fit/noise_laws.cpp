@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is made of noise whose law is known, because it is drawn here.
+// Estimates from noise whose law is known, because it is drawn here.
 #include "fit/model/reading_noise.hpp"
 
 #include <cmath>
@@ -24,7 +24,7 @@ std::vector<double> gaussian(std::size_t count, unsigned seed) {
     return values;
 }
 
-TEST(Tails, OfStudentsTAreFound) {
+TEST(Tails, AreFoundForStudentsT) {
     std::mt19937 dice(1);
     std::student_t_distribution<double> law(3.0);
     std::vector<double> values(5000);
@@ -38,8 +38,8 @@ TEST(Tails, OfStudentsTAreFound) {
     EXPECT_FALSE(fit::tails_of(gaussian(5000, 2)).is_heavy);
 }
 
-/// Fourier coefficients of rows of which each has half of its variance in common with all others,
-/// and the spectrum of a first-order autoregression.
+/// Fourier coefficients of rows that share the part `common` of their variance, with the spectrum
+/// of a first-order autoregression.
 Eigen::MatrixXcd coefficients(double common, double correlation, Eigen::Index bins,
                               Eigen::Index rows, unsigned seed) {
     std::mt19937 dice(seed);
@@ -63,8 +63,6 @@ TEST(CommonShare, IsFound) {
     EXPECT_NEAR(fit::independent_rows(0.5, 14.0), 196.0 / (7.5 * 7.5 + 13.0 * 0.25), 1e-12);
 }
 
-// Rows that err together scatter about the spectrum by more than independent ones. Taken for
-// independent they would appear to be correlated by 0.98.
 // The law of Wiener and Khinchin: the spectrum is the Fourier sum of the covariances ρᵏ.
 TEST(SlowNoise, HasTheSpectrumOfItsCovariances) {
     constexpr double correlation = 0.7;
@@ -78,7 +76,9 @@ TEST(SlowNoise, HasTheSpectrumOfItsCovariances) {
     }
 }
 
-TEST(SlowNoise, OfRowsThatErrTogetherHasItsCorrelation) {
+// Rows with common errors scatter about the spectrum by more than independent ones. Treated as
+// independent they would appear to be correlated by 0.98.
+TEST(SlowNoise, HasItsCorrelationForRowsWithCommonErrors) {
     constexpr Eigen::Index bins = 94;
     const Eigen::MatrixXcd found = coefficients(0.5, 0.9, bins, 14, 9);
     std::vector<Eigen::Index> at;
@@ -87,11 +87,11 @@ TEST(SlowNoise, OfRowsThatErrTogetherHasItsCorrelation) {
     const fit::SlowNoise slow = fit::slow_noise_of(found.cwiseAbs2().rowwise().mean(),
                                                    fit::independent_rows(0.5, 14.0), at, 2 * bins);
     EXPECT_NEAR(slow.correlation, 0.9, 0.05);
-    // Of what is new from frame to frame the record tells more than of the slow sum.
+    // The record determines the changes from frame to frame better than their slow sum.
     EXPECT_NEAR(slow.variance * (1.0 - std::pow(slow.correlation, 2)), 0.19, 0.04);
 }
 
-TEST(SlowNoise, OfWhiteNoiseIsNone) {
+TEST(SlowNoise, IsAbsentFromWhiteNoise) {
     std::mt19937 dice(12);
     std::exponential_distribution<double> law;
     Eigen::ArrayXd power(100);
