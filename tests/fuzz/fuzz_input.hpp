@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the fuzz targets share: input as text, files for it, and what counts as a refusal.
+// Shared by the fuzz targets: input as text, files for it, and the exceptions of a refusal.
 #pragma once
 
 #include "core/error.hpp"
@@ -35,7 +35,7 @@ inline std::filesystem::path write(const std::string& name, std::string_view byt
     return path;
 }
 
-/// Input that is refused with one of culm's errors is no finding; any other exception is.
+/// A refusal with one of culm's errors is not a finding; any other exception is.
 template <class Action>
 void may_refuse(const Action& action) {
     try {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Fuzz target: a study's journal. The first byte chooses: the bytes of a journal file, the bytes
-// behind a whole file header, the payload of a record whose checksums are right, or the note beside
+// after a whole file header, the payload of a record whose checksums are right, or the note next to
 // the journals.
 #include "archive/bytes.hpp"
 #include "archive/journal/format.hpp"
@@ -20,7 +20,7 @@ void append(std::string& bytes, std::span<const std::byte> more) {
     bytes.append(reinterpret_cast<const char*>(more.data()), more.size());
 }
 
-/// As archive::encode_record writes it, around any payload.
+/// A record as archive::encode_record writes it, with any payload.
 std::string record_with(std::string_view payload) {
     archive::ByteWriter header;
     header.put_bytes(archive::record_magic);

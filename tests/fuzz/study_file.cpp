@@ -22,7 +22,7 @@ using archive::DatatypeHandle;
 using archive::FileHandle;
 using archive::PropertyListHandle;
 
-/// Takes bytes from the front of the input; zeros behind its end.
+/// Takes bytes from the front of the input, and zeros after its end.
 class Choices {
   public:
     Choices(const std::uint8_t* data, std::size_t size) : data_(data), size_(size) {}
@@ -132,7 +132,7 @@ void replace_attribute(hid_t file, const char* object, const char* name, Choices
     constexpr std::array<std::int64_t, 6> numbers{0, -1, 1, 6, 1'000'000'000'000, 255};
     const DatatypeHandle type(type_of(choices.next()));
     const DataspaceHandle space(space_of(choices));
-    constexpr hssize_t largest_attribute = 10'000; // HDF5 asks for its memory before it refuses
+    constexpr hssize_t largest_attribute = 10'000; // HDF5 allocates its memory before it refuses
     if (H5Sget_simple_extent_npoints(space.get()) > largest_attribute)
         return;
     H5Adelete_by_name(file, object, name, H5P_DEFAULT);
@@ -207,7 +207,7 @@ const std::string& whole_study() {
     return bytes;
 }
 
-/// Every way in which culm reads an archive.
+/// Reads an archive in every way in which culm does.
 void read(const std::filesystem::path& path) {
     fuzz::may_refuse([&] { static_cast<void>(archive::verify(path)); });
     fuzz::may_refuse([&] {
