@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Renders a high-speed video of a simulated stem: render_video.py DIR [--point N] -o OUT.
 
-DIR is the folder of a study with `store = "full"`. Writes OUT/frames/00000.pgm … and OUT/video.toml,
-ready for `culm track`: a bright stem before uneven light, with blur and noise. The stem is held for
-some frames and let go between two of them. Prints the path of video.toml. Exit codes: 0 done, 2 bad
-input.
+DIR is the folder of a study with `store = "full"`, or a folder with stem.toml and axis.csv: the
+positions of the stem's axis in each frame, as in tests/data/demo-beam. Writes OUT/frames/00000.pgm …
+and OUT/video.toml, ready for `culm track`: a bright stem before uneven light, with blur and noise.
+The stem is held for some frames and released between two of them. Prints the path of video.toml.
+Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
 
@@ -15,6 +16,7 @@ if __name__ == "__main__":
 
 import argparse
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -42,8 +44,9 @@ id = "{name}"
 length_mm = {length:g}
 diameter_mm = {diameter:g}
 density_kg_m3 = {density:.6g}
-
+"""
 # A simulated chain ends with a whole sphere where a stem ends with half a bond.
+TIP_MASS = """
 [[added_mass]]
 height_mm = {length:g}
 mass_g = {tip_mass:.6g}
@@ -51,15 +54,13 @@ mass_g = {tip_mass:.6g}
 
 
 class Scene:
-    """Where the stem's axis is in the picture: heights and deflections (N) in pixels."""
+    """The size of the picture, and the stem in it: heights and deflections (N) in pixels."""
 
-    def __init__(self, positions: np.ndarray, options):
-        """`positions` (S, N, 3) in m: axial, lateral, out of plane."""
-        self.scale = options.mm_per_px
-        pixels = 1e3 * positions[:, :, :2] / self.scale
-        self.heights, self.deflections = pixels[:, :, 0], pixels[:, :, 1]
-        self.clamp_row = int(np.ceil(self.heights.max())) + MARGIN_PX
-        self.axis_column = int(np.ceil(np.abs(self.deflections).max())) + 2 * MARGIN_PX
+    def __init__(self, positions: np.ndarray, scale: float):
+        """`positions` (S, N, 2) in m: axial, lateral; `scale` in mm per pixel."""
+        pixels = 1e3 * positions / scale
+        self.clamp_row = int(np.ceil(pixels[:, :, 0].max())) + MARGIN_PX
+        self.axis_column = int(np.ceil(np.abs(pixels[:, :, 1]).max())) + 2 * MARGIN_PX
         self.rows = self.clamp_row + MARGIN_PX
         self.columns = 2 * self.axis_column + 1
 
@@ -80,17 +81,19 @@ class Scene:
         return np.clip(np.round(grey), 0, 255).astype(np.uint8)
 
 
-def at_time(study: Study, positions: np.ndarray, time: float) -> np.ndarray:
-    """Positions (N, 3) at a time, between the samples on a straight line; held before t = 0."""
-    times = study.time
-    place = float(np.interp(time, times, np.arange(times.size)))
-    before = min(int(place), times.size - 2)
-    share = place - before
+def frames_of_study(study: Study, options) -> np.ndarray:
+    """Positions (F, N, 2) of the axis in each frame, between the samples on straight lines; the stem
+    is held before t = 0."""
+    positions, times = study.positions(options.point)[:, :, :2], study.time
+    count = int(RELEASE_FRAME + options.fps * times[-1])
+    place = np.interp((np.arange(count) - RELEASE_FRAME) / options.fps, times, np.arange(times.size))
+    before = np.minimum(place.astype(int), times.size - 2)
+    share = (place - before)[:, None, None]
     return (1.0 - share) * positions[before] + share * positions[before + 1]
 
 
-def stem_of(study: Study, point: int) -> dict[str, float]:
-    """The stem that the chain stands for: lengths in mm, the density of touching spheres of the
+def stem_of_study(study: Study, point: int) -> dict[str, float]:
+    """The stem that the chain represents: lengths in mm, the density of touching spheres of the
     stem's diameter with the chain's mass per length, the mass of half a sphere in g."""
     bond, sphere, diameter, density = (
         float(study.parameter(key)[point]) for key in
@@ -100,24 +103,32 @@ def stem_of(study: Study, point: int) -> dict[str, float]:
             "tip_mass": 0.5e-6 * density * np.pi / 6.0 * sphere**3}
 
 
-def render(study: Study, options) -> Path:
+def read_axis(folder: Path) -> tuple[dict[str, float], np.ndarray, float]:
+    """Stem, positions (F, N, 2) in m and frames per second of stem.toml and axis.csv."""
+    stem = tomllib.loads((folder / "stem.toml").read_text(encoding="utf-8"))["stem"]
+    table = np.loadtxt(folder / "axis.csv", delimiter=",", skiprows=1)
+    positions = 1e-3 * table[:, 1:].reshape(table.shape[0], -1, 2)
+    return ({"length": stem["length_mm"], "diameter": stem["diameter_mm"],
+             "density": stem["density_kg_m3"]}, positions,
+            float((table.shape[0] - 1) / (table[-1, 0] - table[0, 0])))
+
+
+def render(stem: dict[str, float], positions: np.ndarray, fps: float, options) -> Path:
     """Writes the frames and video.toml; returns the latter's path."""
-    positions = study.positions(options.point)
-    scene = Scene(positions, options)
+    scene = Scene(positions, options.mm_per_px)
     frames = options.output / "frames"
     frames.mkdir(parents=True, exist_ok=True)
-    stem = stem_of(study, options.point)
-    count = int(RELEASE_FRAME + options.fps * study.time[-1])
-    for number in range(count):
-        moment = at_time(study, positions, (number - RELEASE_FRAME) / options.fps)
-        pixels = 1e3 * moment[:, :2] / scene.scale
+    for number, moment in enumerate(positions):
+        pixels = 1e3 * moment / options.mm_per_px
         noise = np.random.Generator(np.random.Philox(key=number))
-        picture = scene.picture(pixels[:, 0], pixels[:, 1], stem["diameter"] / scene.scale, noise)
+        picture = scene.picture(pixels[:, 0], pixels[:, 1], stem["diameter"] / options.mm_per_px,
+                                noise)
         header = b"P5 %d %d 255\n" % (scene.columns, scene.rows)
         (frames / f"{number:05d}.pgm").write_bytes(header + picture.tobytes())
     settings = options.output / "video.toml"
-    settings.write_text(SETTINGS.format(
-        fps=options.fps, scale=scene.scale, clamp_row=scene.clamp_row,
+    text = SETTINGS + (TIP_MASS if "tip_mass" in stem else "")
+    settings.write_text(text.format(
+        fps=fps, scale=options.mm_per_px, clamp_row=scene.clamp_row,
         axis_column=scene.axis_column, name=options.name, **stem), encoding="utf-8")
     return settings
 
@@ -126,12 +137,12 @@ def parse(arguments):
     parser = argparse.ArgumentParser(prog="render_video.py",
                                      description="A video of a simulated stem, for culm track.")
     parser.add_argument("directory", metavar="DIR", type=Path,
-                        help="folder of a study with store = \"full\"")
+                        help="folder of a study with store = \"full\", or with stem.toml and axis.csv")
     parser.add_argument("-o", "--output", metavar="OUT", type=Path, required=True,
                         help="folder for the frames and video.toml")
     parser.add_argument("--point", metavar="N", type=int, default=0, help="which point (0)")
     parser.add_argument("--fps", metavar="F", type=float, default=960.0,
-                        help="frames per second (960)")
+                        help="frames per second of a study (960)")
     parser.add_argument("--mm-per-px", metavar="L", type=float, default=0.5,
                         help="scale of the picture (0.5)")
     parser.add_argument("--name", metavar="ID", default="V1", help="id of the stem (V1)")
@@ -141,9 +152,13 @@ def parse(arguments):
 def main(arguments=None) -> int:
     options = parse(arguments)
     try:
-        with Study(options.directory) as study:
-            print(render(study, options))
-    except StudyError as error:
+        if (options.directory / "axis.csv").is_file():
+            print(render(*read_axis(options.directory), options))
+        else:
+            with Study(options.directory) as study:
+                print(render(stem_of_study(study, options.point),
+                             frames_of_study(study, options), options.fps, options))
+    except (StudyError, ValueError, KeyError) as error:
         print(f"render_video.py: {error}", file=sys.stderr)
         return EXIT_BAD_INPUT
     except OSError as error:

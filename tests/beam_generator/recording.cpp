@@ -28,6 +28,13 @@ class StemLine {
         lateral_ = grid_.deflection * in_plane;
     }
 
+    /// The point at the arc length `place` from the clamp.
+    [[nodiscard]] AxisPoint at(double place) const {
+        const VectorXd weights = grid_.interpolation(place);
+        return {weights.dot(axial_.head(grid_.points())),
+                weights.dot(lateral_.head(grid_.points()))};
+    }
+
     /// Deflection where the line crosses `height`; NaN above the tip.
     [[nodiscard]] double deflection_at(double height) const {
         if (height > axial_[grid_.points()])
@@ -118,6 +125,22 @@ std::vector<double> true_readings(const RecordingSpec& spec, const std::vector<d
         }
     }
     return readings;
+}
+
+std::vector<std::vector<AxisPoint>> axis_positions(const RecordingSpec& spec,
+                                                   const std::vector<double>& times, int points) {
+    const HiddenPhysics physics = hidden_physics(spec.stem, spec.effects);
+    const BeamModel model(spec.stem, physics.terms);
+    const BeamMotion motion = release(model, held_at_tip(model, spec.tip_deflection),
+                                      std::max(times.back(), 0.0), default_step(model));
+    std::vector<std::vector<AxisPoint>> positions;
+    for (const double time : times) {
+        const StemLine line(model, motion.coordinates(time));
+        std::vector<AxisPoint>& axis = positions.emplace_back();
+        for (int k = 0; k < points; ++k)
+            axis.push_back(line.at(spec.stem.length * k / (points - 1)));
+    }
+    return positions;
 }
 
 measure::Measurement record(const RecordingSpec& spec) {
