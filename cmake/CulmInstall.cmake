@@ -1,4 +1,4 @@
-# `cmake --install`: a tree that may stand anywhere, with libculm for other programs; CPack's package.
+# `cmake --install`: a relocatable tree, with libculm for other programs; CPack's package.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -24,7 +24,7 @@ install(FILES ${PROJECT_BINARY_DIR}/culmConfig.cmake ${PROJECT_BINARY_DIR}/culmC
     cmake/FindOpenCvModules.cmake
     DESTINATION ${culm_package_folder} COMPONENT libraries)
 
-# What the program itself says of its commands.
+# The manual page and the completions, written by the program itself.
 if(NOT CMAKE_CROSSCOMPILING)
     set(culm_manual ${PROJECT_BINARY_DIR}/manual)
     add_custom_command(OUTPUT ${culm_manual}/culm.1
@@ -63,5 +63,5 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "openmpi-bin")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3, python3-h5py, python3-matplotlib, python3-numpy")
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "r-cran-plotly, bash-completion")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libjs-d3, bash-completion")
 include(CPack)

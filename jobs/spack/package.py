@@ -37,7 +37,6 @@ class Culm(CMakePackage, PythonExtension):
         depends_on("py-h5py", type="run")
         depends_on("py-numpy", type="run")
         depends_on("py-matplotlib", type="run")
-        depends_on("py-plotly", type="run")
 
     conflicts("%gcc@:10")
     conflicts("%clang", msg="lanes use GCC's <experimental/simd>")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Calibrated stems: Y and beta with their uncertainty, what is left, and the population."""
+"""Calibrated stems: Y and beta with their uncertainty, the residuals, and the population."""
 from __future__ import annotations
 
 from itertools import cycle
@@ -9,13 +9,13 @@ import numpy as np
 from command_results import CalibrationError, CalibrationResults
 from palette import BLACK, ORANGE, SERIES, VERMILLION
 from report_page.drawing import axis, bars, histogram_of, layout, level
-from report_page.markup import (Plot, Section, facts, folded, plain, provenance_rows, shown, table,
+from report_page.markup import (Plot, Section, facts, folded, provenance_rows, shown, table,
                                 with_error)
 from report_page.measured import (PARAMETER_COLUMNS, WITH_FREE_INPUTS, add_animation, colour_limit,
                                   contradictions, legend_of, map_plot, motion_plots, parameter_rows)
 
 MOST_DETAILED = 3  # stems that are drawn one by one
-RELEASE = ("tip_deflection_m", "release_time_s")  # of one release: nobody carries them further
+RELEASE = ("tip_deflection_m", "release_time_s")  # valid for one release only
 QUANTITIES = (("bond_youngs_modulus_pa", "Y, GPa", 1e-9), ("bond_damping", "beta", 1.0),
               ("b2_hz", "b2, Hz", 1.0), ("b1_per_cycle", "b1 per cycle", 1.0))
 
@@ -93,14 +93,14 @@ def _add_population(section: Section, results: CalibrationResults, stems: list):
         low, high = (factor * end for end in entry["central_90_percent"])
         plots.append(Plot(f"population-{key.replace('_', '-')}", "", f"Histogram of {label}.",
                           [bars(counts, edges)],
-                          layout(axis(label), axis("stems", dtick=max(1, int(counts.max()) // 4)),
-                                 legend=False, bargap=0,
-                                 shapes=[level(end, VERMILLION, "dash", "x") for end in (low, high)]),
+                          layout(axis(label), axis("stems", whole=True),
+                                 legend=False,
+                                 levels=[level(end, VERMILLION, "dash", "x") for end in (low, high)]),
                           230))
         rows.append([label, factor * entry["mean"], factor * entry["standard_deviation"],
                      factor * entry["median"], low, high])
     section.heading("The population")
-    section.add_plots(plots, "Dashed: between them lie 90 % of the stems.",
+    section.add_plots(plots, "90 % of the stems lie between the dashed lines.",
                       table(["quantity", "mean", "sd", "median", "5 %", "95 %"], rows))
 
 
@@ -127,8 +127,8 @@ def _add_stem(section: Section, results: CalibrationResults, number: int, stem: 
 
 
 def _add_budget(section: Section, name: str, stem: dict):
-    """What each input adds to the standard uncertainty of Y, beta and the effects' numbers."""
-    if "uncertainty_budget" not in stem:  # written before there was one
+    """The part of each input in the standard uncertainty of Y, beta and the effects' parameters."""
+    if "uncertainty_budget" not in stem:  # written by an older version
         return
     budget, known = stem["uncertainty_budget"], stem["parameters"]
     keys = [key for key in known if key not in RELEASE and known[key]["value"]
@@ -143,12 +143,12 @@ def _add_budget(section: Section, name: str, stem: dict):
                  for entry in budget["inputs"]]
         parts.append(budget["readings"]["standard_uncertainties"][key])
         shares = [100.0 * part / abs(known[key]["value"]) for part in parts]
-        traces.append({"type": "bar", "x": [*inputs, "readings"], "y": shares, "name": plain(key),
+        traces.append({"type": "bar", "x": [*inputs, "readings"], "y": shares, "name": key,
                        "marker": {"color": colour}})
         for row, share in zip(rows, shares):
             row.append(share)
-    section.add_plots([Plot(name, "", "What each input adds to the standard uncertainty.", traces,
-                            layout(axis(), axis("standard uncertainty, %"), barmode="group"), 260)],
+    section.add_plots([Plot(name, "", "The part of each input in the standard uncertainty.", traces,
+                            layout(axis(), axis("standard uncertainty, %")), 260)],
                       "Uncertainty budget: roots of sums of squares give the intervals. "
                       + " ".join(budget["sentences"]),
                       table(["input", "stated", "unit", "u", "default", "pull",

@@ -6,7 +6,7 @@ from checked_hdf5 import StudyError
 from command_results import Comparison, name_of, numbers
 from palette import BLUE, ORANGE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, log_axis
-from report_page.markup import Plot, Section, facts, folded, plain, provenance_rows, shown, table
+from report_page.markup import Plot, Section, facts, folded, provenance_rows, shown, table
 from report_page.measured import (FIRST, LAST, PARAMETER_COLUMNS, WITH_FREE_INPUTS, add_motion,
                                   amplitude_plots, amplitude_table, colour_limit, contradictions,
                                   legend_of, map_array, map_plot, parameter_rows, read_motion,
@@ -39,7 +39,7 @@ def comparison_section(comparison: Comparison, key: str, place: str) -> Section:
 
 
 def best_rung(comparison: Comparison) -> dict:
-    """The last model that improves on the one below it, else the baseline."""
+    """The last model that improves on its predecessor, or the baseline if none does."""
     return comparison.content["ladder"][comparison.content["best"]]
 
 
@@ -62,7 +62,7 @@ def _held_out(rung: dict, key: str):
 
 def _add_ladder(section: Section, comparison: Comparison):
     rungs = comparison.rungs
-    labels = [plain(" + ".join(rung["model"])) for rung in rungs]
+    labels = [" + ".join(rung["model"]) for rung in rungs]
     traces, shares = [], []
     for label, colour, symbol, read in (
             ("all readings", BLUE, "circle", lambda rung: rung["rmse_over_noise"]),
@@ -71,17 +71,16 @@ def _add_ladder(section: Section, comparison: Comparison):
              lambda r: _held_out(r, "one_height"))):
         shares += [read(rung) for rung in rungs]
         traces.append(dots(numbers(shares[-len(rungs):]), labels, label, colour, 10, symbol))
-    left = 24 + 7 * max(map(len, labels))
     plot = Plot("ladder", "", "Residual over noise of every model on the ladder.", traces,
                 layout(log_axis("residual / noise (1: only noise)", [1.0, *shares]),
-                       axis(type="category", range=[len(rungs) - 0.5, -0.5]), left,
-                       shapes=[level(1.0, along="x")]), 150 + 42 * len(rungs))
+                       axis(type="category", range=[len(rungs) - 0.5, -0.5]),
+                       levels=[level(1.0, along="x")]), 150 + 42 * len(rungs))
     rows = [[name_of(rung), rung["rmse_mm"], rung["rmse_over_noise"], rung["reduced_chi2"],
              rung["log_evidence"], rung.get("log_evidence_gain"), _held_out(rung, "last_third"),
              _held_out(rung, "one_height"), contradictions(rung), rung["verdict"]["finding_text"],
              {True: "improves", False: "no improvement"}.get(rung.get("gain"), "")] for rung in rungs]
-    section.add_plots([plot], "Every model from the published chain upward; predicted: of readings "
-                              "that the fit did not see.")
+    section.add_plots([plot], "Every model from the published chain upward; predicted: readings "
+                              "that were not used in the fit.")
     section.add(table(["model", "rms, mm", "/ noise", "reduced chi²*", "log evidence*", "gain*",
                        "last third", "one height", "contradicted inputs", "verdict*", ""], rows,
                       WITH_FREE_INPUTS))
@@ -120,7 +119,7 @@ def _add_motion(section: Section, comparison: Comparison):
         return
     if motion is None:
         section.note("`culm compare -o DIR` writes comparison.h5, from which the motion is drawn; "
-                     "it is not here.")
+                     "this folder lacks it.")
         return
     add_motion(section, "all", motion, name_of(comparison.rungs[0]),
                name_of(best_rung(comparison)), comparison.noise_mm)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a folder holds: studies, recordings, fits, calibrations, comparisons, diagnoses."""
+"""The contents of a folder: studies, recordings, fits, calibrations, comparisons, diagnoses."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -16,7 +16,7 @@ from report_page.measurements import fit_section, recording_section
 from report_page.study import study_section
 
 class UnexpectedContent(Exception):
-    """A file does not hold what its schema promises; one sentence."""
+    """The content of a file does not follow its schema; one sentence."""
 
 
 REFUSALS = (StudyError, CalibrationError, ComparisonError, DiagnosisError, FitError, TrackError,
@@ -24,7 +24,7 @@ REFUSALS = (StudyError, CalibrationError, ComparisonError, DiagnosisError, FitEr
 
 
 class NothingToReport(Exception):
-    """The folder holds no results; one sentence."""
+    """The folder contains no results; one sentence."""
 
 
 def _study(folder: Path, key: str, place: str) -> Section:
@@ -32,7 +32,7 @@ def _study(folder: Path, key: str, place: str) -> Section:
         return study_section(study, key, place)
 
 
-# The file that tells of each kind, and what makes its section; in the order of the page.
+# For each kind of result its file, its name and the function that makes its section, in page order.
 KINDS = (
     ("study.h5", "study", _study),
     ("track.json", "recording",
@@ -53,7 +53,7 @@ def folders_of(directory: Path) -> list[Path]:
 
 
 def _section(make, file: Path, key: str, place: str) -> Section:
-    """A document of the right version in which something is not as its schema says is refused."""
+    """Makes the section; raises UnexpectedContent if the document does not follow its schema."""
     try:
         return make(file.parent, key, place)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
@@ -62,8 +62,8 @@ def _section(make, file: Path, key: str, place: str) -> Section:
 
 
 def sections_of(directory: Path) -> list[Section]:
-    """A section for every result in the folder and in those directly in it; of a result that cannot
-    be read it says why. Raises NothingToReport, or what the reader said if nothing could be read."""
+    """A section for every result in the folder and in its direct subfolders; the section of an
+    unreadable result states why. Raises NothingToReport, or the reader's error if all fail."""
     if not directory.is_dir():
         raise NothingToReport(f"{directory} is not a folder.")
     sections, refusals, counts = [], [], {}

@@ -6,7 +6,7 @@ from checked_hdf5 import StudyError
 from command_results import Diagnosis
 from palette import BLUE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, line, log_axis
-from report_page.markup import (Plot, Section, escaped, facts, folded, half_width, plain,
+from report_page.markup import (Plot, Section, escaped, facts, folded, half_width,
                                 provenance_rows, shown, table)
 from report_page.measured import (PARAMETER_COLUMNS, WITH_FREE_INPUTS, add_motion, amplitude_plots,
                                   amplitude_table, colour_limit, contradictions, legend_of,
@@ -37,18 +37,18 @@ def diagnosis_section(diagnosis: Diagnosis, key: str, place: str) -> Section:
 
 def _add_ladder(section: Section, content: dict):
     ladder = content["ladder"]
-    labels = [plain(" + ".join(rung["model"][-1:] if place else rung["model"]))
+    labels = [" + ".join(rung["model"][-1:] if place else rung["model"])
               for place, rung in enumerate(ladder)]
     labels = [label if place == 0 else f"+ {label}" for place, label in enumerate(labels)]
     noise = content["noise_mm"]
     errors = [rung["rmse_mm"] for rung in ladder]
     trace = dots(errors, labels, "residual", BLUE, 11, mode="lines+markers+text",
-                 text=[f"{shown(error, 3)} mm" for error in errors], textposition="top center",
+                 text=[f"{shown(error, 3)} mm" for error in errors],
                  hoverinfo="x+y", line={"color": BLUE, "width": 1})
     ends = [value for value in [*errors, noise] if value]
     look = layout(log_axis("residual, mm (rms); dashed: the noise", ends),
-                  axis(type="category", range=[len(ladder) - 0.5, -0.7]), 24 + 7 * max(map(len, labels)),
-                  legend=False, shapes=[level(noise, VERMILLION, "dash", "x")] if noise else [])
+                  axis(type="category", range=[len(ladder) - 0.5, -0.7]),
+                  legend=False, levels=[level(noise, VERMILLION, "dash", "x")] if noise else [])
     rows = [[" + ".join(rung["model"]), rung["rmse_mm"], rung["reduced_chi2"],
              rung.get("log_evidence"), contradictions(rung), rung["finding_text"]]
             for rung in ladder]
@@ -99,8 +99,8 @@ def _add_explanations(section: Section, content: dict):
              "x": [entry["probability"] for entry in explanations], "hoverinfo": "x+y",
              "marker": {"color": BLUE}}
     look = layout(axis("probability (dashed: an answer needs 0.95)", range=[0.0, 1.0]),
-                  axis(type="category", autorange="reversed"), 24 + 7 * max(map(len, names)),
-                  legend=False, shapes=[level(0.95, VERMILLION, "dash", "x")])
+                  axis(type="category", autorange="reversed"),
+                  legend=False, levels=[level(0.95, VERMILLION, "dash", "x")])
     section.add_plots([Plot("explanations", "", "Probability of every set of effects.", [trace],
                             look, 120 + 30 * len(explanations))],
                       "Sets of effects that matter, over all models that were fitted or predicted.")
@@ -115,7 +115,7 @@ def _add_explanations(section: Section, content: dict):
 
 
 def _explanation(effects: list[str]) -> str:
-    return plain(" with ".join(effects) or "published chain")
+    return " with ".join(effects) or "published chain"
 
 
 def _add_blind_spots(section: Section, diagnosis: Diagnosis):
@@ -124,7 +124,7 @@ def _add_blind_spots(section: Section, diagnosis: Diagnosis):
     content = diagnosis.content
     others = [spot["effect"] for spot in content["blind_spots"] if spot not in spots]
     if spots:
-        names = [plain(spot["effect"]) for spot in spots]
+        names = [spot["effect"] for spot in spots]
         traces = [{"type": "bar", "orientation": "h", "name": label, "y": names,
                    "x": [100.0 * (spot["bias"][key] or 0.0) for spot in spots],
                    "marker": {"color": colour}, "hoverinfo": "x+y"}
@@ -134,8 +134,7 @@ def _add_blind_spots(section: Section, diagnosis: Diagnosis):
                                 "detection limit.", traces,
                                 layout(axis("bias, % (of an effect at its detection limit)",
                                             zeroline=True),
-                                       axis(type="category", autorange="reversed"),
-                                       24 + 7 * max(map(len, names)), barmode="group"),
+                                       axis(type="category", autorange="reversed")),
                                 120 + 30 * len(spots))],
                           "An effect below its detection limit can act unseen; this is the "
                           "error that it causes in the calibration.")
@@ -190,8 +189,8 @@ def _add_where(section: Section, content: dict):
 
 
 def _add_motion(section: Section, diagnosis: Diagnosis):
-    """Of every recording, as far as there are not too many: the motion of the published chain and
-    of the best model."""
+    """Draws the motion of the published chain and of the best model for the first MOST_RECORDINGS
+    recordings."""
     recordings = diagnosis.content["recordings"]
     for place, recording in enumerate(recordings[:MOST_RECORDINGS]):
         try:

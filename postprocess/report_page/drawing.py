@@ -1,24 +1,32 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Traces and layouts for plotly.js, in the common colours."""
+"""Traces and layouts for figures.js, in the common colours.
+
+A trace is a dictionary: `type` ("scatter", "bar", "heatmap"), `x`, `y` (of a map also `z`), `name`,
+`mode` ("lines", "markers", "text", joined by "+"), `line`, `marker`, `error_x`, `error_y`, `text`,
+and `hoverinfo`: the members that a reader sees under the pointer.
+"""
 from __future__ import annotations
 
 import numpy as np
 
 from palette import BLUE, GREY, number
 
-TEXT_COLOUR = "#222222"
 MOST_COLUMNS = 700  # of a map over time
 MOST_BINS = 40
 MOST_MARKERS = 1000  # of a cloud of points
 FEWEST_TICKS, MOST_TICKS = 3, 9  # of a logarithmic axis
 DIVERGING = [[0.0, "#2166ac"], [0.25, "#92c5de"], [0.5, "#f7f7f7"], [0.75, "#f4a582"],
              [1.0, "#b2182b"]]  # ColorBrewer's RdBu, safe for colour-blind readers
-SEQUENTIAL = "Viridis"
+# Stops of matplotlib's viridis.
+SEQUENTIAL = [[k / 8, colour] for k, colour in enumerate((
+    "#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30",
+    "#fde725"))]
 
 
 def axis(title: str = "", **options) -> dict:
-    return {"title": title, "zeroline": False, "showline": True, "linecolor": "#666666",
-            "gridcolor": "#e6e6e6", "ticks": "outside", "ticklen": 4, **options}
+    """`type` "log" or "category", `range` (of logarithms on a logarithmic axis), `rangemode`
+    "tozero", `autorange` "reversed", `whole` numbers only, a dark line at zero by `zeroline`."""
+    return {"title": title, **options}
 
 
 def log_axis(title: str, values, **options) -> dict:
@@ -42,12 +50,9 @@ def log_axis(title: str, values, **options) -> dict:
                           "ticktext": [number(tick) for tick in ticks], **options})
 
 
-def layout(x: dict, y: dict, left: int = 62, legend: bool = True, **options) -> dict:
-    return {"xaxis": x, "yaxis": y, "showlegend": legend, "hovermode": "closest",
-            "margin": {"l": left, "r": 16, "t": 46 if legend else 30, "b": 48},
-            "legend": {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom"},
-            "font": {"family": "system-ui, sans-serif", "size": 12, "color": TEXT_COLOUR},
-            "paper_bgcolor": "#ffffff", "plot_bgcolor": "#ffffff", **options}
+def layout(x: dict, y: dict, legend: bool = True, **options) -> dict:
+    """Two axes; `levels` are lines across the drawing, `yaxis2` a second panel over the same x."""
+    return {"xaxis": x, "yaxis": y, "showlegend": legend, **options}
 
 
 def line(x, y, name: str, colour: str, dash: str = "solid", width: float = 1.6, **options) -> dict:
@@ -61,21 +66,14 @@ def dots(x, y, name: str, colour="#0072B2", size: float = 6, symbol: str = "circ
             "marker": {"color": colour, "size": size, "symbol": symbol}, **options}
 
 
-def level(y: float, colour: str = GREY, dash: str = "solid", along: str = "y") -> dict:
-    """A line across the whole drawing at a height (along "y") or a place ("x")."""
-    shape = {"type": "line", "line": {"color": colour, "width": 1, "dash": dash}}
-    if along == "y":
-        return {**shape, "xref": "paper", "x0": 0, "x1": 1, "yref": "y", "y0": y, "y1": y}
-    return {**shape, "yref": "paper", "y0": 0, "y1": 1, "xref": "x", "x0": y, "x1": y}
-
-
-def colour_bar(title: str, **options) -> dict:
-    return {"title": title, "titleside": "top", "thickness": 12, "outlinewidth": 0, **options}
+def level(value: float, colour: str = GREY, dash: str = "solid", along: str = "y") -> dict:
+    """A line across the whole drawing at a value of its vertical axis ("y") or horizontal ("x")."""
+    return {"at": value, "colour": colour, "dash": dash, "along": along}
 
 
 def heat_map(x, y, z, title: str, diverging_at: float | None = None) -> dict:
     """Cells; with `diverging_at` from minus to plus that value about a neutral middle."""
-    trace = {"type": "heatmap", "x": x, "y": y, "z": z, "colorbar": colour_bar(title),
+    trace = {"type": "heatmap", "x": x, "y": y, "z": z, "colorbar": title,
              "colorscale": SEQUENTIAL, "hoverinfo": "x+y+z"}
     if diverging_at is not None:
         trace |= {"colorscale": DIVERGING, "zmin": -diverging_at, "zmax": diverging_at}
@@ -96,8 +94,8 @@ def bars(counts, edges, name: str = "", colour: str = BLUE) -> dict:
     edges = np.asarray(edges, dtype=float)
     texts = [f"{number(a)} … {number(b)}: {c}" for a, b, c in zip(edges, edges[1:], counts)]
     return {"type": "bar", "x": 0.5 * (edges[1:] + edges[:-1]), "y": counts, "name": name,
-            "width": np.diff(edges), "text": texts, "hoverinfo": "text", "textposition": "none",
-            "marker": {"color": colour, "line": {"color": "#ffffff", "width": 1}}}
+            "width": np.diff(edges), "text": texts, "hoverinfo": "text",
+            "marker": {"color": colour}}
 
 
 def outline(counts, edges, name: str, colour: str) -> dict:

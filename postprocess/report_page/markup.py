@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Text, tables and figures as HTML; whatever comes from a file is escaped here and nowhere else."""
+"""Text, tables and figures as HTML. Text from files is escaped here and nowhere else."""
 from __future__ import annotations
 
 import html
@@ -20,13 +20,8 @@ def escaped(value) -> str:
     return html.escape(str(value), quote=True)
 
 
-def plain(value) -> str:
-    """Text for inside a drawing, whose library reads tags: they become characters."""
-    return html.escape(str(value), quote=False)
-
-
 def shown(value, digits: int = 4) -> str:
-    """A number as text, "–" where there is none."""
+    """A number as text, or "–" if there is none."""
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return "–"
     if 1e4 <= abs(value) < 1e7:  # without an exponent
@@ -35,13 +30,13 @@ def shown(value, digits: int = 4) -> str:
 
 
 def half_width(stderr, factor: float = 1.0):
-    """Of the 95 % interval; None where there is no standard error."""
+    """Half width of the 95 % interval; None if there is no standard error."""
     return None if stderr is None else 1.96 * factor * stderr
 
 
 def with_error(estimate: dict, factor: float = 1.0) -> str:
-    """"1.2996 ± 0.0084" of `value` and `stderr` times a factor, 95 %: as many decimals as the error
-    has with two digits."""
+    """"1.2996 ± 0.0084" from `value` and `stderr` times a factor. The error is that of the 95 %
+    interval; it has two digits, and the value has the same number of decimals."""
     if estimate["value"] is None:
         return "–"
     value, width = factor * estimate["value"], half_width(estimate["stderr"], factor)
@@ -52,7 +47,7 @@ def with_error(estimate: dict, factor: float = 1.0) -> str:
 
 
 def _in_table(value) -> str:
-    """Numbers of up to seven digits in full, truth as a word."""
+    """Writes numbers of up to seven digits in full and booleans as "yes" or "no"."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float) and 1e4 <= abs(value) < 1e7:
@@ -71,7 +66,7 @@ def _cell(value, is_number: bool, tag: str = "td") -> str:
 
 
 def table(columns: list[str], rows: list, caption: str = "") -> str:
-    """A table of plain values; beyond MOST_ROWS it says how many more there are."""
+    """A table of at most MOST_ROWS rows of plain values; it states the number of omitted rows."""
     lines = ["<div class=\"scroll\" tabindex=\"0\"><table>"]
     of_numbers = [any(_is_number(row[place]) for row in rows)
                   and all(_is_number(row[place]) or row[place] is None for row in rows)
@@ -90,14 +85,14 @@ def table(columns: list[str], rows: list, caption: str = "") -> str:
 
 
 def facts(rows: list) -> str:
-    """Names and what they are, as a table without a head."""
+    """A table of names and values without a head."""
     lines = [f"<tr><th scope=\"row\">{escaped(name)}</th><td>{escaped(_in_table(value))}</td></tr>"
              for name, value in rows]
     return f"<table class=\"facts-table\"><tbody>{''.join(lines)}</tbody></table>"
 
 
 def provenance_rows(content: dict) -> list[list]:
-    """Names and texts; none of a document of a culm that did not write them yet."""
+    """Names and texts; empty if an older culm wrote the document."""
     known = content.get("provenance")
     if not known:
         return []
@@ -145,7 +140,7 @@ def _plain_data(value):
 
 
 def embedded_json(value) -> str:
-    """JSON that no text in it can end the script element of."""
+    """JSON in which no text can end the enclosing script element."""
     text = json.dumps(_plain_data(value), ensure_ascii=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
@@ -164,7 +159,7 @@ def _legend(entries: tuple) -> str:
 
 @dataclass
 class Plot:
-    """One drawing: traces and layout as plotly.js takes them."""
+    """One drawing: traces and layout in the format of figures.js."""
 
     name: str  # unique within its section
     title: str
@@ -176,7 +171,7 @@ class Plot:
 
 @dataclass
 class Section:
-    """A part of the page; `verdict` is what a hurried reader takes away, in sentences."""
+    """A part of the page; `verdict` summarises it in a few sentences."""
 
     key: str
     title: str

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measurement beside model: the motion, what is left of it, where it is left, and the moving stem."""
+"""Measurement against model: the motion, the residuals and their location, and the moving stem."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from checked_hdf5 import StudyError, own_object, sentence
 from command_results import numbers
 from palette import BLACK, BLUE, GREY, VERMILLION, number
 from report_page.drawing import axis, dots, heat_map, layout, level, line, log_axis, thinned
-from report_page.markup import (Plot, Section, data_script, escaped, half_width, plain, shown,
+from report_page.markup import (Plot, Section, data_script, escaped, half_width, shown,
                                 table)
 from report_page.picker import packed
 
@@ -21,7 +21,7 @@ ANIMATED_CYCLES_MS = 1e3  # of the record that the moving stem shows
 MOST_FRAMES = 500
 WITH_FREE_INPUTS = ("* with the inputs free within their uncertainties; all else with every input "
                     "as stated")
-LARGEST_PART = 0.995  # of the residuals fits the colours of a map
+LARGEST_PART = 0.995  # share of the residuals within the colour scale of a map
 
 
 @dataclass
@@ -81,14 +81,14 @@ def map_array(residual_map: dict) -> np.ndarray:
 
 
 def colour_limit(*arrays: np.ndarray) -> float:
-    """One scale for several maps: nearly all of the first fits."""
+    """A common scale for several maps that covers nearly all residuals of the first map."""
     known = np.abs(arrays[0][np.isfinite(arrays[0])])
     return float(np.quantile(known, LARGEST_PART)) if known.size else 1.0
 
 
 def motion_plots(name: str, time_s, heights_mm, measured_mm, models: list) -> list[Plot]:
-    """The row that moves most, and below what each model leaves; models: (label, predicted (T, H),
-    colour)."""
+    """The motion of the row that moves most, and the residual of each model; models: (label,
+    predicted (T, H), colour)."""
     measured = np.asarray(measured_mm, dtype=float)
     swing = np.nanmax(np.abs(np.where(np.isfinite(measured), measured, 0.0)), axis=0)
     row = int(np.argmax(swing))
@@ -96,25 +96,25 @@ def motion_plots(name: str, time_s, heights_mm, measured_mm, models: list) -> li
     upper = [dots(time, measured[:, row], "measured", BLACK, 4)]
     lower = []
     for label, predicted, colour in models:
-        upper.append(line(time, predicted[:, row], plain(label), colour, width=1.2))
-        lower.append(line(time, measured[:, row] - predicted[:, row], plain(label), colour,
+        upper.append(line(time, predicted[:, row], label, colour, width=1.2))
+        lower.append(line(time, measured[:, row] - predicted[:, row], label, colour,
                           width=1.0))
     where = f"at h = {number(heights_mm[row])} mm"
     return [Plot(f"motion-{name}", f"Deflection {where}", f"Measured and modelled deflection {where} "
                  "against time.", upper,
                  layout(axis("time, ms"), axis("deflection, mm"), legend=False)),
-            Plot(f"left-{name}", f"Measured − modelled {where}", f"What the models leave {where} "
+            Plot(f"left-{name}", f"Measured − modelled {where}", f"Residuals of the models {where} "
                  "against time.", lower,
                  layout(axis("time, ms"), axis("residual, mm"), legend=False))]
 
 
 def legend_of(models: list) -> tuple:
-    """Of drawings with measured dots and lines of models; models: (label, anything, colour)."""
+    """Legend of drawings with measured dots and lines of models; models: (label, any, colour)."""
     return (("measured", BLACK, "dots"), *((label, colour, "line") for label, _, colour in models))
 
 
 def add_motion(section: Section, name: str, motion: Motion, first: str, last: str, noise_mm):
-    """Measured and modelled, by the models of these names; of stems with several heights moving."""
+    """Draws the measured motion and that of two models; animates stems with several heights."""
     colours = {first: FIRST, last: LAST}
     chosen = [(label, predicted, colours[label]) for label, predicted in motion.models
               if label in colours]
@@ -174,8 +174,8 @@ def _windows(where: dict, key: str, side: str):
 
 
 def amplitude_plots(wheres: list) -> list[Plot]:
-    """Frequency and decay against amplitude; wheres: (label, member `where`, colour), the last of
-    them gives the measured side."""
+    """Frequency and decay against amplitude; wheres: (label, member `where`, colour). The measured
+    values are those of the last one."""
     plots = []
     for key, label in (("frequency_hz", "frequency, Hz"), ("b1_per_cycle", "decay per cycle b1")):
         measured = _windows(wheres[-1][1], key, "measured")
@@ -191,10 +191,10 @@ def amplitude_plots(wheres: list) -> list[Plot]:
             modelled = _windows(where, key, "modelled")
             if modelled:
                 x, y, _ = (numbers(part) for part in zip(*modelled))
-                traces.append(line(x, y, plain(name), colour, mode="lines+markers",
+                traces.append(line(x, y, name, colour, mode="lines+markers",
                                    marker={"color": colour, "size": 4}))
         plots.append(Plot(f"amplitude-{key.replace('_', '-')}", label, f"{label} against amplitude, "
-                          "measured beside modelled.", traces,
+                          "measured and modelled.", traces,
                           layout(log_axis("amplitude, mm", amplitudes), axis(label), legend=False)))
     return plots
 
@@ -214,19 +214,19 @@ def amplitude_table(where: dict) -> str:
 
 
 def where_plots(wheres: list) -> list[Plot]:
-    """Along the stem and over frequency; wheres as in amplitude_plots."""
+    """Residuals along the stem and over frequency; wheres as in amplitude_plots."""
     heights, spectrum, banding = [], [], []
     for name, where, colour in wheres:
         groups = where["by_height"]
         heights.append(line(numbers([group["rms_over_noise"] for group in groups]),
-                            [group["height_mm"] for group in groups], plain(name), colour,
+                            [group["height_mm"] for group in groups], name, colour,
                             mode="lines+markers"))
         spectrum.append(line(where["spectrum"]["frequency_hz"],
-                             numbers(where["spectrum"]["power_over_noise"]), plain(name), colour,
+                             numbers(where["spectrum"]["power_over_noise"]), name, colour,
                              width=1.1))
         known = [height for height in where["banding"]["heights"] if height["modelled"]]
         banding.append(line([height["modelled"]["value"] for height in known],
-                            [height["height_mm"] for height in known], plain(name), colour))
+                            [height["height_mm"] for height in known], name, colour))
     known = [height for height in wheres[-1][1]["banding"]["heights"] if height["measured"]]
     measured = dots([height["measured"]["value"] for height in known],
                     [height["height_mm"] for height in known], "measured", BLACK, 7)
@@ -236,14 +236,14 @@ def where_plots(wheres: list) -> list[Plot]:
     modes = wheres[-1][1]["spectrum"]["mode_frequencies_hz"]
     return [Plot("by-height", "Residual along the stem", "Residual over noise against height.",
                  heights, layout(axis("residual / noise", rangemode="tozero"), axis("height, mm"),
-                                 legend=False, shapes=[level(1.0, along="x")])),
-            Plot("banding", "b1 along the stem", "Decay per cycle against height, measured beside "
+                                 legend=False, levels=[level(1.0, along="x")])),
+            Plot("banding", "b1 along the stem", "Decay per cycle against height, measured and "
                  "modelled.", [measured, *banding],
                  layout(axis("decay per cycle b1"), axis("height, mm"), legend=False)),
             Plot("spectrum", "Spectrum of the residuals", "Power of the residuals over that of the "
                  "noise against frequency; grey lines: the modes of the fitted chain.", spectrum,
                  layout(axis("frequency, Hz"), log_axis("power / noise", powers), legend=False,
-                        shapes=[level(mode, GREY, "solid", "x") for mode in modes]))]
+                        levels=[level(mode, GREY, "solid", "x") for mode in modes]))]
 
 
 def where_table(where: dict) -> str:
@@ -273,6 +273,6 @@ PARAMETER_COLUMNS = ["parameter", "value", "± (95 %)", "unit", ""]
 
 
 def unit_of(name: str, entry: dict) -> str:
-    """As the document states it, else of the names that always have it."""
+    """The unit stated in the document, or the fixed unit of a known name."""
     known = {"bond_youngs_modulus_pa": "Pa", "tip_deflection_m": "m", "release_time_s": "s"}
     return entry.get("unit") or known.get(name.split("@")[0], "")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What was measured: a tracked video, and Eq. 1 fitted to measured stems."""
+"""Measurements: a tracked video, and Eq. 1 fitted to measured stems."""
 from __future__ import annotations
 
 import base64
@@ -11,7 +11,7 @@ from command_results import (PUBLISHED_B1_PER_CYCLE, PUBLISHED_B2_HZ, FitResults
                              heights_of)
 from palette import BLACK, BLUE, GREEN, ORANGE, VERMILLION
 from report_page.drawing import axis, bars, dots, layout, level, line
-from report_page.markup import Plot, Section, facts, plain, provenance_rows, shown, table
+from report_page.markup import Plot, Section, facts, provenance_rows, shown, table
 from report_page.measured import map_plot
 
 LARGEST_PICTURE = 3_000_000  # bytes of a contact sheet that the page carries
@@ -49,7 +49,7 @@ def _rows(group: dict, prefix: str = "") -> list:
 
 
 def _add_contact_sheet(section: Section, file: Path):
-    """A picture of the folder itself: one that a symbolic link leads to may be anybody's."""
+    """Adds the picture unless it is a symbolic link, which may lead to any file of the machine."""
     if file.is_symlink() or not file.is_file() or file.stat().st_size > LARGEST_PICTURE:
         return
     picture = base64.b64encode(file.read_bytes()).decode("ascii")
@@ -105,8 +105,8 @@ def _add_population(section: Section, population: dict):
         plots.append(Plot(f"population-{name.replace('_', '-')}", label, f"Histogram of {label}.",
                           [bars(histogram["counts"], histogram["edges"], "stems"), published,
                            middle],
-                          layout(axis(label), axis("stems", dtick=max(1, most // 4)), bargap=0,
-                                 shapes=[level(entry["mean"], BLACK, "dash", "x")]), 280))
+                          layout(axis(label), axis("stems", whole=True),
+                                 levels=[level(entry["mean"], BLACK, "dash", "x")]), 280))
     section.add_plots(plots, "As in the paper's Fig. 5; dashed: the mean of these stems.")
 
 
@@ -117,7 +117,7 @@ def _add_banding(section: Section, stems: list):
         colour = STEM_COLOURS[place % len(STEM_COLOURS)]
         traces.append(dots([height["height_mm"] / stem["length_mm"] for height in heights],
                            [height["b1_per_cycle"]["value"] for height in heights],
-                           plain(stem["measurement"]), colour, 7,
+                           stem["measurement"], colour, 7,
                            STEM_SYMBOLS[place // len(STEM_COLOURS)], mode="lines+markers",
                            line={"color": colour, "width": 1}))
     caption = "As in the paper's Fig. 6a: does b1 depend on the height?"

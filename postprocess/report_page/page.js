@@ -4,28 +4,8 @@
   "use strict";
 
   const MISSING = -32768;
-  const options = {displayModeBar: "hover", displaylogo: false, showLink: false,
-    modeBarButtonsToRemove: ["sendDataToCloud", "select2d", "lasso2d", "autoScale2d",
-      "toggleSpikelines", "hoverClosestCartesian", "hoverCompareCartesian"]};
-  const isOld = Plotly.version.startsWith("1.");
-
   function content(element, kind) {
     return JSON.parse(element.querySelector("script." + kind).textContent);
-  }
-
-  // Titles are texts in plotly.js 1 and objects in later versions.
-  function withTitles(part) {
-    if (isOld || part === null || typeof part !== "object") return part;
-    for (const key of Object.keys(part)) {
-      if (key === "title" && typeof part[key] === "string") {
-        part[key] = {text: part[key]};
-        if (part.titleside) part[key].side = part.titleside;
-        delete part.titleside;
-      } else if (key !== "x" && key !== "y" && key !== "z") {
-        withTitles(part[key]);
-      }
-    }
-    return part;
   }
 
   function unpacked(packed) {
@@ -40,10 +20,9 @@
   function drawAll(done) {
     const waiting = Array.from(document.querySelectorAll(".drawing"));
     const next = () => {
-      const place = waiting.shift();
-      if (!place) return done();
-      const figure = withTitles(content(place.parentElement, "plot-data"));
-      Plotly.newPlot(place, figure.data, figure.layout, options);
+      const element = waiting.shift();
+      if (!element) return done();
+      element.figure = new Figures.Figure(element, content(element.parentElement, "plot-data"));
       setTimeout(next, 0); // the reader may scroll meanwhile
     };
     next();
@@ -51,21 +30,21 @@
 
   function startPicker(picker) {
     const data = content(picker, "picker-data");
-    const design = document.getElementById(data.design);
-    const history = document.getElementById(data.history);
+    const design = document.getElementById(data.design).figure;
+    const history = document.getElementById(data.history).figure;
     const select = picker.querySelector("select");
     const facts = picker.querySelector(".facts");
     const points = Object.keys(data.histories);
     const time = unpacked(data.time);
-    const places = new Map(); // point -> where the design shows it
+    const positions = new Map(); // point -> where the design shows it
     data.ids.forEach((ids, curve) => {
       const {x, y} = design.data[curve];
       ids.forEach((id, k) => Array.isArray(id)
-        ? id.forEach((cell, column) => places.set(String(cell), [x[column], y[k]]))
-        : places.set(String(id), [x[k], y[k]]));
+        ? id.forEach((cell, column) => positions.set(String(cell), [x[column], y[k]]))
+        : positions.set(String(id), [x[k], y[k]]));
     });
     const spans = [0, 1].map((axis) => {
-      const values = Array.from(places.values(), (place) => place[axis]);
+      const values = Array.from(positions.values(), (position) => position[axis]);
       return values.reduce((a, b) => Math.max(a, b)) - values.reduce((a, b) => Math.min(a, b)) || 1;
     });
     for (const point of points) select.add(new Option(point, point));
@@ -76,10 +55,10 @@
         : kept.b0 * Math.exp(1e-3 * kept.b1 * t) * Math.cos(2e-3 * Math.PI * kept.b2 * t));
       select.value = point;
       facts.textContent = data.facts[point];
-      Plotly.restyle(history, {x: [time, time], y: [unpacked(kept), fitted]}, [0, 1]);
-      const place = places.get(point);
-      Plotly.restyle(design, {x: [place ? [place[0]] : []], y: [place ? [place[1]] : []]},
-        [design.data.length - 1]);
+      history.update({0: {x: time, y: unpacked(kept)}, 1: {x: time, y: fitted}});
+      const position = positions.get(point);
+      design.update({[design.data.length - 1]: position
+        ? {x: [position[0]], y: [position[1]]} : {x: [], y: []}});
     }
 
     function step(by) {
@@ -90,24 +69,22 @@
     select.addEventListener("change", () => show(select.value));
     picker.querySelector(".previous").addEventListener("click", () => step(-1));
     picker.querySelector(".next").addEventListener("click", () => step(1));
-    design.on("plotly_click", (event) => {
-      const clicked = event.points[0];
-      const at = [].concat(clicked.pointNumber); // of a map: row and column
-      const id = at.reduce((part, k) => part === undefined ? part : part[k],
-        data.ids[clicked.curveNumber]);
+    design.clicked = ({curve, index}) => {
+      const id = [].concat(index).reduce((part, k) => part === undefined ? part : part[k],
+        data.ids[curve]); // of a map: row and column
       if (id === undefined || id < 0) return;
-      const place = places.get(String(id));
+      const position = positions.get(String(id));
       const distance = (point) => [0, 1].reduce((sum, axis) =>
-        sum + ((places.get(point)[axis] - place[axis]) / spans[axis]) ** 2, 0);
-      show(points.filter((point) => places.has(point))
+        sum + ((positions.get(point)[axis] - position[axis]) / spans[axis]) ** 2, 0);
+      show(points.filter((point) => positions.has(point))
         .reduce((best, point) => distance(point) < distance(best) ? point : best));
-    });
+    };
     show(points[0]);
   }
 
   function startAnimation(part) {
     const data = content(part, "animation-data");
-    const plot = document.getElementById(data.plot);
+    const plot = document.getElementById(data.plot).figure;
     const play = part.querySelector(".play");
     const moment = part.querySelector(".moment");
     const speed = part.querySelector(".speed");
@@ -124,8 +101,8 @@
       const row = (values) => values.slice(frame * rows, (frame + 1) * rows);
       moment.value = frame;
       facts.textContent = "t = " + time[frame].toFixed(1) + " ms";
-      Plotly.restyle(plot, {x: [[0].concat(row(models[model.value])), row(measured)],
-        y: [heights, data.heights]}, [0, 1]);
+      plot.update({0: {x: [0].concat(row(models[model.value])), y: heights},
+        1: {x: row(measured), y: data.heights}});
     }
 
     function advance(now) {
@@ -157,14 +134,14 @@
     show(0);
   }
 
-  function fit() {
-    document.querySelectorAll(".drawing").forEach((place) => Plotly.Plots.resize(place));
+  function drawAgain() {
+    document.querySelectorAll(".drawing").forEach((element) => element.figure.draw());
   }
 
   drawAll(() => {
     document.querySelectorAll(".picker").forEach(startPicker);
     document.querySelectorAll(".animation").forEach(startAnimation);
-    window.addEventListener("resize", fit);
+    window.addEventListener("resize", drawAgain);
     document.documentElement.dataset.ready = "true";
     performance.mark("culm-ready");
   });

@@ -9,14 +9,15 @@ from pathlib import Path
 from report_page.markup import Section, escaped
 
 HERE = Path(__file__).resolve().parent
+SCRIPTS = ("marks.js", "figures.js", "page.js")
 
 
 def policy_for(scripts: list[str]) -> str:
     """The browser refuses whatever would need a network, and every script but these, which it knows
-    by their hashes (CSP Level 2, section 4.2.5). Of the same files the page is the same, as it would
-    not be with a nonce. plotly.js writes styles, and functions for its drawings."""
+    by their hashes (CSP Level 2, section 4.2.5). A nonce would differ between two pages of the same
+    files."""
     hashes = " ".join(f"'sha256-{_sha256(script)}'" for script in scripts)
-    return (f"default-src 'none'; script-src {hashes} 'unsafe-eval'; "
+    return (f"default-src 'none'; script-src {hashes}; "
             "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'")
 
 
@@ -25,9 +26,9 @@ def _sha256(text: str) -> str:
 
 
 def page_of(name: str, sections: list[Section], library: str, library_version: str) -> str:
-    """The whole page; `library` is the source of plotly.js."""
+    """The whole page; `library` is the source of D3."""
     style = (HERE / "page.css").read_text(encoding="utf-8")
-    script = (HERE / "page.js").read_text(encoding="utf-8")
+    script = "".join((HERE / name).read_text(encoding="utf-8") for name in SCRIPTS)
     policy = policy_for([library, script])
     return f"""<!DOCTYPE html>
 <html lang="en">
@@ -49,8 +50,8 @@ def page_of(name: str, sections: list[Section], library: str, library_version: s
 <main id="content">
 {"".join(section.markup() for section in sections)}
 </main>
-<footer><p>Written by culm report; drawn by plotly.js {escaped(library_version)} (MIT), which this
-page carries within it. Every number comes from the files in the folder.</p></footer>
+<footer><p>Written by culm report; drawn with D3 {escaped(library_version)} (BSD-3-Clause), which
+this page contains. Every number comes from the files in the folder.</p></footer>
 <script>{library}</script>
 <script>{script}</script>
 </body>

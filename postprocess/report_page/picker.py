@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The points of a design to pick from, and the history of the one that is picked."""
+"""The points of a design, one of which can be picked, and the history of the picked point."""
 from __future__ import annotations
 
 import base64
@@ -9,9 +9,9 @@ import numpy as np
 from culm_archive import Study
 from design_map import SMALLEST_SHARE_OF_GRID
 from palette import BLACK, BLUE, GREY, ORANGE, number
-from report_page.drawing import (MOST_MARKERS, SEQUENTIAL, axis, chosen_rows, colour_bar, dots,
+from report_page.drawing import (MOST_MARKERS, SEQUENTIAL, axis, chosen_rows, dots,
                                  heat_map, layout, line)
-from report_page.markup import Plot, Section, data_script, escaped, plain, table
+from report_page.markup import Plot, Section, data_script, escaped, table
 from study_points import DAMPING_KEY, YOUNGS_MODULUS_KEY, StudyPoints, fit_window
 
 MOST_HISTORIES = 160
@@ -29,8 +29,8 @@ def packed(values: np.ndarray) -> dict:
 
 
 def kept_samples(time: np.ndarray, fastest_hz: float) -> np.ndarray:
-    """Indices of at most MOST_SAMPLES samples from the first on: every sample where they are few,
-    else thinned, but to no fewer than SAMPLES_PER_CYCLE, and cut off where that is too many."""
+    """Indices of at most MOST_SAMPLES samples from the first on. Many samples are thinned, but to
+    no fewer than SAMPLES_PER_CYCLE; samples beyond MOST_SAMPLES are then cut off."""
     spacing = float(np.median(np.diff(time)))
     thinnest = max(1, int(1.0 / (SAMPLES_PER_CYCLE * fastest_hz * spacing)))
     wanted = -(-time.size // MOST_SAMPLES)
@@ -45,7 +45,7 @@ def varying_factors(study: Study) -> list[str]:
 
 
 def add_picker(section: Section, study: Study, points: StudyPoints):
-    """The design as a drawing; with histories the point that is picked shows its own."""
+    """Draws the design; if the study stores histories, that of the picked point is shown."""
     names = (varying_factors(study) or list(study.factors) or [])[:2]
     if not names:
         return
@@ -97,7 +97,7 @@ def _design_plot(study: Study, points: StudyPoints, names: list[str]):
                                text=[f"point {point}: {status}" for point in which],
                                hoverinfo="x+y+text"))
             ids.append(which.tolist())
-    traces.append(dots([], [], "picked", "rgba(0,0,0,0)", 16, "circle"))
+    traces.append(dots([], [], "picked", "rgba(0,0,0,0)", 16, "circle", showlegend=False))
     traces[-1]["marker"]["line"] = {"color": BLACK, "width": 2}
     ids.append([])
     title = "The design: pick a point" if study.stores_tip else "The design"
@@ -112,12 +112,12 @@ def _markers(points: StudyPoints, horizontal, vertical):
                  text=[f"point {point}: b2 = {number(points.frequency[row])} Hz"
                        for point, row in zip(chosen, rows)], hoverinfo="x+y+text")
     trace["marker"] |= {"color": points.frequency[rows], "colorscale": SEQUENTIAL,
-                        "colorbar": colour_bar("b2, Hz")}
+                        "colorbar": "b2, Hz"}
     return [trace], [chosen.tolist()]
 
 
 def _cells(points: StudyPoints, horizontal, vertical):
-    """A large factorial design as a map with the ids of its cells; None if it is none."""
+    """A map of a large factorial design with the ids of its cells; None for any other design."""
     x, column = np.unique(horizontal[points.id], return_inverse=True)
     y, row = np.unique(vertical[points.id], return_inverse=True)
     if np.unique(row * x.size + column).size != points.id.size or (
@@ -141,11 +141,11 @@ def factor_name(name: str) -> str:
 
 def _axis_label(study: Study, name: str) -> str:
     unit = study.unit(name)
-    return plain(factor_name(name) if unit == "1" else f"{factor_name(name)}, {unit}")
+    return factor_name(name) if unit == "1" else f"{factor_name(name)}, {unit}"
 
 
 def _histories(study: Study, kept: np.ndarray, samples: np.ndarray):
-    """Of every kept point its tip in mm, and what was fitted to it."""
+    """The deflection of the tip in mm and the fit of Eq. 1 for every kept point."""
     time, window = study.time, fit_window(study)
     in_window = (time >= 0.0) & (time <= window)
     amplitude, rate, frequency = (study[name] for name in ("amplitude", "decay_rate", "frequency"))
@@ -159,7 +159,7 @@ def _histories(study: Study, kept: np.ndarray, samples: np.ndarray):
         given = ", ".join(f"{name} = {number(values[point])}"
                           for name, values in study.factors.items())
         facts[point] = (f"{given}: b2 = {number(frequency[point])} Hz, b1 = "
-                        f"{number(per_cycle[point])} per cycle; Eq. 1 leaves "
+                        f"{number(per_cycle[point])} per cycle; residual of Eq. 1 "
                         f"{number(100.0 * rms[point], 2)} % (rms)")
     return histories, facts
 
@@ -170,13 +170,13 @@ def _design_caption(study: Study, ids: list) -> str:
 
 
 def _history_caption(study: Study, kept, samples, points: StudyPoints) -> str:
-    text = " Click a point, or choose it by the control above; the arrows go through all of them."
+    text = " Click a point, or choose it by the control above; the arrows step through all of them."
     if kept.size < points.id.size:
         text += (f" The histories of {kept.size} of {points.id.size} points are on this page, "
                  "evenly spread; a click shows the nearest of them.")
     step = samples[1] - samples[0] if samples.size > 1 else 1
     if step > 1:
-        text += f" Of the samples every {step}th is shown."
+        text += f" One of every {step} samples is shown."
     if samples[-1] + step < study.time.size:
         text += f" The first {number(1e3 * study.time[samples[-1]], 3)} ms are shown."
     return text

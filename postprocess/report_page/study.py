@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A study of vibrations: its laws, where they hold, its points with their histories, its cost."""
+"""A study of vibrations: its laws, their validity, its points with their histories, its cost."""
 from __future__ import annotations
 
 from collections import Counter
@@ -9,9 +9,9 @@ import numpy as np
 from culm_archive import Study, StudyError
 from design_map import decay_per_damping, frequency_deviation_percent, grid_of, map_obstacle
 from palette import BLACK, BLUE, ORANGE, VERMILLION, number
-from report_page.drawing import (SEQUENTIAL, axis, bars, chosen_rows, colour_bar, dots, heat_map,
+from report_page.drawing import (SEQUENTIAL, axis, bars, chosen_rows, dots, heat_map,
                                  histogram_of, layout, level, line, outline)
-from report_page.markup import Plot, Section, escaped, facts, folded, plain, shown, table
+from report_page.markup import Plot, Section, escaped, facts, folded, shown, table
 from report_page.picker import add_picker, factor_name
 from report_page.timestep import add_timestep
 from study_laws import (PUBLISHED_DAMPING, PUBLISHED_YOUNGS_MODULUS, Law, StudyLaw,
@@ -19,7 +19,7 @@ from study_laws import (PUBLISHED_DAMPING, PUBLISHED_YOUNGS_MODULUS, Law, StudyL
 from study_points import StudyPoints, conditions, fitted_points
 from timestep_results import is_timestep_study
 
-# Result columns that say what a point cost, the same whichever machine computed it.
+# Result columns that state the cost of a point, independently of the machine that computed it.
 COST_COLUMNS = (("rhs_evaluations", "evaluations of the right-hand side"),
                 ("steps", "steps of the integrator"),
                 ("jacobian_evaluations", "evaluations of the Jacobian"),
@@ -105,13 +105,13 @@ def _law_sentence(study: Study, response: _Response) -> str:
 
 
 def _point_text(points: StudyPoints, row: int) -> str:
-    return (f"point {points.id[row]}<br>Y = {number(1e-9 * points.youngs_modulus[row])} GPa, "
-            f"β = {number(points.damping[row])}<br>b2 = {number(points.frequency[row])} Hz, "
+    return (f"point {points.id[row]}\nY = {number(1e-9 * points.youngs_modulus[row])} GPa, "
+            f"β = {number(points.damping[row])}\nb2 = {number(points.frequency[row])} Hz, "
             f"b1 = {number(points.decay_per_cycle[row])} per cycle")
 
 
 def _regression_plot(response: _Response, found: StudyLaw | str, ids, texts) -> Plot:
-    """Above the laws, below what the fitted one leaves."""
+    """The laws in the upper panel, the residuals of the fitted law in the lower one."""
     leaves = (np.zeros(response.values.size) if isinstance(found, str)
               else found.law.residuals_percent(response.predictor, response.values))
     rows = chosen_rows(np.abs(leaves))
@@ -119,15 +119,15 @@ def _regression_plot(response: _Response, found: StudyLaw | str, ids, texts) -> 
                  text=[texts[row] for row in rows], hoverinfo="text", showlegend=False)
     if np.ptp(response.other) > 0.0:
         cloud["marker"] |= {"color": response.other[rows], "colorscale": SEQUENTIAL,
-                            "colorbar": colour_bar(response.other_label)}
+                            "colorbar": response.other_label}
     ends = np.array([response.predictor.min(), response.predictor.max()])
     traces = [cloud]
     if isinstance(found, StudyLaw):
         traces.append(line(ends, found.law(ends), "this study", BLACK, hoverinfo="skip"))
     traces.append(line(ends, response.published(ends), f"published, {response.equation}",
                        VERMILLION, "dash", hoverinfo="skip"))
-    look = layout(axis(response.predictor_label, anchor="y2"),
-                  axis(response.label, domain=[0.36, 1], exponentformat="none"), 78)
+    look = layout(axis(response.predictor_label),
+                  axis(response.label, domain=[0.36, 1]))
     if isinstance(found, StudyLaw):
         traces.append(dots(response.predictor[rows], leaves[rows], "residual", BLUE, 4,
                            yaxis="y2", text=[f"point {point}" for point in ids[rows]],
@@ -185,10 +185,10 @@ def _add_residual_histograms(section: Section, study: Study, responses):
         plots.append(Plot(f"residuals-{response.key}", f"Residuals of {response.symbol}",
                           f"Histogram of the residuals of {response.symbol}.", traces,
                           layout(axis(f"residual of {response.symbol}, % of the largest value"),
-                                 axis("points"), bargap=0), 280))
+                                 axis("points", whole=True)), 280))
     if plots:
-        section.add_plots(plots, "Residuals as in the paper's Fig. 8. A published law is left out "
-                                 "where it is one of other stems.")
+        section.add_plots(plots, "Residuals as in the paper's Fig. 8. A published law is not drawn "
+                                 "if it is for other stems.")
 
 
 def _add_maps(section: Section, study: Study, points: StudyPoints):
@@ -206,19 +206,19 @@ def _add_maps(section: Section, study: Study, points: StudyPoints):
             trace = dots(1e-9 * points.youngs_modulus[rows], points.damping[rows], title, BLUE, 7,
                          text=[number(value) for value in values[rows]], hoverinfo="x+y+text")
             trace["marker"] |= {"color": values[rows], "colorscale": SEQUENTIAL,
-                                "colorbar": colour_bar("")}
+                                "colorbar": ""}
         else:
             moduli, dampings, cells = grid
             trace = heat_map(1e-9 * moduli, dampings, cells, "")
         plots.append(Plot(f"map-{name}", title, f"Map of {title} over Y and β.", [trace],
                           layout(axis("bond Young's modulus Y, GPa"), axis("bond damping β"),
                                  legend=False)))
-    section.add_plots(plots, "Where the stem is one lightly damped mode both maps are flat; where "
-                             "they are not, Eqs. 12 and 13 bend.")
+    section.add_plots(plots, "Both maps are flat where the motion is one lightly damped mode; "
+                             "where they are not flat, Eqs. 12 and 13 are not linear.")
 
 
 def add_population(section: Section, study: Study):
-    """Histograms of what was drawn and of what came out, for studies with many levels."""
+    """Histograms of random factors and of the results, for studies with many levels."""
     done = study.is_completed
     drawn = {name: values[done] for name, values in study.factors.items()
              if np.unique(values).size >= FEWEST_LEVELS}
@@ -229,7 +229,7 @@ def add_population(section: Section, study: Study):
     columns += [(name, label, study[name][done]) for name, label in came_out.items()]
     for name, label, values in columns:
         unit = study.unit(name)
-        title = plain(label if unit == "1" or "per cycle" in label else f"{label}, {unit}")
+        title = label if unit == "1" or "per cycle" in label else f"{label}, {unit}"
         counts, edges = histogram_of(values)
         known = values[np.isfinite(values)]
         low, median, high = np.quantile(known, [0.05, 0.5, 0.95])
@@ -237,12 +237,12 @@ def add_population(section: Section, study: Study):
                      float(median), float(high)])
         plots.append(Plot(f"population-{len(plots)}", "", f"Histogram of {label}.",
                           [bars(counts, edges)],
-                          layout(axis(title), axis("stems"), legend=False, bargap=0,
-                                 shapes=[level(float(median), VERMILLION, "dash", "x")]), 240))
+                          layout(axis(title), axis("stems", whole=True), legend=False,
+                                 levels=[level(float(median), VERMILLION, "dash", "x")]), 240))
     if not plots:
         return
     section.heading("The population")
-    section.add_plots(plots, f"Of the {int(done.sum())} completed stems; dashed: the median.",
+    section.add_plots(plots, f"{int(done.sum())} completed stems; dashed: the median.",
                       table(["quantity", "unit", "mean", "sd", "5 %", "median", "95 %"], rows))
 
 
@@ -263,7 +263,7 @@ def add_sensitivity(section: Section, study: Study):
             values = [100.0 * index[member]["value"] for index in entry["indices"]]
             ends = [index[member]["interval"] for index in entry["indices"]]
             trace = {"type": "bar", "orientation": "h", "name": title, "x": values,
-                     "y": [plain(group) for group in groups], "marker": {"color": colour},
+                     "y": [group for group in groups], "marker": {"color": colour},
                      "hoverinfo": "x+y",
                      "error_x": {"type": "data", "symmetric": False, "thickness": 1,
                                  "array": [100.0 * high - v for (_, high), v in zip(ends, values)],
@@ -276,11 +276,10 @@ def add_sensitivity(section: Section, study: Study):
         plots.append(Plot(f"sensitivity-{name.replace('_', '-')}", f"Where the scatter of {label} "
                           "comes from", f"Share of the variance of {label} by factor.", traces,
                           layout(axis("share of the variance, %", rangemode="tozero"),
-                                 axis(type="category", autorange="reversed"),
-                                 24 + 7 * max(map(len, groups)), barmode="group"),
+                                 axis(type="category", autorange="reversed")),
                           130 + 44 * len(groups)))
     if plots:
-        section.heading("Which factor makes the scatter")
+        section.heading("Contributions of the factors to the scatter")
         section.add_plots(plots, f"Sobol indices by {found.get('method', 'the study')}; bars: 95 %.",
                           table(["of", "factor", "", "share", "95 %"], rows))
 
@@ -308,7 +307,7 @@ def completion_sentence(study: Study) -> str:
 
 
 def add_failures(section: Section, study: Study):
-    """The failed points with their reasons, nothing if there is none."""
+    """Lists the failed points with their reasons; adds nothing if no point failed."""
     failures = study.failures
     if not failures:
         return
@@ -335,7 +334,7 @@ def _summary(study: Study) -> dict:
 
 
 def add_cost(section: Section, study: Study):
-    """Wall time of the run and what each point cost."""
+    """Wall time of the run and cost of each point."""
     summary = _summary(study)
     section.heading("Cost")
     rows = [["wall time of the run that completed it, s", summary.get("wall_s")],
@@ -354,14 +353,14 @@ def add_cost(section: Section, study: Study):
         if np.ptp(values) > 0.0:
             plots.append(Plot(f"cost-{name}", "", f"Histogram of the {label} of a point.",
                               [bars(*histogram_of(values), colour=ORANGE)],
-                              layout(axis(label), axis("points"), legend=False, bargap=0), 230))
+                              layout(axis(label), axis("points", whole=True), legend=False), 230))
     if plots:
-        section.add_plots(plots, "What a point cost, whichever machine computed it.")
+        section.add_plots(plots, "The cost of a point, which does not depend on the machine.")
     section.add(facts(rows))
 
 
 def add_provenance(section: Section, study: Study):
-    """How the study came about, with its configuration as it was written."""
+    """The provenance of the study, with its configuration as it was written."""
     entries = study.provenance
     config = entries.pop("config", "")
     section.heading("Provenance")

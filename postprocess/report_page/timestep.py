@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A time-step study: how large explicit steps may be, and what they do to b1 and b2."""
+"""A time-step study: the largest stable explicit steps, and the errors of b1 and b2 below them."""
 from __future__ import annotations
 
 import numpy as np
@@ -25,18 +25,18 @@ def add_timestep(section: Section, study: Study):
     texts = [f"Y = {number(y)} GPa, β = {number(b)}: Δt = {number(dt, 3)} s"
              for y, b, dt in zip(moduli, limits.damping, limits.bisected)]
     plots = [_map_plot(moduli, limits), _over_bond_time(limits, texts), _ratios(limits, texts)]
-    section.add_plots(plots, "The limit of velocity Verlet by bisection of real runs, beside that of "
-                             "the linearised chain and the authors' rule.",
+    section.add_plots(plots, "The limit of velocity Verlet by bisection of real runs, compared "
+                             "with the linearised chain and the authors' rule.",
                       _limits_table(study, moduli, limits),
                       (("bisected", BLUE, "dots"), ("linearised chain", BLACK, "dots"),
                        ("authors' rule", VERMILLION, "dots")))
     errors = errors_of(study, limits)
     if errors is not None:
-        section.heading("What a step below the limit does to b1 and b2")
+        section.heading("Errors of b1 and b2 for steps below the limit")
         section.add_plots([_error_plot(errors, "decay", "b1 per cycle"),
                            _error_plot(errors, "frequency", "b2")],
-                          "Relative errors against the value extrapolated to step zero; crosses: as "
-                          "the linearised first mode predicts them.")
+                          "Relative errors against the value extrapolated to step zero; crosses: "
+                          "prediction by the linearised first mode.")
 
 
 def _sentences(study: Study, limits: Limits) -> list[str]:
@@ -44,7 +44,7 @@ def _sentences(study: Study, limits: Limits) -> list[str]:
     ratio, rule = limits.bisected / limits.linearised, limits.rule / limits.bisected
     found = [f"The largest stable explicit step lies between {shown(float(low), 3)} s and "
              f"{shown(float(high), 3)} s over this design.",
-             f"The linearised chain foretells it: bisected over linearised {number(ratio.min())} to "
+             f"The linearised chain predicts it: bisected over linearised {number(ratio.min())} to "
              f"{number(ratio.max())}. The authors' rule gives {number(100 * rule.min(), 3)} to "
              f"{number(100 * rule.max(), 3)} % of it" +
              (", on the safe side." if rule.max() <= 1.0 else ": in places TOO LARGE.")]
@@ -69,7 +69,7 @@ def _map_plot(moduli, limits: Limits) -> Plot:
 
 
 def _shown_damping(damping: np.ndarray) -> np.ndarray:
-    """On a logarithmic axis undamped stems stand at half of the smallest positive damping."""
+    """Puts undamped stems at half of the smallest positive damping, for a logarithmic axis."""
     positive = damping[damping > 0.0]
     return np.where(damping > 0.0, damping, 0.5 * (positive.min() if positive.size else 1.0))
 
@@ -103,7 +103,7 @@ def _ratios(limits: Limits, texts: list[str]) -> Plot:
     return Plot("limit-ratio", "Predictions over the bisected limit", "Both predictions over the "
                 "bisected limit, against the damping.", traces,
                 layout(log_axis(_damping_label(limits.damping), x), axis("predicted / bisected"),
-                       legend=False, shapes=[level(1.0)]))
+                       legend=False, levels=[level(1.0)]))
 
 
 def _error_plot(errors: Errors, quantity: str, label: str) -> Plot:
@@ -117,8 +117,7 @@ def _error_plot(errors: Errors, quantity: str, label: str) -> Plot:
                 "step over its limit.", traces,
                 layout(log_axis("Δt / linearised limit", errors.fractions[known]),
                        log_axis(f"|relative error| of {label}",
-                                np.concatenate([measured[known], predicted[predicted > 0.0]])),
-                       left=82))
+                                np.concatenate([measured[known], predicted[predicted > 0.0]]))))
 
 
 def _limits_table(study: Study, moduli, limits: Limits) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""culm report: hands over to its Python program and gives its answer back."""
+"""culm report: calls its Python program and returns its exit code."""
 
 import os
 import subprocess
@@ -11,7 +11,7 @@ from culm_program import BAD_INPUT, DONE, PATIENCE, PROGRAM, QUICK, CulmTest
 PYTHON = "/usr/bin/python3"
 ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT / "tests" / "data"
-LIBRARY = "/** plotly.js v1.31.2 */ window.Plotly = {};"
+LIBRARY = '!function(){var d3={version:"3.5.17"};this.d3=d3}();'
 
 
 def lacks_modules() -> bool:
@@ -26,10 +26,10 @@ class Report(CulmTest):
 
     def setUp(self):
         super().setUp()
-        self.write("plotly.min.js", LIBRARY)
+        self.write("d3.min.js", LIBRARY)
 
     @unittest.skipIf(lacks_modules(), "h5py or numpy is not installed")
-    def test_of_what_the_commands_leave_is_one_page(self):
+    def test_is_one_page_with_the_results_of_all_commands(self):
         self.write("quick.toml", QUICK)
         recording = str(DATA / "hidden-effect" / "T2-quadratic_drag")
         stem = str(DATA / "measurements" / "T1-null")
@@ -40,7 +40,7 @@ class Report(CulmTest):
                           ("diagnose", recording, "--candidates", "quadratic_drag,taper", "-q",
                            "-o", "all/diagnosis")):
             self.assert_exit(self.culm(*arguments), DONE)
-        finished = self.report("all", "-o", "page.html", "--plotly-js", "plotly.min.js")
+        finished = self.report("all", "-o", "page.html", "--d3-js", "d3.min.js")
         self.assert_exit(finished, DONE)
         self.assertEqual((finished.stdout, finished.stderr), ("page.html\n", ""))
         page = (self.folder / "page.html").read_text(encoding="utf-8")
@@ -52,17 +52,17 @@ class Report(CulmTest):
             self.assertIn(f'<section id="{key}"', page)
 
     @unittest.skipIf(lacks_modules(), "h5py or numpy is not installed")
-    def test_goes_beside_the_results_by_default_whatever_the_name(self):
+    def test_is_written_to_the_folder_of_results_whatever_its_name(self):
         self.write("quick.toml", QUICK)
         self.assert_exit(self.culm("run", "quick.toml", "-o", "-a folder; $(touch x)", "-q"), DONE)
-        finished = self.report("--plotly-js", "plotly.min.js", "--", "-a folder; $(touch x)")
+        finished = self.report("--d3-js", "d3.min.js", "--", "-a folder; $(touch x)")
         self.assert_exit(finished, DONE)
         self.assertTrue((self.folder / "-a folder; $(touch x)" / "report.html").is_file())
         self.assertFalse((self.folder / "x").exists())
 
     @unittest.skipIf(lacks_modules(), "h5py or numpy is not installed")
     def test_refuses_a_folder_without_results(self):
-        finished = self.report(".", "--plotly-js", "plotly.min.js")
+        finished = self.report(".", "--d3-js", "d3.min.js")
         self.assertEqual(finished.returncode, BAD_INPUT)
         self.assertRegex(finished.stderr, r"^culm report: \. holds no results: .*\n$")
 

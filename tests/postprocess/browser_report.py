@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The page of `culm report` in headless Chromium: no errors, figures with data, working controls.
 
-Exits with 77 where Chromium, its driver, selenium or plotly.js is missing. Prints how long pages
-take until everything is drawn; that is a measurement and not a condition.
+Exits with 77 if Chromium, its driver, selenium or D3 is missing. Prints the time until a page is
+drawn; this time has no limit.
 """
 import contextlib
 import importlib.util
@@ -18,21 +18,21 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parents[1] / "postprocess")]
 SKIPPED = 77
-PATIENCE = 120  # seconds after which a page hangs
+PATIENCE = 120  # seconds after which a page is taken to hang
 BROWSER_OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
                    "--window-size=1250,900")
 
 
 def obstacle() -> str:
-    """Why there is nothing to test with; empty if there is."""
+    """The reason why the page cannot be tested; empty if it can."""
     modules = [name for name in ("h5py", "numpy", "selenium")
                if importlib.util.find_spec(name) is None]
     programs = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None]
     if modules or programs:
         return f"{', '.join(modules + programs)} is not installed"
-    from report_page.library import LibraryMissing, plotly_js
+    from report_page.library import LibraryMissing, d3_js
     try:
-        plotly_js()
+        d3_js()
     except LibraryMissing as error:
         return str(error)
     return ""
@@ -99,7 +99,7 @@ class BrowserTest(unittest.TestCase):
         return self.browser.find_element(By.CSS_SELECTOR, selector)
 
     def point_at(self, selector: str, right: int, down: int, clicks: bool = False):
-        """The mouse on a place of a drawing, from its middle."""
+        """Moves the mouse to a position in a drawing, relative to its centre."""
         from selenium.webdriver.common.action_chains import ActionChains
         element = self.find(selector)
         self.ask("arguments[0].scrollIntoView({block: 'center'})", element)
@@ -118,13 +118,45 @@ class APageOfEverything(BrowserTest):
         write_everything(folder)
 
     def test_draws_every_figure_with_data(self):
-        counts = self.ask("""Array.from(document.querySelectorAll('.drawing'), (place) =>
-            [place.id, place.querySelectorAll('svg.main-svg').length,
-             place.querySelectorAll('.trace, .hm image, .bars .point').length])""")
+        counts = self.ask("""Array.from(document.querySelectorAll('.drawing'), (drawing) => {
+            const canvas = drawing.querySelector('canvas');
+            const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+            let coloured = 0; // pixels that are neither empty nor grey: marks, not axes
+            for (let k = 0; k < data.length; k += 4)
+                coloured += data[k + 3] > 0 && (data[k] !== data[k + 1] || data[k] < 100);
+            return [drawing.id, drawing.querySelectorAll('svg text').length, coloured];
+        })""")
         self.assertGreater(len(counts), 25)
-        for name, drawings, marks in counts:
-            self.assertGreater(drawings, 0, name)
-            self.assertGreater(marks, 0, name)
+        for name, labels, coloured in counts:
+            self.assertGreater(labels, 2, name)
+            self.assertGreater(coloured, 40, name)
+
+    def test_zooms_by_dragging_and_back_by_double_click(self):
+        from selenium.webdriver.common.action_chains import ActionChains
+        svg = self.find("#study-design svg")
+        view = "document.getElementById('study-design').figure.x.view"
+        self.ask("arguments[0].scrollIntoView({block: 'center'})", svg)
+        whole = self.ask(view)
+        (ActionChains(self.browser).move_to_element_with_offset(svg, -40, -40).click_and_hold()
+         .move_by_offset(80, 60).release().perform())
+        low, high = self.ask(view)
+        self.assertGreater(low, whole[0])
+        self.assertLess(high, whole[1])
+        ActionChains(self.browser).double_click(svg).perform()
+        self.assertEqual(self.ask(view), whole)
+        self.ask("document.querySelector('#study-design .tools button').click()")
+        self.assertLess(self.ask(f"{view}[1]"), whole[1])
+        self.ask("document.querySelector('#study-design .tools button:last-child').click()")
+        self.assertEqual(self.ask(view), whole)
+
+    def test_legend_hides_a_trace(self):
+        button = self.find("#study-residuals-bond_damping .traces button")
+        hidden = "document.getElementById('study-residuals-bond_damping').figure.marks[0].hidden"
+        button.click()
+        self.assertTrue(self.ask(hidden))
+        self.assertEqual(button.get_attribute("aria-pressed"), "false")
+        button.click()
+        self.assertFalse(self.ask(hidden))
 
     def test_runs_nothing_that_files_say(self):
         self.assertIsNone(self.ask("window.injected"))
@@ -133,18 +165,17 @@ class APageOfEverything(BrowserTest):
     def test_loads_nothing(self):
         self.assertEqual(self.ask("performance.getEntriesByType('resource').length"), 0)
 
-    def test_tells_on_hover_what_a_point_is(self):
+    def test_describes_a_point_on_hover(self):
         place = self.ask("""(() => {
             const drawing = document.getElementById('study-regression-bond_damping');
             drawing.scrollIntoView({block: 'center'});
             const box = drawing.getBoundingClientRect();
-            const mark = drawing.querySelector('.points path').getBoundingClientRect();
-            return [(mark.left + mark.right - box.left - box.right) / 2,
-                    (mark.top + mark.bottom - box.top - box.bottom) / 2];
+            const [x, y] = drawing.figure.pixelOf(0, 0);
+            return [x - (box.left + box.right) / 2, y - (box.top + box.bottom) / 2];
         })()""")
         self.point_at("#study-regression-bond_damping", *map(round, place))
-        self.wait("document.querySelector('#study-regression-bond_damping .hovertext') !== null")
-        text = self.find("#study-regression-bond_damping .hoverlayer").text
+        self.wait("document.querySelector('#study-regression-bond_damping .ring') !== null")
+        text = self.find("#study-regression-bond_damping .hint").text
         self.assertRegex(text, r"point \d+")
         self.assertIn("GPa", text)
 
@@ -155,18 +186,15 @@ class APageOfEverything(BrowserTest):
             const drawing = document.getElementById('study-design');
             drawing.scrollIntoView({block: 'center'});
             const box = drawing.getBoundingClientRect();
-            const marks = drawing.querySelectorAll('.scatterlayer .trace')[0]
-                .querySelectorAll('.points path');
-            const mark = marks[marks.length - 1].getBoundingClientRect();
-            return [(mark.left + mark.right - box.left - box.right) / 2,
-                    (mark.top + mark.bottom - box.top - box.bottom) / 2];
+            const [x, y] = drawing.figure.pixelOf(0, drawing.figure.data[0].x.length - 1);
+            return [x - (box.left + box.right) / 2, y - (box.top + box.bottom) / 2];
         })()""")
-        before = self.ask("document.getElementById('study-history').data[0].y.slice(0, 40)")
+        before = self.ask("document.getElementById('study-history').figure.data[0].y.slice(0, 40)")
         self.point_at("#study-design", *map(round, place), clicks=True)
         self.wait("document.querySelector('.picker select').value === '11'")
         self.assertIn("bond_damping = 200", facts.text)
         self.assertNotEqual(
-            before, self.ask("document.getElementById('study-history').data[0].y.slice(0, 40)"))
+            before, self.ask("document.getElementById('study-history').figure.data[0].y.slice(0, 40)"))
         self.find(".picker .next").click()
         self.assertEqual(self.ask("document.querySelector('.picker select').value"), "0")
         self.find(".picker .previous").click()
@@ -177,13 +205,13 @@ class APageOfEverything(BrowserTest):
 
     def test_history_is_near_its_fit(self):
         simulated, fitted = self.ask(
-            "document.getElementById('study-history').data.map((trace) => trace.y)")
-        # The synthetic tips follow Eq. 1 but for the rounding to 16 bits of 15 mm.
+            "document.getElementById('study-history').figure.data.map((trace) => trace.y)")
+        # The synthetic tips follow Eq. 1 except for the rounding of 15 mm to 16 bits.
         for a, b in zip(simulated, fitted):
             self.assertAlmostEqual(a, b, delta=0.01)
 
     def test_moves_the_stem_by_slider_and_by_play(self):
-        drawing = "document.getElementById('comparison-stem-all')"
+        drawing = "document.getElementById('comparison-stem-all').figure"
         self.ask("(() => { const s = document.querySelector('#comparison .moment'); s.value = 30;"
                  "s.dispatchEvent(new Event('input')); })()")
         self.assertIn("t = 145.0 ms", self.find("#comparison .animation .facts").text)
@@ -229,8 +257,8 @@ class TenThousandPoints(BrowserTest):
 
     def test_can_all_be_hovered_and_clicked(self):
         self.point_at("#study-design", 0, 0)
-        self.wait("document.querySelector('#study-design .hovertext') !== null")
-        self.assertIn("z:", self.find("#study-design .hoverlayer").text)
+        self.wait("document.querySelector('#study-design .hint').style.display === 'block'")
+        self.assertIn("value:", self.find("#study-design .hint").text)
         before = self.find(".picker .facts").text
         self.point_at("#study-design", 0, 0, clicks=True)
         self.wait("document.querySelector('.picker select').value !== '0'")

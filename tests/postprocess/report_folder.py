@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Folders of results for the tests of the report, and what a page holds, read back."""
+"""Folders of results for the tests of the report, and a parser for the content of a page."""
 import base64
 import json
 from html.parser import HTMLParser
@@ -20,7 +20,7 @@ class NastyStudy(Synthetic):
 
 
 def write_everything(folder: Path) -> Path:
-    """A folder of a study, a calibration, a comparison and a diagnosis, each in one of its own."""
+    """Writes a study, a calibration, a comparison and a diagnosis, each into a separate folder."""
     for name in ("study", "calibration", "comparison", "diagnosis"):
         (folder / name).mkdir(parents=True)
     NastyStudy().write(folder / "study")
@@ -32,7 +32,7 @@ def write_everything(folder: Path) -> Path:
 
 
 def unpacked(packed: dict) -> np.ndarray:
-    """What the page packs into 16 bits; NaN where it says that there is none."""
+    """The numbers that the page packs into 16 bits; NaN for its code of a missing number."""
     values = np.frombuffer(base64.b64decode(packed["values"]), "<i2").astype(float)
     return np.where(values == -32768, np.nan, values * packed["scale"])
 

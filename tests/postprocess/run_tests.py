@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs the tests of postprocess/; exits with 77 where h5py, numpy or matplotlib is missing."""
+"""Runs the tests of postprocess/; exits with 77 if h5py, numpy or matplotlib is missing."""
 import importlib.util
 import sys
 import unittest

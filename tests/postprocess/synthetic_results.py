@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Small results of every command but culm run, as their schemas in docs/schemas want them."""
+"""Small results of every command except culm run, valid by their schemas in docs/schemas."""
 import json
 from pathlib import Path
 
@@ -31,7 +31,7 @@ PREDICTED = {"baseline": motion(9.0), "baseline + quadratic_drag": motion(12.0, 
 
 
 def rows(values):
-    """Numbers as JSON has them."""
+    """Numbers as written in JSON."""
     return [[None if np.isnan(value) else round(float(value), 6) for value in row]
             for row in values]
 
@@ -210,7 +210,7 @@ def diagnosis(name="T2", verdict="effect"):
 
 
 def uncertainty_budget():
-    """Half of each variance by the length, half by the noise."""
+    """A budget in which length and noise each contribute half of every variance."""
     known = {key: estimate(*pair) for key, pair in PARAMETERS.items()}
     half = {key: 0.5**0.5 * each["stderr"] for key, each in known.items()}
     return {"inputs": [{"name": "length", "unit": "m", "value": 0.156,
@@ -220,7 +220,7 @@ def uncertainty_budget():
                         "shares": dict.fromkeys(known, 0.5)}],
             "readings": {"standard_uncertainties": half, "shares": dict.fromkeys(known, 0.5)},
             "combined": {key: each["stderr"] for key, each in known.items()},
-            "sentences": ["No uncertainty is stated for length: that of a careful laboratory counts."]}
+            "sentences": ["No uncertainty is stated for length: the default is used."]}
 
 
 def calibrated(name, adequate=True):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A small study whose tips follow Eq. 1 exactly, laid out as docs/archive-format.md says."""
+"""A small study whose tips follow Eq. 1 exactly, in the layout of docs/archive-format.md."""
 import json
 import zlib
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ SPHERES = 4
 class Synthetic:
     """The factorial design of some dampings (slow) and moduli (fast), and its exact answers.
 
-    √Y = 570 b2 + 100 and β = −260 b1 + 3 hold but for a small bend, so that residuals are not zero.
+    √Y = 570 b2 + 100 and β = −260 b1 + 3, except for a small curvature that causes residuals.
     """
 
     dampings: tuple = (25.0, 100.0, 150.0, 200.0)
@@ -61,7 +61,7 @@ class Synthetic:
         return self.tip(point)[:, None] * (HEIGHTS / 0.15) ** 2
 
     def positions(self, point):
-        """(S, N, 3), m: straight but for the last sphere."""
+        """(S, N, 3), m: straight except for the last sphere."""
         positions = np.zeros((SAMPLES, SPHERES, 3))
         positions[:, :, 0] = 0.05 * np.arange(SPHERES)
         positions[:, -1, 1] = self.tip(point)
@@ -91,18 +91,18 @@ class Synthetic:
         return given | self.extra_factors
 
     def provenance(self):
-        """Entries of /provenance but for the configuration."""
+        """Entries of /provenance except the configuration."""
         return {"compiler": "GNU 12.2"}
 
     def write(self, folder):
-        """study.h5 and summary.json in the folder."""
+        """Writes study.h5 and summary.json to the folder."""
         folder = Path(folder)
         write_archive(folder / "study.h5", self)
         write_summary(folder, self.summary())
         return folder
 
     def summary(self):
-        """As `culm reduce` writes it; the laws are least-squares lines."""
+        """The summary in the format of `culm reduce`; the laws are least-squares lines."""
         rows = self.is_completed
         root = np.sqrt(1e9 * self.modulus_gpa[rows])
         failed = [] if self.failed_point is None else [self.failed_point]
@@ -123,7 +123,7 @@ class Synthetic:
 
 def law_entry(predictor_name, predictor, response):
     if response.size < 3 or np.ptp(response) == 0.0:
-        return {"reason": "the points do not tell a law."}
+        return {"reason": "the points do not determine a law."}
     slope, intercept = np.polyfit(predictor, response, 1)
     residuals = response - intercept - slope * predictor
     percent = 100.0 * residuals / np.abs(response).max()
@@ -147,7 +147,7 @@ def write_summary(folder, summary):
 
 
 def add(group, name, values, unit, chunk=None, compressed=True):
-    """A dataset as the format wants it: chunked, with a checksum, with a unit."""
+    """Adds a dataset that follows the format: chunked, with a checksum and a unit."""
     options = {"shuffle": True, "compression": "gzip", "compression_opts": 1} if compressed else {}
     dataset = group.create_dataset(
         name, data=values, chunks=chunk or values.shape, fletcher32=True, **options

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The motion figure holds the numbers of the prediction table: checked on matplotlib's objects."""
+"""The motion figure shows the numbers of the prediction table; checked on matplotlib's objects."""
 import contextlib
 import io
 import json
@@ -31,7 +31,7 @@ class CalibrationFigure(unittest.TestCase):
         (self.folder / "calibration.json").write_text(
             json.dumps({"format": "culm-calibration", "version": 1, "stems": stems}), "utf-8")
 
-    def test_shows_the_row_that_moves_most_and_what_is_left(self):
+    def test_shows_the_row_that_moves_most_and_its_residual(self):
         figure = calibration_figure.motion_figure(CalibrationResults(self.folder))
         upper, lower = figure.axes
         self.assertEqual(list(upper.lines[1].get_ydata()), [4.5, 2.0, -3.5])
@@ -39,11 +39,11 @@ class CalibrationFigure(unittest.TestCase):
         self.assertEqual([left[0], left[2]], [0.5, 0.5])
         self.assertNotEqual(left[1], left[1])  # a gap
 
-    def test_a_failed_stem_is_skipped_with_its_reason(self):
+    def test_skips_a_failed_stem_with_its_reason(self):
         with self.assertRaisesRegex(FigureSkipped, "no motion"):
             calibration_figure.motion_figure(CalibrationResults(self.folder), 2)
 
-    def test_population_shows_all_stems_and_the_range_of_90_percent(self):
+    def test_shows_all_stems_of_a_population_and_the_range_of_90_percent(self):
         shutil.rmtree(self.folder / "predictions")
         synthetic_results.write_calibration(self.folder, ("A", "B", "C"))
         results = CalibrationResults(self.folder)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The figures of culm compare hold the numbers of comparison.json: checked on matplotlib's objects."""
+"""The figures of culm compare show the numbers of comparison.json; checked on their objects."""
 import contextlib
 import io
 import json
@@ -67,14 +67,14 @@ class CompareFigures(unittest.TestCase):
         first, second = self.figure("residuals").axes[:2]
         meshes = [axes.collections[0] for axes in (first, second)]
         self.assertEqual(meshes[0].get_clim(), meshes[1].get_clim())
-        self.assertEqual(meshes[0].get_array().count(), 5)  # of six readings one is a gap
+        self.assertEqual(meshes[0].get_array().count(), 5)  # one of six readings is missing
 
     def test_spectra_carry_the_mode(self):
         axes = self.figure("spectrum").axes[0]
         self.assertEqual(list(axes.lines[0].get_ydata())[:2], [1.0, 5.0])
         self.assertEqual([text.get_text() for text in axes.texts], ["mode 1"])
 
-    def test_decay_stands_against_the_amplitude(self):
+    def test_amplitude_shows_the_decay(self):
         axes = self.figure("amplitude").axes[1]
         measured, baseline, drag = axes.containers
         self.assertEqual(list(measured.lines[0].get_xdata()), [8.0, 2.0])
@@ -86,7 +86,7 @@ class CompareFigures(unittest.TestCase):
         self.assertEqual(list(residual.lines[0].get_xdata()), [5.0, 10.0])
         self.assertAlmostEqual(shape.lines[0].get_xdata()[1], -0.2)
 
-    def test_of_one_model_have_no_ladder(self):
+    def test_have_no_ladder_for_one_model(self):
         self.write(rung(["baseline"], 5.0, -0.17))
         with self.assertRaises(FigureSkipped):
             self.figure("ladder")

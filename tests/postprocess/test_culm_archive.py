@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The reader gives what the file holds, and says what is wrong where it cannot."""
+"""The reader returns the content of the file, or reports what is wrong with it."""
 import importlib.util
 import os
 import subprocess
@@ -65,7 +65,7 @@ class StudyIsRead(unittest.TestCase):
         self.assertEqual(self.study.spheres, SPHERES)
 
     def test_all_of_it_is_one_table_with_or_without_pandas(self):
-        without = {"pandas": None}  # what an import of it then finds
+        without = {"pandas": None}  # makes its import fail
         with unittest.mock.patch.dict("sys.modules", without):
             table = self.study.table()
         names = ["status", *self.study.factor_names, *self.study.result_names]
@@ -122,23 +122,23 @@ class BrokenFilesAreRefused(unittest.TestCase):
         with self.assertRaisesRegex(StudyError, pattern):
             Study(self.folder).close()
 
-    def test_a_folder_without_an_archive(self):
+    def test_a_folder_without_an_archive_is_refused(self):
         self.assert_refused("study.h5 does not exist")
 
-    def test_a_folder_that_does_not_exist(self):
+    def test_a_folder_that_does_not_exist_is_refused(self):
         with self.assertRaisesRegex(StudyError, "nowhere is not a folder"):
             Study(self.folder / "nowhere")
 
-    def test_a_file_that_is_not_hdf5(self):
+    def test_a_file_that_is_not_hdf5_is_refused(self):
         self.path.write_text("a text")
         self.assert_refused("not a readable HDF5 file")
 
-    def test_an_hdf5_file_of_another_format(self):
+    def test_an_hdf5_file_of_another_format_is_refused(self):
         with h5py.File(self.path, "w") as file:
             file.attrs["format"] = "netcdf"
         self.assert_refused("states the format 'netcdf', not 'culm-study'")
 
-    def test_another_major_version_but_not_another_minor_one(self):
+    def test_another_major_version_is_refused_but_not_another_minor_one(self):
         self.write()
         with h5py.File(self.path, "r+") as file:
             file.attrs["format_version"] = "2.0"
@@ -147,7 +147,7 @@ class BrokenFilesAreRefused(unittest.TestCase):
             file.attrs["format_version"] = "1.7"
         Study(self.folder).close()
 
-    def test_a_flipped_byte_in_a_column(self):
+    def test_a_flipped_byte_in_a_column_is_refused(self):
         self.write()
         with h5py.File(self.path) as file:
             start = file["results/frequency"].id.get_chunk_info(0).byte_offset
@@ -170,7 +170,7 @@ class BrokenFilesAreRefused(unittest.TestCase):
             with self.assertRaisesRegex(StudyError, "/results/frequency is damaged: chunks"):
                 study["frequency"]
 
-    def test_a_text_that_does_not_match_its_checksum(self):
+    def test_a_text_that_does_not_match_its_checksum_is_refused(self):
         self.write()
         with h5py.File(self.path, "r+") as file:
             file["provenance/identity"].attrs["crc32"] = 1
@@ -178,7 +178,7 @@ class BrokenFilesAreRefused(unittest.TestCase):
             with self.assertRaisesRegex(StudyError, "/provenance/identity is damaged"):
                 study.settings
 
-    def test_histories_that_are_not_stored(self):
+    def test_histories_that_are_not_stored_are_refused(self):
         with Study(self.write(store="fit")) as study:
             self.assertFalse(study.stores_tip)
             with self.assertRaisesRegex(StudyError, "does not store tip deflection"):
@@ -186,7 +186,7 @@ class BrokenFilesAreRefused(unittest.TestCase):
             with self.assertRaisesRegex(StudyError, "does not store positions"):
                 study.positions(0)
 
-    def test_a_summary_that_is_absent_or_no_json(self):
+    def test_a_summary_that_is_absent_or_not_json_is_refused(self):
         self.write()
         summary = self.folder / "summary.json"
         with Study(self.folder) as study:
@@ -204,7 +204,7 @@ WRITE_EXAMPLE = os.environ.get("CULM_WRITE_EXAMPLE_STUDY", "")
 
 @unittest.skipUnless(os.path.exists(WRITE_EXAMPLE), "the archive's example program is not built")
 class TheArchivesOwnExampleIsRead(unittest.TestCase):
-    def test_tables_histories_and_texts(self):
+    def test_tables_histories_and_texts_are_as_documented(self):
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run([WRITE_EXAMPLE, os.path.join(folder, "study.h5")], check=True)
             with Study(folder) as study:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The figures of culm diagnose hold the numbers of diagnosis.json: checked on matplotlib's objects."""
+"""The figures of culm diagnose show the numbers of diagnosis.json; checked on their objects."""
 import contextlib
 import io
 import json

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The figures hold the study's numbers: checked on matplotlib's objects, not on pixels."""
+"""The figures show the study's numbers; checked on matplotlib's objects, not on pixels."""
 import contextlib
 import io
 import json
@@ -53,7 +53,7 @@ class Regression(FigureTest):
             right.get_offsets(),
             np.column_stack([-self.truth.decay_per_cycle[done], self.truth.damping[done]]),
         )
-        # The file has GPa, the reader's Pa are turned back for the bar: one rounding each way.
+        # The file has GPa. They are converted to Pa and back, with one rounding each.
         np.testing.assert_allclose(right.get_array(), self.truth.modulus_gpa[done], rtol=1e-15)
 
     def test_lines_are_the_fitted_and_the_published_law(self):
@@ -74,7 +74,7 @@ class Regression(FigureTest):
             self.assertLess(fitted.get_xdata()[0], drawn.min())
             self.assertGreater(fitted.get_xdata()[1], drawn.max())
 
-    def test_the_equations_stand_in_the_panels(self):
+    def test_the_equations_are_in_the_panels(self):
         figure = figures.regression_figure(self.open())
         entry = self.truth.summary()["regression"]["sqrt_youngs_modulus"]
         ours, published = labels_of(figure.axes[0])
@@ -91,7 +91,7 @@ class Regression(FigureTest):
         damping, decay = self.truth.damping[done], self.truth.decay_per_cycle[done]
         expected = (damping - entry["intercept"] - entry["slope"] * decay) / 2.0  # % of β = 200
         drawn = figure.axes[3].collections[0].get_offsets()
-        # Differences of numbers near 200 carry about 1e-14 of them.
+        # Differences of numbers near 200 have rounding errors of about 1e-14 of these numbers.
         np.testing.assert_allclose(drawn[:, 1], expected, rtol=0.0, atol=1e-11)
 
     def test_an_impossible_regression_gives_its_reason_and_the_published_law(self):
@@ -180,13 +180,13 @@ class TipHistory(FigureTest):
             histories, fits = self.curves(axes)
             self.assertEqual(len(fits), 3)
             for history, fit in zip(histories, fits):
-                # Same formula in another order of operations, phases up to 100 rad: 1e-13.
+                # The order of operations differs; phases up to 100 rad have a rounding of 1e-13.
                 np.testing.assert_allclose(
                     fit.get_ydata(), history.get_ydata(), rtol=0.0, atol=1e-12
                 )
 
     def test_a_missing_point_is_replaced_by_the_nearest(self):
-        # Without (β = 150, Y = 5 GPa) those at β = 100 and 200 are equally near: the first counts.
+        # Without (β = 150, Y = 5 GPa), β = 100 and 200 are equally near, and the first is taken.
         figure = figures.tip_history_figure(self.open(failed_point=7, missing_point=None))
         histories, _ = self.curves(figure.axes[0])
         tip = self.truth.tip(4)

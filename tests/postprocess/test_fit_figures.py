@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The laboratory figures hold the numbers of fit.json: checked on matplotlib's objects."""
+"""The laboratory figures show the numbers of fit.json; checked on matplotlib's objects."""
 import contextlib
 import io
 import json
@@ -48,7 +48,7 @@ class FitFigures(unittest.TestCase):
 
     def test_histories_show_every_height_over_cycles(self):
         in_time, axes, _ = fit_figures.histories_figure(FitResults(self.folder)).axes
-        # b2 = 61 Hz and a largest deflection of 20 mm undo the normalisation.
+        # b2 = 61 Hz and a largest deflection of 20 mm revert the normalisation.
         self.assertAlmostEqual(in_time.lines[0].get_xdata()[2], 500.0 / 61.0)
         self.assertAlmostEqual(in_time.lines[0].get_ydata()[2], -4.0)
         self.assertEqual(list(axes.lines[0].get_xdata()), [-0.1, 0, 0.5, 1])
@@ -73,13 +73,13 @@ class FitFigures(unittest.TestCase):
         self.assertEqual([round(x, 6) for x in line.get_xdata()], [0.333333, 0.666667])
         self.assertEqual(list(right.containers[0].lines[0].get_xdata()), [51.0, 52.0, 53.0])
 
-    def test_of_one_stem_are_left_out(self):
+    def test_are_left_out_for_one_stem(self):
         self.write(stems=[stem(1)], population=None)
         results = FitResults(self.folder)
         for make_figure in (fit_figures.population_figure, fit_figures.banding_figure):
             self.assertRaises(FigureSkipped, make_figure, results)
 
-    def test_of_a_folder_of_something_else_are_refused(self):
+    def test_are_refused_for_another_folder(self):
         self.write(stems=[])
         (self.folder / "fit.json").write_text("{}", "utf-8")
         self.assertRaises(FitError, FitResults, self.folder)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the report and the figures make of diagnosis.h5, of provenance and of a tracked recording."""
+"""How the report and the figures show diagnosis.h5, provenance and a tracked recording."""
 import json
 import tempfile
 import unittest
@@ -57,7 +57,7 @@ class DiagnosisMotion(Folder):
 
 
 class Provenance(unittest.TestCase):
-    def test_is_told_in_words(self):
+    def test_is_written_as_text(self):
         facts = dict(map(tuple, provenance_rows({"provenance": synthetic_results.PROVENANCE})[:4]))
         self.assertEqual(facts["command"], "culm diagnose T2 -o 'my folder'")
         self.assertEqual(facts["written by"], "culm 0.1.0 (abc), 2026-11-21 23:59:07 UTC")
@@ -67,7 +67,7 @@ class Provenance(unittest.TestCase):
         self.assertEqual(inputs, ["T2/stem.toml: 155 bytes, CRC-32 0123abcd",
                                   "T2/gone.csv: could not be read again"])
 
-    def test_of_older_documents_is_left_out(self):
+    def test_is_left_out_for_older_documents(self):
         self.assertEqual(provenance_rows({}), [])
 
 
@@ -87,7 +87,7 @@ class TrackedRecording(Folder):
         np.testing.assert_allclose(low.get_ydata(), [3.0, 3.0, np.nan])
         self.assertEqual(axes.get_legend().get_texts()[0].get_text(), "release")
 
-    def test_that_cannot_be_read_is_refused(self):
+    def test_is_refused_if_it_cannot_be_read(self):
         with self.assertRaisesRegex(TrackError, "track.json: No such file"):
             TrackResults(self.folder)
         self.write("time_s,h=50mm\nx,1\n")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The programs in postprocess/, as one types them."""
+"""The programs in postprocess/ on the command line."""
 
 import os
 import subprocess
@@ -19,7 +19,7 @@ class Programs(unittest.TestCase):
             self.assertTrue(os.access(program, os.X_OK), program.name)
 
     def test_say_in_a_sentence_which_packages_this_python_lacks(self):
-        """-S leaves out all that is not Python's own."""
+        """Python finds only its standard library with -S."""
         for program in PROGRAMS:
             run = subprocess.run([sys.executable, "-B", "-S", program, "DIR"], text=True,
                                  capture_output=True, check=False)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rendered videos show the stem where the archive says that it is."""
+"""Rendered videos show the stem at its position in the archive."""
 import contextlib
 import io
 import tempfile
@@ -52,7 +52,7 @@ class RenderVideo(unittest.TestCase):
     def test_holds_the_stem_before_the_release(self):
         self.render("--point", "5")
         held = np.mean([self.picture(number) for number in range(render_video.HELD_FRAMES)], axis=0)
-        # Pictures differ by noise alone, 3 grey values, of which eight are averaged.
+        # Pictures differ only by noise of 3 grey values; the mean of eight pictures is taken.
         self.assertLess(np.abs(held - self.picture(0)).mean(), 4.0)
 
     def test_is_the_same_twice(self):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The page of `culm report`: it holds the files' numbers, its text is harmless, it is one file."""
+"""The page of `culm report` shows the numbers of the files, is harmless, and is a single file."""
 import contextlib
 import io
 import json
@@ -16,7 +16,7 @@ from culm_archive import Study
 from report_folder import NASTY, Page, unpacked, write_everything
 from synthetic_study import INITIAL_DEFLECTION, Synthetic, write_summary
 
-LIBRARY = "/** plotly.js v1.31.2 */ window.Plotly = {}; '</script>';"
+LIBRARY = "!function(){var d3={version:'3.5.17'};this.d3=d3}(); '</script>';"
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -26,7 +26,7 @@ class ReportTest(unittest.TestCase):
         self.addCleanup(place.cleanup)
         self.folder = Path(place.name) / "results"
         self.folder.mkdir()
-        self.library = Path(place.name) / "plotly.min.js"
+        self.library = Path(place.name) / "d3.min.js"
         self.library.write_text(LIBRARY, "utf-8")
 
     def run_report(self, *arguments):
@@ -40,12 +40,12 @@ class ReportTest(unittest.TestCase):
         return code, out.getvalue(), err.getvalue()
 
     def page(self) -> Page:
-        code, out, err = self.run_report("--plotly-js", self.library)
+        code, out, err = self.run_report("--d3-js", self.library)
         self.assertEqual((code, err), (0, ""))
         return Page(Path(out.strip()).read_text("utf-8"))
 
     def assert_refused(self, pattern, *arguments):
-        code, out, err = self.run_report(*(arguments or ("--plotly-js", self.library)))
+        code, out, err = self.run_report(*(arguments or ("--d3-js", self.library)))
         self.assertEqual((code, out), (2, ""))
         self.assertRegex(err, pattern)
         self.assertEqual(err.count("\n"), 1)
@@ -56,7 +56,7 @@ class Everything(ReportTest):
         super().setUp()
         write_everything(self.folder)
 
-    def test_of_a_folder_is_on_one_page_with_the_verdicts_first(self):
+    def test_is_on_one_page_with_the_verdicts_first(self):
         page = self.page()
         for kind in ("study", "calibration", "comparison", "diagnosis"):
             self.assertIn(kind, page.ids)
@@ -68,7 +68,7 @@ class Everything(ReportTest):
         for section in page.text.split("<section")[1:]:
             self.assertLess(section.index('class="verdict'), section.index("<h3>"))
 
-    def test_in_the_files_that_looks_like_markup_stays_text(self):
+    def test_stays_text_if_it_looks_like_markup(self):
         page = self.page()
         self.assertNotIn(NASTY, page.text)
         self.assertIn(NASTY, page.said())
@@ -91,7 +91,7 @@ class Everything(ReportTest):
     def test_is_the_same_twice(self):
         written = []
         for name in ("one.html", "two.html"):
-            self.run_report("--plotly-js", self.library, "-o", self.folder / name)
+            self.run_report("--d3-js", self.library, "-o", self.folder / name)
             written.append((self.folder / name).read_bytes())
         self.assertEqual(written[0], written[1])
 
@@ -152,7 +152,7 @@ class OfAStudy(ReportTest):
         self.assertEqual(picker["ids"][2], [9])  # missing
         self.assertIn("bond_damping = 100", picker["facts"][point])
 
-    def test_without_histories_says_so(self):
+    def test_says_that_it_has_no_histories(self):
         page = self.page_of(store="fit")
         self.assertFalse(page.of_class("picker-data"))
         self.assertIn("stores no histories", page.said())
@@ -163,7 +163,7 @@ class OfAStudy(ReportTest):
         self.assertIn("NaN at 1 µs, β", words)
         self.assertNotIn("Failed points", self.page_of(failed_point=None, missing_point=None).said())
 
-    def test_with_laws_that_cannot_be_told_gives_the_reason(self):
+    def test_gives_the_reason_why_laws_are_undetermined(self):
         self.truth = Synthetic()
         self.truth.write(self.folder)
         write_summary(self.folder, {**self.truth.summary(), "regression": {
@@ -171,7 +171,7 @@ class OfAStudy(ReportTest):
             "bond_damping": {"reason": "too few points."}}})
         self.assertIn("No law for β: too few points.", self.page().said())
 
-    def test_of_a_population_has_histograms(self):
+    def test_has_histograms_of_a_population(self):
         lengths = np.linspace(140.0, 170.0, 12)
         page = self.page_of(dampings=tuple(np.linspace(25, 200, 4)), moduli_gpa=(1.0, 2.0, 3.0),
                             extra_factors={"length_mm": ("mm", lengths)})
@@ -181,7 +181,7 @@ class OfAStudy(ReportTest):
                             missing_point=None)
         self.assertEqual(sum(page.drawings()["study-population-0"]["data"][0]["y"]), 40)
 
-    def test_says_which_factor_makes_the_scatter(self):
+    def test_shows_the_contributions_of_the_factors_to_the_scatter(self):
         share = {"value": 0.25, "interval": [0.2, 0.3]}
         entry = {"indices": [{"group": "length_mm", "first_order": share, "total": share}]}
         self.truth = Synthetic()
@@ -192,7 +192,7 @@ class OfAStudy(ReportTest):
         self.assertEqual((bar["x"], bar["y"]), ([25], ["length"]))
         self.assertEqual(bar["error_x"]["arrayminus"], [5])
 
-    def test_of_ten_thousand_points_is_thinned_and_says_so(self):
+    def test_is_thinned_for_ten_thousand_points_and_says_so(self):
         page = self.page_of(dampings=tuple(np.linspace(25, 200, 100)),
                             moduli_gpa=tuple(np.linspace(1, 10, 100)), store="tip")
         self.assertLess(len(page.text), 2.5e6)
@@ -203,12 +203,12 @@ class OfAStudy(ReportTest):
         picker, = page.of_class("picker-data")
         cells = np.array(picker["ids"][0])
         self.assertEqual(cells.shape, (100, 100))
-        # Cells are by rising damping (vertical) and modulus, as the ids are; two have no answer.
+        # Cells and ids are in order of rising damping (vertical) and modulus; two have no answer.
         expected = np.arange(10000)
         expected[[4, 9]] = -1
         np.testing.assert_array_equal(cells.ravel(), expected)
 
-    def test_carries_what_the_archive_holds_and_nothing_computed_anew(self):
+    def test_contains_the_numbers_of_the_archive_and_computes_none_anew(self):
         self.truth = Synthetic()
         with Study(self.truth.write(self.folder)) as study:
             entries = study.provenance
@@ -234,13 +234,13 @@ class OfMeasurements(ReportTest):
         self.assertEqual([model["name"] for model in animation["models"]],
                          list(synthetic_results.PREDICTED))
 
-    def test_comparison_without_arrays_says_what_is_not_there(self):
+    def test_comparison_says_that_its_arrays_are_missing(self):
         synthetic_results.write_comparison(self.folder, with_arrays=False)
         page = self.page()
         self.assertIn("comparison.h5", page.said())
         self.assertFalse(page.of_class("animation-data"))
 
-    def test_amplitude_shows_measured_beside_modelled(self):
+    def test_amplitude_shows_measured_and_modelled(self):
         synthetic_results.write_comparison(self.folder)
         traces = self.page().drawings()["comparison-amplitude-b1-per-cycle"]["data"]
         self.assertEqual([trace["name"] for trace in traces],
@@ -259,7 +259,7 @@ class OfMeasurements(ReportTest):
         self.assertEqual(len(page.of_class("animation-data")), 2)
         residual = page.drawings()["calibration-map-002"]["data"][0]["z"]
         self.assertIsNone(residual[synthetic_results.UNSEEN[1]][synthetic_results.UNSEEN[0]])
-        # Half of the variance by the length, half by the noise: bars of the same height.
+        # Length and noise each cause half of the variance, so their bars have the same height.
         for bars in page.drawings()["calibration-budget-001"]["data"]:
             self.assertEqual(bars["x"], ["length", "readings"])
             self.assertAlmostEqual(bars["y"][0], bars["y"][1], places=9)
@@ -280,7 +280,7 @@ class OfMeasurements(ReportTest):
         synthetic_results.write(self.folder, "diagnosis.json", synthetic_results.diagnosis())
         drawing = self.page().drawings()["diagnosis-explanations"]
         self.assertEqual(drawing["data"][0]["x"], [0.97, 0.03])
-        self.assertEqual(drawing["layout"]["shapes"][0]["x0"], 0.95)
+        self.assertEqual(drawing["layout"]["levels"][0]["at"], 0.95)
 
     def test_missing_numbers_are_dashes(self):
         document = synthetic_results.comparison()
@@ -297,20 +297,20 @@ class OfMeasurements(ReportTest):
 class Refusals(ReportTest):
     def test_are_one_sentence(self):
         self.assert_refused("holds no results: .*study.h5")
-        self.assert_refused("cannot be read", "--plotly-js", self.folder / "nothing.js")
+        self.assert_refused("cannot be read", "--d3-js", self.folder / "nothing.js")
         self.library.write_text("alert(1)", "utf-8")
-        self.assert_refused("is not plotly.js")
+        self.assert_refused("is not D3 version 3")
         self.folder = self.folder / "nowhere"
         self.library.write_text(LIBRARY, "utf-8")
         self.assert_refused("is not a folder")
 
-    def test_of_the_only_result_are_those_of_its_reader(self):
+    def test_are_those_of_the_reader_for_the_only_result(self):
         (self.folder / "study.h5").write_bytes(b"no HDF5")
         self.assert_refused("study.h5 is not a readable HDF5 file")
 
     def test_name_a_module_that_is_missing(self):
         synthetic_results.write_comparison(self.folder)
-        # Without site packages neither numpy nor h5py is there.
+        # Without site packages Python finds neither numpy nor h5py.
         finished = subprocess.run([sys.executable, "-S", "-E", "-B", ROOT / "postprocess/report.py",
                                    self.folder], capture_output=True, text=True, check=False)
         self.assertEqual(finished.returncode, 2)
@@ -320,7 +320,7 @@ class Refusals(ReportTest):
     def test_leave_no_half_page(self):
         synthetic_results.write_comparison(self.folder)
         (self.folder / "a_file").write_text("", "utf-8")
-        self.assert_refused("a_file", "--plotly-js", self.library, "-o",
+        self.assert_refused("a_file", "--d3-js", self.library, "-o",
                             self.folder / "a_file" / "report.html")
         self.assertFalse(list(self.folder.glob("**/*.tmp")))
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Results that somebody made to attack: a page never holds other files of the machine, and runs no
-script but its own."""
+"""Malicious results: a page never contains other files of the machine, and runs only its own
+scripts."""
 import base64
 import hashlib
 import io
@@ -36,7 +36,7 @@ class StudyThatNamesOtherFiles(ReportTest):
         (self.folder.parent / "private.bin").write_bytes(values.tobytes())
 
     def replace(self, name, make):
-        """`make(file, path)` puts something in the place of `name`, with its attributes."""
+        """Replaces `name` by the result of `make(file, path)`, with the same attributes."""
         with h5py.File(self.folder / "study.h5", "r+") as file:
             attributes = dict(file[name].attrs)
             del file[name]
@@ -52,14 +52,14 @@ class StudyThatNamesOtherFiles(ReportTest):
         self.assertRegex(page.said(), sentence)
         self.assertNotIn(f"{SECRET:.0f}", page.text)
 
-    def test_by_an_external_link_is_refused(self):
+    def test_is_refused_with_an_external_link(self):
         def link(file, name):
             file[name] = h5py.ExternalLink(str(self.other), "/frequency")
         self.replace("results/frequency", link)
         self.assert_not_read(
             r"study.h5: /results/frequency is an external link to /frequency in .*private.h5")
 
-    def test_by_a_soft_link_through_an_external_one_is_refused(self):
+    def test_is_refused_with_a_soft_link_through_an_external_one(self):
         def link(file, name):
             file["elsewhere"] = h5py.ExternalLink(str(self.other), "/")
             file[name] = h5py.SoftLink("/elsewhere/frequency")
@@ -67,7 +67,7 @@ class StudyThatNamesOtherFiles(ReportTest):
         self.assert_not_read(
             "study.h5: /results/frequency is a soft link to /elsewhere/frequency")
 
-    def test_by_a_virtual_dataset_is_refused(self):
+    def test_is_refused_with_a_virtual_dataset(self):
         def virtual(file, name):
             layout = h5py.VirtualLayout((self.truth.points,), float)
             layout[:] = h5py.VirtualSource(str(self.other), "frequency", (self.truth.points,))
@@ -75,7 +75,7 @@ class StudyThatNamesOtherFiles(ReportTest):
         self.replace("results/frequency", virtual)
         self.assert_not_read("study.h5: /results/frequency keeps its numbers in other files")
 
-    def test_by_external_storage_is_refused(self):
+    def test_is_refused_with_external_storage(self):
         def external(file, name):
             return file.create_dataset(
                 name, (self.truth.points,), float,
@@ -83,7 +83,7 @@ class StudyThatNamesOtherFiles(ReportTest):
         self.replace("results/frequency", external)
         self.assert_not_read("study.h5: /results/frequency keeps its numbers in other files")
 
-    def test_by_a_group_that_is_a_link_is_refused(self):
+    def test_is_refused_with_a_group_that_is_a_link(self):
         def link(file, name):
             file[name] = h5py.ExternalLink(str(self.other), "/")
         self.replace("provenance", link)
@@ -111,7 +111,7 @@ class MotionThatNamesOtherFiles(ReportTest):
         self.assertNotIn(f"{SECRET:.0f}", page.text)
         self.assertRegex(page.said(), "comparison.h5: /measured is an external link to /measured in")
 
-    def test_of_a_diagnosis_is_not_drawn_either(self):
+    def test_is_not_drawn_for_a_diagnosis_either(self):
         synthetic_results.write(self.folder, "diagnosis.json", synthetic_results.diagnosis())
         with h5py.File(self.folder / "diagnosis.h5", "w") as file:
             file["recording_0"] = h5py.SoftLink("/elsewhere")
@@ -119,7 +119,7 @@ class MotionThatNamesOtherFiles(ReportTest):
 
 
 class Picture(ReportTest):
-    def test_behind_a_symbolic_link_is_left_out(self):
+    def test_is_left_out_behind_a_symbolic_link(self):
         (self.folder / "track.json").write_text(json.dumps(
             {"stem": "V1", "fps": 960.0, "frames_tracked": 3, "swing_hz": 60.0, "view": {},
              "contrast": {}, "release": {"pull_mm": 19.0, "pull_at_height_mm": 150.0},
@@ -152,14 +152,14 @@ class Scripts(ReportTest):
 
 
 class TextWhereANumberBelongs(ReportTest):
-    """Every text and every number of a document is replaced by markup, one after the other: the
-    page shows it as text, or says that the document is not as its schema wants it."""
+    """Replaces every text and every number of a document by markup, one after the other. The page
+    must show it as text, or report that the document does not follow its schema."""
 
     def page_text(self) -> str:
-        code, out, _ = self.run_report("--plotly-js", self.library)
+        code, out, _ = self.run_report("--d3-js", self.library)
         return Path(out.strip()).read_text("utf-8") if code == 0 else ""
 
-    def test_in_a_failure_stays_text(self):
+    def test_stays_text_in_a_failure(self):
         document = synthetic_results.diagnosis()
         document["models"][1]["failure"] = NASTY
         synthetic_results.write(self.folder, "diagnosis.json", document)
@@ -178,10 +178,10 @@ class TextWhereANumberBelongs(ReportTest):
                 self.assertNotIn("<script>window.injected", self.page_text())
             holder[key] = before
 
-    def test_of_a_comparison_stays_text(self):
+    def test_stays_text_in_a_comparison(self):
         self.assert_never_markup("comparison", synthetic_results.comparison())
 
-    def test_of_a_diagnosis_stays_text(self):
+    def test_stays_text_in_a_diagnosis(self):
         for verdict in ("effect", "unknown"):
             self.assert_never_markup("diagnosis", synthetic_results.diagnosis(verdict=verdict))
 
@@ -206,7 +206,7 @@ class Figures(ReportTest):
 
 
 def leaves(part):
-    """Holder and key of texts and numbers; of long lists the first."""
+    """Container and key of every text and number; only the first item of a list is used."""
     items = part.items() if isinstance(part, dict) else list(enumerate(part))[:1]
     for key, value in list(items):
         if isinstance(value, (dict, list)):

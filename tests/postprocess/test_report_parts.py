@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The parts of the report: thinning loses no outlier, scripts cannot be broken out of, scales."""
+"""The parts of the report: thinning keeps outliers, no text can end a script, scales."""
 import json
 import tempfile
 import unittest
@@ -16,7 +16,7 @@ SCHEMAS = Path(__file__).resolve().parents[2] / "docs" / "schemas"
 
 
 class Thinning(unittest.TestCase):
-    def test_of_points_keeps_the_most_important_and_spreads_the_rest(self):
+    def test_keeps_the_most_important_points_and_spreads_the_rest(self):
         importance = np.zeros(5000)
         importance[[17, 4321]] = 1.0
         rows = drawing.chosen_rows(importance, 100)
@@ -25,7 +25,7 @@ class Thinning(unittest.TestCase):
         self.assertTrue({0, 17, 4321, 4999} <= set(rows.tolist()))
         np.testing.assert_array_equal(drawing.chosen_rows(np.zeros(5), 100), np.arange(5))
 
-    def test_of_frames_keeps_the_largest_of_each_group(self):
+    def test_keeps_the_largest_frame_of_each_group(self):
         values = np.zeros((2000, 2))
         values[1234, 1] = -7.0
         values[:, 0] = np.nan
@@ -35,7 +35,7 @@ class Thinning(unittest.TestCase):
         self.assertTrue(np.isnan(kept[:, 0]).all())
         self.assertEqual(time[1], 3.0)
 
-    def test_of_samples_never_aliases_the_fastest_motion(self):
+    def test_never_aliases_the_fastest_motion(self):
         time = np.linspace(0.0, 2.0, 40001)
         samples = kept_samples(time, 100.0)
         self.assertLessEqual(samples.size, 600)
@@ -81,15 +81,19 @@ class Axes(unittest.TestCase):
 class Library(unittest.TestCase):
     def test_is_safe_within_a_script_whatever_it_holds(self):
         with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "plotly.min.js"
-            file.write_text("/* plotly.js (basic - minified) v2.35.2 */ '</script><!--'", "utf-8")
-            source, version = library.plotly_js(file)
-        self.assertEqual(version, "2.35.2")
+            file = Path(folder) / "d3.min.js"
+            file.write_text("!function(){var d3={version:'3.5.17'}; '</script><!--'", "utf-8")
+            source, version = library.d3_js(file)
+        self.assertEqual(version, "3.5.17")
         self.assertNotIn("</script", source)
         self.assertNotIn("<!--", source)
 
-    def test_prefers_the_python_package(self):
-        self.assertTrue(str(library.candidates()[-1]).startswith("/usr"))
+    def test_is_refused_in_another_version(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "d3.min.js"
+            file.write_text("// https://d3js.org v7.8.5 Copyright 2010-2023", "utf-8")
+            with self.assertRaisesRegex(library.LibraryMissing, "is not D3 version 3"):
+                library.d3_js(file)
 
 
 class SyntheticResults(unittest.TestCase):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The figure of a time-step study holds the study's numbers."""
+"""The figure of a time-step study shows the study's numbers."""
 import contextlib
 import io
 import tempfile
@@ -21,7 +21,7 @@ SLOPE = 3e-8  # relative error of b2 at the limit; b1's is twice that
 
 @dataclass
 class SyntheticSteps(Synthetic):
-    """Limits of the damped oscillator; b1 and b2 err linearly in the step."""
+    """Limits of the damped oscillator; the errors of b1 and b2 are linear in the step."""
 
     store: str = "fit"
     with_steps: bool = True
@@ -74,13 +74,13 @@ class TimestepFigure(unittest.TestCase):
         self.addCleanup(study.close)
         return study
 
-    def test_limits_stand_over_the_bond_time_of_each_stem(self):
+    def test_limits_are_relative_to_the_bond_time_of_each_stem(self):
         axes = timestep_figure(self.open()).axes[0]
         bisected, linearised, rule = axes.lines
         done = self.truth.is_completed
         np.testing.assert_array_equal(bisected.get_xdata(), self.truth.damping[done])
         expected = (self.truth.limit / self.truth.bond_time)[done]
-        # Rounding of the bracket's middle.
+        # The limit allows for the rounding of the bracket's middle.
         np.testing.assert_allclose(bisected.get_ydata(), expected, rtol=1e-14)
         np.testing.assert_allclose(np.sort(linearised.get_ydata()), np.sort(expected), rtol=1e-14)
         np.testing.assert_allclose(
@@ -94,7 +94,7 @@ class TimestepFigure(unittest.TestCase):
         np.testing.assert_allclose(linearised.get_ydata(), 1.0, rtol=1e-14)
         self.assertEqual(list(one.get_ydata()), [1.0, 1.0])
 
-    def test_errors_are_those_against_step_zero_beside_the_predicted_ones(self):
+    def test_errors_are_those_against_step_zero_with_the_predicted_ones(self):
         figure = timestep_figure(self.open())
         shares = np.array([float(name) for name in FRACTIONS])
         for axes, factor in ((figure.axes[2], 2.0), (figure.axes[3], 1.0)):
@@ -104,15 +104,15 @@ class TimestepFigure(unittest.TestCase):
             self.assertEqual(len(predicted), len(measured))
             for line in measured:
                 np.testing.assert_allclose(line.get_xdata(), shares, rtol=1e-14)
-                # Rounding of numbers near 1 (2e-16) against errors of 1e-8 and more.
+                # Numbers near 1 have a rounding of 2e-16, the errors are 1e-8 and more.
                 np.testing.assert_allclose(line.get_ydata(), factor * SLOPE * shares, rtol=1e-6)
             for line in predicted:
                 np.testing.assert_allclose(line.get_ydata(), factor * SLOPE * shares, rtol=1e-14)
 
-    def test_without_compared_steps_shows_the_limits_alone(self):
+    def test_shows_the_limits_alone_without_compared_steps(self):
         self.assertEqual(len(timestep_figure(self.open(with_steps=False)).axes), 2)
 
-    def test_without_a_law_shows_none(self):
+    def test_shows_no_law_if_there_is_none(self):
         study = self.open()
         write_summary(self.folder, {"regression": {"damped_oscillator": {"reason": "one stem"}}})
         self.assertEqual(len(timestep_figure(study).axes[0].texts), 0)
@@ -120,7 +120,7 @@ class TimestepFigure(unittest.TestCase):
         with self.assertRaises(StudyError):
             timestep_figure(study)
 
-    def test_undamped_stems_stand_at_the_left_end(self):
+    def test_undamped_stems_are_at_the_left_end(self):
         axes = timestep_figure(self.open(dampings=(0.0, 1.0, 4.0), failed_point=None,
                                          missing_point=None)).axes[0]
         self.assertEqual(sorted(set(axes.lines[0].get_xdata())), [0.5, 1.0, 4.0])

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// culm report DIR -o report.html: hands over to the Python program postprocess/report.py.
+// culm report DIR -o report.html: executes the Python program postprocess/report.py.
 #include "cli/commands.hpp"
 #include "cli/provenance.hpp"
 
@@ -22,11 +22,11 @@ namespace {
 struct ReportArguments {
     std::string directory;
     std::string output;
-    std::string plotly_js;
+    std::string d3_js;
 };
 
-/// Where the program lies beside this one, installed or linked into a build tree. Throws
-/// core::StorageError if it is not there.
+/// Path of the report program relative to this one, as installed or linked into a build tree.
+/// Throws core::StorageError if it does not exist.
 std::filesystem::path report_program() {
     std::filesystem::path program = beside_own_program("../share/culm/postprocess/report.py");
     if (!std::filesystem::exists(program))
@@ -44,8 +44,8 @@ std::filesystem::path report_program() {
                                       report_program().string()};
     if (!arguments.output.empty())
         words.push_back("--output=" + arguments.output);
-    if (!arguments.plotly_js.empty())
-        words.push_back("--plotly-js=" + arguments.plotly_js);
+    if (!arguments.d3_js.empty())
+        words.push_back("--d3-js=" + arguments.d3_js);
     words.insert(words.end(), {"--", arguments.directory});
     std::vector<char*> argv;
     argv.reserve(words.size() + 1);
@@ -77,8 +77,8 @@ void add_report_command(CLI::App& app) {
                      "The page to write (default: DIR/report.html)")
         ->type_name("FILE");
     command
-        ->add_option("--plotly-js", arguments->plotly_js,
-                     "The drawing library plotly.js, where it is not found automatically")
+        ->add_option("--d3-js", arguments->d3_js,
+                     "The drawing library D3 (version 3), if it is not found automatically")
         ->type_name("FILE");
     command->callback([arguments] { hand_over(*arguments); });
 }
