@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # From a fresh clone to results on this machine: installs packages, builds, runs a study on all
-# cores, tracks and calibrates a rendered video of a stem, finds the physics that a recording hides,
-# and writes all of it as one page. What is there already is not done again.
+# cores, tracks and calibrates a rendered video of a stem, finds the effect that a recording hides,
+# and writes all of it as one page. Stages that are complete are not repeated.
 #
 #   jobs/local.sh [--ranks N] [--study FILE] [--output DIR] [--study-only]
 #
@@ -11,8 +11,8 @@
 #   --output DIR   default: results/<name of the study file>
 #   --study-only   without the video and the recording
 #
-# Exit codes are those of culm: 0 done, 2 bad input, 3 some points failed, 75 stopped early (start
-# the same command again).
+# Prints a line per stage; DIR/local.log contains what the stages print. Exit codes are those of
+# culm: 0 done, 2 bad input, 3 some points failed, 75 stopped early (start the same command again).
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
@@ -47,65 +47,83 @@ done
 [[ -f $study ]] || fail "there is no study file '$study'"
 output=$(realpath --canonicalize-missing "${output:-$root/results/$(basename "$study" .toml)}")
 culm=$root/build/release/src/cli/culm
+recording=$root/tests/data/hidden-effect/T2-quadratic_drag
+mkdir -p "$output"
+log=$output/local.log
+: >"$log"
 
-"$root"/jobs/install-packages.sh build run figures report
-[[ -x $culm ]] || echo "Building culm: some ten minutes on two cores, once."
-"$root"/jobs/build.sh src/cli/all
+# stage TEXT COMMAND...: a line with the time it took; the command's exit code.
+stages=$([[ -n $with_demos ]] && echo 8 || echo 4)
+stage_number=0
+stage() {
+    local start=$SECONDS status=0
+    stage_number=$((stage_number + 1))
+    printf '[%d/%d] %-58s' "$stage_number" "$stages" "$1"
+    shift
+    printf '\n$ %s\n' "$*" >>"$log"
+    "$@" </dev/null >>"$log" 2>&1 || status=$?
+    printf '%5d s\n' $((SECONDS - start))
+    if ((status != 0 && status != 3)); then
+        tail -n 15 "$log" >&2
+        ((status != 75)) || echo "Stopped early; the same command continues from here." >&2
+        exit "$status"
+    fi
+    return "$status"
+}
 
-# Alone first: a wrong study is refused here in one sentence, without mpirun's words around it.
-"$culm" run "$study" -o "$output" --dry-run </dev/null
+stage "install missing Debian packages" "$root"/jobs/install-packages.sh build run figures report
+stage "build (some minutes on two cores, once)" "$root"/jobs/build.sh src/cli/all
 
+# A single process refuses a wrong study in one sentence, without mpirun's messages.
+"$culm" run "$study" -o "$output" --dry-run </dev/null >>"$log"
 # Without a number mpirun starts one process for each core. A number that the user chose is not
-# bound to cores: two runs side by side would share the first ones.
+# bound to cores: two runs next to each other would share the first ones.
 placement=(--bind-to core:if-supported)
 [[ -n $ranks ]] && placement=(-n "$ranks" --bind-to none --oversubscribe)
 # Open MPI refuses to start as root, the only user of many containers, without these two.
 ((EUID == 0)) && export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
-
-status=0
-mpirun "${placement[@]}" "$culm" run "$study" -o "$output" --resume </dev/null || status=$?
-case $status in
-    0 | 3) ;; # the archive is complete; failed points are listed in it
-    75)
-        echo "Stopped early; the same command goes on from here."
-        exit 75
-        ;;
-    *) exit "$status" ;;
-esac
 export CULM_PYTHON=/usr/bin/python3 # the one for which install-packages.sh installs
-"$CULM_PYTHON" "$root/postprocess/figures.py" "$output" -o "$output/figures"
 
-# A stem whose Y and beta are known is filmed, so to speak, and calibrated.
-track_and_calibrate() {
-    local video=$output/demo-video
-    echo
-    echo "A rendered video of a stem with Y = 1.9 GPa and beta = 90, tracked and calibrated:"
-    "$culm" run "$root/config/demo-stem.toml" -o "$video/stem" --resume --quiet </dev/null >/dev/null
-    "$CULM_PYTHON" "$root/postprocess/render_video.py" "$video/stem" -o "$video" >/dev/null
-    "$culm" track "$video/video.toml" -o "$output/recording"
-    "$culm" calibrate "$output/recording" --check -o "$output/calibration"
+run_study() {
+    local status=0
+    mpirun "${placement[@]}" "$culm" run "$study" -o "$output" --resume || status=$?
+    ((status == 0 || status == 3)) || return "$status"
+    "$CULM_PYTHON" "$root/postprocess/figures.py" "$output" -o "$output/figures"
+    return "$status"
 }
 
-# A recording with physics that the published chain lacks: what is missing is found, and added.
-find_hidden_effect() {
-    local recording=$root/tests/data/hidden-effect/T2-quadratic_drag found
-    echo
-    echo "What does the recording ${recording##*/} hide? (half a minute on two cores)"
-    mpirun "${placement[@]}" "$culm" diagnose "$recording" -o "$output/diagnosis" </dev/null
-    found=$("$CULM_PYTHON" -c 'import json, sys
-print(",".join(json.load(open(sys.argv[1], encoding="utf-8"))["effects"]))' \
-        "$output/diagnosis/diagnosis.json")
-    echo
-    echo "The recording against the published chain, and with ${found:-nothing more}:"
-    "$culm" compare "$recording" ${found:+--with "$found"} -o "$output/comparison"
+# The motion of a stem by a beam model that is not culm's chain, as a video.
+track_video() {
+    "$CULM_PYTHON" "$root/postprocess/render_video.py" "$root/tests/data/demo-beam" \
+        -o "$output/demo-video"
+    "$culm" track "$output/demo-video/video.toml" -o "$output/recording"
 }
 
+# unless FILE COMMAND...: nothing if the file exists already.
+unless() {
+    local file=$1
+    shift
+    [[ -f $file ]] || "$@"
+}
+
+study_status=0
+stage "study: $(basename "$study")" run_study || study_status=$?
 if [[ -n $with_demos ]]; then
-    [[ -f $output/calibration/calibration.json ]] || track_and_calibrate
-    [[ -f $output/comparison/comparison.json ]] || find_hidden_effect
+    stage "video of a stem: deflections" \
+        unless "$output/recording/deflection.csv" track_video
+    stage "the stem's Y and beta" unless "$output/calibration/calibration.json" \
+        "$culm" calibrate "$output/recording" --check -o "$output/calibration"
+    stage "a recording with a hidden effect: diagnosis" \
+        unless "$output/diagnosis/diagnosis.json" \
+        mpirun "${placement[@]}" "$culm" diagnose "$recording" -o "$output/diagnosis"
+    effects=$("$CULM_PYTHON" "$root/postprocess/key_results.py" --effects "$output")
+    stage "the recording against the chain${effects:+ with $effects}" \
+        unless "$output/comparison/comparison.json" \
+        "$culm" compare "$recording" ${effects:+--with "$effects"} -o "$output/comparison"
 fi
+stage "one page with all results" "$culm" report "$output" -o "$output/report.html"
 
-echo
-echo "Everything is in $output; to open:"
-"$culm" report "$output" -o "$output/report.html"
-exit "$status"
+printf 'Done in %d s; what the stages printed is in %s\n\n' "$SECONDS" "$log"
+"$CULM_PYTHON" "$root/postprocess/key_results.py" "$output"
+printf '\n%s\n' "$output/report.html"
+exit "$study_status"
