@@ -14,8 +14,8 @@ endif()
 if(CULM_ARCHITECTURE)
     target_compile_options(culm_build_flags INTERFACE -march=${CULM_ARCHITECTURE})
 endif()
-# GCC's checks for null and for the size of objects stop at nothing that the address sanitizer does not
-# see as well, and with them one source of integrate/ compiles for more than five minutes.
+# GCC's checks for null and for the size of objects find nothing that the address sanitizer misses, and
+# with them one source of integrate/ compiles for more than five minutes.
 if(CULM_SANITIZE)
     target_compile_options(culm_build_flags INTERFACE
         -fsanitize=${CULM_SANITIZE} -fno-sanitize=null,object-size
@@ -35,7 +35,7 @@ function(culm_group_sources target)
     endif()
 endfunction()
 
-# In a group a local name may be that of a constant of another file, which it cannot mean.
+# In a group a local name may equal that of a constant of another file, which is harmless.
 if(CULM_GROUP_SOURCES AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(culm_build_flags INTERFACE "$<BUILD_INTERFACE:-Wshadow=local>")
 else()

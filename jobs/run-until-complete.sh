@@ -7,7 +7,7 @@
 #   run_until_complete SECONDS COMMAND...
 #
 # SECONDS is the time limit of the job, counted from the start of the script: the words --walltime
-# and TIME are added to COMMAND, so that it ends by itself in good time. 0: COMMAND is left to ask
+# and TIME are added to COMMAND, so that it ends before the walltime. 0: COMMAND is left to ask
 # the batch system (Slurm).
 # Uses: SECONDS (bash counts it from the script's start), CULM_MAX_RESTARTS (default 1000).
 # Exit codes: 0 complete; 3 complete, some points failed; 2 bad input; 75 stopped on request; others

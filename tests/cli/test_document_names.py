@@ -12,8 +12,11 @@ from culm_program import PROGRAM
 from executed_page import FENCE, ROOT, Step, steps_of
 from test_documents import DOCS, EXECUTED, LEFT_OUT
 
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
-# What stands at the beginning of a line only if the line is a command.
+FOLDER_PAGE = "README.md"  # of a folder: three lines for somebody who looks at the files
+BOOK = [page for page in sorted(DOCS.glob("*.md")) if page.name != FOLDER_PAGE]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *BOOK]
+MOST_README_LINES = 120
+# A line that begins with one of these is a command.
 COMMAND = re.compile(r"(?:\$ )?(?:culm|mpirun|cmake|ctest|ninja|sbatch|\./jobs|jobs/|\./tests|"
                      r"postprocess/|python3|apt-get) ")
 
@@ -29,7 +32,7 @@ def prose_of(text: str) -> str:
 
 
 def culm_commands(text: str, steps: list[Step]) -> list[str]:
-    """Those between backticks and those in blocks of commands, synopses included."""
+    """The commands between backticks and in blocks of commands, including synopses."""
     quoted = re.findall(r"`((?:mpirun -n \d+ )?culm [^`]+)`", prose_of(text))
     typed = [line for step in steps for line in step.commands.splitlines()]
     return [command.replace("\\|", "|").split("culm ", 1)[1].partition(" #")[0]
@@ -47,7 +50,7 @@ class EveryPage(unittest.TestCase):
     maxDiff = None
 
     def every(self):
-        """Page, its text and its blocks of commands."""
+        """Yields every page, its text and its blocks of commands."""
         for page in PAGES:
             text = page.read_text("utf-8")
             yield page, text, steps_of(text, only_commands=False)
@@ -57,11 +60,11 @@ class EveryPage(unittest.TestCase):
             with self.subTest(page=page.name):
                 excuses = LEFT_OUT.get(page.name, {})
                 first_lines = {step.commands.splitlines()[0] for step in steps}
-                self.assertLessEqual(set(excuses), first_lines, "no such block any more")
+                self.assertLessEqual(set(excuses), first_lines, "there is no such block")
                 if page.name not in EXECUTED:
                     self.assertLessEqual(first_lines, set(excuses), "nothing runs these")
 
-    def test_commands_stand_in_blocks_marked_sh(self):
+    def test_commands_are_in_blocks_marked_sh(self):
         for page, text, steps in self.every():
             with self.subTest(page=page.name):
                 unmarked = "".join(block for language, block in FENCE.findall(text) if not language)
@@ -89,7 +92,7 @@ class EveryPage(unittest.TestCase):
                                 known[key], rf"(?m)^  (?:-\w,)?{option}\b|,{option}\b", command)
 
     def test_long_studies_that_are_named_can_be_planned(self):
-        """Those that take minutes are not run here, but they are complete studies."""
+        """Studies that take minutes are not run here but only checked by a dry run."""
         for page, text, steps in self.every():
             for command in culm_commands(text, steps):
                 if study := re.match(r"run (config/[\w-]+\.toml)", command):
@@ -121,9 +124,28 @@ class EveryPage(unittest.TestCase):
                     self.assertTrue(any(ROOT.glob(file)), file)
 
     def test_every_page_is_in_the_table_of_contents(self):
-        contents = (ROOT / "README.md").read_text("utf-8").split("## Documentation")[1]
-        for page in sorted(DOCS.glob("*.md")):
-            self.assertIn(f"](docs/{page.name})", contents)
+        contents = (DOCS / "index.md").read_text("utf-8")
+        for page in BOOK:
+            if page.name != "index.md":
+                self.assertIn(f"]({page.name})", contents)
+
+    def test_every_page_begins_with_its_purpose(self):
+        for page in BOOK:
+            with self.subTest(page=page.name):
+                title, *lines = page.read_text("utf-8").splitlines()
+                self.assertRegex(title, r"^# \S")
+                self.assertRegex(next(filter(None, lines)), r"^With this page you can .*\.")
+
+    def test_readme_is_short(self):
+        lines = (ROOT / "README.md").read_text("utf-8").splitlines()
+        self.assertLessEqual(len(lines), MOST_README_LINES)
+
+    def test_every_folder_says_what_it_contains(self):
+        for folder in sorted(ROOT.iterdir()):
+            if folder.is_dir() and folder.name not in ("build", "results") and (
+                    not folder.name.startswith(".")):
+                page = (folder / FOLDER_PAGE).read_text("utf-8")
+                self.assertEqual(len(page.splitlines()), 3, folder.name)
 
     def test_every_picture_is_shown(self):
         everything = "".join(text for _, text, _ in self.every())

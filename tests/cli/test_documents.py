@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""README.md and docs do what they say: what they tell to type runs and prints what they show."""
+"""README.md and docs are correct: their commands run and print the output that is shown."""
 
 import csv
 import re
@@ -17,14 +17,14 @@ BUILDS = "builds or installs culm itself: tests/run.sh and tests/install do"
 INSIDE_SLURM = "needs Slurm: tests/slurm submits such scripts"
 OUTSIDE_DATA = "the recordings are not part of the repository"
 MINUTES = "takes minutes to hours"
-# Page -> first line of a block that nothing here runs -> why. Their culm commands are still checked
-# for names and options.
+# Page -> first line of a block that is not run here -> why not. The names and options of its culm
+# commands are still checked.
 LEFT_OUT = {
     "README.md": {
-        "./jobs/local.sh      # installs packages, builds, runs the published design, tracks and "
-        "calibrates a video, finds a hidden effect, ends with a page to open": BUILDS,
-        "culm diagnose tests/data/hidden-effect/T2-quadratic_drag -o results/T2-diagnosis":
-            "half a minute; cli.tutorial runs it and holds this output against what is printed",
+        "./jobs/local.sh      # installs packages, builds, runs a study, calibrates a filmed stem, "
+        "finds a hidden effect": BUILDS,
+        "culm diagnose tests/data/hidden-effect/T2-quadratic_drag -o results/T2":
+            "half a minute; cli.tutorial runs it and compares this output with the printed one",
     },
     "CONTRIBUTING.md": {
         "jobs/install-packages.sh build test figures develop   # Debian 12; says what is missing "
@@ -60,12 +60,12 @@ LEFT_OUT = {
                                   "what they found",
     },
 }
-# With drag, so that an effect that a page adds has something to explain.
+# A recording with drag, so that effects added on a page improve the fit.
 RECORDING = ROOT / "tests" / "data" / "hidden-effect" / "T2-quadratic_drag"
 
 
 def excerpt_of_recording(folder: Path):
-    """A third of the frames of four of the heights: a fit of it takes a blink."""
+    """The first frames of every third height; a fit of them takes a fraction of a second."""
     folder.mkdir()
     shutil.copy(RECORDING / "stem.toml", folder)
     settings = (folder / "stem.toml").read_text("utf-8")
@@ -77,7 +77,7 @@ def excerpt_of_recording(folder: Path):
 
 
 class Reference(ExecutedPage):
-    """A page that is read in the repository's top folder and leaves its results in `results`."""
+    """A page whose commands run in the repository's top folder and write to `results`."""
 
     is_tutorial = False
 
@@ -93,6 +93,14 @@ class Reference(ExecutedPage):
 
 class Readme(Reference, unittest.TestCase):
     page = ROOT / "README.md"
+
+
+class FirstStudy(Reference, unittest.TestCase):
+    page = DOCS / "first-study.md"
+
+
+class FirstRecording(Reference, unittest.TestCase):
+    page = DOCS / "first-recording.md"
 
 
 class Configuration(Reference, unittest.TestCase):
@@ -124,7 +132,7 @@ class Reproduction(Reference, unittest.TestCase):
 
 
 class OfStudy(Reference):
-    """Of results/quick."""
+    """A page about the study results/quick."""
 
     def given(self, folder: Path):
         super().given(folder)
@@ -141,7 +149,7 @@ class Archive(OfStudy, unittest.TestCase):
 
 
 class OfMeasurements(Reference):
-    """Of two recordings, M and N, that are small enough to be fitted in a blink."""
+    """A page about two recordings, M and N, which are fitted in a fraction of a second."""
 
     def given(self, folder: Path):
         super().given(folder)
