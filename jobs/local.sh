@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
+# shellcheck disable=SC2317 # `stage` and `unless` call the functions
 # From a fresh clone to results on this machine: installs packages, builds, runs a study on all
 # cores, tracks and calibrates a rendered video of a stem, finds the effect that a recording hides,
 # and writes all of it as one page. Stages that are complete are not repeated.
@@ -28,7 +29,7 @@ with_demos=yes
 while (($#)); do
     case $1 in
         -h | --help)
-            sed -n '3,/^set/{/^set/d;s/^# \{0,1\}//;p}' "${BASH_SOURCE[0]}"
+            sed -n '4,/^set/{/^set/d;s/^# \{0,1\}//;p}' "${BASH_SOURCE[0]}"
             exit 0
             ;;
         --ranks | --study | --output)
@@ -95,8 +96,8 @@ run_study() {
 # The motion of a stem by a beam model that is not culm's chain, as a video.
 track_video() {
     "$CULM_PYTHON" "$root/postprocess/render_video.py" "$root/tests/data/demo-beam" \
-        -o "$output/demo-video"
-    "$culm" track "$output/demo-video/video.toml" -o "$output/recording"
+        -o "$output/demo-video" &&
+        "$culm" track "$output/demo-video/video.toml" -o "$output/recording"
 }
 
 # unless FILE COMMAND...: nothing if the file exists already.
@@ -116,7 +117,7 @@ if [[ -n $with_demos ]]; then
     stage "a recording with a hidden effect: diagnosis" \
         unless "$output/diagnosis/diagnosis.json" \
         mpirun "${placement[@]}" "$culm" diagnose "$recording" -o "$output/diagnosis"
-    effects=$("$CULM_PYTHON" "$root/postprocess/key_results.py" --effects "$output")
+    effects=$("$CULM_PYTHON" "$root/jobs/key_results.py" --effects "$output")
     stage "the recording against the chain${effects:+ with $effects}" \
         unless "$output/comparison/comparison.json" \
         "$culm" compare "$recording" ${effects:+--with "$effects"} -o "$output/comparison"
@@ -124,6 +125,6 @@ fi
 stage "one page with all results" "$culm" report "$output" -o "$output/report.html"
 
 printf 'Done in %d s; what the stages printed is in %s\n\n' "$SECONDS" "$log"
-"$CULM_PYTHON" "$root/postprocess/key_results.py" "$output"
+"$CULM_PYTHON" "$root/jobs/key_results.py" "$output"
 printf '\n%s\n' "$output/report.html"
 exit "$study_status"

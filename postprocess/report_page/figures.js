@@ -201,7 +201,7 @@ const Figures = (function () {
         const span = this.bottom - this.top;
         panel.low = this.bottom - panel.domain[0] * span;
         panel.high = this.bottom - panel.domain[1] * span;
-        panel.ticks = panel.y.ticks(panel.low - panel.high, 38);
+        panel.ticks = panel.y.ticks(panel.low - panel.high, 28);
         left = Math.max(left, widest(panel.ticks));
       }
       const hasTitle = this.panels.some((panel) => panel.y.layout.title);

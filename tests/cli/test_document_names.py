@@ -87,7 +87,7 @@ class EveryPage(unittest.TestCase):
                         if key not in known:
                             known[key] = help_of(path)
                         self.assertIsNotNone(known[key], f"there is no `culm {key}`: {command}")
-                        for option in re.findall(r"(?<![\w-])--?[a-z][a-z-]*", command):
+                        for option in re.findall(r"(?<![\w-])--?[a-z][a-z0-9-]*", command):
                             self.assertRegex(
                                 known[key], rf"(?m)^  (?:-\w,)?{option}\b|,{option}\b", command)
 

@@ -51,7 +51,7 @@ class Library(CulmTest):
     def test_describes_the_signature_of_an_effect_and_what_to_do(self):
         finished = self.culm("effects", "clamp_friction")
         self.assert_exit(finished, DONE)
-        for label in ("law", "source", "you see", "do", "energy", "contains"):
+        for label in ("law", "source", "signature", "remedy", "energy", "contains"):
             self.assertRegex(finished.stdout, rf"(?m)^{label} +\w")
         self.assertIn("\nrate_rad_s = 0.05 rad/s (0.0001 to 10; known, not fitted)\n",
                       finished.stdout)

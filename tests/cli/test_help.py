@@ -8,7 +8,7 @@ from pathlib import Path
 from culm_program import BAD_INPUT, DONE, CulmTest
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "cli.md"
-OPTION = re.compile(r"(?<![\w-])--?[a-z][a-z-]*")
+OPTION = re.compile(r"(?<![\w-])--?[a-z][a-z0-9-]*")
 COMMANDS = ("run", "reduce", "simulate", "import", "effects", "keys", "fit", "track", "calibrate",
             "compare", "diagnose", "report", "export")
 NESTED = tuple(f"archive {name}" for name in ("info", "status", "verify", "merge", "export"))
