@@ -152,7 +152,7 @@ const Figures = (function () {
       if (this.layout.showlegend) this.buildLegend(root.append("ul").attr("class", "traces"));
       this.box = root.append("div").attr("class", "box");
       this.canvas = this.box.append("canvas").node();
-      this.svg = this.box.append("svg").attr("aria-hidden", "true");
+      this.svg = this.box.append("svg").attr({"aria-hidden": "true", preserveAspectRatio: "none"});
       this.hint = this.box.append("div").attr("class", "hint").style("display", "none");
       const tools = this.box.append("div").attr("class", "tools");
       for (const [text, label, act] of [["+", "zoom in", () => this.zoomBy(ZOOM_STEP)],

@@ -142,6 +142,7 @@
     document.querySelectorAll(".picker").forEach(startPicker);
     document.querySelectorAll(".animation").forEach(startAnimation);
     window.addEventListener("resize", drawAgain);
+    window.matchMedia("print").addEventListener("change", drawAgain); // other sizes on paper
     document.documentElement.dataset.ready = "true";
     performance.mark("culm-ready");
   });

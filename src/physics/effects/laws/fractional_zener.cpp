@@ -69,8 +69,8 @@ EffectPointer fractional_zener() {
          .remedy = "needs at least three frequencies: add a known mass at the tip or change the "
                    "length; vary the time for which the stem is held",
          .energy = "each branch k stores q²/(2 g_k E I) per length and takes out q²/(g_k E I τ_k) "
-                   "per second. What the hold has left in it is part of the energy at the "
-                   "release; gives nothing else back",
+                   "per second. The energy that the branches store after the hold is part of "
+                   "the energy at the release; they supply no other energy",
          .parameters =
              {size_parameter("fraction", "", "g: modulus that relaxes over the relaxed one",
                              {.default_value = 0.05, .lower = 0.0, .upper = 2.0, .scale = 0.02}),

@@ -47,8 +47,8 @@ EffectPointer relaxation() {
          .remedy = "vary the time for which the stem is held, and release it from the other side; "
                    "long τ needs a long record. hold_time_s is known: state it in the measurement",
          .energy = "stores q²/(2 g E I) per length besides bending and takes out q²/(g E I τ) per "
-                   "second. What the hold has left in it is part of the energy at the release; "
-                   "gives nothing else back",
+                   "second. The energy that it stores after the hold is part of the energy at the "
+                   "release; it supplies no other energy",
          .parameters =
              {size_parameter("fraction", "", "g: modulus that relaxes over the relaxed one",
                              {.default_value = 0.03, .lower = 0.0, .upper = 2.0, .scale = 0.02}),
