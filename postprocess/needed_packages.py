@@ -2,6 +2,8 @@
 """Reports missing modules in one sentence instead of a traceback."""
 from __future__ import annotations
 
+import os
+import shutil
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -10,10 +12,15 @@ EXIT_BAD_INPUT = 2
 
 
 def require(*modules: str):
-    """Ends the program if one of the modules is not installed."""
+    """If one of the modules is not installed, starts the program again with the Python that the
+    variable CULM_PYTHON names, as `culm report` does, or else ends it."""
     missing = [module for module in modules if find_spec(module) is None]
-    if missing:
-        print(f"{Path(sys.argv[0]).name}: {sys.executable} lacks {' and '.join(missing)}: "
-              "jobs/install-packages.sh figures installs what is needed for Debian's "
-              f"/usr/bin/python3 (then: /usr/bin/python3 {' '.join(sys.argv)}).", file=sys.stderr)
-        sys.exit(EXIT_BAD_INPUT)
+    if not missing:
+        return
+    other = shutil.which(os.environ.get("CULM_PYTHON", ""))
+    if other and not os.path.samefile(other, sys.executable):
+        os.execv(other, [other, "-B", *sys.argv])
+    print(f"{Path(sys.argv[0]).name}: {sys.executable} lacks {' and '.join(missing)}: "
+          "jobs/install-packages.sh figures installs what is needed for Debian's /usr/bin/python3 "
+          "(the variable CULM_PYTHON names the Python to use).", file=sys.stderr)
+    sys.exit(EXIT_BAD_INPUT)

@@ -50,7 +50,11 @@ def _rows(group: dict, prefix: str = "") -> list:
 
 def _add_contact_sheet(section: Section, file: Path):
     """Adds the picture unless it is a symbolic link, which may lead to any file of the machine."""
-    if file.is_symlink() or not file.is_file() or file.stat().st_size > LARGEST_PICTURE:
+    if file.is_symlink() or not file.is_file():
+        return
+    if file.stat().st_size > LARGEST_PICTURE:
+        section.note(f"{file.name} has {file.stat().st_size / 1e6:.1f} MB, too many for this page; "
+                     "open it in the folder of the recording.")
         return
     picture = base64.b64encode(file.read_bytes()).decode("ascii")
     section.add(f"<figure><img alt=\"Contact sheet: frames of the video with the tracked axis drawn "

@@ -4,12 +4,17 @@
 import os
 import subprocess
 import sys
+import tempfile
 import unittest
 from pathlib import Path
 
 POSTPROCESS = Path(__file__).resolve().parents[2] / "postprocess"
 PROGRAMS = [file for file in sorted(POSTPROCESS.glob("*.py"))
             if file.read_text("utf-8").startswith("#!")]
+
+
+def without_other_python() -> dict:
+    return {name: value for name, value in os.environ.items() if name != "CULM_PYTHON"}
 
 
 class Programs(unittest.TestCase):
@@ -22,12 +27,25 @@ class Programs(unittest.TestCase):
         """Python finds only its standard library with -S."""
         for program in PROGRAMS:
             run = subprocess.run([sys.executable, "-B", "-S", program, "DIR"], text=True,
-                                 capture_output=True, check=False)
+                                 capture_output=True, check=False, env=without_other_python())
             with self.subTest(program=program.name):
                 self.assertNotIn("Traceback", run.stderr)
                 if program.name != "reproduction_table.py":  # needs nothing
                     self.assertEqual(run.returncode, 2)
                     self.assertIn("jobs/install-packages.sh figures", run.stderr)
+
+
+    def test_use_the_python_that_the_variable_names(self):
+        with tempfile.TemporaryDirectory() as folder:
+            other = Path(folder) / "python"
+            other.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n', "utf-8")
+            other.chmod(0o755)
+            run = subprocess.run([sys.executable, "-B", "-S", POSTPROCESS / "figures.py", "DIR"],
+                                 text=True, capture_output=True, check=False,
+                                 env={**os.environ, "CULM_PYTHON": str(other)})
+        self.assertEqual(run.returncode, 2)
+        self.assertNotIn("lacks", run.stderr)  # it ran, and found no folder DIR
+        self.assertIn("DIR", run.stderr)
 
 
 if __name__ == "__main__":

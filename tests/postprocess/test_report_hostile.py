@@ -119,7 +119,7 @@ class MotionThatNamesOtherFiles(ReportTest):
 
 
 class Picture(ReportTest):
-    def test_is_left_out_behind_a_symbolic_link(self):
+    def test_is_omitted_behind_a_symbolic_link_and_if_it_is_large(self):
         (self.folder / "track.json").write_text(json.dumps(
             {"stem": "V1", "fps": 960.0, "frames_tracked": 3, "swing_hz": 60.0, "view": {},
              "contrast": {}, "release": {"pull_mm": 19.0, "pull_at_height_mm": 150.0},
@@ -129,6 +129,10 @@ class Picture(ReportTest):
         sheet = self.folder / "contact_sheet.png"
         sheet.write_bytes(b"a picture")
         self.assertIn("image/png", self.page().text)
+        sheet.write_bytes(bytes(4_000_000))
+        self.assertNotIn("image/png", self.page().text)
+        self.assertIn("contact_sheet.png has 4.0 MB", self.page().said())
+        sheet.write_bytes(b"a picture")
         private = self.folder.parent / "private.png"
         sheet.rename(private)
         sheet.symlink_to(private)
