@@ -40,6 +40,10 @@ def named(name: str) -> str:
         f" ({needs[0].strip()})" if needs else "")
 
 
+def escaped(description: str) -> str:
+    return description.replace("|", "\\|").replace("<", "&lt;")
+
+
 def section(program: str, path: list[str]) -> str:
     """The section of a command, followed by those of its subcommands."""
     text = help_of(program, path)
@@ -48,7 +52,7 @@ def section(program: str, path: list[str]) -> str:
             for name, description in entries(text, head) if not name.startswith("-h,")]
     if rows:
         out += "| | |\n|---|---|\n"
-        out += "".join(f"| {name} | {description.replace('|', chr(92) + '|')} |\n"
+        out += "".join(f"| {name} | {escaped(description)} |\n"
                        for name, description in rows) + "\n"
     return out + "".join(section(program, [*path, name])
                          for name, _ in entries(text, "Subcommands"))

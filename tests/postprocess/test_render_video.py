@@ -61,6 +61,27 @@ class RenderVideo(unittest.TestCase):
         self.render()
         np.testing.assert_array_equal(first, self.picture(3))
 
+    def test_renders_a_table_of_axis_positions(self):
+        (self.folder / "stem.toml").write_text(
+            "[stem]\nlength_mm = 100\ndiameter_mm = 3\ndensity_kg_m3 = 125\n", "utf-8")
+        rows = ["time_s,height_0_mm,deflection_0_mm,height_1_mm,deflection_1_mm",
+                "0,0,0,100,10", "0.002,0,0,100,-10", "0.004,0,0,100,0"]
+        (self.folder / "axis.csv").write_text("\n".join(rows) + "\n", "utf-8")
+        out = io.StringIO()
+        with contextlib.redirect_stdout(out):
+            code = render_video.main([str(self.folder), "-o", str(self.folder / "video")])
+        self.assertEqual(code, 0)
+        text = Path(out.getvalue().strip()).read_text("utf-8")
+        self.assertIn("fps = 500\n", text)
+        self.assertNotIn("added_mass", text)
+        axis = int(text.split("axis_column = ")[1].split()[0])
+        clamp = int(text.split("clamp_row = ")[1].split()[0])
+        for number, middle in enumerate((5.0, -5.0, 0.0)):
+            row = self.picture(number)[clamp - 100]  # at half of the height
+            light = np.clip(row - 1.4 * render_video.BACKGROUND, 0.0, None)
+            found = 0.5 * ((light * np.arange(row.size)).sum() / light.sum() - axis)
+            self.assertAlmostEqual(found, middle, delta=0.15)
+
     def test_refuses_a_study_without_positions(self):
         code, out, err = self.render(store="tip")
         self.assertEqual((code, out), (2, ""))
