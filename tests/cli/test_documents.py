@@ -37,6 +37,7 @@ LEFT_OUT = {
         "-DCULM_BUILD_TESTS=OFF": BUILDS,
     },
     "cluster.md": {"sbatch study.sbatch": INSIDE_SLURM},
+    "diagnosis.md": {"bench_decision 3900 200 decision.json": MINUTES},
     "uncertainty.md": {
         "bench_uncertainty_coverage 2001 500 coverage.json":
             MINUTES,
