@@ -53,7 +53,7 @@ mkdir -p "$output"
 log=$output/local.log
 : >"$log"
 
-# stage TEXT COMMAND...: a line with the time it took; the command's exit code.
+# stage TEXT COMMAND...: a line with the time it took. Ends the script if the command fails.
 stages=$([[ -n $with_demos ]] && echo 8 || echo 4)
 stage_number=0
 stage() {
@@ -64,12 +64,11 @@ stage() {
     printf '\n$ %s\n' "$*" >>"$log"
     "$@" </dev/null >>"$log" 2>&1 || status=$?
     printf '%5d s\n' $((SECONDS - start))
-    if ((status != 0 && status != 3)); then
+    if ((status != 0)); then
         tail -n 15 "$log" >&2
         ((status != 75)) || echo "Stopped early; the same command continues from here." >&2
         exit "$status"
     fi
-    return "$status"
 }
 
 stage "install missing Debian packages" "$root"/jobs/install-packages.sh build run figures report
@@ -85,12 +84,12 @@ placement=(--bind-to core:if-supported)
 ((EUID == 0)) && export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 export CULM_PYTHON=/usr/bin/python3 # the one for which install-packages.sh installs
 
+study_status=0
 run_study() {
-    local status=0
-    mpirun "${placement[@]}" "$culm" run "$study" -o "$output" --resume || status=$?
-    ((status == 0 || status == 3)) || return "$status"
+    mpirun "${placement[@]}" "$culm" run "$study" -o "$output" --resume || study_status=$?
+    # With 3 the archive is complete; the failed points are listed in it.
+    ((study_status == 0 || study_status == 3)) || return "$study_status"
     "$CULM_PYTHON" "$root/postprocess/figures.py" "$output" -o "$output/figures"
-    return "$status"
 }
 
 # The motion of a stem by a beam model that is not culm's chain, as a video.
@@ -107,8 +106,7 @@ unless() {
     [[ -f $file ]] || "$@"
 }
 
-study_status=0
-stage "study: $(basename "$study")" run_study || study_status=$?
+stage "study: $(basename "$study")" run_study
 if [[ -n $with_demos ]]; then
     stage "video of a stem: deflections" \
         unless "$output/recording/deflection.csv" track_video
@@ -117,7 +115,7 @@ if [[ -n $with_demos ]]; then
     stage "a recording with a hidden effect: diagnosis" \
         unless "$output/diagnosis/diagnosis.json" \
         mpirun "${placement[@]}" "$culm" diagnose "$recording" -o "$output/diagnosis"
-    effects=$("$CULM_PYTHON" "$root/jobs/key_results.py" --effects "$output")
+    effects=$("$CULM_PYTHON" "$root/postprocess/key_results.py" --effects "$output")
     stage "the recording against the chain${effects:+ with $effects}" \
         unless "$output/comparison/comparison.json" \
         "$culm" compare "$recording" ${effects:+--with "$effects"} -o "$output/comparison"
@@ -125,6 +123,6 @@ fi
 stage "one page with all results" "$culm" report "$output" -o "$output/report.html"
 
 printf 'Done in %d s; what the stages printed is in %s\n\n' "$SECONDS" "$log"
-"$CULM_PYTHON" "$root/jobs/key_results.py" "$output"
+"$CULM_PYTHON" "$root/postprocess/key_results.py" "$output"
 printf '\n%s\n' "$output/report.html"
 exit "$study_status"

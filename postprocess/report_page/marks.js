@@ -82,7 +82,7 @@ const Marks = (function () {
     const values = (isMap ? d3.merge(trace.z) : marker.color).filter((value) => value !== null);
     const [low, high] = trace.zmin === undefined ? d3.extent(values) : [trace.zmin, trace.zmax];
     const stops = isMap ? trace.colorscale : marker.colorscale;
-    return {low, high, stops, of: colourScale(stops, low, high),
+    return {low, high, of: colourScale(stops, low, high),
       title: (isMap ? trace : marker).colorbar || ""};
   }
 
@@ -204,5 +204,5 @@ const Marks = (function () {
     return best;
   }
 
-  return {prepared, draw, find, colourScale};
+  return {prepared, draw, find};
 }());

@@ -4,14 +4,20 @@
 found, joined by commas: key_results.py --effects DIR."""
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from needed_packages import require
+    require("numpy", "h5py")
+
 import json
 import math
 import sys
 from pathlib import Path
 
+from report_page.markup import with_error
+from study_laws import PUBLISHED_DAMPING, PUBLISHED_YOUNGS_MODULUS
+
 # Of tests/data/demo-beam, and of tests/data/hidden-effect/T2-quadratic_drag.
 TRUE_YOUNGS_MODULUS_GPA, TRUE_DAMPING_TIME_S, TRUE_DRAG = 1.9, 1e-4, 1.3
-PUBLISHED_SLOPES = {"sqrt_youngs_modulus": 574.3, "bond_damping": -261.4}  # Eqs. 12 and 13
 
 
 def document(folder: Path, name: str) -> dict:
@@ -20,22 +26,17 @@ def document(folder: Path, name: str) -> dict:
     return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
 
 
-def with_interval(estimate: dict, factor: float = 1.0) -> str:
-    """"1.9 ± 0.09": a value and half of its 95 % interval."""
-    half = 1.96 * estimate["stderr"]
-    return f"{factor * estimate['value']:.4g} ± {factor * half:.2g}"
-
-
 def lines(folder: Path) -> list[str]:
     found = []
-    for key, title in (("sqrt_youngs_modulus", "slope of sqrt(Y) on b2"),
-                       ("bond_damping", "slope of beta on b1")):
+    for key, title, published in (
+            ("sqrt_youngs_modulus", "slope of sqrt(Y) on b2", PUBLISHED_YOUNGS_MODULUS),
+            ("bond_damping", "slope of beta on b1", PUBLISHED_DAMPING)):
         law = document(folder, "summary.json").get("regression", {}).get(key, {})
         if "slope" in law:
-            found.append(f"{title:34}{law['slope']:.1f}  (published {PUBLISHED_SLOPES[key]})")
+            found.append(f"{title:34}{law['slope']:.1f}  (published {published.slope})")
     for stem in document(folder / "calibration", "calibration.json").get("stems", [])[:1]:
         true_ratio = math.pi * stem["mode"]["b2_hz"]["value"] * TRUE_DAMPING_TIME_S
-        modulus = with_interval(stem["parameters"]["bond_youngs_modulus_pa"], 1e-9)
+        modulus = with_error(stem["parameters"]["bond_youngs_modulus_pa"], 1e-9)
         found.append(f"{'Y of the filmed stem':34}{modulus} GPa  (true {TRUE_YOUNGS_MODULUS_GPA})")
         found.append(f"{'its damping ratio':34}{stem['mode']['damping_ratio']:.5f}  "
                      f"(true {true_ratio:.5f})")
@@ -43,7 +44,7 @@ def lines(folder: Path) -> list[str]:
     if len(ladder) > 1:
         effects = " and ".join(ladder[-1]["model"][1:])
         drag = ladder[-1]["parameters"].get("quadratic_drag.drag_coefficient")
-        size = f", C_d {with_interval(drag)} (true {TRUE_DRAG})" if drag else ""
+        size = f", C_d {with_error(drag)} (true {TRUE_DRAG})" if drag else ""
         found.append(f"{'residual / noise of the recording':34}{ladder[0]['rmse_over_noise']:.2f}, "
                      f"with {effects} {ladder[-1]['rmse_over_noise']:.2f}{size}")
     return found
