@@ -11,8 +11,13 @@ BLACK = "#000000"
 GREY = "#BBBBBB"
 SERIES = (BLUE, VERMILLION, GREEN)
 COLOUR_MAP = "viridis"
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number with `digits` significant digits and a true minus sign."""
-    return f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}")
+    """A number with `digits` significant digits, a true minus sign and a power of ten for many zeros."""
+    mantissa, _, exponent = f"{value:.{digits}g}".partition("e")
+    if exponent:
+        power = "10" + str(int(exponent)).translate(SUPERSCRIPTS)
+        mantissa = power if mantissa == "1" else f"{mantissa}·{power}"
+    return mantissa.replace("-", "\N{MINUS SIGN}")

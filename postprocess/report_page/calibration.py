@@ -11,12 +11,13 @@ from palette import BLACK, ORANGE, SERIES, VERMILLION
 from report_page.drawing import axis, bars, histogram_of, layout, level
 from report_page.markup import (Plot, Section, facts, folded, provenance_rows, shown, table,
                                 with_error)
-from report_page.measured import (PARAMETER_COLUMNS, WITH_FREE_INPUTS, add_animation, colour_limit,
-                                  contradictions, legend_of, map_plot, motion_plots, parameter_rows)
+from report_page.measured import (NAMES, PARAMETER_COLUMNS, WITH_FREE_INPUTS, add_animation, colour_limit,
+                                  contradictions, legend_of, map_plot, motion_caption, motion_plots,
+                                  parameter_rows)
 
 MOST_DETAILED = 3  # stems that are drawn one by one
 RELEASE = ("tip_deflection_m", "release_time_s")  # valid for one release only
-QUANTITIES = (("bond_youngs_modulus_pa", "Y, GPa", 1e-9), ("bond_damping", "beta", 1.0),
+QUANTITIES = (("bond_youngs_modulus_pa", "Y, GPa", 1e-9), ("bond_damping", "bond damping β", 1.0),
               ("b2_hz", "b2, Hz", 1.0), ("b1_per_cycle", "b1 per cycle", 1.0))
 
 
@@ -55,7 +56,7 @@ def _sentences(results: CalibrationResults, done: list, failed: list) -> list[st
         low, high = population["bond_youngs_modulus_pa"]["central_90_percent"]
         damping = population["bond_damping"]["central_90_percent"]
         found.append(f"90 % of the stems have Y between {shown(1e-9 * low, 3)} and "
-                     f"{shown(1e-9 * high, 3)} GPa and beta between {shown(damping[0], 3)} and "
+                     f"{shown(1e-9 * high, 3)} GPa and β between {shown(damping[0], 3)} and "
                      f"{shown(damping[1], 3)}.")
     if failed:
         found.append(f"{len(failed)} of {len(results.stems)} stems could not be calibrated.")
@@ -72,7 +73,7 @@ def _stem_table(stems: list) -> str:
                      with_error(mode["b2_hz"]), with_error(mode["b1_per_cycle"]),
                      fit["rmse_mm"], fit["noise_mm"], fit["reduced_chi2"], contradictions(fit),
                      ", ".join(fit["failed_tests"]) or "none"])
-    return table(["stem", "Y, GPa", "beta", "b2, Hz", "b1 per cycle", "rms, mm", "noise, mm",
+    return table(["stem", "Y, GPa", "β", "b2, Hz", "b1 per cycle", "rms, mm", "noise, mm",
                   "reduced chi²*", "contradicted inputs", "failed tests*"], rows, WITH_FREE_INPUTS)
 
 
@@ -100,7 +101,8 @@ def _add_population(section: Section, results: CalibrationResults, stems: list):
         rows.append([label, factor * entry["mean"], factor * entry["standard_deviation"],
                      factor * entry["median"], low, high])
     section.heading("The population")
-    section.add_plots(plots, "90 % of the stems lie between the dashed lines.",
+    section.add_plots(plots, "Number of stems against each result. 90 % of the stems lie between the dashed "
+                             "lines. A bar far from the others is a stem to check.",
                       table(["quantity", "mean", "sd", "median", "5 %", "95 %"], rows))
 
 
@@ -117,12 +119,13 @@ def _add_stem(section: Section, results: CalibrationResults, number: int, stem: 
     name, residual = f"{number:03}", measured - predicted
     models = [("fitted chain", predicted, VERMILLION)]
     section.add_plots(motion_plots(name, time, heights, measured, models),
-                      f"Noise {shown(stem['fit']['noise_mm'], 3)} mm ({stem['fit']['noise_source']}).",
+                      motion_caption(stem["fit"]["noise_mm"], stem["fit"]["noise_source"]),
                       legend=legend_of(models))
     if len(heights) > 1:
         section.add_plots([map_plot(f"map-{name}", "measured − fitted, mm", time, heights, residual,
                                     colour_limit(residual))],
-                          "Residuals of the chain; noise has no pattern.")
+                          "Residuals over time and height: blue below zero, red above. A good fit "
+                          "leaves noise, which has no pattern; stripes are motion that the chain lacks.")
         add_animation(section, name, time, heights, measured, [("fitted chain", predicted)])
 
 
@@ -143,16 +146,19 @@ def _add_budget(section: Section, name: str, stem: dict):
                  for entry in budget["inputs"]]
         parts.append(budget["readings"]["standard_uncertainties"][key])
         shares = [100.0 * part / abs(known[key]["value"]) for part in parts]
-        traces.append({"type": "bar", "x": [*inputs, "readings"], "y": shares, "name": key,
+        traces.append({"type": "bar", "x": [*inputs, "readings"], "y": shares,
+                       "name": NAMES.get(key, key),
                        "marker": {"color": colour}})
         for row, share in zip(rows, shares):
             row.append(share)
     section.add_plots([Plot(name, "", "The part of each input in the standard uncertainty.", traces,
                             layout(axis(), axis("standard uncertainty, %")), 260)],
-                      "Uncertainty budget: roots of sums of squares give the intervals. "
+                      "Uncertainty budget: the standard uncertainty that each input causes, as a "
+                      "share of the value. The root of the sum of squares, times 1.96, is the ± of the "
+                      "table. The longest bar is the input that is worth measuring better. "
                       + " ".join(budget["sentences"]),
                       table(["input", "stated", "unit", "u", "default", "pull",
-                             *(f"{key}, %" for key in keys)], rows))
+                             *(f"{NAMES.get(key, key)}, %" for key in keys)], rows))
 
 
 def _add_checks(section: Section, stem: dict):
@@ -168,7 +174,7 @@ def _add_checks(section: Section, stem: dict):
                         for key, _, factor in QUANTITIES[:2])]
                 for law, member in (("Eqs. 12 and 13", "single_law"),
                                     ("terms kept by F-tests", "f_test_terms"))]
-        section.add(table([f"by the study {via['study']}", "Y, GPa", "beta"], rows))
+        section.add(table([f"by the study {via['study']}", "Y, GPa", "β"], rows))
         for warning in via["warnings"]:
             section.note(warning)
     for part in (check, via):

@@ -7,10 +7,10 @@ from command_results import Comparison, name_of, numbers
 from palette import BLUE, ORANGE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, log_axis
 from report_page.markup import Plot, Section, facts, folded, provenance_rows, shown, table
-from report_page.measured import (FIRST, LAST, PARAMETER_COLUMNS, WITH_FREE_INPUTS, add_motion,
-                                  amplitude_plots, amplitude_table, colour_limit, contradictions,
-                                  legend_of, map_array, map_plot, parameter_rows, read_motion,
-                                  where_plots, where_table)
+from report_page.measured import (AMPLITUDE_CAPTION, FIRST, LAST, PARAMETER_COLUMNS, WHERE_CAPTION,
+                                  WITH_FREE_INPUTS, add_motion, amplitude_plots, amplitude_table,
+                                  colour_limit, contradictions, legend_of, map_array, map_plot,
+                                  parameter_rows, read_motion, where_plots, where_table)
 
 MOST_MAPS = 3
 
@@ -24,13 +24,12 @@ def comparison_section(comparison: Comparison, key: str, place: str) -> Section:
     section.heading("Where the models fail")
     _add_maps(section, comparison)
     wheres = _first_and_last(comparison)
-    section.add_plots(where_plots(wheres), "Along the stem and over frequency.",
+    section.add_plots(where_plots(wheres), WHERE_CAPTION,
                       where_table(wheres[-1][1]), legend_of(wheres))
     plots = amplitude_plots(wheres)
     if plots:
         section.heading("Against the amplitude")
-        section.add_plots(plots, "In windows of five cycles; measured and modelled are read in the "
-                                 "same way. Bars: 95 %.", amplitude_table(wheres[-1][1]),
+        section.add_plots(plots, AMPLITUDE_CAPTION, amplitude_table(wheres[-1][1]),
                           legend_of(wheres))
     _add_motion(section, comparison)
     _add_parameters(section, comparison)
@@ -79,8 +78,10 @@ def _add_ladder(section: Section, comparison: Comparison):
              rung["log_evidence"], rung.get("log_evidence_gain"), _held_out(rung, "last_third"),
              _held_out(rung, "one_height"), contradictions(rung), rung["verdict"]["finding_text"],
              {True: "improves", False: "no improvement"}.get(rung.get("gain"), "")] for rung in rungs]
-    section.add_plots([plot], "Every model from the published chain upward; predicted: readings "
-                              "that were not used in the fit.")
+    section.add_plots([plot], "The rms of the residuals over the noise for each model, the published "
+                              "chain first. At the grey line at 1 the residuals are as large as the noise; "
+                              "further right a model is worse. Predicted readings were not used in the "
+                              "fit. A model that fits all readings but predicts badly is overfitted.")
     section.add(table(["model", "rms, mm", "/ noise", "reduced chi²*", "log evidence*", "gain*",
                        "last third", "one height", "contradicted inputs", "verdict*", ""], rows,
                       WITH_FREE_INPUTS))
@@ -89,7 +90,7 @@ def _add_ladder(section: Section, comparison: Comparison):
 def _first_and_last(comparison: Comparison) -> list:
     rungs, best = comparison.rungs, best_rung(comparison)
     last = best if best is not rungs[0] else rungs[-1]
-    chosen = [(rungs[0], FIRST)] + ([(last, LAST)] if last is not rungs[0] else [])
+    chosen = [(rungs[0], FIRST), (last, LAST)] if last is not rungs[0] else [(last, LAST)]
     return [(name_of(rung), rung["where"], colour) for rung, colour in chosen]
 
 
@@ -106,8 +107,9 @@ def _add_maps(section: Section, comparison: Comparison):
              for k, (rung, entry, value) in enumerate(zip(rungs, maps, values))]
     for plot in plots:
         section.add_plots([plot], "" if plot is not plots[-1] else
-                          "Measured − modelled, mm, all on one scale: blue below zero, red above. "
-                          "Noise has no pattern.")
+                          "Measured − modelled over time and height, all maps on one scale: blue "
+                          "below zero, red above. A good model leaves noise, which has no pattern; "
+                          "stripes in time are motion that the model lacks.")
 
 
 def _add_motion(section: Section, comparison: Comparison):

@@ -8,10 +8,10 @@ from palette import BLUE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, line, log_axis
 from report_page.markup import (Plot, Section, escaped, facts, folded, half_width,
                                 provenance_rows, shown, table)
-from report_page.measured import (PARAMETER_COLUMNS, WITH_FREE_INPUTS, add_motion, amplitude_plots,
-                                  amplitude_table, colour_limit, contradictions, legend_of,
-                                  map_array, map_plot, parameter_rows, read_motion, where_plots,
-                                  where_table)
+from report_page.measured import (AMPLITUDE_CAPTION, PARAMETER_COLUMNS, WHERE_CAPTION,
+                                  WITH_FREE_INPUTS, add_motion, amplitude_plots, amplitude_table,
+                                  colour_limit, contradictions, legend_of, map_array, map_plot,
+                                  parameter_rows, read_motion, where_plots, where_table)
 
 MOST_RECORDINGS = 3
 
@@ -46,7 +46,7 @@ def _add_ladder(section: Section, content: dict):
                  text=[f"{shown(error, 3)} mm" for error in errors],
                  hoverinfo="x+y", line={"color": BLUE, "width": 1})
     ends = [value for value in [*errors, noise] if value]
-    look = layout(log_axis("residual, mm (rms); dashed: the noise", ends),
+    look = layout(log_axis("residual, mm (rms)", ends),
                   axis(type="category", range=[len(ladder) - 0.5, -0.7]),
                   legend=False, levels=[level(noise, VERMILLION, "dash", "x")] if noise else [])
     rows = [[" + ".join(rung["model"]), rung["rmse_mm"], rung["reduced_chi2"],
@@ -54,7 +54,8 @@ def _add_ladder(section: Section, content: dict):
             for rung in ladder]
     section.add_plots([Plot("ladder", "", "Residual of every model on the way to the answer.",
                             [trace], look, 130 + 52 * len(ladder))],
-                      "Every model on the way to the answer.")
+                      "The rms of the residuals of each model on the way to the answer. The dashed line "
+                      "is the noise. The last model is good if it is near this line.")
     section.add(table(["model", "rms, mm", "reduced chi²*", "log evidence*", "contradicted inputs",
                        "verdict*"], rows, WITH_FREE_INPUTS))
     section.add(table(PARAMETER_COLUMNS, parameter_rows(content["parameters"]),
@@ -83,8 +84,9 @@ def _add_missing_force(section: Section, content: dict):
                                  axis(label, zeroline=True, range=[-largest, largest]),
                                  legend=False)))
     section.heading("The missing force")
-    section.add_plots(plots, f"{force['form']}; {force['character']}. x deflection, v its rate, "
-                             "kappa curvature; SI units.",
+    section.add_plots(plots, f"{force['form']}; {force['character']}. x is the deflection, v its "
+                             "rate, kappa the curvature, all in SI units. A straight line through zero "
+                             "is a linear force; a bend or a step shows what the chain lacks.",
                       table(["term", "coefficient", "± (95 %)", "chosen in resamples"],
                             [[term["term"], term["coefficient"], shown(half_width(term["stderr"]), 2),
                               term["stability"]] for term in force["terms"]]))
@@ -98,12 +100,14 @@ def _add_explanations(section: Section, content: dict):
     trace = {"type": "bar", "orientation": "h", "name": "probability", "y": names,
              "x": [entry["probability"] for entry in explanations], "hoverinfo": "x+y",
              "marker": {"color": BLUE}}
-    look = layout(axis("probability (dashed: an answer needs 0.95)", range=[0.0, 1.0]),
+    look = layout(axis("probability", range=[0.0, 1.0]),
                   axis(type="category", autorange="reversed"),
                   legend=False, levels=[level(0.95, VERMILLION, "dash", "x")])
     section.add_plots([Plot("explanations", "", "Probability of every set of effects.", [trace],
                             look, 120 + 30 * len(explanations))],
-                      "Sets of effects that matter, over all models that were fitted or predicted.")
+                      "The probability of each set of effects among all models that were fitted or "
+                      "predicted. An answer needs 0.95 (dashed line). Several long bars mean that "
+                      "the recording cannot distinguish these sets.")
     if content["immaterial"]:
         section.add(table(["detectable, immaterial", "rms that it explains, / noise"],
                           [[entry["effect"], entry["over_noise"]]
@@ -129,16 +133,17 @@ def _add_blind_spots(section: Section, diagnosis: Diagnosis):
                    "x": [100.0 * (spot["bias"][key] or 0.0) for spot in spots],
                    "marker": {"color": colour}, "hoverinfo": "x+y"}
                   for key, label, colour in (("bond_youngs_modulus", "bias of Y, %", BLUE),
-                                             ("bond_damping", "bias of beta, %", VERMILLION))]
+                                             ("bond_damping", "bias of β, %", VERMILLION))]
         section.add_plots([Plot("blind-spots", "", "Bias of Y and beta by an effect at its "
                                 "detection limit.", traces,
-                                layout(axis("bias, % (of an effect at its detection limit)",
+                                layout(axis("bias, %",
                                             zeroline=True),
                                        axis(type="category", autorange="reversed")),
                                 120 + 30 * len(spots))],
-                          "An effect below its detection limit can act unseen; this is the "
-                          "error that it causes in the calibration.")
-        section.add(table(["effect", "detection limit", "unit", "bias of Y, %", "bias of beta, %"],
+                          "The error of Y and β that an effect of the size of its detection limit "
+                          "causes. A smaller effect can act undetected. A long bar is a reason for "
+                          "another experiment; a short one is harmless.")
+        section.add(table(["effect", "detection limit", "unit", "bias of Y, %", "bias of β, %"],
                           [[f"{spot['effect']}: {spot['smallest_visible']['parameter']}",
                             spot["smallest_visible"]["value"], spot["smallest_visible"]["unit"],
                             _percent(spot["bias"]["bond_youngs_modulus"]),
@@ -176,16 +181,15 @@ def _add_where(section: Section, content: dict):
             section.add_plots([map_plot(f"map-{place}", f"{recording['id']}: measured − modelled, mm",
                                         entry["time_s"], entry["height_mm"], residuals,
                                         colour_limit(residuals))],
-                              "Noise has no pattern.")
+                              "Residuals over time and height: blue below zero, red above. A good "
+                              "model leaves noise, which has no pattern.")
     label = " + ".join(content["ladder"][-1]["model"])
     first = [(label, wheres[0], VERMILLION)]
-    section.add_plots(where_plots(first), "Along the stem and over frequency, best model.",
+    section.add_plots(where_plots(first), WHERE_CAPTION,
                       where_table(wheres[0]), legend_of(first))
     plots = amplitude_plots(first)
     if plots:
-        section.add_plots(plots, "Frequency and decay against amplitude, in windows of five cycles; "
-                                 "measured and modelled are read in the same way. Bars: 95 %.",
-                          amplitude_table(wheres[0]), legend_of(first))
+        section.add_plots(plots, AMPLITUDE_CAPTION, amplitude_table(wheres[0]), legend_of(first))
 
 
 def _add_motion(section: Section, diagnosis: Diagnosis):

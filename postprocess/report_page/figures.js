@@ -11,6 +11,8 @@ const Figures = (function () {
   const BAR_WIDTH = 12, BAR_SPACE = 72; // pixels of a colour bar, and with its ticks
   const ZOOM_STEP = 0.6;
   const BORDERS = {dash: "dashed", dot: "dotted"};
+  const GLYPHS = {circle: "●", square: "■", "square-open": "□", diamond: "◆", "diamond-open": "◇",
+    "triangle-up": "▲", "line-ew-open": "–", x: "×", "x-thin-open": "×"}; // text, which paper shows too
 
   const superscript = (exponent) => String(exponent).replace(/./g,
     (c) => c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c]);
@@ -90,9 +92,9 @@ const Figures = (function () {
         .filter((tick) => isShown(tick.at));
       if (given.length > 1) return given;
       const scale = d3.scale.linear().domain(d3.extent(this.view));
-      const values = scale.ticks(Math.max(2, Math.floor(pixels / spacing)));
-      const whole = this.layout.whole ? values.filter((value) => value % 1 === 0) : values;
-      return whole.filter(isShown).map((at) => ({at, text: tickText(at, values[1] - values[0])}));
+      const all = scale.ticks(Math.max(3, Math.floor(pixels / spacing)));
+      const values = this.layout.whole ? all.filter((value) => value % 1 === 0) : all;
+      return values.filter(isShown).map((at) => ({at, text: tickText(at, values[1] - values[0] || 1)}));
     }
 
     zoom(ends) {
@@ -169,9 +171,10 @@ const Figures = (function () {
           title: "show or hide"});
         const line = trace.line && trace.mode !== "markers";
         const colour = line ? trace.line.color : marker.color;
-        button.append("span").attr("class", line ? "line" : "dots")
-          .style(line ? {"border-top": `2px ${BORDERS[trace.line.dash] || "solid"} ${colour}`}
-            : {background: colour});
+        if (line) button.append("span").attr("class", "line")
+          .style("border-top", `2px ${BORDERS[trace.line.dash] || "solid"} ${colour}`);
+        if (!line || trace.mode.includes("markers")) button.append("span").style("color", colour)
+          .text(trace.type === "bar" ? "■" : GLYPHS[marker.symbol] || "●");
         button.append("b").text(trace.name);
         button.on("click", () => {
           this.marks[k].hidden = !this.marks[k].hidden;
@@ -327,7 +330,7 @@ const Figures = (function () {
       const label = (axis, value) => `${axis.layout.title || "value"}: ${numberText(value)}`;
       const lines = trace.name && this.data.length > 1 ? [trace.name] : [];
       const parts = {x: () => label(this.x, trace.x[column]), y: () => label(y, trace.y[row]),
-        z: () => `value: ${numberText(trace.z[row][column])}`, text: () => trace.text[row]};
+        z: () => `${trace.colorbar || "value"}: ${numberText(trace.z[row][column])}`, text: () => trace.text[row]};
       for (const part of (trace.hoverinfo || "x+y").split("+")) lines.push(parts[part]());
       return lines.join("\n");
     }

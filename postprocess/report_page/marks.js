@@ -94,6 +94,8 @@ const Marks = (function () {
       [[0, -r], [r, 0], [0, r], [-r, 0]].forEach(([a, b]) => pen.lineTo(x + a, y + b));
     else if (symbol.startsWith("square")) pen.rect(x - r, y - r, size, size);
     else if (symbol.startsWith("line-ew")) { pen.moveTo(x - r, y); pen.lineTo(x + r, y); }
+    else if (symbol.startsWith("triangle"))
+      [[0, -r], [r, r], [-r, r]].forEach(([a, b]) => pen.lineTo(x + a, y + b));
     else { // crosses
       pen.moveTo(x - r, y - r); pen.lineTo(x + r, y + r);
       pen.moveTo(x - r, y + r); pen.lineTo(x + r, y - r);
@@ -163,7 +165,9 @@ const Marks = (function () {
       if (!mode.includes("text")) return;
       pen.fillStyle = "#222222";
       pen.textAlign = "center";
-      pen.fillText(trace.text[k], sx(point.x), sy(point.y) - 0.5 * marker.size - 5);
+      const half = 0.5 * pen.measureText(trace.text[k]).width, [left, right] = sx.range(); // it stays inside
+      pen.fillText(trace.text[k], Math.max(left + half + 3, Math.min(right - half - 3, sx(point.x))),
+        sy(point.y) - 0.5 * marker.size - 5);
     });
   }
 

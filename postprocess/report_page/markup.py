@@ -39,11 +39,18 @@ def with_error(estimate: dict, factor: float = 1.0) -> str:
     interval; it has two digits, and the value has the same number of decimals."""
     if estimate["value"] is None:
         return "–"
-    value, width = factor * estimate["value"], half_width(estimate["stderr"], factor)
-    if width is None or not 1e-8 < width < 1e4:
-        return shown(value, 5) if width is None else f"{shown(value, 5)} ± {shown(width, 2)}"
+    return " ± ".join(text for text in value_and_error(factor * estimate["value"],
+                                                       half_width(estimate["stderr"], factor)) if text)
+
+
+def value_and_error(value: float, width: float | None) -> tuple[str, str]:
+    """Both as text, to the same decimal: the second digit of the error."""
+    if width is None:
+        return shown(value, 5), ""
+    if not 1e-8 < width < 1e4:
+        return shown(value, 5), shown(width, 2)
     decimals = max(0, 1 - math.floor(math.log10(width)))
-    return f"{value:.{decimals}f} ± {width:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
+    return tuple(f"{number:.{decimals}f}".replace("-", "\N{MINUS SIGN}") for number in (value, width))
 
 
 def _in_table(value) -> str:
@@ -152,8 +159,9 @@ def data_script(value, kind: str) -> str:
 def _legend(entries: tuple) -> str:
     if not entries:
         return ""
-    items = "".join(f"<li><span class=\"{kind}\" style=\"background:{colour}\"></span>"
-                    f"{escaped(name)}</li>" for name, colour, kind in entries)
+    items = "".join("<li>" + ("<span style=\"color:{}\">●</span>" if kind == "dots" else
+                              "<span class=\"line\" style=\"border-top:2px {1} {0}\"></span>")
+                    .format(colour, kind) + f"{escaped(name)}</li>" for name, colour, kind in entries)
     return f"<ul class=\"legend\">{items}</ul>\n"
 
 
@@ -194,7 +202,7 @@ class Section:
 
     def add_plots(self, plots: list[Plot], caption: str, behind: str = "", legend: tuple = ()):
         """A figure of one or more drawings; `behind` is the table of its numbers, `legend` the
-        names, colours and kinds ("dots" or "line") that its drawings share."""
+        names, colours and kinds ("dots", or "solid" or "dashed" of a line) that its drawings share."""
         self.parts.append(self.figure(plots, caption, behind, legend))
 
     def figure(self, plots: list[Plot], caption: str, behind: str = "", legend: tuple = ()) -> str:

@@ -13,7 +13,7 @@ from command_results import numbers
 from palette import BLACK, BLUE, GREY, VERMILLION, number
 from report_page.drawing import axis, dots, heat_map, layout, level, line, log_axis, thinned
 from report_page.markup import (Plot, Section, data_script, escaped, half_width, shown,
-                                table)
+                                table, value_and_error)
 from report_page.picker import packed
 
 FIRST, LAST = BLUE, VERMILLION  # of the smallest and the largest model
@@ -36,7 +36,8 @@ class Motion:
 
 def contradictions(fit: dict) -> str:
     """Inputs that the readings pull by more than 3 standard uncertainties: "clamp height +44.2"."""
-    return ", ".join(f"{entry['name']} {entry['pull']:+.1f}" for entry in fit.get("contradicted_inputs", []))
+    return ", ".join(f"{entry['name']} {entry['pull']:+.1f}".replace(" -", " \N{MINUS SIGN}")
+                     for entry in fit.get("contradicted_inputs", []))
 
 
 def read_motion(file: Path, group: str = "/") -> Motion | None:
@@ -71,7 +72,7 @@ def map_plot(name: str, title: str, time_s, heights_mm, residual_mm, largest: fl
     time, kept, group = thinned(np.asarray(time_s, float), np.asarray(residual_mm, float))
     remark = f" (of {group} frames the largest)" if group > 1 else ""
     return Plot(name, title + remark, f"Map of {title} over height and time.",
-                [heat_map(1e3 * time, heights_mm, kept.T, "", largest)],
+                [heat_map(1e3 * time, heights_mm, kept.T, "mm", largest)],
                 layout(axis("time, ms"), axis("height, mm"), legend=False), 260)
 
 
@@ -96,9 +97,9 @@ def motion_plots(name: str, time_s, heights_mm, measured_mm, models: list) -> li
     upper = [dots(time, measured[:, row], "measured", BLACK, 4)]
     lower = []
     for label, predicted, colour in models:
-        upper.append(line(time, predicted[:, row], label, colour, width=1.2))
+        upper.append(line(time, predicted[:, row], label, colour, dash_of(colour), 1.2))
         lower.append(line(time, measured[:, row] - predicted[:, row], label, colour,
-                          width=1.0))
+                          dash_of(colour), 1.0))
     where = f"at h = {number(heights_mm[row])} mm"
     return [Plot(f"motion-{name}", f"Deflection {where}", f"Measured and modelled deflection {where} "
                  "against time.", upper,
@@ -108,9 +109,16 @@ def motion_plots(name: str, time_s, heights_mm, measured_mm, models: list) -> li
                  layout(axis("time, ms"), axis("residual, mm"), legend=False))]
 
 
+def dash_of(colour: str) -> str:
+    """The smallest model is dashed: a second mark besides its colour."""
+    return "dash" if colour == FIRST else "solid"
+
+
 def legend_of(models: list) -> tuple:
     """Legend of drawings with measured dots and lines of models; models: (label, any, colour)."""
-    return (("measured", BLACK, "dots"), *((label, colour, "line") for label, _, colour in models))
+    return (("measured", BLACK, "dots"),
+            *((label, colour, "dashed" if colour == FIRST else "solid")
+              for label, _, colour in models))
 
 
 def add_motion(section: Section, name: str, motion: Motion, first: str, last: str, noise_mm):
@@ -120,10 +128,16 @@ def add_motion(section: Section, name: str, motion: Motion, first: str, last: st
               if label in colours]
     section.add_plots(motion_plots(name, motion.time_s, motion.heights_mm, motion.measured_mm,
                                    chosen),
-                      f"Noise {shown(noise_mm, 3)} mm.", legend=legend_of(chosen))
+                      motion_caption(noise_mm), legend=legend_of(chosen))
     if np.size(motion.heights_mm) > 1:
         add_animation(section, name, motion.time_s, motion.heights_mm, motion.measured_mm,
                       motion.models)
+
+
+def motion_caption(noise_mm, source: str = "") -> str:
+    return ("The height that moves most. Dots are the readings and lines the models. A good model runs "
+            f"through the dots, and its residuals are as large as the noise ({shown(noise_mm, 3)} mm rms"
+            f"{', ' + source if source else ''}) without a pattern.")
 
 
 def add_animation(section: Section, name: str, time_s, heights_mm, measured_mm, models: list):
@@ -144,8 +158,8 @@ def add_animation(section: Section, name: str, time_s, heights_mm, measured_mm, 
     traces[0]["line"]["shape"] = "spline"
     plot = Plot(f"stem-{name}", "The stem in slow motion", "The measured positions over the "
                 "modelled stem at one moment; play it or move the slider.", traces, look, 420)
-    caption = ("Dots: measured; line: the model through the measured heights and the clamp. The "
-               "scales of the axes differ.")
+    caption = ("Deflection against height above the clamp. Dots are the readings. The line is the "
+               "model through the same heights. The scales of the axes differ.")
     if frames.size < time.size:
         caption += f" The first {frames.size} of {time.size} frames."
     section.add(f"<div class=\"animation\">{data_script(content, 'animation-data')}"
@@ -177,7 +191,7 @@ def amplitude_plots(wheres: list) -> list[Plot]:
     """Frequency and decay against amplitude; wheres: (label, member `where`, colour). The measured
     values are those of the last one."""
     plots = []
-    for key, label in (("frequency_hz", "frequency, Hz"), ("b1_per_cycle", "decay per cycle b1")):
+    for key, label in (("frequency_hz", "frequency b2, Hz"), ("b1_per_cycle", "decay per cycle b1")):
         measured = _windows(wheres[-1][1], key, "measured")
         if not measured:
             return []
@@ -191,7 +205,7 @@ def amplitude_plots(wheres: list) -> list[Plot]:
             modelled = _windows(where, key, "modelled")
             if modelled:
                 x, y, _ = (numbers(part) for part in zip(*modelled))
-                traces.append(line(x, y, name, colour, mode="lines+markers",
+                traces.append(line(x, y, name, colour, dash_of(colour), mode="lines+markers",
                                    marker={"color": colour, "size": 4}))
         plots.append(Plot(f"amplitude-{key.replace('_', '-')}", label, f"{label} against amplitude, "
                           "measured and modelled.", traces,
@@ -220,30 +234,46 @@ def where_plots(wheres: list) -> list[Plot]:
         groups = where["by_height"]
         heights.append(line(numbers([group["rms_over_noise"] for group in groups]),
                             [group["height_mm"] for group in groups], name, colour,
-                            mode="lines+markers"))
+                            dash_of(colour)))
         spectrum.append(line(where["spectrum"]["frequency_hz"],
                              numbers(where["spectrum"]["power_over_noise"]), name, colour,
-                             width=1.1))
+                             dash_of(colour), 1.1))
         known = [height for height in where["banding"]["heights"] if height["modelled"]]
         banding.append(line([height["modelled"]["value"] for height in known],
-                            [height["height_mm"] for height in known], name, colour))
+                            [height["height_mm"] for height in known], name, colour,
+                            dash_of(colour)))
     known = [height for height in wheres[-1][1]["banding"]["heights"] if height["measured"]]
     measured = dots([height["measured"]["value"] for height in known],
                     [height["height_mm"] for height in known], "measured", BLACK, 7)
     measured["error_x"] = {"type": "data", "thickness": 1, "color": BLACK,
                            "array": [half_width(height["measured"]["stderr"]) for height in known]}
     powers = [value for _, where, _ in wheres for value in where["spectrum"]["power_over_noise"]]
+    largest = max([1.0, *(group["rms_over_noise"] or 0.0 for _, where, _ in wheres
+                          for group in where["by_height"])])
     modes = wheres[-1][1]["spectrum"]["mode_frequencies_hz"]
     return [Plot("by-height", "Residual along the stem", "Residual over noise against height.",
-                 heights, layout(axis("residual / noise", rangemode="tozero"), axis("height, mm"),
-                                 legend=False, levels=[level(1.0, along="x")])),
+                 heights, layout(axis("residual / noise", range=[0.0, 1.08 * largest]),
+                                 axis("height, mm"), legend=False, levels=[level(1.0, along="x")])),
             Plot("banding", "b1 along the stem", "Decay per cycle against height, measured and "
                  "modelled.", [measured, *banding],
                  layout(axis("decay per cycle b1"), axis("height, mm"), legend=False)),
             Plot("spectrum", "Spectrum of the residuals", "Power of the residuals over that of the "
                  "noise against frequency; grey lines: the modes of the fitted chain.", spectrum,
-                 layout(axis("frequency, Hz"), log_axis("power / noise", powers), legend=False,
-                        levels=[level(mode, GREY, "solid", "x") for mode in modes]))]
+                 layout(axis("frequency, Hz"), log_axis("power / noise", [1.0, *powers]), legend=False,
+                        levels=[level(1.0, GREY, "dash"),
+                                *(level(mode, GREY, "solid", "x") for mode in modes)]))]
+
+
+WHERE_CAPTION = ("Residual along the stem: the rms of the residuals over the noise against the height; the "
+                 "grey line at 1 is the noise. b1 along the stem: dots with 95 % intervals are measured, "
+                 "lines are modelled. Spectrum: the power of the residuals over that of the noise; the dashed "
+                 "grey line at 1 is the noise, and solid grey lines are the natural frequencies of the "
+                 "fitted chain. A good model stays near 1. A peak at a natural frequency shows that this "
+                 "mode is modelled wrongly.")
+AMPLITUDE_CAPTION = ("Frequency and decay against the amplitude, in windows of five cycles. Dots with 95 % "
+                     "intervals are measured, lines are modelled and read in the same way. A good model "
+                     "passes through the intervals. A slope of the dots that a line lacks shows a missing "
+                     "dependence on the amplitude.")
 
 
 def where_table(where: dict) -> str:
@@ -260,8 +290,8 @@ def parameter_rows(parameters: dict) -> list:
     for name, entry in parameters.items():
         factor, unit = READABLE.get(unit_of(name, entry), (1.0, unit_of(name, entry)))
         value, error = entry["value"], entry["stderr"]
-        rows.append([NAMES.get(name, name), shown(None if value is None else factor * value, 6),
-                     shown(half_width(error, factor), 2), unit,
+        texts = ("–", "") if value is None else value_and_error(factor * value, half_width(error, factor))
+        rows.append([NAMES.get(name, name), texts[0], texts[1] or "–", unit,
                      "at its bound" if entry.get("at_bound") else ""])
     return rows
 

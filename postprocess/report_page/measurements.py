@@ -16,8 +16,9 @@ from report_page.measured import map_plot
 
 LARGEST_PICTURE = 3_000_000  # bytes of a contact sheet that the page carries
 STEM_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, BLACK, "#CC79A7")
-STEM_SYMBOLS = ("circle", "square-open")
-MOST_STEMS = len(STEM_COLOURS) * len(STEM_SYMBOLS)  # drawn along the height
+STEM_SYMBOLS = ("circle", "square-open", "diamond", "triangle-up", "x")
+MOST_STEMS = 12  # drawn along the height
+UNITS = {"mm": "mm", "px": "px", "hz": "Hz", "pa": "Pa", "fps": "1/s"}
 
 
 def recording_section(track: TrackResults, key: str, place: str) -> Section:
@@ -36,7 +37,10 @@ def recording_section(track: TrackResults, key: str, place: str) -> Section:
     _add_contact_sheet(section, track.directory / "contact_sheet.png")
     largest = float(np.nanmax(np.abs(track.deflection_mm)))
     section.add_plots([map_plot("deflection", "Deflection, mm", track.time_s, track.heights_mm,
-                                track.deflection_mm, largest)], "Measured deflection of every row.",
+                                track.deflection_mm, largest)],
+                      "Deflection over time and height: red towards the pull, blue away from it. A good "
+                      "recording has smooth vertical stripes that fade; an isolated cell is a "
+                      "reading to check.",
                       table(["height, mm", "noise, mm", "noise while moving, mm", "seen"], noises))
     section.add(facts(rows))
     return section
@@ -44,7 +48,12 @@ def recording_section(track: TrackResults, key: str, place: str) -> Section:
 
 def _rows(group: dict, prefix: str = "") -> list:
     """The plain members of a group as names and values."""
-    return [[prefix + name.replace("_", " "), value] for name, value in group.items()
+    def named(key: str) -> str:
+        words, _, last = key.rpartition("_")
+        is_unit = words and last in UNITS and not words.endswith("_per")
+        return f"{words}, {UNITS[last]}".replace("_", " ") if is_unit else key.replace("_", " ")
+
+    return [[prefix + named(name), value] for name, value in group.items()
             if not isinstance(value, (dict, list))]
 
 
@@ -59,7 +68,8 @@ def _add_contact_sheet(section: Section, file: Path):
     picture = base64.b64encode(file.read_bytes()).decode("ascii")
     section.add(f"<figure><img alt=\"Contact sheet: frames of the video with the tracked axis drawn "
                 f"in, and all histories\" src=\"data:image/png;base64,{picture}\"><figcaption>The "
-                "contact sheet: was the right thing tracked?</figcaption></figure>")
+                "contact sheet. The tracked axis must lie on the stem in every frame, and the histories "
+                "below must be smooth.</figcaption></figure>")
 
 
 def fit_section(results: FitResults, key: str, place: str) -> Section:
@@ -79,7 +89,7 @@ def fit_section(results: FitResults, key: str, place: str) -> Section:
                             f"{shown(stem['b1_per_cycle']['value'])}, b2 "
                             f"{shown(stem['b2_hz']['value'])} Hz." for stem in stems]
     section.add(table(
-        ["stem", "b1 per cycle", "b2, Hz", "heights that fit", "of", "largest deflection, mm"],
+        ["stem", "b1 per cycle", "b2, Hz", "heights that Eq. 1 fits", "heights", "largest deflection, mm"],
         [[stem["measurement"], stem["b1_per_cycle"]["value"], stem["b2_hz"]["value"],
           stem["adequate_heights"], len(stem["heights"]), stem["largest_deflection_mm"]]
          for stem in stems]))
@@ -111,7 +121,9 @@ def _add_population(section: Section, population: dict):
                            middle],
                           layout(axis(label), axis("stems", whole=True),
                                  levels=[level(entry["mean"], BLACK, "dash", "x")]), 280))
-    section.add_plots(plots, "As in the paper's Fig. 5; dashed: the mean of these stems.")
+    section.add_plots(plots, "Number of stems against b1 and b2, as in the paper's Fig. 5. The dashed line is "
+                             "the mean of these stems. The red bar is the paper's mean ± its standard "
+                             "deviation; similar stems lie around it.")
 
 
 def _add_banding(section: Section, stems: list):
@@ -122,9 +134,11 @@ def _add_banding(section: Section, stems: list):
         traces.append(dots([height["height_mm"] / stem["length_mm"] for height in heights],
                            [height["b1_per_cycle"]["value"] for height in heights],
                            stem["measurement"], colour, 7,
-                           STEM_SYMBOLS[place // len(STEM_COLOURS)], mode="lines+markers",
+                           STEM_SYMBOLS[place % len(STEM_SYMBOLS)], mode="lines+markers",
                            line={"color": colour, "width": 1}))
-    caption = "As in the paper's Fig. 6a: does b1 depend on the height?"
+    caption = ("b1 against the height over the length, as in the paper's Fig. 6a. Eq. 1 with one b1 "
+               "needs a level line; a slope shows that b1 depends on the height. Near the clamp readings are small and "
+               "b1 is uncertain.")
     if len(stems) > MOST_STEMS:
         caption += f" {MOST_STEMS} of {len(stems)} stems."
     section.add_plots([Plot("banding", "", "Decay per cycle against height over length.", traces,

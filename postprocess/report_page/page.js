@@ -100,7 +100,7 @@
     function show(frame) {
       const row = (values) => values.slice(frame * rows, (frame + 1) * rows);
       moment.value = frame;
-      facts.textContent = "t = " + time[frame].toFixed(1) + " ms";
+      facts.textContent = "t = " + time[frame].toFixed(1).replace("-", "−") + " ms";
       plot.update({0: {x: [0].concat(row(models[model.value])), y: heights},
         1: {x: row(measured), y: data.heights}});
     }

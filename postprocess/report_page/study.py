@@ -82,7 +82,7 @@ class _Response:
 def _responses(points: StudyPoints) -> tuple[_Response, _Response]:
     return (_Response("sqrt_youngs_modulus", "√Y", "b2", np.sqrt(points.youngs_modulus),
                       points.frequency, points.damping, PUBLISHED_YOUNGS_MODULUS,
-                      ("Eq. 12", "√Y, √Pa", "frequency b2, Hz", "β")),
+                      ("Eq. 12", "√Y, √Pa", "frequency b2, Hz", "bond damping β")),
             _Response("bond_damping", "β", "b1", points.damping, points.decay_per_cycle,
                       1e-9 * points.youngs_modulus, PUBLISHED_DAMPING,
                       ("Eq. 13", "bond damping β", "decay per cycle b1", "Y, GPa")))
@@ -146,8 +146,10 @@ def _add_regressions(section: Section, study: Study, points: StudyPoints, respon
     found = [(response, study_law(study, response.key)) for response in responses]
     known = [pair for pair in found if isinstance(pair[1], StudyLaw)]
     plots = [_regression_plot(r, law, points.id, texts) for r, law in known or found]
-    caption = (f"Every point is one simulated stem ({conditions(study)}). Residuals in per cent of "
-               "the largest value.")
+    caption = (f"Every point is one simulated stem ({conditions(study)}). The lines are the laws, "
+               "and the lower panels show the residuals of this study's law in per cent of the largest "
+               "value. A good law leaves small residuals without a pattern; a curve in them shows that "
+               "the relation is not linear.")
     most = max(len(plot.traces[0]["x"]) for plot in plots)
     if most < points.id.size:
         caption += (f" About {most} of {points.id.size} points are drawn, those with the largest "
@@ -187,8 +189,9 @@ def _add_residual_histograms(section: Section, study: Study, responses):
                           layout(axis(f"residual of {response.symbol}, % of the largest value"),
                                  axis("points", whole=True)), 280))
     if plots:
-        section.add_plots(plots, "Residuals as in the paper's Fig. 8. A published law is not drawn "
-                                 "if it is for other stems.")
+        section.add_plots(plots, "Number of points against their residual, as in the paper's Fig. 8. A good "
+                                 "law has one narrow peak at zero. A published law is not drawn if it is "
+                                 "for other stems.")
 
 
 def _add_maps(section: Section, study: Study, points: StudyPoints):
@@ -213,8 +216,9 @@ def _add_maps(section: Section, study: Study, points: StudyPoints):
         plots.append(Plot(f"map-{name}", title, f"Map of {title} over Y and β.", [trace],
                           layout(axis("bond Young's modulus Y, GPa"), axis("bond damping β"),
                                  legend=False)))
-    section.add_plots(plots, "Both maps are flat where the motion is one lightly damped mode; "
-                             "where they are not flat, Eqs. 12 and 13 are not linear.")
+    section.add_plots(plots, "Each cell or dot is one stem. Eqs. 12 and 13 hold where the colour does "
+                             "not change; the scale of the colour bar shows how much it changes. The motion is one "
+                             "lightly damped mode there.")
 
 
 def add_population(section: Section, study: Study):
@@ -242,7 +246,8 @@ def add_population(section: Section, study: Study):
     if not plots:
         return
     section.heading("The population")
-    section.add_plots(plots, f"{int(done.sum())} completed stems; dashed: the median.",
+    section.add_plots(plots, f"{int(done.sum())} completed stems: their number against each factor and "
+                      "result. The dashed line is the median.",
                       table(["quantity", "unit", "mean", "sd", "5 %", "median", "95 %"], rows))
 
 
@@ -280,7 +285,9 @@ def add_sensitivity(section: Section, study: Study):
                           130 + 44 * len(groups)))
     if plots:
         section.heading("Contributions of the factors to the scatter")
-        section.add_plots(plots, f"Sobol indices by {found.get('method', 'the study')}; bars: 95 %.",
+        section.add_plots(plots, f"Share of the variance that each factor causes, alone and with its "
+                          f"interactions (Sobol indices by {found.get('method', 'the study')}); thin "
+                          "lines are 95 % intervals. The factor with the longest bar decides the scatter.",
                           table(["of", "factor", "", "share", "95 %"], rows))
 
 
@@ -355,7 +362,8 @@ def add_cost(section: Section, study: Study):
                               [bars(*histogram_of(values), colour=ORANGE)],
                               layout(axis(label), axis("points", whole=True), legend=False), 230))
     if plots:
-        section.add_plots(plots, "The cost of a point, which does not depend on the machine.")
+        section.add_plots(plots, "Number of points against the cost of a point. The cost does not "
+                                 "depend on the machine. An outlier is a point that is hard to integrate.")
     section.add(facts(rows))
 
 

@@ -25,18 +25,19 @@ def add_timestep(section: Section, study: Study):
     texts = [f"Y = {number(y)} GPa, β = {number(b)}: Δt = {number(dt, 3)} s"
              for y, b, dt in zip(moduli, limits.damping, limits.bisected)]
     plots = [_map_plot(moduli, limits), _over_bond_time(limits, texts), _ratios(limits, texts)]
-    section.add_plots(plots, "The limit of velocity Verlet by bisection of real runs, compared "
-                             "with the linearised chain and the authors' rule.",
-                      _limits_table(study, moduli, limits),
-                      (("bisected", BLUE, "dots"), ("linearised chain", BLACK, "dots"),
-                       ("authors' rule", VERMILLION, "dots")))
+    section.add_plots(plots, "The largest stable step Δt of velocity Verlet, by bisection of real runs: as a "
+                             "map, over the time constant τ of a bond, and next to its predictions. A good "
+                             "prediction lies on the line at 1; above it a prediction is unsafe.",
+                      _limits_table(study, moduli, limits))
     errors = errors_of(study, limits)
     if errors is not None:
         section.heading("Errors of b1 and b2 for steps below the limit")
         section.add_plots([_error_plot(errors, "decay", "b1 per cycle"),
                            _error_plot(errors, "frequency", "b2")],
-                          "Relative errors against the value extrapolated to step zero; crosses: "
-                          "prediction by the linearised first mode.")
+                          "Relative error against the value extrapolated to step zero, over the step in "
+                          "units of its limit. Dots are computed, crosses predicted by the "
+                          "linearised first mode. Where both agree, the step can be chosen from the "
+                          "prediction.")
 
 
 def _sentences(study: Study, limits: Limits) -> list[str]:
@@ -47,7 +48,7 @@ def _sentences(study: Study, limits: Limits) -> list[str]:
              f"The linearised chain predicts it: bisected over linearised {number(ratio.min())} to "
              f"{number(ratio.max())}. The authors' rule gives {number(100 * rule.min(), 3)} to "
              f"{number(100 * rule.max(), 3)} % of it" +
-             (", on the safe side." if rule.max() <= 1.0 else ": in places TOO LARGE.")]
+             (", on the safe side." if rule.max() <= 1.0 else "; it is too large where it exceeds 100 %.")]
     law = fitted_law(study)
     if law:
         found.append(f"With τ = √(m/k_n): (τ/Δt)² = {number(law[0])} + {number(law[1])} β τ/Δt.")
@@ -88,22 +89,22 @@ def _over_bond_time(limits: Limits, texts: list[str]) -> Plot:
         traces.append(dots(x[order], (values / limits.bond_time)[order], name, colour, 9, symbol))
     heights = np.concatenate([limits.bisected, limits.linearised, limits.rule]) / np.tile(
         limits.bond_time, 3)
-    return Plot("limit-curve", "Over the bond's own time", "Largest stable step over the square root "
+    return Plot("limit-curve", "Over the time constant of a bond", "Largest stable step over the square root "
                 "of mass over stiffness, against the damping.", traces,
                 layout(log_axis(_damping_label(limits.damping), x),
-                       log_axis("Δt/τ, τ = √(m/k_n)", heights), legend=False))
+                       log_axis("Δt/τ, τ = √(m/k_n)", heights)))
 
 
 def _ratios(limits: Limits, texts: list[str]) -> Plot:
     x = _shown_damping(limits.damping)
-    traces = [dots(x, limits.linearised / limits.bisected, "linearised chain", BLACK, 5, text=texts,
-                   hoverinfo="y+text"),
+    traces = [dots(x, limits.linearised / limits.bisected, "linearised chain", BLACK, 9, "line-ew-open",
+                   text=texts, hoverinfo="y+text"),
               dots(x, limits.rule / limits.bisected, "authors' rule", VERMILLION, 7,
                    "diamond-open", text=texts, hoverinfo="y+text")]
     return Plot("limit-ratio", "Predictions over the bisected limit", "Both predictions over the "
                 "bisected limit, against the damping.", traces,
                 layout(log_axis(_damping_label(limits.damping), x), axis("predicted / bisected"),
-                       legend=False, levels=[level(1.0)]))
+                       levels=[level(1.0)]))
 
 
 def _error_plot(errors: Errors, quantity: str, label: str) -> Plot:

@@ -258,7 +258,7 @@ class TenThousandPoints(BrowserTest):
     def test_can_all_be_hovered_and_clicked(self):
         self.point_at("#study-design", 0, 0)
         self.wait("document.querySelector('#study-design .hint').style.display === 'block'")
-        self.assertIn("value:", self.find("#study-design .hint").text)
+        self.assertIn("b2, Hz:", self.find("#study-design .hint").text)
         before = self.find(".picker .facts").text
         self.point_at("#study-design", 0, 0, clicks=True)
         self.wait("document.querySelector('.picker select').value !== '0'")

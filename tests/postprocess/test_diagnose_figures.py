@@ -67,7 +67,7 @@ class DiagnoseFigures(unittest.TestCase):
     def test_blind_spots_show_what_is_visible_at_some_size_the_worst_on_top(self):
         modulus, damping = self.figure("blind_spots").axes
         self.assertEqual([label.get_text() for label in modulus.get_yticklabels()],
-                         ["taper 0.01 kg", "tip_mass 2e\N{MINUS SIGN}06 kg"])
+                         ["taper 0.01 kg", "tip_mass 2·10⁻⁶ kg"])
         for bar, expected in zip(modulus.containers[0], [2.0, -7.0]):
             self.assertAlmostEqual(bar.get_width(), expected)
         for bar, expected in zip(damping.containers[0], [1.0, 0.0]):
