@@ -12,6 +12,7 @@
 #include <exception>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -57,6 +58,18 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error, int arg
     return fmt::format("culm: {}\nTry `culm --help`.\n", text);
 }
 
+/// `culm help COMMAND...` means `culm COMMAND... --help`; returns the new arguments, or `argv`
+/// itself.
+std::vector<char*> without_help_command(int argc, char** argv) {
+    std::vector<char*> words(argv, argv + argc);
+    static char help[] = "--help";
+    if (argc > 1 && std::string_view(argv[1]) == "help") {
+        words.erase(words.begin() + 1);
+        words.push_back(help);
+    }
+    return words;
+}
+
 int run(int argc, char** argv) {
     CLI::App app("Calibrates a flexible-stem discrete-element model against measured free "
                  "vibration.",
@@ -84,7 +97,8 @@ int run(int argc, char** argv) {
     culm::cli::add_completion_command(app);
     culm::cli::add_manual_command(app);
     try {
-        app.parse(argc, argv);
+        std::vector<char*> words = without_help_command(argc, argv);
+        app.parse(static_cast<int>(words.size()), words.data());
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0)
             return app.exit(error);

@@ -95,6 +95,8 @@ void add_recording_options(CLI::App& command, RecordingArguments& arguments, con
     command.add_option("--json", arguments.json, "Write all results to this file (- for stdout)")
         ->type_name("FILE");
     command.add_option("-o,--output", arguments.output, output)->type_name("DIR");
+    command.add_flag("-q,--quiet", arguments.is_quiet,
+                     "Neither an estimate of the cost nor progress nor the next command");
     command
         .add_option(
             "--window", arguments.window_s,
@@ -114,7 +116,12 @@ void add_chain_options(CLI::App& command, RecordingArguments& arguments) {
                     "Spheres in the chain (default: as stem.toml says, else 56)")
         ->type_name("N")
         ->check(CLI::Range(5, 1000));
-    command.add_flag("-q,--quiet", arguments.is_quiet, "No estimate of the cost, no progress");
+    command.add_flag("--details", arguments.with_details,
+                     "Also print the tables that the answer is based on");
+}
+
+std::string next_step(const RecordingArguments& arguments, const std::string& command) {
+    return arguments.is_quiet ? std::string() : next_step(command);
 }
 
 fit::ChainOptions chain_options(const RecordingArguments& arguments) {

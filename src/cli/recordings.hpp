@@ -26,6 +26,7 @@ struct RecordingArguments {
     std::optional<int> spheres;
     std::optional<double> window_s;
     bool is_quiet = false;
+    bool with_details = false; ///< of the commands that fit the chain
 
     [[nodiscard]] bool prints_text() const { return json != "-"; }
     /// Neither an estimate of the cost nor progress? `communicator` is null without a launcher.
@@ -34,16 +35,21 @@ struct RecordingArguments {
     }
 };
 
-/// Adds measurements, --json, --output and --window; their descriptions depend on the command.
+/// Adds measurements, --json, --output, --quiet and --window; their descriptions depend on the
+/// command.
 void add_recording_options(CLI::App& command, RecordingArguments& arguments, const char* paths,
                            const char* output, const char* window);
-/// --law, --spheres and --quiet.
+/// --law, --spheres and --details.
 void add_chain_options(CLI::App& command, RecordingArguments& arguments);
 
 [[nodiscard]] fit::ChainOptions chain_options(const RecordingArguments& arguments);
 
 /// The options of the chain that differ from their defaults, each after a space.
 [[nodiscard]] std::string chain_words(const RecordingArguments& arguments);
+
+/// "next: culm fit DIR" after an empty line; nothing with --quiet.
+[[nodiscard]] std::string next_step(const RecordingArguments& arguments,
+                                    const std::string& command);
 
 /// Prints the readers' remarks on standard error. Writes the document to the file of --json, and as
 /// `file` into the folder of --output, which is created.

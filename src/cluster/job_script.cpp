@@ -26,6 +26,10 @@ constexpr double allowance_for_learned_pace = 1.25;
 /// For starting MPI, reading stored results and writing the archive, s.
 constexpr double start_and_end_s = 120.0;
 constexpr double shortest_walltime_s = 300.0;
+/// More ranks would wait for the start of MPI longer than they compute.
+constexpr double least_work_of_a_rank_s = 10.0;
+/// A rank needs 40 MB for most studies; twice the estimate, and at least this, MB.
+constexpr double least_memory_mb = 200.0;
 
 /// Cost on the rank that finishes last, with batches handed out longest first as in the farm.
 double makespan(std::vector<double> costs, int ranks) {
@@ -63,15 +67,16 @@ JobSize size_job(const std::vector<farm::Batch>& batches, const farm::Pace& pace
                  const JobRequest& request) {
     JobSize size;
     size.pace_is_learned = pace.is_known();
-    const auto most = std::max<std::int64_t>(1, static_cast<std::int64_t>(batches.size()));
-    size.ranks = static_cast<int>(
-        std::min<std::int64_t>(most, std::int64_t{request.nodes} * request.ranks_per_node));
-    size.nodes = (size.ranks + request.ranks_per_node - 1) / request.ranks_per_node;
     std::vector<double> costs;
     for (const farm::Batch& batch : batches)
         costs.push_back(batch.cost);
     const double seconds_per_cost = pace.is_known() ? pace.mean() : 1.0;
     size.core_seconds = std::accumulate(costs.begin(), costs.end(), 0.0) * seconds_per_cost;
+    const double most =
+        std::min({double(batches.size()), std::ceil(size.core_seconds / least_work_of_a_rank_s),
+                  double(request.nodes) * request.ranks_per_node});
+    size.ranks = std::max(1, static_cast<int>(most));
+    size.nodes = (size.ranks + request.ranks_per_node - 1) / request.ranks_per_node;
     size.longest_batch_s =
         costs.empty() ? 0.0 : std::ranges::max(costs) * (pace.is_known() ? pace.cautious() : 1.0);
     size.compute_s = std::max(makespan(costs, size.ranks) * seconds_per_cost, size.longest_batch_s);
@@ -124,15 +129,22 @@ std::string commented(const std::string& lines) {
     return text;
 }
 
+/// Memory to request for a rank, MB.
+int memory_mb(const JobText& text) {
+    return static_cast<int>(
+        std::max(least_memory_mb, std::ceil(2.0 * text.memory_bytes_per_rank * 1e-6)));
+}
+
 std::string slurm_directives(const JobText& text, const JobSize& size) {
-    std::string lines =
-        fmt::format("#SBATCH --job-name={}\n"
-                    "#SBATCH --nodes={}\n"
-                    "#SBATCH --ntasks={}\n"
-                    "#SBATCH --ntasks-per-node={}\n"
-                    "#SBATCH --time={}\n",
-                    job_name(text.study_name), size.nodes, size.ranks,
-                    std::min(text.ranks_per_node, size.ranks), walltime_text(size.walltime_s));
+    std::string lines = fmt::format("#SBATCH --job-name={}\n"
+                                    "#SBATCH --nodes={}\n"
+                                    "#SBATCH --ntasks={}\n"
+                                    "#SBATCH --ntasks-per-node={}\n"
+                                    "#SBATCH --mem-per-cpu={}M\n"
+                                    "#SBATCH --time={}\n",
+                                    job_name(text.study_name), size.nodes, size.ranks,
+                                    std::min(text.ranks_per_node, size.ranks), memory_mb(text),
+                                    walltime_text(size.walltime_s));
     if (!text.partition.empty())
         lines += fmt::format("#SBATCH --partition={}\n", text.partition);
     if (!text.account.empty())
@@ -147,11 +159,12 @@ std::string slurm_directives(const JobText& text, const JobSize& size) {
 
 std::string pbs_directives(const JobText& text, const JobSize& size) {
     const int per_node = std::min(text.ranks_per_node, size.ranks);
-    std::string lines = fmt::format("#PBS -N {}\n"
-                                    "#PBS -l select={}:ncpus={}:mpiprocs={}\n"
-                                    "#PBS -l walltime={}\n",
-                                    job_name(text.study_name).substr(0, 15), size.nodes, per_node,
-                                    per_node, walltime_text_in_hours(size.walltime_s));
+    std::string lines =
+        fmt::format("#PBS -N {}\n"
+                    "#PBS -l select={}:ncpus={}:mpiprocs={}:mem={}mb\n"
+                    "#PBS -l walltime={}\n",
+                    job_name(text.study_name).substr(0, 15), size.nodes, per_node, per_node,
+                    per_node * memory_mb(text), walltime_text_in_hours(size.walltime_s));
     if (!text.partition.empty())
         lines += fmt::format("#PBS -q {}\n", text.partition);
     if (!text.account.empty())

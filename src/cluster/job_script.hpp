@@ -21,7 +21,7 @@ struct JobRequest {
 };
 
 struct JobSize {
-    int nodes = 1; ///< at most the number that the batches can keep busy
+    int nodes = 1; ///< at most the number that the work can keep busy
     int ranks = 1;
     double core_seconds = 0.0;    ///< expected for everything that is missing
     double longest_batch_s = 0.0; ///< rarely exceeded by a batch
@@ -49,7 +49,8 @@ struct JobText {
     std::string partition;        ///< Slurm's partition or PBS's queue; empty: the default one
     std::string account;          ///< empty: the default one
     int ranks_per_node = 1;
-    std::int64_t points = 0; ///< that are missing
+    std::int64_t points = 0;            ///< that are missing
+    double memory_bytes_per_rank = 0.0; ///< estimated
 };
 
 /// Throws core::InputError for a partition or an account with other characters than letters,

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 #include <vector>
+
+#include <fmt/core.h>
 
 namespace culm::core {
 
@@ -24,7 +27,32 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     return row[b.size()];
 }
 
+namespace {
+
+/// Abbreviations and symbols of the literature for names of culm.
+constexpr std::pair<std::string_view, std::string_view> synonyms[] = {
+    {"lhs", "latin_hypercube"}, {"beta", "bond_damping"}, {"damping", "bond_damping"},
+    {"cd", "drag_coefficient"}, {"verlet", "explicit"},
+};
+
+/// Whether `name` is one or more of the words of `candidate`, which underscores separate.
+bool is_part(std::string_view name, std::string_view candidate) {
+    return fmt::format("_{}_", candidate).find(fmt::format("_{}_", name)) != std::string::npos;
+}
+
+} // namespace
+
 std::string nearest_name(std::string_view name, std::span<const std::string> valid) {
+    for (const auto& [synonym, meant] : synonyms)
+        if (name == synonym && std::ranges::find(valid, meant) != valid.end())
+            return std::string(meant);
+    // A typing error of one letter is more probable than an omitted word.
+    for (const std::string& candidate : valid)
+        if (edit_distance(name, candidate) <= 1)
+            return candidate;
+    for (const std::string& candidate : valid)
+        if (is_part(name, candidate))
+            return candidate;
     std::string best;
     // At least half of the letters must agree. Two letters may always differ: in short names a
     // single transposition counts twice.

@@ -11,8 +11,9 @@ namespace culm::core {
 /// Levenshtein distance: insertions, deletions and substitutions that turn `a` into `b`.
 [[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
 
-/// The candidate nearest to `name` by edit distance (the first of equals), or an empty string when
-/// more than half of the letters would have to change.
+/// The candidate that `name` probably means: a known synonym, a name that differs by one letter,
+/// one that has `name` among its words ("drag"), or the nearest by edit distance; the first of
+/// equals. Empty when more than half of the letters would have to change.
 [[nodiscard]] std::string nearest_name(std::string_view name, std::span<const std::string> valid);
 
 } // namespace culm::core

@@ -53,4 +53,15 @@ struct BondLawOptions {
     return std::nullopt;
 }
 
+/// The name of the law, or "unnamed". A β is valid only together with its law.
+[[nodiscard]] inline std::string law_name(const BondLawOptions& law) {
+    for (const std::string& name : law_names()) {
+        const BondLawOptions named = *law_by_name(name);
+        if (named.shear_damping_torque == law.shear_damping_torque &&
+            named.lever_arms_follow_bond == law.lever_arms_follow_bond)
+            return name;
+    }
+    return "unnamed";
+}
+
 } // namespace culm::physics

@@ -4,6 +4,7 @@
 #include "fit/solve/residual_statistics.hpp"
 #include "present/files.hpp"
 #include "present/parameters.hpp"
+#include "present/text.hpp"
 #include "reduce/distributions.hpp"
 
 #include <algorithm>
@@ -28,8 +29,8 @@ json json_of(const Uncertain& estimate) {
     return estimate_json(estimate.value, estimate.standard_error);
 }
 
-std::string plus_minus(const Uncertain& estimate, double scale, int decimals) {
-    return present::plus_minus(estimate.value, estimate.standard_error, scale, decimals);
+std::string plus_minus(const Uncertain& estimate, double scale = 1.0) {
+    return present::plus_minus(estimate.value, estimate.standard_error, scale);
 }
 
 /// The parameter with its combined uncertainty from the budget.
@@ -116,12 +117,21 @@ json chain_json(const fit::RecordingFit& fit, const std::string& law) {
             {"effects", effects}};
 }
 
+/// The first three failed tests and the number of the others; without any the verdict's reason.
+std::string short_reason(const diagnose::Verdict& verdict) {
+    constexpr std::size_t most = 3;
+    const std::vector<std::string>& names = verdict.failed_tests;
+    if (names.size() <= most)
+        return verdict.reason;
+    return fmt::format("{}, {}, {} and {} more", names[0], names[1], names[2], names.size() - most);
+}
+
 std::string adequacy_text(const diagnose::Verdict& verdict) {
     switch (verdict.finding) {
     case diagnose::Finding::Adequate:
         return "No model deficiency detectable in this recording.";
     case diagnose::Finding::Inadequate:
-        return fmt::format("Model inadequate; failed tests: {}.", verdict.reason);
+        return fmt::format("Model inadequate; failed tests: {}.", short_reason(verdict));
     case diagnose::Finding::Undecided:
         break;
     }
@@ -131,8 +141,8 @@ std::string adequacy_text(const diagnose::Verdict& verdict) {
 /// Y, β and the verdict.
 std::string calibration_sentence(const calibrate::Calibration& calibration) {
     return fmt::format("{}: Y = {} GPa, beta = {} (95 %). {}", calibration.id,
-                       plus_minus(parameter_of(calibration, physics::bond_youngs_modulus), 1e-9, 4),
-                       plus_minus(parameter_of(calibration, physics::bond_damping), 1.0, 2),
+                       plus_minus(parameter_of(calibration, physics::bond_youngs_modulus), 1e-9),
+                       plus_minus(parameter_of(calibration, physics::bond_damping)),
                        adequacy_text(calibration.verdict));
 }
 
@@ -198,16 +208,10 @@ json central_range_json(const calibrate::CentralRange& found) {
              bounds_json(found.upper_interval.lower, found.upper_interval.upper)}};
 }
 
-/// The value with two significant digits of the interval's half width.
+/// The value with the combined uncertainty of the budget.
 std::string calibrated_value(fit::FittedParameter parameter, double standard_error) {
     parameter.standard_error = standard_error;
-    const ReadableParameter shown = readable(parameter);
-    const double half = shown.scale * reduce::normal_quantile_95 * standard_error;
-    if (!(half > 1e-9 && half < 10.0)) // else as a number with an exponent
-        return value_text(parameter);
-    const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(half))));
-    return plus_minus({parameter.value, standard_error}, shown.scale, decimals) +
-           (shown.unit.empty() ? "" : ' ' + std::string(shown.unit));
+    return value_text(parameter);
 }
 
 /// The parameters in the order of the JSON's keys, so that both can be compared line by line.
@@ -227,9 +231,15 @@ std::string parameter_lines(const calibrate::Calibration& calibration) {
     return text;
 }
 
-std::string contradiction_line(const calibrate::Calibration& calibration, const TextStyle& style) {
-    const std::string said = contradiction_sentence(calibration.judged.parameters);
-    return said.empty() ? said : fmt::format("  {}\n", style.warning(said));
+std::string verdict_lines(const calibrate::Calibration& calibration, const TextStyle& style) {
+    const std::string verdict = result_lines("  ", adequacy_text(calibration.verdict));
+    std::string text = calibration.verdict.finding == diagnose::Finding::Adequate
+                           ? style.good(verdict)
+                           : style.warning(verdict);
+    if (const std::string said = contradiction_sentence(calibration.judged.parameters);
+        !said.empty())
+        text += style.warning(result_lines("  ", said));
+    return text;
 }
 
 std::string check_lines(const calibrate::Calibration& calibration) {
@@ -300,26 +310,24 @@ json calibration_json(const calibrate::Calibration& calibration, const std::stri
 }
 
 std::string calibration_text(const calibrate::Calibration& calibration, const std::string& law,
-                             const TextStyle& style) {
+                             bool with_details, const TextStyle& style) {
     const fit::RecordingFit& fit = calibration.fit;
-    return fmt::format(
-               "{}: chain of {} spheres, law {}, fitted to {} readings (intervals 95 %)\n{}",
-               calibration.id, fit.model.spec.stem.sphere_count, law, fit.readings,
-               parameter_lines(calibration)) +
-           fmt::format("  first mode: b2 {} Hz, b1 per cycle {}, damping ratio {:.5f}\n",
-                       plus_minus(frequency_of(calibration), 1.0, 3),
-                       plus_minus(decay_of(calibration), 1.0, 5),
-                       calibration.mode.damping_ratio()) +
-           fmt::format(
-               "  residual {:.4f} mm rms, {:.2f} times the noise of {:.4f} mm ({})\n"
-               "  reduced chi2 {:.3f} with the inputs free within their uncertainties\n  {}\n",
-               1e3 * fit.rmse, fit::over_noise(fit), 1e3 * fit::typical_noise(fit),
-               fit.noise_source, calibration.judged.reduced_chi_squared,
-               calibration.verdict.finding == diagnose::Finding::Adequate
-                   ? style.good(adequacy_text(calibration.verdict))
-                   : style.warning(adequacy_text(calibration.verdict))) +
-           contradiction_line(calibration, style) + check_lines(calibration) +
-           budget_text(calibration.budget, calibration.fit.parameters);
+    std::string text =
+        fmt::format("{}: chain of {} spheres, law {}, fitted to {} readings (intervals 95 %)\n{}",
+                    calibration.id, fit.model.spec.stem.sphere_count, law, fit.readings,
+                    parameter_lines(calibration));
+    text += fmt::format("  first mode: b2 {} Hz, b1 per cycle {}, damping ratio {:.5f}\n",
+                        plus_minus(frequency_of(calibration)), plus_minus(decay_of(calibration)),
+                        calibration.mode.damping_ratio());
+    text += fmt::format("  residual {:.4f} mm rms, {:.2f} times the noise of {:.4f} mm ({})\n",
+                        1e3 * fit.rmse, fit::over_noise(fit), 1e3 * fit::typical_noise(fit),
+                        fit.noise_source);
+    text += fmt::format("  reduced chi2 {:.3f} with the inputs free within their uncertainties\n",
+                        calibration.judged.reduced_chi_squared);
+    text += verdict_lines(calibration, style) + check_lines(calibration);
+    return text + (with_details
+                       ? budget_text(calibration.budget, calibration.fit.parameters)
+                       : largest_shares_text(calibration.budget, calibration.fit.parameters));
 }
 
 std::string calibration_table_head(bool is_checked) {
@@ -338,14 +346,13 @@ std::string calibration_table_line(const calibrate::Calibration& calibration, bo
                                   100.0 * calibration.check->frequency_error)
                     : fmt::format("{:>9} {:>9}  ", "-", "-");
     return fmt::format("{:<14} {:>18} {:>16} {:>18} {:>17} {:>8.4f}  {}{}\n", calibration.id,
-                       plus_minus(parameter_of(calibration, physics::bond_youngs_modulus), 1e-9, 4),
-                       plus_minus(parameter_of(calibration, physics::bond_damping), 1.0, 2),
-                       plus_minus(decay_of(calibration), 1.0, 4),
-                       plus_minus(frequency_of(calibration), 1.0, 3),
+                       plus_minus(parameter_of(calibration, physics::bond_youngs_modulus), 1e-9),
+                       plus_minus(parameter_of(calibration, physics::bond_damping)),
+                       plus_minus(decay_of(calibration)), plus_minus(frequency_of(calibration)),
                        calibration.judged.reduced_chi_squared, check,
                        calibration.verdict.finding == diagnose::Finding::Adequate
                            ? std::string("-")
-                           : style.warning(calibration.verdict.reason));
+                           : style.warning(short_reason(calibration.verdict)));
 }
 
 json study_calibration_json(const calibrate::StudyCalibration& found, const std::string& study) {
@@ -365,16 +372,17 @@ json study_calibration_json(const calibrate::StudyCalibration& found, const std:
 }
 
 std::string study_calibration_text(const calibrate::StudyCalibration& found,
-                                   const std::string& study, const TextStyle& style) {
+                                   const std::string& study, const std::string& law,
+                                   const TextStyle& style) {
     std::string text =
-        fmt::format("  by the study {}: h = {:.4g} mm, window {:.4g} s, b1 per cycle {}, b2 {} Hz\n"
-                    "    Eqs. 12-13    {}\n    F-test terms  {}\n",
-                    study, 1e3 * found.height, found.window, plus_minus(read_decay(found), 1.0, 4),
-                    plus_minus(read_frequency(found), 1.0, 3),
+        fmt::format("  by the study {}, law {}: h = {:.4g} mm, window {:.4g} s, b1 per cycle {}, "
+                    "b2 {} Hz\n    Eqs. 12-13    {}\n    F-test terms  {}\n",
+                    study, law, 1e3 * found.height, found.window, plus_minus(read_decay(found)),
+                    plus_minus(read_frequency(found)),
                     law_text(found.prediction, &reduce::ParameterPrediction::by_single_law),
                     law_text(found.prediction, &reduce::ParameterPrediction::by_reduced_model));
     for (const std::string& warning : found.warnings)
-        text += fmt::format("    {} {}\n", style.warning("WARNING:"), warning);
+        text += style.warning(result_lines("    ", "WARNING: " + warning));
     return text;
 }
 

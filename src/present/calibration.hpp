@@ -17,14 +17,20 @@ namespace culm::present {
 /// One stem that was calibrated; `law` is the name of its bonds' damping.
 [[nodiscard]] nlohmann::json calibration_json(const calibrate::Calibration& calibration,
                                               const std::string& law);
-/// The same as text.
+/// The same as text; `with_details`: with the uncertainty budget, else with its largest shares.
 [[nodiscard]] std::string calibration_text(const calibrate::Calibration& calibration,
-                                           const std::string& law, const TextStyle& style);
+                                           const std::string& law, bool with_details,
+                                           const TextStyle& style);
 
 /// A table: every input with its standard uncertainty, its pull, and its contributions to the
 /// uncertainties of Y, β and the effects' parameters; below it a sentence on the defaults used.
 [[nodiscard]] std::string budget_text(const fit::UncertaintyBudget& budget,
                                       std::span<const fit::FittedParameter> parameters);
+
+/// One sentence for each parameter: the causes of nine tenths of its variance; below it the
+/// sentence on the defaults.
+[[nodiscard]] std::string largest_shares_text(const fit::UncertaintyBudget& budget,
+                                              std::span<const fit::FittedParameter> parameters);
 
 /// {"inputs": [{"name", "unit", "value", "standard_uncertainty", "default", "pull",
 /// "uncertainty_with_readings", "sensitivities", "shares"}], "readings": {"standard_uncertainties",
@@ -41,7 +47,8 @@ namespace culm::present {
 [[nodiscard]] nlohmann::json study_calibration_json(const calibrate::StudyCalibration& found,
                                                     const std::string& study);
 [[nodiscard]] std::string study_calibration_text(const calibrate::StudyCalibration& found,
-                                                 const std::string& study, const TextStyle& style);
+                                                 const std::string& study, const std::string& law,
+                                                 const TextStyle& style);
 
 /// A stem's contribution to the population, which is sent between ranks.
 struct StemNumbers {

@@ -32,9 +32,11 @@ namespace culm::present {
 [[nodiscard]] nlohmann::json comparison_json(const diagnose::Ladder& ladder,
                                              const measure::Measurement& measurement);
 
-/// The ladder, its parameters, which steps are gains, and three sentences on the last model.
+/// The ladder, which steps are gains, and the parameters of the last model with three sentences on
+/// it; `with_details`: the parameters of every model. `law` is that of the bonds' damping.
 [[nodiscard]] std::string comparison_text(const diagnose::Ladder& ladder,
                                           const measure::Measurement& measurement,
+                                          const std::string& law, bool with_details,
                                           const TextStyle& style);
 
 /// Where, when and how a fit fails.

@@ -27,12 +27,12 @@ const diagnose::LadderModel* last_fitted(const diagnose::Ladder& ladder) {
 }
 
 std::string comparison_header(const diagnose::Ladder& ladder,
-                              const measure::Measurement& measurement) {
+                              const measure::Measurement& measurement, const std::string& law) {
     const diagnose::LadderModel* last = last_fitted(ladder);
     const bool is_noise_known = last != nullptr && last->fit.parts.front().is_noise_known;
     return fmt::format(
-        "{}: {}, {} frames, {}\n", measurement.stem.id,
-        counted(measurement.heights.size(), "height"), measurement.times.size(),
+        "{}: {}, {} frames, law {}, {} (± is half of the 95 % interval)\n", measurement.stem.id,
+        counted(measurement.heights.size(), "height"), measurement.times.size(), law,
         is_noise_known
             ? fmt::format("noise {} mm ({})",
                           number_cell(1e3 * fit::typical_noise(last->fit.parts.front()), 4),
@@ -150,24 +150,28 @@ std::vector<std::string> step_sentences(const diagnose::Ladder& ladder, std::siz
 }
 
 std::string comparison_text(const diagnose::Ladder& ladder, const measure::Measurement& measurement,
-                            const TextStyle& style) {
-    std::string text = comparison_header(ladder, measurement) + ladder_lines(ladder, style);
+                            const std::string& law, bool with_details, const TextStyle& style) {
+    const diagnose::LadderModel* last = last_fitted(ladder);
+    std::string text = comparison_header(ladder, measurement, law) + ladder_lines(ladder, style);
     for (std::size_t k = 0; k < ladder.models.size(); ++k) {
-        if (k == 0)
-            text += "baseline (± is half of the 95 % interval):\n";
-        else
+        const diagnose::LadderModel& model = ladder.models[k];
+        const bool is_shown = with_details || &model == last;
+        if (k > 0)
             text += fmt::format("{}\n", fmt::join(step_sentences(ladder, k), "\n    "));
-        text += model_parameters(ladder.models[k].stated);
-        if (const std::string said = contradiction_sentence(ladder.models[k].fit.parameters);
-            !said.empty())
-            text += fmt::format("    {}\n", said);
+        else if (is_shown)
+            text += "baseline:\n";
+        if (is_shown)
+            text += model_parameters(model.stated);
+        if (const std::string said = contradiction_sentence(model.fit.parameters);
+            is_shown && !said.empty())
+            text += result_lines("    ", said);
     }
-    if (const diagnose::LadderModel* last = last_fitted(ladder)) {
-        text += fmt::format("\n{}:\n", model_name(last->fit.names));
-        const auto place = static_cast<std::size_t>(last - ladder.models.data());
-        for (const std::string& sentence : comparison_sentences(comparison_of(ladder, place)))
-            text += fmt::format("  {}\n", sentence);
-    }
+    if (last == nullptr)
+        return text;
+    text += fmt::format("\n{}:\n", model_name(last->fit.names));
+    const auto place = static_cast<std::size_t>(last - ladder.models.data());
+    for (const std::string& sentence : comparison_sentences(comparison_of(ladder, place)))
+        text += result_lines("  ", sentence);
     return text;
 }
 

@@ -19,6 +19,7 @@ struct DiagnosisReport {
     const diagnose::Diagnosis& found;
     std::span<const measure::Measurement> recordings;
     const fit::SelectedEffects& candidates; ///< those that were tried
+    std::string law;                        ///< of the bonds' damping
 
     /// The model whose residuals are nearest to noise, with every input as stated; with the
     /// error terms of the readings if that fit failed.
@@ -41,7 +42,9 @@ struct DiagnosisReport {
 /// The verdict in sentences, the headline first.
 [[nodiscard]] std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report);
 
-/// The verdict as text and the tables below it; the output fits on a screen.
-[[nodiscard]] std::string diagnosis_text(const DiagnosisReport& report, const TextStyle& style);
+/// The verdict as text and the most informative experiment; without a named effect also the
+/// detection limits. `with_details`: all tables.
+[[nodiscard]] std::string diagnosis_text(const DiagnosisReport& report, bool with_details,
+                                         const TextStyle& style);
 
 } // namespace culm::present

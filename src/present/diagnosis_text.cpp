@@ -19,8 +19,6 @@ namespace {
 
 using diagnose::Conclusion;
 
-constexpr std::size_t diagnosis_width = 96; ///< characters of a line of running text
-
 /// Does the effect have a detection limit?
 bool is_detectable(const diagnose::DetectionLimit& limit) {
     return limit.failure.empty() && !limit.is_beyond_bounds && std::isfinite(limit.value);
@@ -81,7 +79,8 @@ std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
                                                    residual, number_cell(1e3 * report.noise(), 4))};
     if (first.moves()) {
         sentences.push_back("Y: " + before_and_after(physics::bond_youngs_modulus, first, last));
-        sentences.push_back("beta: " + before_and_after(physics::bond_damping, first, last));
+        sentences.push_back(fmt::format("beta (law {}): {}", report.law,
+                                        before_and_after(physics::bond_damping, first, last)));
     }
     if (found.ladder.back().has_free_inputs)
         sentences.emplace_back("With every input as stated the fit has no such effect: all numbers "
@@ -188,10 +187,8 @@ std::string effect_lines(const DiagnosisReport& report) {
         for (const diagnose::Explanation& each : report.found.posterior.explanations)
             if (std::ranges::find(each.effects, effect) != each.effects.end())
                 probability += each.probability;
-        text += wrapped("  ",
-                        fmt::format("{}, probability {:.2f}: {}", effect, probability,
-                                    report.summary_of(effect)),
-                        diagnosis_width);
+        text += result_lines("  ", fmt::format("{}, probability {:.2f}: {}", effect, probability,
+                                               report.summary_of(effect)));
         text += strength_lines(report, effect);
     }
     return text;
@@ -250,10 +247,10 @@ std::string detection_lines(const std::vector<diagnose::DetectionLimit>& limits)
     std::string text;
     if (!sizes.empty())
         text += wrapped("detection limits (3 sigma): ", fmt::format("{}", fmt::join(sizes, ", ")),
-                        diagnosis_width - 28);
+                        result_width - 28);
     if (!unknown.empty())
         text += wrapped("not detectable: ", fmt::format("{}", fmt::join(unknown, ", ")),
-                        diagnosis_width - 16);
+                        result_width - 16);
     return text;
 }
 
@@ -263,7 +260,7 @@ std::string failure_lines(const std::vector<diagnose::ModelProbability>& models)
     for (const diagnose::ModelProbability& model : models)
         if (!model.failure.empty())
             text += wrapped(fmt::format("failed: {}: ", fmt::join(model.effects, ", ")),
-                            model.failure, diagnosis_width - 20);
+                            model.failure, result_width - 20);
     return text;
 }
 
@@ -295,7 +292,7 @@ std::string experiment_lines(const std::vector<diagnose::Experiment>& experiment
     return wrapped("next experiment: ",
                    fmt::format("{}: {} with {:.0f} sigma", best.what, what_it_shows(best),
                                std::sqrt(best.expected_gap)),
-                   diagnosis_width - 17);
+                   result_width - 17);
 }
 
 /// Removes blanks at the ends of lines.
@@ -331,15 +328,21 @@ std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report) {
     return sentences;
 }
 
-std::string diagnosis_text(const DiagnosisReport& report, const TextStyle& style) {
+std::string diagnosis_text(const DiagnosisReport& report, bool with_details,
+                           const TextStyle& style) {
     const diagnose::Diagnosis& found = report.found;
     std::string text = diagnosis_header(report) + style.headline(diagnosis_headline(found)) + '\n' +
                        effect_lines(report);
     for (const std::string& sentence : explanations(report))
-        text += wrapped("  ", sentence, diagnosis_width);
-    return trimmed_lines(
-        text + '\n' + model_lines(found.ladder, style) + detection_lines(found.blind_spots) +
-        failure_lines(found.posterior.models) + experiment_lines(found.next_experiments));
+        text += result_lines("  ", sentence);
+    text += '\n';
+    if (with_details)
+        text += model_lines(found.ladder, style);
+    // Without an effect the question is which effects could be there unseen.
+    if (with_details || found.effects.empty())
+        text += detection_lines(found.blind_spots);
+    return trimmed_lines(text + failure_lines(found.posterior.models) +
+                         experiment_lines(found.next_experiments));
 }
 
 } // namespace culm::present

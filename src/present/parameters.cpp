@@ -21,9 +21,22 @@ json estimate_json(double value, double standard_error) {
             {"interval", {number(value - half), number(value + half)}}};
 }
 
-std::string plus_minus(double value, double standard_error, double scale, int decimals) {
-    return fmt::format("{:.{}f} ± {:.{}f}", scale * value, decimals,
-                       scale * reduce::normal_quantile_95 * standard_error, decimals);
+std::string with_uncertainty(double value, double half) {
+    if (!std::isfinite(half) || half <= 0.0)
+        return fmt::format("{:.5g}", value);
+    // Two significant digits of 0.0996 are 0.10.
+    const int place = static_cast<int>(std::floor(std::log10(half * (1.0 + 0.5e-2))));
+    if (place >= 4 || place < -6) {
+        const double digits = std::ceil(std::log10(std::abs(value) / half)) + 2.0;
+        return fmt::format("{:.{}g} ± {:.2g}", value, std::clamp(static_cast<int>(digits), 2, 9),
+                           half);
+    }
+    const int decimals = std::max(0, 1 - place);
+    return fmt::format("{:.{}f} ± {:.{}f}", value, decimals, half, decimals);
+}
+
+std::string plus_minus(double value, double standard_error, double scale) {
+    return with_uncertainty(scale * value, scale * reduce::normal_quantile_95 * standard_error);
 }
 
 std::string parameter_key(const fit::FittedParameter& parameter) {
@@ -66,17 +79,7 @@ ReadableParameter readable(const fit::FittedParameter& parameter) {
 
 std::string value_text(const fit::FittedParameter& parameter) {
     const ReadableParameter shown = readable(parameter);
-    const double value = shown.scale * parameter.value;
-    const double half = shown.scale * reduce::normal_quantile_95 * parameter.standard_error;
-    const bool is_known = std::isfinite(half) && half > 0.0;
-    // The digits extend to the second significant digit of the interval's half width.
-    const int digits =
-        is_known
-            ? std::clamp(static_cast<int>(std::ceil(std::log10(std::abs(value) / half))) + 2, 3, 7)
-            : 5;
-    std::string text = fmt::format("{:.{}g}", value, digits);
-    if (is_known)
-        text += fmt::format(" ± {:.2g}", half);
+    std::string text = plus_minus(parameter.value, parameter.standard_error, shown.scale);
     if (!shown.unit.empty())
         text += fmt::format(" {}", shown.unit);
     return text + (parameter.is_at_bound ? "  (at its bound)" : "");

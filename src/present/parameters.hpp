@@ -19,9 +19,12 @@ namespace culm::present {
 /// {"value", "stderr", "interval"}: the interval is that of 95 %.
 [[nodiscard]] nlohmann::json estimate_json(double value, double standard_error);
 
-/// "1.9017 ± 0.0007": `scale` times value and half of the 95 % interval.
-[[nodiscard]] std::string plus_minus(double value, double standard_error, double scale,
-                                     int decimals);
+/// "1.90173 ± 0.00065": both to the second significant digit of `half`, half of an interval; five
+/// digits of the value if `half` is unknown.
+[[nodiscard]] std::string with_uncertainty(double value, double half);
+
+/// `scale` times value and half of the 95 % interval.
+[[nodiscard]] std::string plus_minus(double value, double standard_error, double scale = 1.0);
 
 /// bond_youngs_modulus_pa, tip_deflection_m, …; effects' parameters have their unit in their name.
 /// The key of a parameter of one of several recordings ends in an at sign and the recording's id:
@@ -45,8 +48,7 @@ struct ReadableParameter {
 /// Young's modulus in MPa or GPa, depending on its value; deflections in mm, times in ms.
 [[nodiscard]] ReadableParameter readable(const fit::FittedParameter& parameter);
 
-/// "1.90173 ± 0.00065 GPa": value and half of its 95 % interval, with the digits that the interval
-/// justifies.
+/// "1.90173 ± 0.00065 GPa": value and half of its 95 % interval.
 [[nodiscard]] std::string value_text(const fit::FittedParameter& parameter);
 
 /// Names the stated inputs and constrained error terms whose pull exceeds fit::contradiction; empty

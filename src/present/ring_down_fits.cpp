@@ -2,6 +2,7 @@
 #include "present/ring_down_fits.hpp"
 
 #include "present/files.hpp"
+#include "present/parameters.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -135,9 +136,8 @@ json laboratory_json(const reduce::PopulationSummary& population) {
 // A screen has some 40 lines; for more stems than this only the population is shown.
 constexpr std::size_t most_stems = 30;
 
-std::string plus_minus(const reduce::Estimate& found, int decimals) {
-    return fmt::format("{:.{}f} ± {:.{}f}", found.value, decimals, found.upper - found.value,
-                       decimals);
+std::string plus_minus(const reduce::Estimate& found) {
+    return with_uncertainty(found.value, found.upper - found.value);
 }
 
 std::string p_text(double p) {
@@ -158,15 +158,14 @@ std::string stem_heights(const reduce::StemRingDowns& stem, const TextStyle& sty
         const reduce::RingDownAnalysis& fit = *height.fit;
         text += fmt::format("{:8.1f} {:9.3f} {:>20} {:>20} {:>22} {:9.4f}  {}\n",
                             1e3 * height.height, 1e3 * fit.amplitude.value,
-                            plus_minus(fit.decay_per_cycle, 4), plus_minus(fit.decay_rate, 2),
-                            plus_minus(fit.frequency, 3), 1e3 * fit.rms_residual,
+                            plus_minus(fit.decay_per_cycle), plus_minus(fit.decay_rate),
+                            plus_minus(fit.frequency), 1e3 * fit.rms_residual,
                             fit.adequacy.is_adequate ? style.good("yes")
                                                      : style.warning("no: ") + fit.adequacy.reason);
     }
     if (stem.frequency)
-        text +=
-            fmt::format("{:>8} {:>9} {:>20} {:>20} {:>22}\n", "mean", "",
-                        plus_minus(*stem.decay_per_cycle, 4), "", plus_minus(*stem.frequency, 3));
+        text += fmt::format("{:>8} {:>9} {:>20} {:>20} {:>22}\n", "mean", "",
+                            plus_minus(*stem.decay_per_cycle), "", plus_minus(*stem.frequency));
     if (stem.banding)
         text += fmt::format("banding: b1 per cycle changes by {:.4f} from the clamp to the tip "
                             "(95 %: {:.4f} … {:.4f}, p {})\n",
@@ -187,7 +186,7 @@ std::string stem_lines(const FitReport& report) {
             continue;
         }
         text += fmt::format("{:<14} {:>18} {:>18} {:8.2f} {:>10} {:>16} {:>8}\n", stem.id,
-                            plus_minus(*stem.decay_per_cycle, 4), plus_minus(*stem.frequency, 3),
+                            plus_minus(*stem.decay_per_cycle), plus_minus(*stem.frequency),
                             1e3 * stem.largest_deflection,
                             fmt::format("{}/{}", stem.adequate_heights, stem.heights.size()),
                             stem.banding ? fmt::format("{:.4f}", stem.banding->slope) : "-",

@@ -14,6 +14,8 @@ namespace culm::present {
 
 /// Columns of printed text.
 inline constexpr std::size_t text_width = 78;
+/// Columns of the running text between tables of results, which need up to 100.
+inline constexpr std::size_t result_width = 98;
 
 /// Number of characters, not bytes: continuation bytes of UTF-8 are not counted.
 [[nodiscard]] inline std::size_t width_of(const std::string& text) {
@@ -38,6 +40,12 @@ inline constexpr std::size_t text_width = 78;
         out += word;
     }
     return out + '\n';
+}
+
+/// `sentence` in lines of result_width, indented by `indent`.
+[[nodiscard]] inline std::string result_lines(const std::string& indent,
+                                              const std::string& sentence) {
+    return wrapped(indent, sentence, result_width - indent.size());
 }
 
 /// "1 height", "9 heights".

@@ -2,8 +2,11 @@
 #include "present/calibration.hpp"
 #include "present/files.hpp"
 #include "present/parameters.hpp"
+#include "present/text.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -128,7 +131,34 @@ std::string budget_text(const fit::UncertaintyBudget& budget,
     text.erase(text.find_last_not_of(' ') + 1);
     text += '\n';
     if (const std::string defaults = defaults_sentence(budget); !defaults.empty())
-        text += "    " + defaults + '\n';
+        text += result_lines("    ", defaults);
+    return text;
+}
+
+std::string largest_shares_text(const fit::UncertaintyBudget& budget,
+                                std::span<const fit::FittedParameter> parameters) {
+    constexpr double enough = 0.9;
+    std::string text;
+    for (const std::size_t p : shown_parameters(parameters)) {
+        std::vector<std::pair<double, std::string>> shares{
+            {budget.share_of_readings(p), "noise of the readings"}};
+        for (std::size_t k = 0; k < budget.inputs.size(); ++k)
+            shares.emplace_back(budget.share(k, p), budget.inputs[k].input.name);
+        std::ranges::stable_sort(shares, std::greater{}, &std::pair<double, std::string>::first);
+        std::vector<std::string> causes;
+        double sum = 0.0;
+        for (const auto& [share, name] : shares)
+            if (sum < enough && share > 0.0) { // false for NaN
+                causes.push_back(fmt::format("{} {:.0f} %", name, 100.0 * share));
+                sum += share;
+            }
+        if (!causes.empty())
+            text += result_lines("  ", fmt::format("Uncertainty of {}: {} of the variance.",
+                                                   readable(parameters[p]).name,
+                                                   fmt::join(causes, ", ")));
+    }
+    if (const std::string defaults = defaults_sentence(budget); !defaults.empty())
+        text += result_lines("  ", defaults);
     return text;
 }
 

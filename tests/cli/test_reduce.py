@@ -33,7 +33,8 @@ class Reduce(CulmTest):
         finished = self.culm("reduce", "out", "--window", "0.03")
         self.assert_exit(finished, DONE)
         self.assertEqual(finished.stdout.splitlines()[0],
-                         "Eq. 1 fitted to the tip over 0.03 s, b0 free; b1 per cycle, b2 in Hz")
+                         "Eq. 1 fitted to the tip over 0.03 s, b0 free; b1 per cycle, b2 in "
+                         "Hz; law schramm2019")
         self.assertEqual(self.read_summary()["fit"]["window_s"], 0.03)
         for new, old in zip(self.frequencies(), before):
             self.assertNotEqual(new, old)
@@ -45,7 +46,7 @@ class Reduce(CulmTest):
         self.assert_exit(finished, DONE)
         self.assertEqual(finished.stdout.splitlines()[0],
                          "Eq. 1 fitted to the tip over the whole record, b0 fixed; b1 per cycle, "
-                         "b2 in Hz")
+                         "b2 in Hz; law schramm2019")
         self.assertEqual(self.read_summary()["fit"]["amplitude"], "fixed")
         self.assertNotEqual(self.frequencies(), before)
 

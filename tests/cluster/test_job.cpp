@@ -43,6 +43,13 @@ TEST(JobSize, TakesNoMoreRanksThanThereAreBatches) {
     EXPECT_EQ(size.nodes, 2);
 }
 
+TEST(JobSize, GivesEveryRankWork) {
+    const JobSize size = size_job(batches(100, 0.22), {}, {2, 16, std::nullopt});
+    EXPECT_EQ(size.ranks, 3); // 22 s
+    EXPECT_EQ(size.nodes, 1);
+    EXPECT_DOUBLE_EQ(size.walltime_s, 300.0);
+}
+
 TEST(JobSize, GivesTheNumberOfShortJobs) {
     const JobSize size = size_job(batches(1000, 60.0), {}, {1, 10, 1000.0});
     EXPECT_DOUBLE_EQ(size.walltime_s, 1000.0);
@@ -72,11 +79,12 @@ TEST(JobScript, RequestsTheNeedsOfTheStudyFromSlurm) {
     text.account = "lab-7@x";
     const std::string script =
         job_script(BatchSystem::Slurm, text, size_job(batches(4, 60.0), {}, {2, 2, 7200.0}));
-    for (const char* line : {"#!/bin/bash\n", "#SBATCH --nodes=2\n", "#SBATCH --ntasks=4\n",
-                             "#SBATCH --time=02:00:00\n", "#SBATCH --partition=short,long\n",
-                             "#SBATCH --account=lab-7@x\n", "#SBATCH --requeue\n",
-                             "#SBATCH --signal=B:USR1@120\n", "STUDY=/data/doe.toml\n",
-                             "OUTPUT=/data/doe\n", "run_until_complete() {\n", "scontrol requeue"})
+    for (const char* line :
+         {"#!/bin/bash\n", "#SBATCH --nodes=2\n", "#SBATCH --ntasks=4\n",
+          "#SBATCH --time=02:00:00\n", "#SBATCH --mem-per-cpu=200M\n",
+          "#SBATCH --partition=short,long\n", "#SBATCH --account=lab-7@x\n", "#SBATCH --requeue\n",
+          "#SBATCH --signal=B:USR1@120\n", "STUDY=/data/doe.toml\n", "OUTPUT=/data/doe\n",
+          "run_until_complete() {\n", "scontrol requeue"})
         EXPECT_NE(script.find(line), std::string::npos) << line;
     EXPECT_EQ(script.find("#PBS"), std::string::npos);
 }
@@ -86,8 +94,9 @@ TEST(JobScript, AddsATimerForPbs) {
     text.partition = "workq";
     const std::string script =
         job_script(BatchSystem::Pbs, text, size_job(batches(4, 60.0), {}, {2, 2, 93600.0}));
-    for (const char* line : {"#PBS -l select=2:ncpus=2:mpiprocs=2\n", "#PBS -l walltime=26:00:00\n",
-                             "#PBS -q workq\n", "WALLTIME_S=93600 ", "cd \"$PBS_O_WORKDIR\""})
+    for (const char* line :
+         {"#PBS -l select=2:ncpus=2:mpiprocs=2:mem=400mb\n", "#PBS -l walltime=26:00:00\n",
+          "#PBS -q workq\n", "WALLTIME_S=93600 ", "cd \"$PBS_O_WORKDIR\""})
         EXPECT_NE(script.find(line), std::string::npos) << line;
     EXPECT_EQ(script.find("\n#SBATCH"), std::string::npos);
 }

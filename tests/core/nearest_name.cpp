@@ -20,6 +20,21 @@ TEST(NearestName, FindsAMistypedName) {
     EXPECT_EQ(nearest_name("gravty", valid), "gravity");
 }
 
+TEST(NearestName, FindsAWordOfALongerName) {
+    const std::vector<std::string> valid{"clamp_friction", "quadratic_drag", "viscous_drag"};
+    EXPECT_EQ(nearest_name("drag", valid), "quadratic_drag");
+    EXPECT_EQ(nearest_name("friction", valid), "clamp_friction");
+    EXPECT_EQ(nearest_name("rag", valid), "");
+}
+
+TEST(NearestName, FindsASynonymOnlyWhereItsNameIsValid) {
+    const std::vector<std::string> designs{"factorial", "latin_hypercube", "sobol", "list"};
+    EXPECT_EQ(nearest_name("lhs", designs), "latin_hypercube");
+    const std::vector<std::string> parameters{"bond_youngs_modulus_gpa", "bond_damping"};
+    EXPECT_EQ(nearest_name("beta", parameters), "bond_damping");
+    EXPECT_EQ(nearest_name("beta", designs), "");
+}
+
 TEST(NearestName, GivesNothingWhenNoNameIsNear) {
     const std::vector<std::string> valid{"quadratic_drag", "gravity"};
     EXPECT_EQ(nearest_name("xyz", valid), "");

@@ -133,7 +133,7 @@ json calibrated(const CalibrationPlan& plan, std::size_t index, const CalibrateA
         calibrate::CalibrationOptions options = plan.options;
         options.fit.heartbeat = heartbeat;
         const calibrate::Calibration found = calibrate::calibrate_stem(measurement, options);
-        answer.text = present::calibration_text(found, law, style);
+        answer.text = present::calibration_text(found, law, arguments.with_details, style);
         answer.line = present::calibration_table_line(found, arguments.with_check, style);
         answer.numbers = present::numbers_of(found);
         if (!arguments.output.empty())
@@ -149,13 +149,20 @@ json calibrated(const CalibrationPlan& plan, std::size_t index, const CalibrateA
 }
 
 /// The stem's Y and β by the study's regressions.
-json calibrated_by_study(const CalibrationPlan& plan, std::size_t index, const std::string& study,
-                         StemAnswer& answer) {
+json calibrated_by_study(const CalibrationPlan& plan, std::size_t index,
+                         const CalibrateArguments& arguments, StemAnswer& answer) {
+    const std::string law = physics::law_name(plan.study->base.law);
     try {
-        const calibrate::StudyCalibration found =
+        calibrate::StudyCalibration found =
             calibrate::calibrate_by_study(plan.read.measurements[index], *plan.study);
-        answer.by_study = present::study_calibration_text(found, study, style_of(stdout));
-        return present::study_calibration_json(found, study);
+        if (law != arguments.law)
+            found.warnings.push_back(
+                fmt::format("the study has the law {}, the chain above {}: the two beta differ. "
+                            "--law {} calibrates the chain with the law of the study",
+                            law, arguments.law, law));
+        answer.by_study =
+            present::study_calibration_text(found, arguments.via, law, style_of(stdout));
+        return present::study_calibration_json(found, arguments.via);
     } catch (const core::NumericalError& error) {
         answer.by_study = fmt::format("  by the study: not possible: {}\n", error.what());
         return {{"failure", error.what()}};
@@ -167,7 +174,7 @@ StemAnswer answer_of(const CalibrationPlan& plan, std::size_t index,
     StemAnswer answer;
     json stem = calibrated(plan, index, arguments, heartbeat, answer);
     if (plan.study)
-        stem["via"] = calibrated_by_study(plan, index, arguments.via, answer);
+        stem["via"] = calibrated_by_study(plan, index, arguments, answer);
     stem["folder"] = plan.read.folders[index].string();
     answer.document = stem.dump();
     return answer;
@@ -238,16 +245,35 @@ std::string calibrations_text(const CalibrateArguments& arguments, const Calibra
     return text;
 }
 
-/// The suggested next command, which shows where, when and how the model fails.
-std::string next_command(const CalibrateArguments& arguments, const CalibrationPlan& plan) {
-    std::string command = "culm compare";
-    if (plan.read.folders.size() > 1)
-        command += " --table" + as_words(arguments.paths);
-    else
-        command += as_words({plan.read.folders.front().string()});
-    if (!arguments.effects.empty())
-        command += " --with" + as_words({arguments.effects});
-    return command + chain_words(arguments);
+/// "culm COMMAND" for the same recordings with the same model.
+std::string same_model(const std::string& command, const std::vector<std::string>& paths,
+                       const CalibrateArguments& arguments) {
+    return "culm " + command + as_words(paths) +
+           (arguments.effects.empty() ? std::string() : " --with" + as_words({arguments.effects})) +
+           chain_words(arguments);
+}
+
+/// The suggested next command: export what is adequate, else show where the model fails or which
+/// effect is missing.
+std::string next_command(const CalibrateArguments& arguments, const CalibrationPlan& plan,
+                         const std::vector<StemAnswer>& answers) {
+    const bool is_adequate = std::ranges::all_of(answers, [](const StemAnswer& answer) {
+        return answer.numbers && answer.numbers->is_adequate;
+    });
+    if (!is_adequate && plan.read.folders.size() > 1)
+        return same_model("compare --table", arguments.paths, arguments);
+    if (!is_adequate)
+        return arguments.effects.empty() && answers.front().numbers
+                   ? same_model("diagnose", arguments.paths, arguments)
+                   : same_model("compare", {plan.read.folders.front().string()}, arguments);
+    const std::string code = arguments.law == "consistent" ? "lammps" : "liggghts";
+    if (!arguments.json.empty() || !arguments.output.empty())
+        return "culm export " + code +
+               as_words({arguments.json.empty()
+                             ? (fs::path(arguments.output) / "calibration.json").string()
+                             : arguments.json});
+    return same_model("calibrate", arguments.paths, arguments) +
+           " --json calibration.json && culm export " + code + " calibration.json";
 }
 
 /// Rank 0 writes and prints; the exit code.
@@ -258,7 +284,7 @@ core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan
     write_results(arguments, plan.read.measurements, "calibration.json", document);
     if (arguments.prints_text())
         fmt::print("{}{}", calibrations_text(arguments, plan, answers, population),
-                   next_step(next_command(arguments, plan)));
+                   next_step(arguments, next_command(arguments, plan, answers)));
     const bool all_calibrated =
         std::ranges::all_of(answers, [](const auto& answer) { return answer.numbers.has_value(); });
     return all_calibrated ? core::ExitCode::Done : core::ExitCode::PointsFailed;

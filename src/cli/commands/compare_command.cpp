@@ -133,8 +133,10 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
         present::write_comparison_arrays(output / "comparison.h5", ladder, measurement);
     }
     if (arguments.prints_text())
-        fmt::print("{}{}", present::comparison_text(ladder, measurement, style_of(stdout)),
-                   next_step(next_command(arguments, folder, ladder)));
+        fmt::print("{}{}",
+                   present::comparison_text(ladder, measurement, arguments.law,
+                                            arguments.with_details, style_of(stdout)),
+                   next_step(arguments, next_command(arguments, folder, ladder)));
     return std::ranges::any_of(ladder.models, [](const auto& model) { return model.fit.failed(); })
                ? core::ExitCode::PointsFailed
                : core::ExitCode::Done;
@@ -206,8 +208,8 @@ core::ExitCode report(const CompareArguments& arguments, const present::EffectTa
     write_results(arguments, {}, "effect_table.json", document);
     if (arguments.prints_text())
         fmt::print("{}{}", present::effect_table_text(table, style_of(stdout)),
-                   next_step("culm diagnose" + as_words({first_folder.string()}) +
-                             chain_words(arguments)));
+                   next_step(arguments, "culm diagnose" + as_words({first_folder.string()}) +
+                                            chain_words(arguments)));
     return core::ExitCode::Done;
 }
 

@@ -168,10 +168,14 @@ json names_of(const fit::SelectedEffects& effects) {
     return names;
 }
 
+present::DiagnosisReport report_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
+                                   const diagnose::Diagnosis& found) {
+    return {found, plan.read.measurements, plan.effects.candidates, arguments.law};
+}
+
 json document_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
                  const diagnose::Diagnosis& found, const json& provenance) {
-    json document =
-        present::diagnosis_json({found, plan.read.measurements, plan.effects.candidates});
+    json document = present::diagnosis_json(report_of(arguments, plan, found));
     for (std::size_t k = 0; k < plan.read.folders.size(); ++k)
         document["recordings"][k]["folder"] = plan.read.folders[k].string();
     document["options"] = {{"law", arguments.law},
@@ -202,6 +206,22 @@ std::string model_options(const DiagnoseArguments& arguments, const DiagnosisPla
     return text + chain_words(arguments);
 }
 
+/// The options that determine a diagnosis.
+std::string same_options(const DiagnoseArguments& arguments) {
+    std::string text = chain_words(arguments);
+    const auto add = [&text](const char* option, const std::string& value) {
+        if (!value.empty())
+            text += option + as_words({value});
+    };
+    add(" --candidates", arguments.candidates);
+    for (const std::string& file : arguments.effect_files)
+        add(" --effect-file", file);
+    add(" --known", arguments.known);
+    if (arguments.most_effects != DiagnoseArguments{}.most_effects)
+        text += fmt::format(" --max-effects {}", arguments.most_effects);
+    return text;
+}
+
 /// The suggested next command.
 std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
                          const diagnose::Diagnosis& found) {
@@ -218,7 +238,7 @@ std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan
     case diagnose::Conclusion::Effect:
         return "culm compare " + folder + model_options(arguments, plan, effects);
     case diagnose::Conclusion::Tie:
-        return "culm diagnose" + all + " NEW_RECORDING";
+        return "culm diagnose" + all + " NEW_RECORDING" + same_options(arguments);
     case diagnose::Conclusion::Unknown:
         break;
     }
@@ -226,8 +246,8 @@ std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan
         return "culm compare " + folder + model_options(arguments, plan, {}) +
                " (where, when and how it fails)";
     if (arguments.output.empty())
-        return "culm diagnose" + all + " -o DIR (writes the force as DIR/" + force_file_name +
-               ", an effect for --with)";
+        return "culm diagnose" + all + same_options(arguments) +
+               " -o DIR (writes the force as DIR/" + force_file_name + ", an effect for --with)";
     return "culm compare " + folder +
            model_options(arguments, plan,
                          {(fs::path(arguments.output) / force_file_name).string()});
@@ -245,9 +265,9 @@ core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& p
     }
     if (arguments.prints_text())
         fmt::print("{}{}",
-                   present::diagnosis_text({found, plan.read.measurements, plan.effects.candidates},
-                                           style_of(stdout)),
-                   next_step(next_command(arguments, plan, found)));
+                   present::diagnosis_text(report_of(arguments, plan, found),
+                                           arguments.with_details, style_of(stdout)),
+                   next_step(arguments, next_command(arguments, plan, found)));
     const bool any_failed = std::ranges::any_of(
         found.posterior.models, [](const auto& model) { return !model.failure.empty(); });
     return any_failed ? core::ExitCode::PointsFailed : core::ExitCode::Done;

@@ -92,7 +92,7 @@ void fit(const FitArguments& arguments, CommandResult& result) {
         write_folder(arguments, report, measurements);
     if (arguments.prints_text())
         fmt::print("{}{}", present::fit_table(report, style_of(stdout)),
-                   next_step("culm calibrate" + as_words(arguments.paths)));
+                   next_step(arguments, "culm calibrate" + as_words(arguments.paths)));
     if (std::ranges::any_of(report.stems, [](const auto& stem) { return !stem.frequency; }))
         result.exit_code = core::ExitCode::PointsFailed;
 }

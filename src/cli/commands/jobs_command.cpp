@@ -72,15 +72,16 @@ void write_script(cluster::BatchSystem system, const JobsArguments& arguments) {
             static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
     if (!arguments.walltime.empty())
         request.walltime_s = cluster::parse_walltime("--walltime", arguments.walltime);
-    const cluster::JobSize size =
-        cluster::size_job(study::make_batches(study, points), study::read_pace(folder), request);
+    const std::vector<farm::Batch> batches = study::make_batches(study, points);
+    const cluster::JobSize size = cluster::size_job(batches, study::read_pace(folder), request);
     const fs::path program = own_program();
     const std::string script = cluster::job_script(
         system,
         {study.config.name, fs::absolute(arguments.study).lexically_normal(),
          fs::absolute(output).lexically_normal(), program.empty() ? "culm" : program,
          arguments.partition, arguments.account, request.ranks_per_node,
-         static_cast<std::int64_t>(points.size())},
+         static_cast<std::int64_t>(points.size()),
+         study::estimate(study, batches).memory_bytes_per_rank},
         size);
     fmt::print(stderr, "{}", cluster::size_text(size, static_cast<std::int64_t>(points.size())));
     if (size.ranks < arguments.nodes * request.ranks_per_node)

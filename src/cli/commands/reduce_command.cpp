@@ -34,9 +34,15 @@ void hand_out(const ReduceArguments& arguments, const Summary& summary, const st
         present::write_summary(study::StudyFolder(arguments.folder), summary);
     if (!arguments.json.empty())
         present::write_json(arguments.json, present::to_json(summary));
-    if (arguments.json != "-")
-        fmt::print("{}{}", table, next_step(next_command));
-    if (!summary.failed.empty())
+    if (arguments.json != "-") {
+        fmt::print("{}", table);
+        if (!arguments.keep)
+            fmt::print("\nwritten   {}/summary.json and its tables (--keep leaves them as they "
+                       "were)\n",
+                       arguments.folder);
+        fmt::print("{}", next_step(next_command));
+    }
+    if (!summary.failed.empty() || !summary.missing.empty())
         result.exit_code = core::ExitCode::PointsFailed;
 }
 

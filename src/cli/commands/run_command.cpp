@@ -280,7 +280,17 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
         };
     if (deadline)
         options.farm.deadline = deadline->time;
-    options.farm.stop_requested = [] { return stop_signal != 0; };
+    // mpirun kills the ranks a second after it has passed on Ctrl-C as SIGTERM.
+    const bool announces_stop = prints && communicator != nullptr;
+    options.farm.stop_requested = [announces_stop, &output, is_announced = false]() mutable {
+        if (announces_stop && stop_signal == SIGTERM && !is_announced) {
+            is_announced = true;
+            print_note(fmt::format(
+                "stopping; the points computed so far are kept in {}. Continue with --resume.",
+                output));
+        }
+        return stop_signal != 0;
+    };
     options.farm.progress = [&display](const farm::Progress& progress) { display.show(progress); };
     const study::ExecuteOutcome outcome = study::execute(study, folder, communicator, options);
     display.finish();

@@ -41,6 +41,7 @@ struct Candidate {
 
 struct Simulated {
     Candidate candidate;
+    std::string law;         ///< of the bonds' damping
     std::vector<double> tip; ///< m
     reduce::RingDownFit fit;
 };
@@ -53,7 +54,7 @@ Simulated simulate_candidate(const study::StudyConfig& config, const Candidate& 
     if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
         throw core::NumericalError(failure->kind, failure->reason);
     const auto& result = std::get<run::CaseResult>(outcome);
-    return {candidate, result.tip_deflection,
+    return {candidate, physics::law_name(spec.law), result.tip_deflection,
             reduce::fit_ring_down(study::sample_times(spec), result.tip_deflection,
                                   study::fit_options(config.reduce))};
 }
@@ -106,8 +107,9 @@ nlohmann::json to_json(const Simulated& simulated, const SimulateArguments& argu
 }
 
 void print(const Simulated& simulated, const SimulateArguments& arguments) {
-    fmt::print("{}: Y = {:.4f} GPa, beta = {:.3f}\n", simulated.candidate.name,
-               simulated.candidate.youngs_modulus * 1e-9, simulated.candidate.bond_damping);
+    fmt::print("{}: Y = {:.4f} GPa, beta = {:.3f} (law {})\n", simulated.candidate.name,
+               simulated.candidate.youngs_modulus * 1e-9, simulated.candidate.bond_damping,
+               simulated.law);
     const auto line = [](const char* name, double value, const char* unit,
                          const std::optional<double>& wanted) {
         fmt::print("    {:<22} {:>10.5g} {}", name, value, unit);

@@ -36,6 +36,17 @@ std::optional<double> tip_row(const Track& track) {
     return std::nullopt;
 }
 
+/// Refuses a scale, clamp or length with which the stem is seen above its own tip.
+void require_heights_on_stem(const Track& track) {
+    const double highest = track.measurement.heights.back();
+    if (const double length = track.measurement.stem.length; highest > length)
+        throw core::InputError(fmt::format(
+            "{}: with mm_per_px = {:g} the stem is seen up to {:.1f} mm above the clamp, but "
+            "stem.length_mm is {:.1f}: is the scale, the clamp's row or the length wrong?",
+            track.settings.file.string(), track.settings.metres_per_pixel * 1e3, highest * 1e3,
+            length * 1e3));
+}
+
 void doubt_scale(Track& track) {
     const StemSurvey& survey = track.survey;
     const double expected = survey.trace.stem_width;
@@ -141,6 +152,7 @@ double camera_rate(const FrameSource& source, const TrackSettings& settings,
 }
 
 void add_doubts(Track& track) {
+    require_heights_on_stem(track);
     for (const std::string& remark : track.survey.remarks)
         track.remarks.push_back(remark);
     doubt_missing_frames(track);

@@ -4,6 +4,7 @@
 #include "measure/folder/measurement_files.hpp"
 #include "measure/track/track.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -139,6 +140,11 @@ TrackSettings read_track_settings(const std::filesystem::path& file) {
     read_appearance(video, settings);
     read_output(video, settings);
     read_stem_tables(root, settings.description);
+    const double length = settings.description.stem.length;
+    if (!settings.heights.empty() && length > 0.0 && std::ranges::max(settings.heights) > length)
+        video.fault("heights_mm",
+                    fmt::format("{:g} mm lies above the stem, which is {:g} mm long",
+                                std::ranges::max(settings.heights) * 1e3, length * 1e3));
     // Two values for one number would be ambiguous.
     if (settings.fps && settings.description.frames_per_second)
         root.fault("camera", "fps is already given in [video]");

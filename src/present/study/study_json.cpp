@@ -257,19 +257,23 @@ void write_step_errors(std::ostream& csv, const TimestepSummary& summary) {
         }
 }
 
+json failed_points(const std::vector<FailedPoint>& failed) {
+    json points = json::array();
+    for (const FailedPoint& point : failed)
+        points.push_back({{"point", point.point}, {"kind", point.kind}, {"reason", point.reason}});
+    return points;
+}
+
 } // namespace
 
 nlohmann::json to_json(const StudySummary& summary) {
-    json failed = json::array();
-    for (const FailedPoint& point : summary.failed)
-        failed.push_back({{"point", point.point}, {"kind", point.kind}, {"reason", point.reason}});
     json work = json::object();
     for (const auto& [name, sum] : summary.work)
         work[name] = std::llround(sum);
     json out{
         {"points", summary.points},
         {"completed", summary.completed},
-        {"failed", failed},
+        {"failed", failed_points(summary.failed)},
         {"ranks", summary.ranks},
         {"wall_s", summary.wall_s},
         {"integrator", {{"method", summary.integrator}, {"work", work}}},
@@ -281,20 +285,19 @@ nlohmann::json to_json(const StudySummary& summary) {
          {{"sqrt_youngs_modulus",
            to_json(summary.regression.sqrt_youngs_modulus, "frequency", "sqrt(Pa)")},
           {"bond_damping", to_json(summary.regression.bond_damping, "decay_per_cycle", "1")}}}};
+    if (!summary.missing.empty())
+        out["missing"] = summary.missing;
     if (summary.replicates)
         add_spread(out, *summary.replicates);
     return out;
 }
 
 nlohmann::json to_json(const TimestepSummary& summary) {
-    json failed = json::array();
-    for (const FailedPoint& point : summary.failed)
-        failed.push_back({{"point", point.point}, {"kind", point.kind}, {"reason", point.reason}});
     const auto& laws = summary.regression;
     json out{{"kind", "timestep"},
              {"points", summary.points},
              {"completed", summary.stems.size()},
-             {"failed", failed},
+             {"failed", failed_points(summary.failed)},
              {"ranks", summary.ranks},
              {"wall_s", summary.wall_s},
              {"limits", limits_json(summary)},
@@ -304,6 +307,8 @@ nlohmann::json to_json(const TimestepSummary& summary) {
                {"rule_form", law_json(laws.rule_form, "dt = tau/(a + b beta)")},
                {"power_law", law_json(laws.power_law, "ln dt = ln_c + p ln Y + q ln beta")}}},
              {"errors", errors_json(summary)}};
+    if (!summary.missing.empty())
+        out["missing"] = summary.missing;
     if (!summary.options.fractions.empty())
         out["implicit_against_converged"] = {
             {"decay", spread_json(summary.stems,

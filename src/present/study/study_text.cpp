@@ -14,12 +14,20 @@
 namespace culm::present {
 namespace {
 
-/// The first ten failed points with their reasons; empty if there are none. summary.json lists all.
-std::string failed_points_text(const std::vector<study::FailedPoint>& failed, std::int64_t points) {
+/// The missing points, and the first ten failed ones with their reasons; empty if there are none.
+/// summary.json lists all.
+template <class Summary>
+std::string failed_points_text(const Summary& summary) {
     constexpr std::size_t listed = 10;
+    const std::vector<study::FailedPoint>& failed = summary.failed;
+    std::string text;
+    if (!summary.missing.empty())
+        text = fmt::format("\n{} of {} points were not computed: {}; `culm run STUDY.toml -o DIR "
+                           "--resume` computes them\n",
+                           summary.missing.size(), summary.points, ranges_text(summary.missing));
     if (failed.empty())
-        return {};
-    std::string text = fmt::format("\n{} of {} points failed:\n", failed.size(), points);
+        return text;
+    text += fmt::format("\n{} of {} points failed:\n", failed.size(), summary.points);
     for (std::size_t k = 0; k < std::min(listed, failed.size()); ++k)
         text += fmt::format("    point {}: {}: {}\n", failed[k].point, failed[k].kind,
                             failed[k].reason);
@@ -145,14 +153,14 @@ std::string regression_table(const study::StudySummary& summary) {
     const std::string window =
         summary.reduce.window ? fmt::format("{:g} s", *summary.reduce.window) : "the whole record";
     std::string text =
-        fmt::format("Eq. 1 fitted to the tip over {}, b0 {}; b1 per cycle, b2 in Hz\n\n", window,
-                    summary.reduce.is_amplitude_free ? "free" : "fixed");
+        fmt::format("Eq. 1 fitted to the tip over {}, b0 {}; b1 per cycle, b2 in Hz; law {}\n\n",
+                    window, summary.reduce.is_amplitude_free ? "free" : "fixed", summary.law);
     text += law("sqrt(Y)", "b2", "574.3 b2 + 91.4 (Eq. 12; Y in Pa)",
                 summary.regression.sqrt_youngs_modulus);
     text += law("beta", "b1", "-261.4 b1 + 2.5 (Eq. 13)", summary.regression.bond_damping);
     if (summary.replicates)
         text += replicate_table(*summary.replicates);
-    return text + failed_points_text(summary.failed, summary.points);
+    return text + failed_points_text(summary);
 }
 
 namespace {
@@ -237,7 +245,7 @@ std::string errors(const study::TimestepSummary& summary) {
 
 std::string timestep_table(const study::TimestepSummary& summary) {
     return limits(summary) + laws(summary.regression) + errors(summary) +
-           failed_points_text(summary.failed, summary.points);
+           failed_points_text(summary);
 }
 
 namespace {

@@ -142,19 +142,9 @@ void add_factors_and_design(const StudyConfig& config, Lines& lines) {
         lines["design.points"] = fmt::format("{}", config.design.points);
 }
 
-std::string law_name(const physics::BondLawOptions& law) {
-    for (const std::string& name : physics::law_names()) {
-        const auto named = physics::law_by_name(name);
-        if (named && named->shear_damping_torque == law.shear_damping_torque &&
-            named->lever_arms_follow_bond == law.lever_arms_follow_bond)
-            return name;
-    }
-    return "unnamed";
-}
-
 void add_model(const StudyConfig& config, Lines& lines) {
     const run::CaseSpec& base = config.base;
-    lines["law.name"] = law_name(base.law);
+    lines["law.name"] = physics::law_name(base.law);
     lines["law.damping_factor"] = fmt::format("{}", base.law.damping_factor);
     lines["law.damping_inertia"] =
         base.law.damping_inertia == physics::DampingInertia::Reduced ? "reduced" : "individual";

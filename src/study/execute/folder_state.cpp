@@ -154,9 +154,10 @@ FolderState read_folder_state(const StudyFolder& folder, FolderDepth depth) {
     read_journals(folder, depth, state);
     if (state.archive_bytes == 0 && !state.archive && !state.note && state.journals.empty() &&
         state.problems.empty())
-        throw core::InputError(fmt::format("{}: there is no study here ({} is missing)",
-                                           folder.path().string(),
-                                           folder.archive().filename().string()));
+        throw core::InputError(fmt::format(
+            "{}: there is no study here ({} is missing); a study that was just started creates its "
+            "folder when its design is ready",
+            folder.path().string(), folder.archive().filename().string()));
     count_points(state);
     return state;
 }

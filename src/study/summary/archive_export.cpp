@@ -197,6 +197,10 @@ ExportOutcome export_archive(const StudyFolder& folder, const fs::path& target,
             fmt::format("{}: there is no study.h5 here; `culm archive merge {} -o OTHER` makes one "
                         "of the journals of a study that is not complete",
                         folder.path().string(), folder.path().string()));
+    if (is_there(target / "points.csv"))
+        throw core::InputError(
+            fmt::format("{} is there already; choose another folder with -o or remove it",
+                        (target / "points.csv").string()));
     const StudyFile file(folder.archive());
     require_stored(file, options);
     std::error_code error;

@@ -96,6 +96,7 @@ StudySummary reduce_study(const ArchivedStudy& archived, const std::optional<Red
     summary.ranks = std::atoi(provenance_text(file, "ranks").c_str());
     summary.wall_s = std::atof(provenance_text(file, "wall_s").c_str());
     summary.integrator = integrator_text(archived.study.config);
+    summary.law = physics::law_name(archived.study.config.base.law);
     for (const std::string& name : work_columns(archived.study.config))
         summary.work.emplace_back(name, sum_of_numbers(file.result(name)));
     summary.reduce = refit.value_or(archived.study.config.reduce);
@@ -115,6 +116,9 @@ StudySummary reduce_study(const ArchivedStudy& archived, const std::optional<Red
             else
                 summary.failed.push_back(
                     {point, core::to_string(core::FailureKind::FitFailed), reason});
+        } else if (file.status(point) == archive::PointStatus::Missing) {
+            fit = {};
+            summary.missing.push_back(point);
         } else {
             fit = {};
             summary.failed.push_back({point, file.failure_kind(point), file.failure_reason(point)});

@@ -27,9 +27,11 @@ struct StudySummary {
     std::int64_t points = 0;
     std::int64_t completed = 0;
     std::vector<FailedPoint> failed;
+    std::vector<std::int64_t> missing; ///< points that were not computed (a merged archive)
     int ranks = 1;
     double wall_s = 0.0;
     std::string integrator;                           ///< method and tolerance or step
+    std::string law;                                  ///< of the bonds' damping
     std::vector<std::pair<std::string, double>> work; ///< of the integrator on all points
     ReduceOptions reduce;                             ///< as used
     std::vector<double> youngs_modulus;               ///< (points), Pa

@@ -140,6 +140,8 @@ TimestepSummary reduce_timestep_study(const ArchivedStudy& archived) {
         if (file.status(point) == archive::PointStatus::Completed)
             summary.stems.push_back(read_stem(
                 results, case_of_point(config, archived.study.design, point), config.timestep));
+        else if (file.status(point) == archive::PointStatus::Missing)
+            summary.missing.push_back(point);
         else
             summary.failed.push_back({point, file.failure_kind(point), file.failure_reason(point)});
     }

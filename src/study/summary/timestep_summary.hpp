@@ -49,6 +49,7 @@ struct TimestepSummary {
     std::int64_t points = 0;
     std::vector<TimestepStem> stems; ///< the completed points
     std::vector<FailedPoint> failed;
+    std::vector<std::int64_t> missing; ///< points that were not computed (a merged archive)
     int ranks = 1;
     double wall_s = 0.0;
     TimestepOptions options;
