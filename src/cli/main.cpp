@@ -86,6 +86,7 @@ int run(int argc, char** argv) {
     culm::cli::add_simulate_command(app, result);
     culm::cli::add_import_command(app, result);
     culm::cli::add_fit_command(app, result);
+    culm::cli::add_setup_command(app, result, argv);
     culm::cli::add_track_command(app, result, argc, argv);
     culm::cli::add_calibrate_command(app, result, argc, argv);
     culm::cli::add_compare_command(app, result, argc, argv);
@@ -124,12 +125,24 @@ int run(int argc, char** argv) {
 
 namespace culm::cli {
 
+namespace {
+
 /// Replaces this process by culm-track, with the same command line.
-core::ExitCode run_track(const TrackArguments&, int&, char**& argv) {
+core::ExitCode run_culm_track(char** argv) {
     const std::filesystem::path program = beside_own_program("culm-track");
     ::execv(program.c_str(), argv);
     throw core::StorageError(fmt::format("{}: cannot be run; install it next to culm: {}",
                                          program.string(), std::strerror(errno)));
+}
+
+} // namespace
+
+core::ExitCode run_track(const TrackArguments&, int&, char**& argv) {
+    return run_culm_track(argv);
+}
+
+core::ExitCode run_setup(const SetupArguments&, char**& argv) {
+    return run_culm_track(argv);
 }
 
 } // namespace culm::cli

@@ -202,6 +202,7 @@ ExitCode run(int argc, char** argv) {
     app.require_subcommand(1);
     culm::cli::CommandResult result;
     culm::cli::add_track_command(app, result, argc, argv);
+    culm::cli::add_setup_command(app, result, argv);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

@@ -10,8 +10,8 @@ from culm_program import BAD_INPUT, DONE, PROGRAM, CulmTest
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "cli.md"
 BEGIN, END = "<!-- tests/cli/command_reference.py -->\n", "<!-- end -->\n"
-COMMANDS = ("run", "reduce", "simulate", "import", "effects", "keys", "fit", "track", "calibrate",
-            "compare", "diagnose", "report", "export")
+COMMANDS = ("run", "reduce", "simulate", "import", "effects", "keys", "fit", "setup", "track",
+            "calibrate", "compare", "diagnose", "report", "export")
 NESTED = tuple(f"archive {name}" for name in ("info", "status", "verify", "merge", "export"))
 NESTED += ("jobs slurm", "jobs pbs")
 
@@ -30,6 +30,11 @@ def options_in(help_text: str) -> dict[tuple[str, ...], str]:
 
 
 class Help(CulmTest):
+    def test_is_a_command_too(self):
+        for command in ((), ("fit",), ("archive", "verify")):
+            self.assertEqual(self.culm("help", *command).stdout,
+                             self.culm(*command, "--help").stdout)
+
     def test_lists_the_commands_and_the_exit_codes(self):
         finished = self.culm("--help")
         self.assert_exit(finished, DONE)

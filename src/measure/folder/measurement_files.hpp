@@ -2,6 +2,7 @@
 // The two files of a measurement folder: stem.toml (the stem) and deflection.csv.
 #pragma once
 
+#include "core/interval.hpp"
 #include "core/toml/table.hpp"
 #include "measure/folder/measurement.hpp"
 
@@ -9,6 +10,17 @@
 #include <string>
 
 namespace culm::measure {
+
+/// Limits of laboratory dimensions; a length in a wrong unit is outside or near the ends.
+struct StemLimits {
+    static constexpr core::Interval length{1e-3, 100.0}; ///< m
+    static constexpr core::Interval width{1e-5, 10.0};   ///< of a section, m
+    static constexpr core::Interval density{1e-3, 1e5};  ///< kg/m³
+    static constexpr core::Interval frame_time_ms{0.0, 1e3};
+};
+
+/// A TOML string.
+[[nodiscard]] std::string quoted(const std::string& text);
 
 /// Reads the tables [stem], [section], [[added_mass]], [release], [camera] and [measurement] of a
 /// file into the measurement. Faults are added to the document, remarks for the user to the

@@ -14,10 +14,8 @@ namespace culm::measure {
 
 namespace {
 
-// Limits of laboratory dimensions, m; a length in a wrong unit is outside or near the ends.
-constexpr core::Interval stem_length{1e-3, 100.0};
-constexpr core::Interval stem_width{1e-5, 10.0};
-constexpr core::Interval densities{1e-3, 1e5}; // kg/m³
+constexpr core::Interval stem_length = StemLimits::length;
+constexpr core::Interval stem_width = StemLimits::width;
 constexpr core::Interval positive{0.0, 1e12, true};
 constexpr core::Interval masses{0.0, 1e3, true}; // kg
 constexpr double largest_start = 1e6;            // s
@@ -139,7 +137,7 @@ void read_stem(const core::TomlTable& table, bool has_other_section, Measurement
     table.missing("id", "a name for this stem, in quotes");
     stem.length =
         table.required_length("length", stem_length, "free length from the clamp to the tip");
-    stem.density = table.number("density_kg_m3", densities).value_or(0.0);
+    stem.density = table.number("density_kg_m3", StemLimits::density).value_or(0.0);
     table.missing("density_kg_m3", "in kg/m³");
     stem.poissons_ratio = table.number("poissons_ratio", {-1.0, 0.5, true});
     if (const auto spheres = table.whole_number("spheres", {3, 4096}))
@@ -158,8 +156,8 @@ void read_stem(const core::TomlTable& table, bool has_other_section, Measurement
         read_uncertainty(table, "wall", core::length_unit, wall, stem_width.high);
     if (wall == 0.0 && measurement.uncertainties.wall)
         table.fault("wall_uncertainty_mm", "the file states no wall");
-    measurement.uncertainties.density =
-        read_uncertainty(table, "density", core::density_unit, stem.density, densities.high);
+    measurement.uncertainties.density = read_uncertainty(table, "density", core::density_unit,
+                                                         stem.density, StemLimits::density.high);
     measurement.specimen = table.text("specimen").value_or("");
     measurement.rig = table.text("rig").value_or("");
 }
@@ -188,14 +186,13 @@ void read_added_masses(const core::TomlTable& root, MeasuredStem& stem) {
 
 void read_camera(const core::TomlTable& table, Measurement& measurement) {
     constexpr core::Interval relative{0.0, 1.0, true};
-    constexpr core::Interval frame_time{0.0, 1e3}; // ms
     StatedUncertainties& stated = measurement.uncertainties;
     measurement.frames_per_second = table.number("fps", {0.0, 1e8, true});
     // 0 for a rate from a crystal.
     stated.frames_per_second = table.number("fps_uncertainty", {0.0, 1.0});
     stated.scale = table.number("scale_uncertainty", relative);
     stated.clamp = table.length("clamp_uncertainty", {0.0, stem_length.high, true});
-    if (const auto exposure = table.number("exposure_ms", frame_time))
+    if (const auto exposure = table.number("exposure_ms", StemLimits::frame_time_ms))
         measurement.exposure = core::with_point_moved(*exposure, -3);
     if (const auto row_time = table.number("row_time_us", {-1e3, 1e3}))
         measurement.row_time = core::with_point_moved(*row_time, -6);
@@ -287,19 +284,6 @@ std::string section_text(const Section& section, const StatedUncertainties& stat
     return "";
 }
 
-std::string quoted(const std::string& text) {
-    std::string result = "\"";
-    for (const char c : text) {
-        if (c == '"' || c == '\\')
-            result += '\\';
-        if (static_cast<unsigned char>(c) < 0x20U)
-            result += fmt::format("\\u{:04X}", static_cast<unsigned>(c));
-        else
-            result += c;
-    }
-    return result + '"';
-}
-
 std::string stem_text(const Measurement& measurement) {
     const MeasuredStem& stem = measurement.stem;
     const StatedUncertainties& stated = measurement.uncertainties;
@@ -354,6 +338,19 @@ void read_release(const core::TomlTable& table, Measurement& measurement) {
 }
 
 } // namespace
+
+std::string quoted(const std::string& text) {
+    std::string result = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\')
+            result += '\\';
+        if (static_cast<unsigned char>(c) < 0x20U)
+            result += fmt::format("\\u{:04X}", static_cast<unsigned>(c));
+        else
+            result += c;
+    }
+    return result + '"';
+}
 
 void read_stem_tables(const core::TomlTable& root, Measurement& measurement) {
     const core::TomlTable section = root.table("section");

@@ -252,6 +252,10 @@ void remove_lone_rows(std::vector<double>& rows, const HeightQuadratic& quadrati
 
 } // namespace
 
+int oblique_rows(double stem_width) {
+    return int(std::ceil(0.3 * stem_width)) + 1;
+}
+
 std::vector<double> axis_columns(const BandImage& contrast, const StemChain& chain,
                                  const TraceOptions& options) {
     std::vector<double> rows(std::size_t(contrast.height), not_seen);
@@ -261,7 +265,7 @@ std::vector<double> axis_columns(const BandImage& contrast, const StemChain& cha
     // The second mode bends the stem away from a quadratic by more than the noise of a row.
     const double gate = std::max(1.5 * options.stem_width, 6.0 * quadratic.deviation);
     const int top = chain.runs.back().row;
-    const int oblique = top <= 1 ? 0 : int(std::ceil(0.3 * options.stem_width)) + 1;
+    const int oblique = top <= 1 ? 0 : oblique_rows(options.stem_width);
     for (const RowRun& run : chain.runs) {
         if (run.row < top + oblique || touches_clutter(run, contrast, options) ||
             std::abs(run.median_column() - quadratic.at(run.row)) > gate)

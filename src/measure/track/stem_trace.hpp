@@ -43,6 +43,9 @@ struct StemChain {
 /// sideways steps. The chain is empty if nothing resembles a stem.
 [[nodiscard]] StemChain trace_stem(const BandImage& contrast, const TraceOptions& options);
 
+/// Rows below the end of the tip that axis_columns() leaves out.
+[[nodiscard]] int oblique_rows(double stem_width);
+
 /// Column of the stem's axis in every row of the picture, NaN where the stem is not seen or
 /// something else hides it: the middle between the columns where the contrast is half of that
 /// inside the stem, accurate to some tenths of a pixel (match_rows() refines it). It excludes rows

@@ -62,35 +62,6 @@ std::uint64_t fingerprint(const BandImage& image) {
     return hash;
 }
 
-/// Tracks all rows in all frames; returns which frames repeat the previous one.
-std::vector<bool> track_rows(Track& track, const FrameSource& source,
-                             std::span<const std::size_t> wanted, const TrackOptions& options) {
-    const StemSurvey& survey = track.survey;
-    const std::size_t row_count = survey.trace.threshold_by_row.size();
-    track.rows.places.resize(row_count);
-    std::iota(track.rows.places.begin(), track.rows.places.end(), 0.0);
-    track.rows.columns.resize(wanted.size() * row_count);
-    track.rows.uncertainties.assign(wanted.size() * row_count,
-                                    std::numeric_limits<double>::quiet_NaN());
-    std::vector<std::uint64_t> fingerprints(wanted.size());
-    source.for_each(wanted, options.threads, [&](std::size_t i, const FrameImage& frame) {
-        if (frame.width != survey.frame_width || frame.height != survey.frame_height ||
-            frame.bands != survey.bands)
-            throw core::InputError(fmt::format("{}: frame {} differs in size or colours from the "
-                                               "others",
-                                               source.name(), source.numbers()[wanted[i]]));
-        const BandImage image = upright_band(frame, survey.view.band, survey.view.up);
-        fingerprints[i] = fingerprint(image);
-        const BandImage contrast = stem_contrast(image, survey.view.sign, survey.trace.stem_width);
-        std::ranges::copy(axis_columns(contrast, trace_stem(contrast, survey.trace), survey.trace),
-                          track.rows.columns.begin() + std::ptrdiff_t(i * row_count));
-    });
-    std::vector<bool> repeats(wanted.size(), false);
-    for (std::size_t i = 1; i < wanted.size(); ++i)
-        repeats[i] = fingerprints[i] == fingerprints[i - 1];
-    return repeats;
-}
-
 /// A camera or converter replaces a lost frame by the previous one; while the stem swings, such a
 /// frame contains no reading. A still picture without noise may legitimately repeat.
 void drop_repeated_frames(Track& track, const std::vector<bool>& repeats) {
@@ -282,6 +253,34 @@ WindowOptions window_options(const Track& track) {
 }
 
 } // namespace
+
+std::vector<bool> track_rows(Track& track, const FrameSource& source,
+                             std::span<const std::size_t> wanted, const TrackOptions& options) {
+    const StemSurvey& survey = track.survey;
+    const std::size_t row_count = survey.trace.threshold_by_row.size();
+    track.rows.places.resize(row_count);
+    std::iota(track.rows.places.begin(), track.rows.places.end(), 0.0);
+    track.rows.columns.resize(wanted.size() * row_count);
+    track.rows.uncertainties.assign(wanted.size() * row_count,
+                                    std::numeric_limits<double>::quiet_NaN());
+    std::vector<std::uint64_t> fingerprints(wanted.size());
+    source.for_each(wanted, options.threads, [&](std::size_t i, const FrameImage& frame) {
+        if (frame.width != survey.frame_width || frame.height != survey.frame_height ||
+            frame.bands != survey.bands)
+            throw core::InputError(fmt::format("{}: frame {} differs in size or colours from the "
+                                               "others",
+                                               source.name(), source.numbers()[wanted[i]]));
+        const BandImage image = upright_band(frame, survey.view.band, survey.view.up);
+        fingerprints[i] = fingerprint(image);
+        const BandImage contrast = stem_contrast(image, survey.view.sign, survey.trace.stem_width);
+        std::ranges::copy(axis_columns(contrast, trace_stem(contrast, survey.trace), survey.trace),
+                          track.rows.columns.begin() + std::ptrdiff_t(i * row_count));
+    });
+    std::vector<bool> repeats(wanted.size(), false);
+    for (std::size_t i = 1; i < wanted.size(); ++i)
+        repeats[i] = fingerprints[i] == fingerprints[i - 1];
+    return repeats;
+}
 
 Track track_video(const TrackSettings& settings, const TrackOptions& options) {
     Track track;

@@ -2,6 +2,7 @@
 // Tracking a stem in a recording: the settings in video.toml, the survey, and the result.
 #pragma once
 
+#include "core/interval.hpp"
 #include "measure/folder/measurement.hpp"
 #include "measure/track/frames/frame_image.hpp"
 #include "measure/track/frames/frame_source.hpp"
@@ -43,6 +44,14 @@ struct TrackSettings {
     bool trim_after_rest = true;
     std::vector<int> missing_frames; ///< numbers that the camera left out without leaving a gap
     Measurement description;         ///< stem, release, gravity; no times and deflections
+};
+
+/// Allowed numbers of video.toml.
+struct TrackLimits {
+    static constexpr core::Interval fps{0.0, 1e8, true};
+    static constexpr core::Interval mm_per_px{0.0, 1e3, true};
+    static constexpr core::Interval frame_numbers{0.0, 1e9};
+    static constexpr core::Interval coordinates{-1e5, 1e5}; ///< a clamp may be outside the picture
 };
 
 /// Reads video.toml (format: docs/tracking.md). Throws core::InputError with every fault.
@@ -145,6 +154,30 @@ struct Track {
     std::size_t last_kept = 0;
     std::vector<std::string> remarks; ///< for the user, one sentence each
 };
+
+/// Thresholds of add_doubts(), which the page of `culm setup` applies as well.
+struct TrackTolerances {
+    static constexpr double noted_length = 0.04;   ///< of the visible length, relative
+    static constexpr double refused_length = 0.15; ///< above a detected clamp
+    static constexpr double length_pixels = 6.0;   ///< in addition
+    // Blur and the threshold change the apparent width, but not by half.
+    static constexpr double smallest_width = 0.6; ///< apparent over expected
+    static constexpr double largest_width = 1.6;
+    static constexpr double cycles_per_frame = 0.125; ///< of a swing that is well resolved
+    static constexpr double softest = 1e7;            ///< Young's modulus of plant stems, Pa
+    static constexpr double stiffest = 1e11;
+};
+
+/// Traces all rows in the `wanted` frames (indices into the source), whose numbers are in
+/// `track.rows`, as `track.survey` says. Returns which frames repeat the previous one.
+std::vector<bool> track_rows(Track& track, const FrameSource& source,
+                             std::span<const std::size_t> wanted, const TrackOptions& options);
+
+/// Row of the tip while the stem is still and straight: the highest row seen in most frames.
+[[nodiscard]] std::optional<double> tip_row(const Track& track);
+
+/// Side of positive deflections: "left", "right", "top" or "bottom".
+[[nodiscard]] const char* positive_side(const Track& track);
 
 /// Replaces the columns of the rows that the heights of `track` use by those of match_row(), with
 /// their uncertainties. Profiles are those of the frames in which the stem is slowest, one for the

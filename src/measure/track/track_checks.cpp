@@ -28,14 +28,6 @@ void doubt_missing_frames(Track& track) {
             missing == 1 ? " is" : "s are", places));
 }
 
-/// Row of the tip while the stem is still and straight: the highest row seen in most frames.
-std::optional<double> tip_row(const Track& track) {
-    for (std::size_t r = 0; r < track.rows.places.size(); ++r)
-        if (track.rows.seen(r) > 0.25)
-            return track.rows.places[r];
-    return std::nullopt;
-}
-
 /// Refuses a scale, clamp or length with which the stem is seen above its own tip.
 void require_heights_on_stem(const Track& track) {
     const double highest = track.measurement.heights.back();
@@ -50,9 +42,8 @@ void require_heights_on_stem(const Track& track) {
 void doubt_scale(Track& track) {
     const StemSurvey& survey = track.survey;
     const double expected = survey.trace.stem_width;
-    // Blur and the threshold change the apparent width, but not by half.
-    if (survey.apparent_width > 1.6 * expected + 1.0 ||
-        survey.apparent_width < 0.6 * expected - 1.0)
+    if (survey.apparent_width > TrackTolerances::largest_width * expected + 1.0 ||
+        survey.apparent_width < TrackTolerances::smallest_width * expected - 1.0)
         track.remarks.push_back(fmt::format(
             "the stem appears {:.1f} pixels wide, its width over mm_per_px gives {:.1f}: is the "
             "scale or the diameter wrong?",
@@ -63,14 +54,15 @@ void doubt_scale(Track& track) {
     const double scale = track.settings.metres_per_pixel;
     const double length = (survey.clamp_row - *tip) * scale;
     const double stated = track.measurement.stem.length;
-    if (std::abs(length - stated) <= 0.04 * stated + 6.0 * scale)
+    const double off = std::abs(length - stated) - TrackTolerances::length_pixels * scale;
+    if (off <= TrackTolerances::noted_length * stated)
         return;
     const std::string what =
         fmt::format("{:.1f} mm of the stem are seen above the clamp, stem.length_mm says {:.1f}: "
                     "is the scale, the clamp's row or the length wrong?",
                     length * 1e3, stated * 1e3);
     // Heights count from the clamp where the stem seems to begin, which is wrong if much is hidden.
-    if (survey.clamp_is_detected && std::abs(length - stated) > 0.15 * stated + 6.0 * scale)
+    if (survey.clamp_is_detected && off > TrackTolerances::refused_length * stated)
         throw core::InputError(fmt::format(
             "{}: {} Say where the clamp is (up, and clamp_row or clamp_column) if the stem is "
             "partly hidden",
@@ -80,15 +72,14 @@ void doubt_scale(Track& track) {
 
 void doubt_rate(Track& track) {
     const double cycles = track.window.cycles_per_frame;
-    if (cycles > 0.125)
+    if (cycles > TrackTolerances::cycles_per_frame)
         track.remarks.push_back(fmt::format(
             "only {:.1f} frames per swing: decay and higher modes are poorly resolved; below two "
             "frames per swing the frequency is aliased",
             1.0 / cycles));
     const double modulus = modulus_of_swing(track);
-    constexpr double softest = 1e7;
-    constexpr double stiffest = 1e11;
-    if (track.measurement.stem.added_masses.empty() && (modulus < softest || modulus > stiffest))
+    if (track.measurement.stem.added_masses.empty() &&
+        (modulus < TrackTolerances::softest || modulus > TrackTolerances::stiffest))
         track.remarks.push_back(fmt::format(
             "the swing at {:.4g} Hz corresponds to E = {:.3g} GPa for a plain beam, outside the "
             "range of plant stems: check fps, mm_per_px, length, diameter and density",
@@ -117,6 +108,13 @@ void doubt_places(Track& track) {
 }
 
 } // namespace
+
+std::optional<double> tip_row(const Track& track) {
+    for (std::size_t r = 0; r < track.rows.places.size(); ++r)
+        if (track.rows.seen(r) > 0.25)
+            return track.rows.places[r];
+    return std::nullopt;
+}
 
 double modulus_of_swing(const Track& track) {
     const MeasuredStem& stem = track.measurement.stem;

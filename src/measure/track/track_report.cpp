@@ -16,22 +16,10 @@ namespace {
 
 constexpr std::array<const char*, 4> up_names{"decreasing_row", "increasing_row",
                                               "decreasing_column", "increasing_column"};
-constexpr std::array<const char*, 3> band_names{"red", "green", "blue"};
-
-const char* up_name(Up up) {
-    return up_names.at(static_cast<std::size_t>(up));
-}
+constexpr std::array<const char*, 3> channel_names{"red", "green", "blue"};
 
 const char* band_name(const StemSurvey& survey) {
-    return survey.bands == 1 ? "grey" : band_names.at(static_cast<std::size_t>(survey.view.band));
-}
-
-/// Side of the picture toward which deflections are positive.
-const char* positive_side(const Track& track) {
-    const int sign = track.settings.pull_sign.value_or(int(track.window.sign));
-    if (is_sideways(track.survey.view.up))
-        return sign > 0 ? "bottom" : "top";
-    return sign > 0 ? "right" : "left";
+    return survey.bands == 1 ? "grey" : channel_name(survey.view.band);
 }
 
 /// Positions of the clamp and the axis in the terms of video.toml.
@@ -60,6 +48,21 @@ double seen_fraction(const Measurement& measurement) {
 }
 
 } // namespace
+
+const char* up_name(Up up) {
+    return up_names.at(static_cast<std::size_t>(up));
+}
+
+const char* channel_name(Band band) {
+    return channel_names.at(static_cast<std::size_t>(band));
+}
+
+const char* positive_side(const Track& track) {
+    const int sign = track.settings.pull_sign.value_or(int(track.window.sign));
+    if (is_sideways(track.survey.view.up))
+        return sign > 0 ? "bottom" : "top";
+    return sign > 0 ? "right" : "left";
+}
 
 nlohmann::ordered_json to_json(const Track& track) {
     const StemSurvey& survey = track.survey;

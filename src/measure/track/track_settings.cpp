@@ -13,10 +13,9 @@
 namespace culm::measure {
 namespace {
 
-constexpr core::Interval frame_numbers{0.0, 1e9};
+constexpr core::Interval frame_numbers = TrackLimits::frame_numbers;
 constexpr core::Interval pixels{1.0, 1e5};
-// A clamp may lie outside the picture.
-constexpr core::Interval coordinates{-1e5, 1e5};
+constexpr core::Interval coordinates = TrackLimits::coordinates;
 
 std::optional<int> whole(const core::TomlTable& table, const std::string& key,
                          const core::Interval& range) {
@@ -92,8 +91,9 @@ void read_frames(const core::TomlTable& video, TrackSettings& settings) {
                             "Photron header (.cih)");
     settings.first_frame = whole(video, "first_frame", frame_numbers);
     settings.frame_count = whole(video, "frame_count", {1.0, 1e9});
-    settings.fps = video.number("fps", {0.0, 1e8, true});
-    settings.metres_per_pixel = 1e-3 * video.number("mm_per_px", {0.0, 1e3, true}).value_or(0.0);
+    settings.fps = video.number("fps", TrackLimits::fps);
+    settings.metres_per_pixel =
+        1e-3 * video.number("mm_per_px", TrackLimits::mm_per_px).value_or(0.0);
     video.missing("mm_per_px", "the picture's scale at the stem");
     settings.width = whole(video, "width_px", pixels);
     settings.height = whole(video, "height_px", pixels);

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure/setup/video_survey.hpp"
+
+#include "core/error.hpp"
+#include "measure/track/order_statistics.hpp"
+#include "measure/track/stem_contrast.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <span>
+
+#include <fmt/core.h>
+
+namespace culm::measure {
+namespace {
+
+/// Pixels of all frames that the first pass reads: half a minute of two cores.
+constexpr double most_pixels = 4e8;
+constexpr std::size_t fewest_frames = 200;
+constexpr std::array<double, 5> tried_widths{3.0, 6.0, 12.0, 24.0, 48.0}; // pixels
+
+/// One pixel is taken for a millimetre, so that lengths are in pixels.
+TrackSettings settings_of(const FrameSource& source, double width) {
+    TrackSettings settings;
+    settings.file = source.name();
+    settings.metres_per_pixel = 1e-3;
+    settings.description.stem.section = CircularSection{width * 1e-3, std::nullopt};
+    return settings;
+}
+
+std::vector<std::size_t> spread_over(std::size_t frames, std::size_t count) {
+    std::vector<std::size_t> chosen;
+    for (std::size_t k = 0; k < std::min(frames, count); ++k)
+        chosen.push_back(frames <= count ? k : k * (frames - 1) / (count - 1));
+    return chosen;
+}
+
+Track traced(const FrameSource& source, std::span<const std::size_t> frames,
+             const StemSurvey& survey, double width, int threads) {
+    Track track;
+    track.source = source.name();
+    track.settings = settings_of(source, width);
+    track.survey = survey;
+    for (const std::size_t index : frames)
+        track.rows.numbers.push_back(source.numbers()[index]);
+    track_rows(track, source, frames, {threads});
+    return track;
+}
+
+/// Rows in which the stem is seen, times its clarity; small if it is not as wide as assumed.
+double quality(const Track& track, double width) {
+    double seen = 0.0;
+    for (std::size_t r = 0; r < track.rows.places.size(); ++r)
+        seen += track.rows.seen(r);
+    const double clarity = std::min(1.0, track.survey.contrast / (20.0 * track.survey.noise));
+    const double mismatch = std::abs(std::log(track.survey.apparent_width / width));
+    return seen * clarity / (1.0 + mismatch);
+}
+
+/// The survey of the clearest stem, and its width; throws core::InputError if there is none.
+std::pair<StemSurvey, double> clearest_stem(const FrameSource& source, int threads) {
+    const std::vector<std::size_t> sample = spread_over(source.numbers().size(), 12);
+    std::optional<std::pair<StemSurvey, double>> best;
+    double best_quality = 0.0;
+    std::string reason;
+    const auto look = [&](double width) {
+        try {
+            const StemSurvey survey =
+                survey_stem(source, sample, settings_of(source, width), threads);
+            const double found = quality(traced(source, sample, survey, width, threads), width);
+            if (found > best_quality) {
+                best_quality = found;
+                best = {survey, width};
+            }
+        } catch (const core::InputError& error) {
+            reason = error.what();
+        }
+    };
+    for (const double width : tried_widths)
+        look(width);
+    if (!best)
+        throw core::InputError(reason);
+    look(best->first.apparent_width);
+    return *best;
+}
+
+/// The frames of the first pass: all, or those about the release, which is where the stem first
+/// leaves the position at which it is held.
+std::vector<std::size_t> frames_to_trace(const FrameSource& source, const StemSurvey& survey,
+                                         double width, int threads) {
+    const std::size_t frames = source.numbers().size();
+    const double pixels = double(survey.frame_width) * double(survey.frame_height);
+    const auto most = std::max(fewest_frames, std::size_t(most_pixels / pixels));
+    std::vector<std::size_t> wanted(std::min(frames, most));
+    std::iota(wanted.begin(), wanted.end(), std::size_t{0});
+    if (frames <= most)
+        return wanted;
+    const std::vector<std::size_t> sample = spread_over(frames, most / 2);
+    const Track coarse = traced(source, sample, survey, width, threads);
+    std::vector<double> spreads;
+    for (std::size_t r = 0; r < coarse.rows.places.size(); ++r) {
+        const std::vector<double> history = coarse.rows.history(r);
+        spreads.push_back(
+            coarse.rows.seen(r) > 0.9 ? quantile(history, 0.98) - quantile(history, 0.02) : 0.0);
+    }
+    const auto moving = std::size_t(std::ranges::max_element(spreads) - spreads.begin());
+    const std::vector<double> history = coarse.rows.history(moving);
+    std::size_t first = 0;
+    while (first + 1 < sample.size() &&
+           !(std::abs(history[first] - history[0]) > 0.2 * spreads[moving]))
+        ++first;
+    const std::size_t onset = sample[first == 0 ? 0 : first - 1];
+    const std::size_t begin = std::min(onset - std::min(onset, most / 8), frames - most);
+    std::ranges::for_each(wanted, [begin](std::size_t& index) { index += begin; });
+    return wanted;
+}
+
+/// Upper edge of the tip: the rows below it are cut obliquely and have no reading.
+double visible_tip(const Track& track) {
+    const std::optional<double> row = tip_row(track);
+    if (!row)
+        return track.survey.clamp_row;
+    const double hidden = *row > 2.0 ? oblique_rows(track.survey.trace.stem_width) + 0.5 : 0.0;
+    return std::max(-0.5, *row - hidden);
+}
+
+/// Finds the release and the rest positions of all rows; the reason if that is impossible.
+std::string find_motion(Track& track) {
+    try {
+        const double length = track.survey.clamp_row - visible_tip(track);
+        const std::vector<double> heights =
+            spaced_heights(track.rows, track.survey.clamp_row, 0.0, 1.0);
+        if (heights.empty())
+            return "No row shows the stem in nine of ten frames, so the release was not detected.";
+        track.heights =
+            at_heights(track.rows, track.survey.clamp_row, heights, track.settings.rows_per_height);
+        track.window = find_ring_down(track.heights, {track.source, length, std::nullopt});
+        return {};
+    } catch (const core::InputError& error) {
+        return fmt::format("The release was not detected: {}", error.what());
+    }
+}
+
+PixelPoint point_of(const Track& track, double column, double row) {
+    return in_frame({column, row}, track.survey.frame_width, track.survey.frame_height,
+                    track.survey.view.up);
+}
+
+DetectedStem stem_of(const Track& track, bool has_motion) {
+    const StemSurvey& survey = track.survey;
+    DetectedStem stem;
+    stem.view = survey.view;
+    stem.width = survey.apparent_width;
+    stem.clamp = point_of(track, survey.trace.axis_column, survey.clamp_row);
+    const double tip = visible_tip(track);
+    const double rest = has_motion && !std::isnan(track.window.rest.back())
+                            ? track.window.rest.back()
+                            : survey.trace.axis_column;
+    stem.tip = point_of(track, rest, tip);
+    if (!has_motion)
+        return stem;
+    stem.release_frame = track.heights.numbers[track.window.last_held];
+    stem.pull = track.window.pull;
+    stem.pull_side = positive_side(track);
+    stem.cycles_per_frame = track.window.cycles_per_frame;
+    return stem;
+}
+
+/// Positions in the track of frames that show the motion, with their captions.
+std::map<std::size_t, std::string> shown_positions(const Track& track, bool has_motion) {
+    const std::size_t frames = track.rows.numbers.size();
+    std::map<std::size_t, std::string> shown;
+    if (!has_motion) {
+        for (const std::size_t position : spread_over(frames, 16))
+            shown[position] = "";
+        return shown;
+    }
+    const RingDownWindow& window = track.window;
+    const std::vector<double> watched = track.heights.history(window.watched);
+    const auto half_period =
+        std::max<std::size_t>(2, std::size_t(0.5 / std::max(1e-6, window.cycles_per_frame)));
+    // The largest deflection of each of the first half-periods.
+    for (std::size_t half = 0; half < 8; ++half) {
+        const std::size_t begin = window.last_held + 1 + half * half_period;
+        const std::size_t end = std::min(frames, begin + half_period);
+        std::size_t turning = begin;
+        double largest = -1.0;
+        for (std::size_t k = begin; k < end; ++k)
+            if (const double size = std::abs(watched[k] - window.rest[window.watched]);
+                size > largest) { // false for NaN
+                largest = size;
+                turning = k;
+            }
+        if (largest >= 0.0)
+            shown[turning] = "turning point";
+    }
+    shown[0] = "first frame searched";
+    shown[frames - 1] = "last frame searched";
+    for (std::size_t after = 1; after <= 4 && window.last_held + after < frames; ++after)
+        shown[window.last_held + after] = fmt::format("{} after the release", after);
+    for (std::size_t before = 1; before <= std::min<std::size_t>(4, window.last_held); ++before)
+        shown[window.last_held - before] = fmt::format("held, {} before the last", before);
+    shown[window.last_held] = "held, the last frame before the release";
+    return shown;
+}
+
+std::vector<PixelPoint> axis_of(const Track& track, std::size_t position) {
+    std::vector<PixelPoint> axis;
+    for (std::size_t r = 0; r < track.rows.places.size(); ++r)
+        if (const double column = track.rows.at(position, r); !std::isnan(column))
+            axis.push_back(point_of(track, column, double(r)));
+    return axis;
+}
+
+} // namespace
+
+VideoSurvey survey_video(const FrameSource& source, int threads) {
+    VideoSurvey survey;
+    constexpr std::array<std::size_t, 1> first{0};
+    source.for_each(first, 1, [&survey](std::size_t, const FrameImage& frame) {
+        survey.width = frame.width;
+        survey.height = frame.height;
+        survey.bands = frame.bands;
+    });
+    try {
+        const auto [stem, width] = clearest_stem(source, threads);
+        const std::vector<std::size_t> frames = frames_to_trace(source, stem, width, threads);
+        Track track = traced(source, frames, stem, width, threads);
+        survey.remark = find_motion(track);
+        const bool has_motion = survey.remark.empty();
+        survey.stem = stem_of(track, has_motion);
+        for (const auto& [position, caption] : shown_positions(track, has_motion))
+            survey.frames.push_back({frames[position], track.rows.numbers[position], caption,
+                                     axis_of(track, position)});
+    } catch (const core::InputError& error) {
+        survey.remark = fmt::format("The stem was not found: {}", error.what());
+        for (const std::size_t index : spread_over(source.numbers().size(), 16))
+            survey.frames.push_back({index, source.numbers()[index], "", {}});
+    }
+    return survey;
+}
+
+} // namespace culm::measure
