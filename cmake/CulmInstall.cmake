@@ -24,24 +24,21 @@ install(FILES ${PROJECT_BINARY_DIR}/culmConfig.cmake ${PROJECT_BINARY_DIR}/culmC
     cmake/FindOpenCvModules.cmake
     DESTINATION ${culm_package_folder} COMPONENT libraries)
 
-# The manual page and the completions, written by the program itself.
+# The completions, written by the program itself.
 if(NOT CMAKE_CROSSCOMPILING)
-    set(culm_manual ${PROJECT_BINARY_DIR}/manual)
-    add_custom_command(OUTPUT ${culm_manual}/culm.1
-        COMMAND culm manual ${culm_manual}
-        COMMAND culm completion bash > ${culm_manual}/culm.bash
-        COMMAND culm completion zsh > ${culm_manual}/culm.zsh
-        COMMAND culm completion fish > ${culm_manual}/culm.fish
-        DEPENDS culm COMMENT "Manual pages and completions" VERBATIM)
-    add_custom_target(culm_manual ALL DEPENDS ${culm_manual}/culm.1)
-    install(DIRECTORY ${culm_manual}/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1
-        FILES_MATCHING PATTERN "*.1")
-    install(FILES ${culm_manual}/culm-config.5 DESTINATION ${CMAKE_INSTALL_MANDIR}/man5)
-    install(FILES ${culm_manual}/culm.bash
+    set(culm_completions ${PROJECT_BINARY_DIR}/completions)
+    add_custom_command(OUTPUT ${culm_completions}/culm.bash ${culm_completions}/culm.zsh ${culm_completions}/culm.fish
+        COMMAND ${CMAKE_COMMAND} -E make_directory ${culm_completions}
+        COMMAND culm completion bash > ${culm_completions}/culm.bash
+        COMMAND culm completion zsh > ${culm_completions}/culm.zsh
+        COMMAND culm completion fish > ${culm_completions}/culm.fish
+        DEPENDS culm COMMENT "Completions" VERBATIM)
+    add_custom_target(culm_completions ALL DEPENDS ${culm_completions}/culm.bash)
+    install(FILES ${culm_completions}/culm.bash
         DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME culm)
-    install(FILES ${culm_manual}/culm.zsh
+    install(FILES ${culm_completions}/culm.zsh
         DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _culm)
-    install(FILES ${culm_manual}/culm.fish
+    install(FILES ${culm_completions}/culm.fish
         DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
 endif()
 

@@ -19,21 +19,6 @@
 
 namespace culm::calibrate {
 
-struct ProfileInterval {
-    std::string name;
-    double lower = 0.0; ///< NaN if the profile does not rise enough within the allowed range
-    double upper = 0.0;
-    int runs = 0;
-};
-
-/// 95 % intervals of every parameter of a fit with every input as stated: where χ² with the
-/// parameter held and all others refitted exceeds the smallest one by 3.84 `misfit`, with the
-/// contribution of the error terms in quadrature. Each end is found to 2 % of the distance by
-/// secants on the signed root of the excess, which is a straight line for a linear model.
-[[nodiscard]] std::vector<ProfileInterval>
-profile_intervals(const fit::RecordingFit& fit, const fit::ObservedRecording& measurement,
-                  double misfit, const fit::SolveOptions& options = {});
-
 /// The paper's closing test: Eq. 1 fitted to the calibrated stem and to the measured one.
 struct CalibrationCheck {
     reduce::StemRingDowns measured;
@@ -63,7 +48,6 @@ struct CalibrationOptions {
     fit::FitOptions fit;
     /// Known physics in addition to the baseline; parameters that are not fixed are fitted too.
     std::vector<physics::SelectedEffect> effects;
-    bool with_profiles = false;
     bool with_check = false;
     run::Integrator check_integrator; ///< method and solver of the check's simulation
 };
@@ -76,7 +60,6 @@ struct Calibration {
     integrate::VibrationMode mode;
     double damping_time = 0.0; ///< τ of M = E I (κ + τ κ̇), s
     diagnose::Verdict verdict;
-    std::vector<ProfileInterval> profiles;
     std::optional<CalibrationCheck> check;
     std::string check_failure; ///< why there is no check though one was asked for
 };

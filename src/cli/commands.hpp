@@ -25,7 +25,7 @@ void add_jobs_command(CLI::App& app);
 void add_simulate_command(CLI::App& app, CommandResult& result);
 void add_import_command(CLI::App& app, CommandResult& result);
 void add_fit_command(CLI::App& app, CommandResult& result);
-void add_setup_command(CLI::App& app, CommandResult& result, char**& argv);
+void add_setup_command(CLI::App& app);
 void add_track_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 void add_calibrate_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
 void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**& argv);
@@ -34,9 +34,8 @@ void add_export_command(CLI::App& app);
 void add_effects_command(CLI::App& app);
 void add_keys_command(CLI::App& app);
 void add_report_command(CLI::App& app);
-/// These two describe all commands of `app`.
+/// Completes all commands of `app`.
 void add_completion_command(CLI::App& app);
-void add_manual_command(CLI::App& app);
 
 struct TrackArguments {
     std::vector<std::string> videos;
@@ -46,18 +45,10 @@ struct TrackArguments {
     bool is_quiet = false;
 };
 
-struct SetupArguments {
-    std::string video;
-    std::string output;
-    bool is_text = false;
-};
-
 /// Tracks, writes and prints. There are two definitions: in culm (main.cpp) the function executes
 /// the program culm-track of the same folder, in which it does the work (track_main.cpp). Only
 /// culm-track loads the video libraries: their 180 dependencies would multiply the time in which
 /// every other command, and every rank of a study, starts.
 [[nodiscard]] core::ExitCode run_track(const TrackArguments& arguments, int& argc, char**& argv);
-/// Writes the page or asks in the terminal; in culm-track as well (setup_main.cpp).
-[[nodiscard]] core::ExitCode run_setup(const SetupArguments& arguments, char**& argv);
 
 } // namespace culm::cli

@@ -86,7 +86,7 @@ int run(int argc, char** argv) {
     culm::cli::add_simulate_command(app, result);
     culm::cli::add_import_command(app, result);
     culm::cli::add_fit_command(app, result);
-    culm::cli::add_setup_command(app, result, argv);
+    culm::cli::add_setup_command(app);
     culm::cli::add_track_command(app, result, argc, argv);
     culm::cli::add_calibrate_command(app, result, argc, argv);
     culm::cli::add_compare_command(app, result, argc, argv);
@@ -96,7 +96,6 @@ int run(int argc, char** argv) {
     culm::cli::add_effects_command(app);
     culm::cli::add_keys_command(app);
     culm::cli::add_completion_command(app);
-    culm::cli::add_manual_command(app);
     try {
         std::vector<char*> words = without_help_command(argc, argv);
         app.parse(static_cast<int>(words.size()), words.data());
@@ -125,24 +124,12 @@ int run(int argc, char** argv) {
 
 namespace culm::cli {
 
-namespace {
-
 /// Replaces this process by culm-track, with the same command line.
-core::ExitCode run_culm_track(char** argv) {
+core::ExitCode run_track(const TrackArguments&, int&, char**& argv) {
     const std::filesystem::path program = beside_own_program("culm-track");
     ::execv(program.c_str(), argv);
     throw core::StorageError(fmt::format("{}: cannot be run; install it next to culm: {}",
                                          program.string(), std::strerror(errno)));
-}
-
-} // namespace
-
-core::ExitCode run_track(const TrackArguments&, int&, char**& argv) {
-    return run_culm_track(argv);
-}
-
-core::ExitCode run_setup(const SetupArguments&, char**& argv) {
-    return run_culm_track(argv);
 }
 
 } // namespace culm::cli

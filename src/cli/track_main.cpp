@@ -4,6 +4,7 @@
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "farm/item_map.hpp"
+#include "measure/setup/survey_json.hpp"
 #include "measure/track/frames/frame_source.hpp"
 #include "measure/track/track_report.hpp"
 #include "present/text.hpp"
@@ -182,6 +183,15 @@ core::ExitCode track(const TrackArguments& arguments, const farm::Communicator* 
     return farm::on_root(communicator, [&] { return print(plan, outcomes, failures); });
 }
 
+/// Prints what was found in a recording as JSON, for postprocess/setup.py.
+void print_survey(const std::string& location) {
+    const auto source = measure::open_frames("", location);
+    const int threads = threads_per_rank(0, 1);
+    const measure::VideoSurvey survey = measure::survey_video(*source, threads);
+    fmt::print("{}\n", measure::to_json(*source, survey)
+                           .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
 } // namespace
 
 core::ExitCode run_track(const TrackArguments& arguments, int& argc, char**& argv) {
@@ -202,7 +212,10 @@ ExitCode run(int argc, char** argv) {
     app.require_subcommand(1);
     culm::cli::CommandResult result;
     culm::cli::add_track_command(app, result, argc, argv);
-    culm::cli::add_setup_command(app, result, argv);
+    std::string location;
+    CLI::App* survey = app.add_subcommand("survey", "The part of culm setup that reads pictures");
+    survey->add_option("location", location)->required();
+    survey->callback([&location] { culm::cli::print_survey(location); });
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

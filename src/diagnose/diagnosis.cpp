@@ -9,7 +9,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace culm::diagnose {
 namespace {
@@ -309,12 +308,6 @@ std::string_view to_string(Conclusion conclusion) {
 bool leaves_structure(const SearchResult& search, const Policy& policy) {
     const SetVerdict verdict = verdict_on(search.best_fit, search.recordings, policy);
     return verdict.finding == Finding::Inadequate && is_above_noise(search.best_fit, policy);
-}
-
-Diagnosis decide(SearchResult search, const DiagnosisOptions& options) {
-    Answer answer(std::move(search), options);
-    answer.decide();
-    return answer.take();
 }
 
 Diagnosis diagnose(std::span<const measure::Measurement> recordings, DiagnosisOptions options) {

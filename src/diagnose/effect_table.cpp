@@ -5,8 +5,6 @@
 #include "fit/solve/reading_errors.hpp"
 #include "fit/solve/residual_statistics.hpp"
 
-#include <cmath>
-
 namespace culm::diagnose {
 namespace {
 

@@ -4,7 +4,6 @@
 #include "farm/mpi_calls.hpp"
 
 #include <cstdlib>
-#include <exception>
 
 #ifdef __SANITIZE_ADDRESS__
 #include <sanitizer/lsan_interface.h>

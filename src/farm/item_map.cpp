@@ -4,7 +4,6 @@
 #include "core/error.hpp"
 
 #include <memory>
-#include <string>
 
 namespace culm::farm {
 

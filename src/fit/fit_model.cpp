@@ -7,8 +7,6 @@
 #include "fit/start/starts.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 

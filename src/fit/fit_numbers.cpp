@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/fit_numbers.hpp"
 
-#include "core/error.hpp"
 #include "fit/solve/layout.hpp"
 #include "fit/solve/reading_errors.hpp"
 #include "fit/solve/residual_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace culm::fit {

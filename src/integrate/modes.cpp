@@ -37,16 +37,6 @@ std::vector<std::complex<double>> eigenvalues_of(const Eigen::MatrixXd& matrix) 
     return {values.data(), values.data() + values.size()};
 }
 
-/// [0 I; −K −C]: its eigenvalues are λ.
-Eigen::MatrixXd companion(const NormalisedChain& chain) {
-    const Eigen::Index n = chain.stiffness.rows();
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(2 * n, 2 * n);
-    matrix.topRightCorner(n, n).setIdentity();
-    matrix.bottomLeftCorner(n, n) = -chain.stiffness;
-    matrix.bottomRightCorner(n, n) = -chain.damping;
-    return matrix;
-}
-
 /// The inverse of the companion matrix, [−K⁻¹C −K⁻¹; I 0]: its eigenvalues are 1/λ.
 Eigen::MatrixXd inverse_companion(const NormalisedChain& chain) {
     const Eigen::Index n = chain.stiffness.rows();
@@ -204,22 +194,6 @@ double VibrationMode::damping_ratio() const {
 
 double VibrationMode::natural_frequency() const {
     return frequency * std::hypot(1.0, -decay_per_cycle / (2.0 * std::numbers::pi));
-}
-
-std::vector<std::complex<double>> eigenvalues(const LinearisedChain& chain) {
-    const NormalisedChain scaled = normalised(chain, reference_angular_frequency(chain));
-    std::vector<std::complex<double>> fast = eigenvalues_of(companion(scaled));
-    std::vector<std::complex<double>> slow = eigenvalues_of(inverse_companion(scaled));
-    for (auto& value : slow)
-        value = 1.0 / value;
-    std::sort(fast.begin(), fast.end(), slower);
-    std::sort(slow.begin(), slow.end(), slower);
-    // Each set is accurate at one end of the spectrum, and both are in the middle, where they join.
-    std::copy(slow.begin(), slow.begin() + static_cast<std::ptrdiff_t>(slow.size() / 2),
-              fast.begin());
-    for (auto& value : fast)
-        value *= scaled.angular_frequency;
-    return fast;
 }
 
 std::vector<VibrationMode> vibration_modes(const LinearisedChain& chain, std::size_t count) {

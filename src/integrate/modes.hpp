@@ -13,11 +13,6 @@
 
 namespace culm::integrate {
 
-/// Eigenvalues λ (1/s) of the linearised chain, u ~ exp(λt), sorted by magnitude, slowest first.
-/// Slow ones are computed from the inverse of the companion matrix, in which they are the largest:
-/// their relative error is near rounding, although the fastest are 1e8 times as large.
-[[nodiscard]] std::vector<std::complex<double>> eigenvalues(const LinearisedChain& chain);
-
 /// One vibration mode.
 struct VibrationMode {
     double frequency;       ///< Im λ/2π, Hz: b2 of Eq. 1

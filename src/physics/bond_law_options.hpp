@@ -2,7 +2,6 @@
 // Variants of the published bond law, and the two that have names in culm.
 #pragma once
 
-#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>

@@ -57,8 +57,6 @@ json bounds_json(double lower, double upper) {
     return json::array({number(lower), number(upper)});
 }
 
-/// With two intervals, from the profile and from the covariance: if they differ, the fit is not
-/// linear in the parameter.
 json stem_parameters_json(const calibrate::Calibration& calibration) {
     json out = json::object();
     for (std::size_t k = 0; k < calibration.fit.parameters.size(); ++k) {
@@ -66,9 +64,6 @@ json stem_parameters_json(const calibrate::Calibration& calibration) {
         json& entry = out[parameter_key(parameter)];
         entry = estimate_json(parameter.value, calibration.budget.combined[k]);
         entry["stderr_of_readings"] = number(calibration.budget.from_readings[k]);
-        if (k < calibration.profiles.size())
-            entry["profile_interval"] =
-                bounds_json(calibration.profiles[k].lower, calibration.profiles[k].upper);
     }
     return out;
 }
@@ -208,25 +203,15 @@ json central_range_json(const calibrate::CentralRange& found) {
              bounds_json(found.upper_interval.lower, found.upper_interval.upper)}};
 }
 
-/// The value with the combined uncertainty of the budget.
-std::string calibrated_value(fit::FittedParameter parameter, double standard_error) {
-    parameter.standard_error = standard_error;
-    return value_text(parameter);
-}
-
-/// The parameters in the order of the JSON's keys, so that both can be compared line by line.
+/// The parameters with the combined uncertainty of the budget, in the order of the JSON's keys, so
+/// that both can be compared line by line.
 std::string parameter_lines(const calibrate::Calibration& calibration) {
     std::string text;
     for (const auto& [key, parameter] : by_key(calibration.fit.parameters)) {
-        const ReadableParameter shown = readable(*parameter);
-        const auto place = static_cast<std::size_t>(parameter - calibration.fit.parameters.data());
-        text += fmt::format("    {:<24} {}", shown.name,
-                            calibrated_value(*parameter, calibration.budget.combined[place]));
-        if (place < calibration.profiles.size())
-            text += fmt::format("   profile {:.6g} … {:.6g}",
-                                shown.scale * calibration.profiles[place].lower,
-                                shown.scale * calibration.profiles[place].upper);
-        text += '\n';
+        const auto place = parameter - calibration.fit.parameters.data();
+        fit::FittedParameter with_budget = *parameter;
+        with_budget.standard_error = calibration.budget.combined[static_cast<std::size_t>(place)];
+        text += fmt::format("    {:<24} {}\n", readable(*parameter).name, value_text(with_budget));
     }
     return text;
 }

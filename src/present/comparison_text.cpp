@@ -31,7 +31,7 @@ std::string comparison_header(const diagnose::Ladder& ladder,
     const diagnose::LadderModel* last = last_fitted(ladder);
     const bool is_noise_known = last != nullptr && last->fit.parts.front().is_noise_known;
     return fmt::format(
-        "{}: {}, {} frames, law {}, {} (± is half of the 95 % interval)\n", measurement.stem.id,
+        "{}: {}, {} frames, law {}, {}\n", measurement.stem.id,
         counted(measurement.heights.size(), "height"), measurement.times.size(), law,
         is_noise_known
             ? fmt::format("noise {} mm ({})",
@@ -45,17 +45,24 @@ std::string held_out_cell(const diagnose::HeldOutPart& part) {
     return part.failure.empty() ? number_cell(part.over_noise, 2) : std::string("-");
 }
 
+/// What a model adds to the one above it, in `width` columns; a longer name in a line of its own.
+std::string ladder_name(const diagnose::LadderModel& model, std::size_t width) {
+    const std::string name =
+        model.added.empty() ? "baseline" : fmt::format("+ {}", fmt::join(model.added, " + "));
+    return name.size() <= width ? fmt::format("{:<{}}", name, width)
+                                : fmt::format("{}\n{:<{}}", name, "", width);
+}
+
 std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size_t width,
                         const TextStyle& style) {
     const diagnose::LadderModel& model = ladder.models[k];
-    const std::string name = model_name(model.fit.names);
+    const std::string name = ladder_name(model, width);
     if (model.fit.failed())
-        return fmt::format("{:<{}} {}: {}\n", name, width, style.failure("failed"),
-                           model.fit.reason);
+        return fmt::format("{} {}: {}\n", name, style.failure("failed"), model.fit.reason);
     const diagnose::Comparison& comparison = comparison_of(ladder, k);
     const diagnose::Verdict& verdict = comparison.verdict;
     const bool is_noise_known = model.stated.is_noise_known_everywhere();
-    return fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13} {:>10} {:>10}  {}\n", name, width,
+    return fmt::format("{} {:>9} {:>7} {:>10} {:>13} {:>10} {:>10}  {}\n", name,
                        number_cell(1e3 * comparison.rmse, 4),
                        is_noise_known ? number_cell(comparison.over_noise, 2) : "-",
                        number_cell(verdict.reduced_chi_squared, 3),
@@ -66,16 +73,14 @@ std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size
 }
 
 std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style) {
-    std::size_t width = 8;
-    for (const diagnose::LadderModel& model : ladder.models)
-        width = std::max(width, model_name(model.fit.names).size());
+    constexpr std::size_t width = 22;
     std::string text = fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13} {:>10} {:>10}  {}\n", "model",
                                    width, "rms mm", "/noise", "red. chi2*", "log evidence*",
                                    "last third", "one height", "verdict*");
     for (std::size_t k = 0; k < ladder.models.size(); ++k)
         text += ladder_line(ladder, k, width, style);
     return text + "* with the inputs free within their uncertainties; all else with every input as "
-                  "stated\n\n";
+                  "stated\n± is half of the 95 % interval\n\n";
 }
 
 /// Empty for a model in which nothing moves, because its parameters keep their initial values.

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <functional>
 #include <ranges>
-#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>

@@ -7,7 +7,6 @@
 #include "run/case_spec.hpp"
 
 #include <span>
-#include <vector>
 
 namespace culm::run {
 

@@ -182,17 +182,4 @@ TEST(RecordingFit, EstimatesUnknownNoiseFromTheResiduals) {
     EXPECT_NEAR(fit.noise.front(), 0.05e-3, 0.006e-3); // 600 readings: 2.9 % standard error
 }
 
-TEST(RecordingFit, HasProfileIntervalsOfTheCovarianceInANearlyLinearProblem) {
-    const measure::Measurement measurement = tests::simulated_measurement();
-    const fit::RecordingFit fit = fitted(measurement);
-    for (const auto& interval : calibrate::profile_intervals(
-             fit, fit::ObservedRecording(measurement), fit.reduced_chi_squared)) {
-        const fit::FittedParameter* found = fit.find(tests::id(interval.name));
-        const double half = 1.96 * found->standard_error;
-        // The search has an error of 2 %; the problem is slightly curved.
-        EXPECT_NEAR(found->value - interval.lower, half, 0.1 * half) << interval.name;
-        EXPECT_NEAR(interval.upper - found->value, half, 0.1 * half) << interval.name;
-    }
-}
-
 } // namespace

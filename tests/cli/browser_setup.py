@@ -21,9 +21,9 @@ import unittest
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent / "postprocess"), str(HERE.parent / "support")]
+sys.path[:0] = [str(HERE.parent / "postprocess"), str(HERE.parent / "support"),
+                str(HERE.parents[1] / "postprocess")]
 PROGRAM = os.environ["CULM_PROGRAM"]
-PAGE = HERE.parents[1] / "src" / "measure" / "setup" / "page"
 SKIPPED = 77
 PATIENCE = 60  # seconds after which a page is taken to hang
 WIDE = (1280, 1000)
@@ -96,15 +96,8 @@ def sample() -> dict:
 
 def filled(setup: dict) -> str:
     """The page as the program writes it."""
-    parts = {"style": (PAGE / "page.css").read_text(), "picture": (PAGE / "picture.js").read_text(),
-             "script": (PAGE / "page.js").read_text(),
-             "data": json.dumps(setup).replace("<", "\\u003c")}
-    text = (PAGE / "page.html").read_text()
-    for name, part in parts.items():
-        if text.count(f"<!-- {name} -->") != 1:
-            raise AssertionError(f"the marker {name} must occur once")
-        text = text.replace(f"<!-- {name} -->", part)
-    return text
+    from setup import page_text
+    return page_text(setup)
 
 
 class PageTest(unittest.TestCase):

@@ -47,12 +47,6 @@ class Keys(CulmTest):
                             'culm: there is no table or key "bond_dampin" in a study file (did you '
                             'mean "bond_damping"?); `culm keys` lists those there are\n')
 
-    def test_make_a_page_for_man(self):
-        self.assert_exit(self.culm("manual", "pages"), DONE)
-        page = (self.folder / "pages" / "culm-config.5").read_text("utf-8")
-        for key in re.findall(r"(?m)^\| `(\w+)` ", self.printed("--markdown")):
-            self.assertIn(f"\\fB{key}\\fR", page)
-
 
 if __name__ == "__main__":
     unittest.main()

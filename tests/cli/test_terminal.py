@@ -72,15 +72,6 @@ class Terminal(CulmTest):
 
 
 class Cost(CulmTest):
-    def assert_told(self, pattern, *command):
-        """The cost is printed on standard error, except with --quiet or JSON on standard output."""
-        self.assertRegex(self.culm(*command).stderr, pattern)
-        self.assertEqual(self.culm(*command, "-q").stderr, "")
-        if command[0] != "run":
-            document = self.culm(*command, "--json", "-")
-            self.assertEqual(document.stderr, "")
-            json.loads(document.stdout)
-
     def test_is_stated_before_a_study_runs(self):
         self.write("s.toml", QUICK)
         told = self.culm("run", "s.toml", "-o", "out").stderr
@@ -89,31 +80,15 @@ class Cost(CulmTest):
         again = self.culm("run", "s.toml", "-o", "out", "--resume").stderr
         self.assertNotIn("to compute", again)
 
-    def test_is_stated_before_fits_begin(self):
-        time = rf"about {SECONDS} to {SECONDS} of processor time on the reference machine\n"
-        self.assert_told(rf"(?m)^3 recordings, one fit of the chain to each: {time}",
-                         "calibrate", STEMS, *QUICKLY)
-        self.assert_told(rf"(?m)^2 models, three fits of each: {time}",
-                         "compare", NULL, "--with", "quadratic_drag", *QUICKLY)
-
-    def test_is_stated_before_a_diagnosis_begins(self):
-        # Its progress is printed on standard error, too.
-        told = self.culm("diagnose", NULL, *QUICKLY, "--candidates", "taper,quadratic_drag").stderr
-        self.assertRegex(told, rf"^2 candidates scored, the promising ones fitted to 1 "
-                               rf"recording: about {SECONDS} to {SECONDS} of processor time on the "
-                               r"reference machine\n")
-
-    def test_is_not_made_up_where_nothing_swings(self):
-        still = self.folder / "still"
-        still.mkdir()
-        (still / "stem.toml").write_text((Path(NULL) / "stem.toml").read_text("utf-8"), "utf-8")
-        header = next(line for line in (Path(NULL) / "deflection.csv").read_text("utf-8").split("\n")
-                      if line.startswith("time_s"))
-        zeros = ",0.0" * header.count(",")
-        (still / "deflection.csv").write_text(
-            "\n".join([header, *(f"{k * 1e-3}{zeros}" for k in range(100))]) + "\n", "utf-8")
-        self.assertIn("the time cannot be estimated",
-                      self.culm("calibrate", "still").stderr)
+    def test_is_not_printed_by_quiet_commands_nor_next_to_json(self):
+        for command in (("calibrate", NULL, *QUICKLY), ("compare", NULL, *QUICKLY), ("fit", NULL)):
+            with self.subTest(command):
+                quiet = self.culm(*command, "-q")
+                self.assertEqual(quiet.stderr, "")
+                self.assertNotIn("next:", quiet.stdout)
+                document = self.culm(*command, "--json", "-")
+                self.assertEqual(document.stderr, "")
+                json.loads(document.stdout)
 
 
 class NextCommand(CulmTest):

@@ -60,7 +60,7 @@ TEST(ConfigDocuments, EveryDefaultIsThatOfTheReader) {
     for (const ConfigKey& key : config_keys()) {
         // Keys of a factor or of one type of design are not valid without it.
         if (!is_toml_value(key.default_text) || key.section.starts_with("factors") ||
-            key.key == "criterion" || key.key == "scrambling")
+            key.key == "scrambling")
             continue;
         ++compared;
         const std::string text = file_for(key);

@@ -3,7 +3,6 @@
 
 #include "core/error.hpp"
 
-#include <algorithm>
 #include <set>
 #include <span>
 #include <string_view>

@@ -6,10 +6,8 @@
 #include "archive/point_record.hpp"
 #include "archive/study/description.hpp"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 

@@ -112,12 +112,10 @@ struct ExportArguments {
     std::string folder;
     std::string output;
     bool histories = false;
-    bool xdmf = false;
 };
 
 void add_export(CLI::App& archive, CommandResult& result) {
-    CLI::App* command = archive.add_subcommand(
-        "export", "CSV tables of an archive, and its trajectories for ParaView");
+    CLI::App* command = archive.add_subcommand("export", "CSV tables of an archive");
     auto arguments = std::make_shared<ExportArguments>();
     command->add_option("dir", arguments->folder, "Folder with a study.h5")
         ->required()
@@ -127,14 +125,11 @@ void add_export(CLI::App& archive, CommandResult& result) {
         ->type_name("DIR");
     command->add_flag("--histories", arguments->histories,
                       "Also one CSV file of deflections for each completed point");
-    command->add_flag("--xdmf", arguments->xdmf,
-                      "Also one XDMF file for each trajectory; it points into study.h5");
     command->callback([arguments, &result] {
-        const study::ExportOutcome outcome =
-            study::export_archive(study::StudyFolder(arguments->folder), arguments->output,
-                                  {arguments->histories, arguments->xdmf});
-        fmt::print("points.csv with {} points, {} histories, {} trajectories in {}\n",
-                   outcome.points, outcome.histories, outcome.trajectories, arguments->output);
+        const study::ExportOutcome outcome = study::export_archive(
+            study::StudyFolder(arguments->folder), arguments->output, {arguments->histories});
+        fmt::print("points.csv with {} points, {} histories in {}\n", outcome.points,
+                   outcome.histories, arguments->output);
         if (outcome.missing > 0) {
             print_error(fmt::format("{} points are missing in the archive", outcome.missing));
             result.exit_code = core::ExitCode::PointsFailed;

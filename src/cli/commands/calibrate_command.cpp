@@ -35,7 +35,6 @@ using nlohmann::json;
 struct CalibrateArguments : RecordingArguments {
     std::string via;
     std::string effects;
-    bool with_profiles = false;
     bool with_check = false;
     std::string check_integrator = "implicit";
 };
@@ -79,7 +78,6 @@ CalibrationPlan plan_of(const CalibrateArguments& arguments) {
     plan.options.fit.window = arguments.window_s;
     if (!arguments.effects.empty())
         plan.options.effects = study::effects_from(arguments.effects);
-    plan.options.with_profiles = arguments.with_profiles;
     plan.options.with_check = arguments.with_check;
     if (arguments.check_integrator != "implicit")
         plan.options.check_integrator.method = run::IntegrationMethod::Sundials;
@@ -295,10 +293,6 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
     const CalibrationPlan plan = plan_of(arguments);
     const RunProvenance provenance(calibration_inputs(arguments, plan), communicator);
     const bool is_quiet = arguments.is_silent(communicator);
-    if (!is_quiet)
-        fmt::print(
-            stderr, "{}",
-            cost_of_calibration(plan.read.measurements, plan.options, rank_count(communicator)));
     if (!arguments.output.empty())
         present::make_folder(fs::path(arguments.output) / "predictions");
     std::vector<double> costs;
@@ -335,8 +329,6 @@ void add_calibration_options(CLI::App& command, CalibrateArguments& arguments) {
                     "SUNDIALS")
         ->check(CLI::IsMember({"implicit", "arkode", "cvode"}))
         ->needs(check);
-    command.add_flag("--profile", arguments.with_profiles,
-                     "Also intervals by profile likelihood (some 30 more runs)");
     command
         .add_option(
             "--with", arguments.effects,

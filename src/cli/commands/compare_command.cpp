@@ -122,8 +122,6 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
     const measure::Measurement measurement = measure::read_measurement(folder);
     const RunProvenance provenance(comparison_inputs({folder}, arguments), nullptr);
     const fit::FitOptions options = fit_options(arguments);
-    if (!arguments.is_silent(nullptr))
-        fmt::print(stderr, "{}", cost_of_ladder(measurement, models, options));
     const diagnose::Ladder ladder = diagnose::climb(measurement, models, options);
     const json document = ladder_document(arguments, folder, ladder, measurement, provenance);
     write_results(arguments, {&measurement, 1}, "comparison.json", document);
@@ -222,13 +220,6 @@ core::ExitCode compare_all(const CompareArguments& arguments,
     const RunProvenance provenance(comparison_inputs(folders, arguments), communicator);
     const fit::FitOptions options = fit_options(arguments);
     const bool is_quiet = arguments.is_silent(communicator);
-    if (!is_quiet) {
-        std::vector<fit::SelectedEffects> effects;
-        for (const TableModel& model : models)
-            effects.push_back(model.effects);
-        fmt::print(stderr, "{}",
-                   cost_of_table(measurements, effects, options, rank_count(communicator)));
-    }
     diagnose::EffectTable table(measurements, options);
     ProgressDisplay display(is_quiet, "fits");
     std::vector<core::ItemOutcome<diagnose::EffectCell>> cells = farm::map(

@@ -17,10 +17,8 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -283,9 +281,6 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
         return core::ExitCode::Done;
     }));
     diagnose::DiagnosisOptions options = options_of(arguments, plan);
-    if (!arguments.is_silent(communicator))
-        fmt::print(stderr, "{}",
-                   cost_of_diagnosis(plan.read.measurements, options, rank_count(communicator)));
     diagnose::Diagnosis found;
     try {
         StepDisplay display(arguments.is_quiet || !is_root(communicator));

@@ -1,14 +1,36 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// culm setup VIDEO -o DIR
+// culm setup VIDEO -o DIR: executes the Python program postprocess/setup.py.
 #include "cli/commands.hpp"
+#include "cli/provenance.hpp"
+#include "cli/python_program.hpp"
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 namespace culm::cli {
+namespace {
 
-void add_setup_command(CLI::App& app, CommandResult& result, char**& argv) {
+struct SetupArguments {
+    std::string video;
+    std::string output;
+    bool is_text = false;
+};
+
+[[noreturn]] void hand_over(const SetupArguments& arguments) {
+    std::vector<std::string> words{"--culm-track=" + beside_own_program("culm-track").string(),
+                                   "--program=" + version_text(), "--output=" + arguments.output};
+    if (arguments.is_text)
+        words.emplace_back("--text");
+    words.insert(words.end(), {"--", arguments.video});
+    run_python_program("setup.py", words, "culm setup needs Python 3");
+}
+
+} // namespace
+
+void add_setup_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "setup", "Describe a video for culm track: in the browser, or with --text in the terminal");
     auto arguments = std::make_shared<SetupArguments>();
@@ -25,8 +47,7 @@ void add_setup_command(CLI::App& app, CommandResult& result, char**& argv) {
         ->type_name("DIR");
     command->add_flag("--text", arguments->is_text,
                       "Ask in the terminal and write video.toml; no page");
-    command->callback(
-        [arguments, &result, &argv] { result.exit_code = run_setup(*arguments, argv); });
+    command->callback([arguments] { hand_over(*arguments); });
 }
 
 } // namespace culm::cli

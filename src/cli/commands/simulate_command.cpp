@@ -9,7 +9,6 @@
 #include "study/execute/point_results.hpp"
 #include "study/summary/summary.hpp"
 
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>

@@ -29,16 +29,6 @@ std::string_view quantity_of(std::string_view key) {
     return key.substr(0, key.size() - longest);
 }
 
-/// "a" or "b"; "a", "b" or "c".
-std::string one_of(std::span<const std::string> words) {
-    std::string text;
-    for (std::size_t i = 0; i < words.size(); ++i) {
-        const char* separator = i == 0 ? "" : i + 1 == words.size() ? " or " : ", ";
-        text += fmt::format("{}\"{}\"", separator, words[i]);
-    }
-    return text;
-}
-
 std::string must_be(std::string_view allowed, const std::string& otherwise) {
     return "must be " + (allowed.empty() ? otherwise : std::string(allowed));
 }

@@ -72,6 +72,15 @@ toml::table parse_toml_text(std::string_view text, const std::string& file) {
     }
 }
 
+std::string one_of(std::span<const std::string> words) {
+    std::string text;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+        const char* separator = i == 0 ? "" : i + 1 == words.size() ? " or " : ", ";
+        text += fmt::format("{}\"{}\"", separator, words[i]);
+    }
+    return text;
+}
+
 std::string value_text(const toml::node& node) {
     const std::string text = full_text(node);
     constexpr std::size_t longest = 60;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,9 @@ namespace culm::core {
 /// Parses a text; `file` is its name in messages. Throws core::InputError with file, line and
 /// column.
 [[nodiscard]] toml::table parse_toml_text(std::string_view text, const std::string& file);
+
+/// "a" or "b"; "a", "b" or "c".
+[[nodiscard]] std::string one_of(std::span<const std::string> words);
 
 /// The value as a person would write it, shortened if it is long.
 [[nodiscard]] std::string value_text(const toml::node& node);

@@ -6,7 +6,6 @@
 #include "fit/solve/layout.hpp"
 
 #include <span>
-#include <string>
 #include <vector>
 
 #include <Eigen/Core>

@@ -2,6 +2,7 @@
 #include "fit/model/stem_model.hpp"
 
 #include "core/error.hpp"
+#include "core/order_statistics.hpp"
 #include "fit/model/observed_recording.hpp"
 #include "physics/effects/library.hpp"
 #include "reduce/population_statistics.hpp"
@@ -26,14 +27,7 @@ namespace culm::fit {
 double frame_period(const measure::Measurement& measurement) {
     if (measurement.frames_per_second)
         return 1.0 / *measurement.frames_per_second;
-    std::vector<double> distances;
-    for (std::size_t i = 1; i < measurement.times.size(); ++i)
-        distances.push_back(measurement.times[i] - measurement.times[i - 1]);
-    if (distances.empty())
-        return 0.0;
-    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-    std::ranges::nth_element(distances, middle);
-    return *middle;
+    return measurement.times.size() < 2 ? 0.0 : core::median_interval(measurement.times);
 }
 
 namespace {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "core/order_statistics.hpp"
 #include "fit/solve/reading_errors.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "run/modes.hpp"
@@ -139,12 +140,6 @@ class FlexibleRest {
     Eigen::MatrixXd basis_; ///< (frames, columns), orthonormal
 };
 
-double upper_median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::ranges::nth_element(values, middle);
-    return *middle;
-}
-
 class NoiseEstimate {
   public:
     NoiseEstimate(const RecordingFit& fit, ObservedRecording& measurement)
@@ -276,7 +271,7 @@ class NoiseEstimate {
         for (std::size_t k = first; k < first + count; ++k)
             if (!std::isnan(fit_.residuals[k]))
                 near.push_back(fit_.residuals[k] / noise_[k]);
-        return near.size() > 2 ? upper_median(near) : fit_.residuals[at] / noise_[at];
+        return near.size() > 2 ? core::median(near) : fit_.residuals[at] / noise_[at];
     }
 
     /// Weights outliers as in Student's t, by (ν + 1)/(ν + z²) with z the error over its scale. The
@@ -305,7 +300,7 @@ class NoiseEstimate {
                 residuals.push_back(residual);
         if (residuals.empty())
             return;
-        const double centre = upper_median(residuals);
+        const double centre = core::median(residuals);
         for (std::size_t i = 0; i < first_; ++i) {
             const std::size_t at = i * fit_.noise.size() + row;
             const double about =

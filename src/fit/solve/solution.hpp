@@ -5,7 +5,6 @@
 #include "fit/model/prediction.hpp"
 #include "fit/solve/layout.hpp"
 
-#include <cstddef>
 #include <limits>
 #include <optional>
 #include <span>

@@ -4,7 +4,6 @@
 
 #include "fit/solve/reading_errors.hpp"
 
-#include <cmath>
 #include <vector>
 
 namespace culm::fit {

@@ -13,7 +13,6 @@
 #include <numbers>
 #include <optional>
 #include <set>
-#include <string>
 #include <tuple>
 #include <utility>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/start/residual_spectrum.hpp"
 
-#include "core/error.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>

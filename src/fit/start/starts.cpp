@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/start/starts.hpp"
 
-#include "core/error.hpp"
 #include "fit/start/beat.hpp"
 #include "fit/start/residual_spectrum.hpp"
 #include "physics/effects/library.hpp"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/decimal_text.hpp"
+#include "core/order_statistics.hpp"
 #include "core/user_files.hpp"
 #include "measure/folder/delimited_text.hpp"
 #include "measure/folder/measurement.hpp"
@@ -264,14 +265,6 @@ void read_line(const DelimitedLine& line, const DeflectionHeader& header, Measur
     }
 }
 
-double median_step(const std::vector<double>& times) {
-    std::vector<double> steps;
-    for (std::size_t i = 1; i < times.size(); ++i)
-        steps.push_back(times[i] - times[i - 1]);
-    std::ranges::nth_element(steps, steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2));
-    return steps[steps.size() / 2];
-}
-
 /// Milliseconds or frame numbers instead of seconds are faults. Any other disagreement with the
 /// camera's rate is a remark, because the times of the table are used.
 void check_frame_rate(Measurement& measurement, core::FileFaults& faults) {
@@ -279,7 +272,7 @@ void check_frame_rate(Measurement& measurement, core::FileFaults& faults) {
         return;
     const double rate = *measurement.frames_per_second;
     // The median, because frames may be missing.
-    const double step = median_step(measurement.times);
+    const double step = core::median_interval(measurement.times);
     const double frames = step * rate;
     if (std::abs(frames - 1000.0) < 20.0)
         faults.add(0,

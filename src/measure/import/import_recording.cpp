@@ -2,13 +2,12 @@
 #include "measure/import/import_recording.hpp"
 
 #include "core/error.hpp"
+#include "core/order_statistics.hpp"
 #include "measure/import/recorded_series.hpp"
-#include "measure/track/order_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include <fmt/format.h>
 
@@ -255,7 +254,7 @@ TimeGaps time_gaps(std::span<const double> times) {
     steps.reserve(times.size());
     for (std::size_t i = 1; i < times.size(); ++i)
         steps.push_back(times[i] - times[i - 1]);
-    const double usual = median(steps); // a few gaps do not change it
+    const double usual = core::median(steps); // a few gaps do not change it
     for (std::size_t i = 0; i < steps.size(); ++i) {
         if (!(steps[i] > 1.5 * usual))
             continue;

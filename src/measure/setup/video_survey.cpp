@@ -2,13 +2,12 @@
 #include "measure/setup/video_survey.hpp"
 
 #include "core/error.hpp"
-#include "measure/track/order_statistics.hpp"
+#include "core/order_statistics.hpp"
 #include "measure/track/stem_contrast.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <span>
@@ -104,8 +103,9 @@ std::vector<std::size_t> frames_to_trace(const FrameSource& source, const StemSu
     std::vector<double> spreads;
     for (std::size_t r = 0; r < coarse.rows.places.size(); ++r) {
         const std::vector<double> history = coarse.rows.history(r);
-        spreads.push_back(
-            coarse.rows.seen(r) > 0.9 ? quantile(history, 0.98) - quantile(history, 0.02) : 0.0);
+        spreads.push_back(coarse.rows.seen(r) > 0.9
+                              ? core::quantile(history, 0.98) - core::quantile(history, 0.02)
+                              : 0.0);
     }
     const auto moving = std::size_t(std::ranges::max_element(spreads) - spreads.begin());
     const std::vector<double> history = coarse.rows.history(moving);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
-#include "measure/track/order_statistics.hpp"
+#include "core/order_statistics.hpp"
 #include "measure/track/ring_down.hpp"
 
 #include <algorithm>
@@ -158,8 +158,8 @@ Hold find_hold(const Deflections& deflections, std::size_t fall, double largest)
     if (near.size() <= 6)
         std::ranges::reverse(near), near.resize(std::max<std::size_t>(1, (near.size() + 1) / 2));
     Hold hold;
-    hold.level = median(near);
-    hold.noise = near.size() > 2 ? robust_deviation(near) : 0.0;
+    hold.level = core::median(near);
+    hold.noise = near.size() > 2 ? core::robust_deviation(near) : 0.0;
     hold.tolerance = std::max(4.0 * hold.noise, std::max(0.05, 0.005 * largest));
     const auto is_held = [&](std::size_t i) {
         return std::abs(deflections.value[i] - hold.level) <= hold.tolerance;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
-#include "measure/track/order_statistics.hpp"
+#include "core/order_statistics.hpp"
 #include "measure/track/ring_down.hpp"
 #include "measure/track/track.hpp"
 
@@ -45,7 +45,7 @@ double quietest_spread(const std::vector<double>& column) {
                 differences.push_back(d);
         if (differences.size() + 2 == window)
             // The second difference of independent readings has 1 + 4 + 1 times their variance.
-            quietest = std::min(quietest, robust_deviation(differences) / std::sqrt(6.0));
+            quietest = std::min(quietest, core::robust_deviation(differences) / std::sqrt(6.0));
     }
     return std::isfinite(quietest) ? quietest : 0.0;
 }
@@ -59,7 +59,7 @@ void refuse_still_stem(const WatchedHistory& history, const std::string& source)
         throw core::InputError(
             fmt::format("{}: the stem is seen in {} of {} frames only; 12 at least are needed",
                         source, seen.size(), history.column.size()));
-    const double range = quantile(seen, 0.99) - quantile(seen, 0.01);
+    const double range = core::quantile(seen, 0.99) - core::quantile(seen, 0.01);
     // Readings of a still stem span five standard deviations, and the quietest of a few hundred
     // windows has about a quarter of one.
     const double limit = std::max(1.0, 20.0 * quietest_spread(history.column));
@@ -180,7 +180,7 @@ std::vector<double> spread_about(const SwingModel& swing, const AxisRecord& reco
         for (std::size_t k = begin; k < surprises.size(); ++k)
             if (!std::isnan(surprises[k]))
                 known.push_back(surprises[k]);
-        result.push_back(known.empty() ? nothing : robust_deviation(known) / amplification);
+        result.push_back(known.empty() ? nothing : core::robust_deviation(known) / amplification);
     }
     return result;
 }
@@ -239,7 +239,7 @@ WatchedPlace watch(const AxisRecord& record, std::size_t place, const WindowOpti
         throw core::InputError(fmt::format(
             "{}: the stem is not seen in the last quarter of the recording", options.source));
     watched.release = find_release(watched.history,
-                                   {.rest = median(late),
+                                   {.rest = core::median(late),
                                     .relative_height = record.places[place] / options.length,
                                     .decay_per_cycle = 0.0,
                                     .last_held = options.release_frame},
@@ -315,7 +315,7 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
             for (std::size_t k = *window.rest_begin; k < columns.size(); ++k)
                 if (!std::isnan(columns[k]))
                     still.push_back(columns[k]);
-            window.rest.push_back(median(std::move(still)));
+            window.rest.push_back(core::median(std::move(still)));
         }
     } else if (swing) {
         window.rest_source = RestSource::DecayingSwing;

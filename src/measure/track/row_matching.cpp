@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The stem's position in a row, by matching its brightness profile. The profile is known from
 // frames in which the stem hardly moves and is smeared by the motion during the exposure.
+#include "core/order_statistics.hpp"
 #include "measure/track/matched_row.hpp"
-#include "measure/track/order_statistics.hpp"
 #include "measure/track/track.hpp"
 
 #include <algorithm>
@@ -150,7 +150,7 @@ class RowMatcher {
                     lamps.push_back(rows.row(static_cast<int>(u))[c] / ground);
         if (lamps.size() < fewest)
             return 1.0F;
-        return median(std::move(lamps));
+        return core::median(std::move(lamps));
     }
     [[nodiscard]] PixelRow pixels(const BandImage& rows, std::size_t u) const {
         const std::vector<std::uint8_t>& clutter = track_.survey.trace.clutter;

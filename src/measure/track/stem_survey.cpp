@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
-#include "measure/track/order_statistics.hpp"
+#include "core/order_statistics.hpp"
 #include "measure/track/stem_contrast.hpp"
 #include "measure/track/track.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -47,7 +46,7 @@ double view_score(const std::vector<FrameImage>& frames, const StemView& view, d
         std::vector<float> peaks;
         for (const RowRun& run : sighting.chain.runs)
             peaks.push_back(run.peak);
-        score += sighting.chain.score * double(median(std::move(peaks))) / sighting.noise;
+        score += sighting.chain.score * double(core::median(std::move(peaks))) / sighting.noise;
     }
     return score;
 }
@@ -72,8 +71,8 @@ EndMotion end_motion(const std::vector<FrameImage>& frames, const StemView& view
             low.push_back(runs[i].median_column());
             high.push_back(runs[runs.size() - 1 - i].median_column());
         }
-        bottoms.push_back(median(std::move(low)));
-        tops.push_back(median(std::move(high)));
+        bottoms.push_back(core::median(std::move(low)));
+        tops.push_back(core::median(std::move(high)));
     }
     const auto spread = [](const std::vector<double>& values) {
         return values.empty() ? 0.0 : std::ranges::max(values) - std::ranges::min(values);
@@ -162,7 +161,7 @@ std::vector<float> smoothed(std::vector<float> values) {
     std::vector<float> result(values.size());
     constexpr std::ptrdiff_t reach = 15;
     for (std::ptrdiff_t r = 0; r < std::ptrdiff_t(values.size()); ++r)
-        result[std::size_t(r)] = median(std::vector<float>(
+        result[std::size_t(r)] = core::median(std::vector<float>(
             values.begin() + std::max<std::ptrdiff_t>(0, r - reach),
             values.begin() + std::min(std::ptrdiff_t(values.size()), r + reach + 1)));
     return result;
@@ -188,27 +187,27 @@ class ChainStatistics {
         std::vector<float> medians;
         medians.reserve(peaks.size());
         for (std::vector<float>& row : peaks)
-            medians.push_back(median(std::move(row)));
+            medians.push_back(core::median(std::move(row)));
         return smoothed(std::move(medians));
     }
     [[nodiscard]] double bottom_row() const {
         std::vector<double> rows;
         for (const StemChain& chain : chains_)
             rows.push_back(chain.runs.front().row);
-        return median(std::move(rows));
+        return core::median(std::move(rows));
     }
     [[nodiscard]] double bottom_column() const {
         std::vector<double> columns;
         for (const StemChain& chain : chains_)
             columns.push_back(chain.runs.front().median_column());
-        return median(std::move(columns));
+        return core::median(std::move(columns));
     }
     [[nodiscard]] double width() const {
         std::vector<double> widths;
         for (const StemChain& chain : chains_)
             for (const RowRun& run : chain.runs)
                 widths.push_back(run.width());
-        return median(std::move(widths));
+        return core::median(std::move(widths));
     }
 
   private:
@@ -219,7 +218,7 @@ class ChainStatistics {
 void set_thresholds(StemSurvey& survey, const ChainStatistics& chains,
                     const TrackSettings& settings) {
     const std::vector<float> contrast = chains.contrast_by_row();
-    survey.contrast = median(contrast);
+    survey.contrast = core::median(contrast);
     for (std::size_t r = 0; r < contrast.size(); ++r)
         survey.trace.threshold_by_row[r] =
             settings.threshold
@@ -275,7 +274,7 @@ StemSurvey survey_stem(const FrameSource& source, std::span<const std::size_t> w
         if (contrast.width != contrasts.front().width ||
             contrast.height != contrasts.front().height)
             throw core::InputError(fmt::format("{}: the frames differ in size", source.name()));
-    survey.noise = median(noises);
+    survey.noise = core::median(noises);
     survey.trace = first_trace_options(contrasts.front(), survey.noise, width);
     survey.trace.clutter = find_still_clutter(contrasts, survey.trace);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/track/stem_trace.hpp"
 
-#include "measure/track/order_statistics.hpp"
+#include "core/order_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -188,7 +188,7 @@ HeightQuadratic fit_quadratic(const std::vector<RowRun>& runs) {
         fit.coefficients = {solution[0], solution[1], solution[2]};
         for (std::size_t i = 0; i < runs.size(); ++i)
             residuals[i] = runs[i].median_column() - fit.at(runs[i].row);
-        fit.deviation = robust_deviation(residuals);
+        fit.deviation = core::robust_deviation(residuals);
         limit = std::max(0.5, 1.5 * fit.deviation);
     }
     return fit;
@@ -209,7 +209,7 @@ std::optional<double> crossing(const float* row, int width, int inside, int step
 double middle_of(const BandImage& contrast, const RowRun& run) {
     const float* row = contrast.row(run.row);
     const int inside = (run.begin + run.end - 1) / 2;
-    const float plateau = quantile(std::vector<float>(row + run.begin, row + run.end), 0.75);
+    const float plateau = core::quantile(std::vector<float>(row + run.begin, row + run.end), 0.75);
     const auto left = crossing(row, contrast.width, inside, -1, 0.5F * plateau);
     const auto right = crossing(row, contrast.width, inside, +1, 0.5F * plateau);
     if (!left || !right || *right - *left > 2.0 * run.width() + 4.0)
@@ -243,9 +243,9 @@ void remove_lone_rows(std::vector<double>& rows, const HeightQuadratic& quadrati
         for (int k = std::max(0, r - neighbours); k <= std::min(height - 1, r + neighbours); ++k)
             if (!std::isnan(before[std::size_t(k)]))
                 around.push_back(before[std::size_t(k)] - quadratic.at(k));
-        const double off = before[std::size_t(r)] - quadratic.at(r) - median(around);
+        const double off = before[std::size_t(r)] - quadratic.at(r) - core::median(around);
         const bool is_alone = around.size() < 4;
-        if (is_alone || std::abs(off) > std::max(0.6, 5.0 * robust_deviation(around)))
+        if (is_alone || std::abs(off) > std::max(0.6, 5.0 * core::robust_deviation(around)))
             rows[std::size_t(r)] = not_seen;
     }
 }

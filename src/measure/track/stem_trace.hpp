@@ -4,7 +4,6 @@
 
 #include "measure/track/frames/frame_image.hpp"
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/track/order_statistics.hpp"
+#include "core/order_statistics.hpp"
 #include "measure/track/ring_down.hpp"
 
 #include <algorithm>
@@ -123,7 +123,7 @@ double usual_period(const std::vector<double>& passages, double otherwise) {
     std::vector<double> times;
     for (std::size_t i = 1; i < passages.size(); ++i)
         times.push_back(passages[i] - passages[i - 1]);
-    return times.size() < 4 ? otherwise : 2.0 * median(std::move(times));
+    return times.size() < 4 ? otherwise : 2.0 * core::median(std::move(times));
 }
 
 /// Reports passages through the rest that are too early or too late, until the swing has settled.
@@ -166,7 +166,7 @@ void judge_surprises(const WatchedHistory& history, const SwingModel& model,
             usual.push_back(surprises[k]);
     if (usual.size() < 12)
         return;
-    const double deviation = std::max(robust_deviation(usual), 0.01);
+    const double deviation = std::max(core::robust_deviation(usual), 0.01);
     const auto period = std::size_t(std::ceil(1.0 / std::max(1e-3, model.cycles_per_frame())));
     for (std::size_t k = swing.settled_frame; k < surprises.size(); ++k) {
         const double amplitude = amplitude_at(history, k, period, swing.rest);

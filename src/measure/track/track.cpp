@@ -2,7 +2,7 @@
 #include "measure/track/track.hpp"
 
 #include "core/error.hpp"
-#include "measure/track/order_statistics.hpp"
+#include "core/order_statistics.hpp"
 #include "measure/track/stem_contrast.hpp"
 #include "measure/track/stem_trace.hpp"
 
@@ -177,7 +177,7 @@ std::vector<double> reading_uncertainties(const Track& track) {
         if (of_height.empty() || !(track.window.noise[h] > 0.0))
             continue;
         seen += std::pow(track.window.noise[h], 2);
-        expected += std::pow(quantile(std::move(of_height), sharp), 2);
+        expected += std::pow(core::quantile(std::move(of_height), sharp), 2);
     }
     if (!(seen > 0.0))
         return {};

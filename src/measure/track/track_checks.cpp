@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
-#include "measure/track/order_statistics.hpp"
+#include "core/order_statistics.hpp"
 #include "measure/track/track.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>

@@ -15,6 +15,9 @@
 namespace culm::present {
 using study::ConfigKey;
 
+namespace {
+
+/// The tables in the order of the catalogue.
 std::vector<std::string> config_tables() {
     std::vector<std::string> names;
     for (const ConfigKey& key : study::config_keys())
@@ -23,6 +26,7 @@ std::vector<std::string> config_tables() {
     return names;
 }
 
+/// "a number in (0, 1000] mm; default 2.83".
 std::string key_value(const ConfigKey& key) {
     std::string text = key.allowed();
     if (key.unit == "as the parameter")
@@ -30,13 +34,12 @@ std::string key_value(const ConfigKey& key) {
     return key.default_text.empty() ? text : text + "; default " + key.default_text;
 }
 
+/// The key's description, without the Markdown backticks around names of other keys.
 std::string key_meaning(const ConfigKey& key) {
     std::string text = key.meaning;
     std::erase(text, '`');
     return text;
 }
-
-namespace {
 
 /// The fixed part of a section's name: "factors" of "factors.<parameter>".
 std::string spoken(const std::string& section) {

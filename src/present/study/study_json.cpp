@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <fstream>
 #include <functional>
-#include <string>
 #include <vector>
 
 #include <fmt/ostream.h>

@@ -2,6 +2,7 @@
 #include "reduce/ring_down/ring_down_analysis.hpp"
 
 #include "core/error.hpp"
+#include "core/order_statistics.hpp"
 #include "reduce/distributions.hpp"
 #include "reduce/residual_tests.hpp"
 #include "reduce/ring_down/ring_down_start.hpp"
@@ -9,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <span>
 
 #include <Eigen/Cholesky>
@@ -223,7 +223,7 @@ void set_estimates(const Eigen::VectorXd& p, const Model& model, const FitCovari
 
 /// Lags of the correlation: one period, but at most a fifth of the record.
 std::size_t lags_of(const Samples& samples, double frequency) {
-    const double period = 1.0 / (frequency * median_interval(samples.times));
+    const double period = 1.0 / (frequency * core::median_interval(samples.times));
     const auto n = static_cast<double>(samples.times.size());
     const double automatic = 4.0 * std::pow(n / 100.0, 2.0 / 9.0); // Newey & West (1994)
     return static_cast<std::size_t>(

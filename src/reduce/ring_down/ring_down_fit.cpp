@@ -2,6 +2,7 @@
 #include "reduce/ring_down/ring_down_fit.hpp"
 
 #include "core/error.hpp"
+#include "core/order_statistics.hpp"
 #include "reduce/distributions.hpp"
 #include "reduce/ring_down/ring_down_model.hpp"
 #include "reduce/ring_down/ring_down_start.hpp"
@@ -101,7 +102,8 @@ PreparedHistory prepare(std::span<const double> times, std::span<const double> d
 RefinedRingDown best_minimum(const PreparedHistory& history, const RingDownFitOptions& options) {
     // The sum of squares has a minimum near every frequency of the history, so each start is
     // refined. Frequencies from half the sampling rate on have a lower alias with the same samples.
-    const double highest_frequency = 0.5 / median_interval(history.samples.times) * (1.0 + 1e-9);
+    const double highest_frequency =
+        0.5 / core::median_interval(history.samples.times) * (1.0 + 1e-9);
     std::optional<RefinedRingDown> best;
     for (RingDownParameters start :
          ring_down_starts(history.samples, options.largest_decay_per_cycle)) {

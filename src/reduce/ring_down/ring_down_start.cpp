@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "reduce/ring_down/ring_down_start.hpp"
 
+#include "core/order_statistics.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <complex>
 #include <cstddef>
-#include <functional>
 #include <utility>
 
 #include <unsupported/Eigen/FFT>
@@ -29,7 +30,8 @@ struct BinnedHistory {
 BinnedHistory bin_history(const RingDownSamples& samples) {
     const double last = samples.times.back();
     BinnedHistory binned;
-    binned.width = std::max(median_interval(samples.times), last / static_cast<double>(most_bins));
+    binned.width =
+        std::max(core::median_interval(samples.times), last / static_cast<double>(most_bins));
     const auto bins = static_cast<std::size_t>(std::lround(last / binned.width)) + 1;
     binned.sum.assign(bins, 0.0);
     binned.count.assign(bins, 0.0);
@@ -162,15 +164,6 @@ class Scan {
 };
 
 } // namespace
-
-double median_interval(const std::vector<double>& times) {
-    std::vector<double> intervals(times.size() - 1);
-    for (std::size_t i = 0; i + 1 < times.size(); ++i)
-        intervals[i] = times[i + 1] - times[i];
-    const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-    std::nth_element(intervals.begin(), middle, intervals.end());
-    return *middle;
-}
 
 std::vector<RingDownParameters> ring_down_starts(const RingDownSamples& samples,
                                                  double largest_decay_per_cycle) {

@@ -8,9 +8,6 @@
 
 namespace culm::reduce {
 
-/// Median distance of neighbouring times; the times ascend strictly, at least two.
-[[nodiscard]] double median_interval(const std::vector<double>& times);
-
 /// At most four starts for the fit of Eq. 1, best first, with frequencies up to half the sampling
 /// rate; empty if no trial explains anything.
 ///

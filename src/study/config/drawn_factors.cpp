@@ -353,9 +353,6 @@ void read_correlation(ConfigContext& context) {
         reader.error("factors", complaint);
         return;
     }
-    if (context.config.design.criterion != HypercubeCriterion::None)
-        reader.error("factors", "not together with design.criterion: the correlations decide the "
-                                "order of the values");
     try {
         context.config.correlation =
             FactorCorrelation{*members, RankCorrelation(members->size(), *matrix)};

@@ -100,10 +100,7 @@ Keys design_keys() {
     design.whole("replicates", "1", {1.0, 1e8},
                  "repetitions of every design point with new draws of the distributions; "
                  "`replicates.stems` is the same");
-    design.word("criterion", "\"none\"", {"none", "maximin", "centred_discrepancy"},
-                "by what a Latin hypercube of at most 10000 points is made more even");
-    design.word("scrambling", "\"none\"", {"none", "owen", "digital_shift"},
-                "how a Sobol sequence is made random");
+    design.word("scrambling", "\"none\"", {"none", "owen"}, "how a Sobol sequence is made random");
     design.add(ValueKind::Tables, "point", "", "", {}, {},
                "the points of a `list`, which needs them: every table gives one point's values");
     Section replicates(keys, "replicates");

@@ -2,6 +2,7 @@
 #include "study/config/keys.hpp"
 
 #include "core/nearest_name.hpp"
+#include "core/toml/value.hpp"
 #include "study/config/parameters.hpp"
 
 #include <limits>
@@ -12,15 +13,6 @@
 namespace culm::study {
 
 namespace {
-
-std::string one_of(const std::vector<std::string>& words) {
-    std::string text;
-    for (std::size_t i = 0; i < words.size(); ++i) {
-        const char* separator = i == 0 ? "" : i + 1 == words.size() ? " or " : ", ";
-        text += fmt::format("{}\"{}\"", separator, words[i]);
-    }
-    return text;
-}
 
 std::string with_unit(const std::string& text, const std::string& unit) {
     return unit.empty() || unit == "as the parameter" ? text : text + " " + unit;
@@ -39,11 +31,11 @@ std::string ConfigKey::allowed() const {
     case ValueKind::Text:
         return "text";
     case ValueKind::Word:
-        return one_of(words);
+        return core::one_of(words);
     case ValueKind::Number:
         return "a " + number_in(range, unit);
     case ValueKind::NumberOrWord:
-        return fmt::format("a {} or {}", number_in(range, unit), one_of(words));
+        return fmt::format("a {} or {}", number_in(range, unit), core::one_of(words));
     case ValueKind::WholeNumber:
         return "a whole " + number_in(range, unit);
     case ValueKind::Tables:

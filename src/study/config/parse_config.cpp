@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Reads a whole study file: section by section, then the constraints between sections.
-#include "core/error.hpp"
 #include "core/user_files.hpp"
 #include "study/config/case_constraints.hpp"
 #include "study/config/keys.hpp"

@@ -68,29 +68,6 @@ void read_parameters(const std::string& section, ConfigContext& context) {
     }
 }
 
-/// Reads the criterion of a Latin hypercube and the scrambling of a Sobol sequence.
-void read_evenness(const TableReader& reader, DesignOptions& design) {
-    const std::string criterion = reader.word("criterion").value_or("none");
-    if (criterion == "maximin")
-        design.criterion = HypercubeCriterion::Maximin;
-    else if (criterion == "centred_discrepancy")
-        design.criterion = HypercubeCriterion::CentredDiscrepancy;
-    if (reader.has("criterion") && design.type != DesignType::LatinHypercube)
-        reader.error("criterion", "only with type = \"latin_hypercube\"");
-    if (design.criterion != HypercubeCriterion::None && design.points > most_searched_points)
-        reader.error("criterion",
-                     fmt::format("at most {} points can be made more even; type = \"sobol\" with "
-                                 "scrambling = \"owen\" is even for any number",
-                                 most_searched_points));
-    const std::string scrambling = reader.word("scrambling").value_or("none");
-    if (scrambling == "owen")
-        design.scrambling = Scrambling::Owen;
-    else if (scrambling == "digital_shift")
-        design.scrambling = Scrambling::DigitalShift;
-    if (reader.has("scrambling") && design.type != DesignType::Sobol)
-        reader.error("scrambling", "only with type = \"sobol\"");
-}
-
 } // namespace
 
 void ConfigContext::note_given(const std::string& key, const GivenPlace& place) {
@@ -280,7 +257,10 @@ void read_design(ConfigContext& context) {
         reader.error("points", fmt::format("type = \"{}\" needs it", type));
     if (!is_sampled && reader.has("points"))
         reader.error("points", "only with type = \"latin_hypercube\" or \"sobol\"");
-    read_evenness(reader, design);
+    if (reader.word("scrambling") == "owen")
+        design.scrambling = Scrambling::Owen;
+    if (reader.has("scrambling") && design.type != DesignType::Sobol)
+        reader.error("scrambling", "only with type = \"sobol\"");
     if (design.type == DesignType::List && !reader.has("point"))
         reader.error("point", "type = \"list\" needs [[design.point]] tables");
     if (design.type != DesignType::List && reader.has("point"))

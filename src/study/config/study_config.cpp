@@ -103,14 +103,10 @@ std::string values_text(const Factor& factor) {
 
 /// Lines of options that studies of older versions cannot have.
 void add_replicate_options(const StudyConfig& config, Lines& lines) {
-    constexpr const char* criteria[] = {"none", "maximin", "centred_discrepancy"};
-    constexpr const char* scramblings[] = {"none", "owen", "digital_shift"};
     if (config.design.tests > 1)
         lines["replicates.within"] = fmt::format("{}", config.design.tests);
-    if (config.design.criterion != HypercubeCriterion::None)
-        lines["design.criterion"] = criteria[static_cast<int>(config.design.criterion)];
-    if (config.design.scrambling != Scrambling::None)
-        lines["design.scrambling"] = scramblings[static_cast<int>(config.design.scrambling)];
+    if (config.design.scrambling == Scrambling::Owen)
+        lines["design.scrambling"] = "owen";
     if (!config.correlation)
         return;
     const FactorCorrelation& correlation = *config.correlation;

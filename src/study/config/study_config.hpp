@@ -6,7 +6,6 @@
 #include "study/config/parameters.hpp"
 #include "study/config/study_effects.hpp"
 #include "study/design/factor.hpp"
-#include "study/design/hypercube_search.hpp"
 #include "study/design/rank_correlation.hpp"
 #include "study/design/sampling.hpp"
 
@@ -33,10 +32,9 @@ enum class DesignType { Factorial, LatinHypercube, Sobol, List };
 struct DesignOptions {
     DesignType type = DesignType::Factorial;
     std::int64_t points = 0; ///< Latin hypercube, Sobol and list; a factorial's follows from levels
-    std::int64_t replicates = 1;                             ///< stems for each design point
-    std::int64_t tests = 1;                                  ///< of each stem
-    HypercubeCriterion criterion = HypercubeCriterion::None; ///< of a Latin hypercube
-    Scrambling scrambling = Scrambling::None;                ///< of a Sobol sequence
+    std::int64_t replicates = 1;              ///< stems for each design point
+    std::int64_t tests = 1;                   ///< of each stem
+    Scrambling scrambling = Scrambling::None; ///< of a Sobol sequence
 };
 
 /// Rank correlations between factors.

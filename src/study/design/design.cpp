@@ -2,7 +2,6 @@
 #include "study/design/design.hpp"
 
 #include "study/config/study_config.hpp"
-#include "study/design/hypercube_search.hpp"
 #include "study/design/sampling.hpp"
 
 #include <algorithm>
@@ -76,36 +75,17 @@ void draw_at_random(const StudyConfig& config, std::int64_t points, UnitSample& 
         }
 }
 
-/// One hypercube over the design points for each draw; a sample that is not drawn anew for this
-/// one keeps its strata.
+/// One hypercube over the design points for each draw.
 void draw_hypercubes(const StudyConfig& config, std::int64_t points,
                      std::vector<UnitSample>& samples) {
-    const std::int64_t replicates = config.design.replicates * config.design.tests;
-    Strata strata(samples.size());
-    std::vector<bool> is_new(samples.size());
-    for (std::int64_t replicate = 0; replicate < replicates; ++replicate) {
-        for (std::size_t k = 0; k < samples.size(); ++k) {
-            // A range has one draw for all replicates, a stem's factor one for all tests of the
-            // stem.
-            const std::int64_t repeats = replicates / samples[k].draws;
-            is_new[k] = replicate % repeats == 0;
-            if (is_new[k])
-                strata[k] = latin_hypercube_strata(
-                    {config.seed, samples[k].name, replicate / repeats}, points);
-        }
-        // Only the new coordinates are moved: the others already belong to earlier replicates.
-        spread_evenly(strata, is_new, config.design.criterion, {config.seed, "", replicate});
-        for (std::size_t k = 0; k < samples.size(); ++k) {
-            if (!is_new[k])
-                continue;
-            UnitSample& sample = samples[k];
-            const std::int64_t draw = replicate / (replicates / sample.draws);
-            const auto u = places_in_strata({config.seed, sample.name, draw}, strata[k]);
+    for (UnitSample& sample : samples)
+        for (std::int64_t draw = 0; draw < sample.draws; ++draw) {
+            const SampleKey key{config.seed, sample.name, draw};
+            const auto u = places_in_strata(key, latin_hypercube_strata(key, points));
             for (std::size_t point = 0; point < u.size(); ++point)
                 sample.u[point * static_cast<std::size_t>(sample.draws) +
                          static_cast<std::size_t>(draw)] = u[point];
         }
-    }
 }
 
 /// An unscrambled sequence starts after the origin, and draws after the first are rotated. A

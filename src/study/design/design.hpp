@@ -39,8 +39,7 @@ inline constexpr std::int64_t most_points = 100'000'000;
 ///     fastest. Distributions are drawn for every (design point, replicate).
 ///   - latin_hypercube: each factor's N strata of equal probability hold one point each (McKay,
 ///     Beckman & Conover 1979), at a random position in the stratum. A replicate keeps lists and
-///     ranges and spreads the distributions over a new hypercube. DesignOptions::criterion makes
-///     the points more even by exchanges.
+///     ranges and spreads the distributions over a new hypercube.
 ///   - sobol: the Sobol sequence with the direction numbers of Joe & Kuo (2008), first dimension =
 ///     first factor, without its first element, the origin, where inverse distribution functions
 ///     may be infinite: the first points are (1/2, 1/2 …), (3/4, 1/4 …). Replicates after the first

@@ -69,14 +69,12 @@ double rotated(double u, const SampleKey& key) {
 
 DigitScrambler::DigitScrambler(Scrambling scrambling, const SampleKey& key, std::int64_t points)
     : key_(key), scrambling_(scrambling) {
-    RandomKey random = random_key(key, RandomPurpose::SequenceScrambling);
-    if (scrambling == Scrambling::DigitalShift)
-        shift_ = random_bits(random);
-    if (scrambling != Scrambling::Owen)
+    if (scrambling == Scrambling::None)
         return;
     // Beyond log2(points) digits no two points of the sequence share a node of the tree.
     levels_ = static_cast<int>(std::bit_width(static_cast<std::uint64_t>(points)));
     flips_.resize(std::max<std::size_t>(1, (std::size_t{1} << levels_) / 64));
+    RandomKey random = random_key(key, RandomPurpose::SequenceScrambling);
     for (std::uint64_t& word : flips_) {
         word = random_bits(random);
         ++random.point;
@@ -84,8 +82,8 @@ DigitScrambler::DigitScrambler(Scrambling scrambling, const SampleKey& key, std:
 }
 
 std::uint64_t DigitScrambler::operator()(std::uint64_t digits) const {
-    if (scrambling_ != Scrambling::Owen)
-        return digits ^ shift_;
+    if (scrambling_ == Scrambling::None)
+        return digits;
     std::uint64_t flipped = digits;
     std::uint64_t node = 1;
     for (int level = 0; level < levels_; ++level) {

@@ -18,7 +18,6 @@ enum class RandomPurpose : std::uint64_t {
     SequenceRotation = 4,   ///< the rotation of a Sobol sequence
     SequenceScrambling = 5, ///< flips of a scrambled sequence's leading digits
     ScrambledTail = 6,      ///< its other digits
-    HypercubeSearch = 7,    ///< an exchange between strata
     WithinStem = 8,         ///< the scatter of a test about its stem's value
 };
 
@@ -100,8 +99,7 @@ struct SampleKey {
 /// together remain a digital net.
 enum class Scrambling {
     None,
-    Owen,        ///< nested uniform scrambling (Owen 1995): a flip depends on earlier digits
-    DigitalShift ///< exclusive-or with one random number for each coordinate
+    Owen, ///< nested uniform scrambling (Owen 1995): a flip depends on earlier digits
 };
 
 /// One coordinate's scrambling.
@@ -115,7 +113,6 @@ class DigitScrambler {
     SampleKey key_;
     Scrambling scrambling_;
     int levels_ = 0; ///< digits after which no two points of the sequence agree
-    std::uint64_t shift_ = 0;
     /// A random bit for each node of the binary tree of leading digits; node 2^b + leading b
     /// digits.
     std::vector<std::uint64_t> flips_;

@@ -15,7 +15,6 @@
 #include <array>
 #include <chrono>
 #include <cstring>
-#include <memory>
 #include <optional>
 #include <set>
 #include <span>

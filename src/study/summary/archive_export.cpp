@@ -19,54 +19,6 @@
 namespace culm::study {
 namespace {
 
-std::string escaped(const std::string& text) {
-    std::string result;
-    for (const char c : text) {
-        if (c == '&')
-            result += "&amp;";
-        else if (c == '<')
-            result += "&lt;";
-        else
-            result += c;
-    }
-    return result;
-}
-
-std::string connectivity(int spheres) {
-    std::string text;
-    for (int sphere = 0; sphere < spheres; ++sphere)
-        text += fmt::format(" {}", sphere);
-    return text;
-}
-
-/// XDMF 2.2 (xdmf.org, "XDMF Model and Format"): a temporal collection with one grid per sample, a
-/// polyline through the spheres whose coordinates are a hyperslab of the trajectory's dataset
-/// (samples, spheres, 3). `archive` is the study file, relative to the XDMF file or absolute;
-/// `group` the trajectory's particle group.
-std::string trajectory_xdmf(const std::string& archive, const std::string& group,
-                            const archive::StudyDescription& description) {
-    const std::size_t samples = description.times.size();
-    const int spheres = description.spheres;
-    std::string text = fmt::format("<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.2\">\n<Domain>\n"
-                                   "<Grid Name=\"{}\" GridType=\"Collection\" "
-                                   "CollectionType=\"Temporal\">\n",
-                                   escaped(group));
-    for (std::size_t sample = 0; sample < samples; ++sample)
-        text += fmt::format(
-            "<Grid Name=\"stem\"><Time Value=\"{}\"/>\n"
-            "<Topology TopologyType=\"Polyline\" NumberOfElements=\"1\" NodesPerElement=\"{}\">"
-            "<DataItem Format=\"XML\" NumberType=\"Int\" Dimensions=\"1 {}\">{}</DataItem>"
-            "</Topology>\n"
-            "<Geometry GeometryType=\"XYZ\"><DataItem ItemType=\"HyperSlab\" Dimensions=\"{} 3\" "
-            "Type=\"HyperSlab\"><DataItem Dimensions=\"3 3\" NumberType=\"Int\" Format=\"XML\">"
-            "{} 0 0 1 1 1 1 {} 3</DataItem><DataItem Format=\"HDF\" NumberType=\"Float\" "
-            "Precision=\"8\" Dimensions=\"{} {} 3\">{}:/particles/{}/position/value</DataItem>"
-            "</DataItem></Geometry>\n</Grid>\n",
-            description.times[sample], spheres, spheres, connectivity(spheres), spheres, sample,
-            spheres, samples, spheres, escaped(archive), escaped(group));
-    return text + "</Grid>\n</Domain>\n</Xdmf>\n";
-}
-
 namespace fs = std::filesystem;
 using archive::PointStatus;
 using archive::StudyFile;
@@ -164,27 +116,11 @@ void write_history(const StudyFile& file, std::int64_t point, const fs::path& ta
     table.finish();
 }
 
-void write_trajectory(const StudyFile& file, std::int64_t point, const fs::path& target) {
-    // ParaView resolves the path of the archive relative to the XDMF file.
-    std::error_code error;
-    fs::path archive = fs::relative(file.path(), target, error);
-    if (error || archive.empty())
-        archive = fs::absolute(file.path());
-    TextFile text(target / (archive::particle_group_name(point) + ".xdmf"));
-    text.stream() << trajectory_xdmf(archive.generic_string(), archive::particle_group_name(point),
-                                     file.description());
-    text.finish();
-}
-
 void require_stored(const StudyFile& file, const ExportOptions& options) {
     const archive::StoredHistories& stored = file.description().stored;
     if (options.histories && !stored.tip)
         throw core::InputError(fmt::format("{}: the study stores no histories (study.store = "
                                            "\"fit\"), so --histories has nothing to write",
-                                           file.path().string()));
-    if (options.trajectories && !stored.positions)
-        throw core::InputError(fmt::format("{}: the study stores no trajectories (study.store = "
-                                           "\"full\" does), so --xdmf has nothing to write",
                                            file.path().string()));
 }
 
@@ -219,10 +155,6 @@ ExportOutcome export_archive(const StudyFolder& folder, const fs::path& target,
         if (options.histories) {
             write_history(file, point, target);
             ++outcome.histories;
-        }
-        if (options.trajectories) {
-            write_trajectory(file, point, target);
-            ++outcome.trajectories;
         }
     }
     return outcome;

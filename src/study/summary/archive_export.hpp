@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An archive as CSV tables for other programs, and its trajectories as XDMF for ParaView.
+// An archive as CSV tables for other programs.
 #pragma once
 
 #include "study/execute/study_folder.hpp"
@@ -10,15 +10,13 @@
 namespace culm::study {
 
 struct ExportOptions {
-    bool histories = false;    ///< point_000012.csv: time and deflections of each completed point
-    bool trajectories = false; ///< point_000012.xdmf: points into study.h5, copies nothing
+    bool histories = false; ///< point_000012.csv: time and deflections of each completed point
 };
 
 struct ExportOutcome {
     std::int64_t points = 0;
     std::int64_t missing = 0;
     std::int64_t histories = 0;
-    std::int64_t trajectories = 0;
 };
 
 /// Writes points.csv (point, status, factors, results, reason of failure: one line a point; a cell

@@ -6,11 +6,9 @@
 #include "study/execute/point_results.hpp"
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 
 #include <fmt/core.h>
-#include <fmt/ostream.h>
 
 namespace culm::study {
 

@@ -9,7 +9,6 @@
 #include "study/summary/replicate_summary.hpp"
 
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>

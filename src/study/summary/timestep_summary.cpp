@@ -5,13 +5,11 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <string>
 
 #include <fmt/core.h>
-#include <fmt/ostream.h>
 #include <nlohmann/json.hpp>
 
 namespace culm::study {

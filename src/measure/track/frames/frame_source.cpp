@@ -2,9 +2,9 @@
 #include "measure/track/frames/frame_source.hpp"
 
 #include "core/error.hpp"
+#include "core/order_statistics.hpp"
 #include "measure/track/frames/frame_from_opencv.hpp"
 #include "measure/track/frames/parallel_frames.hpp"
-#include "measure/track/order_statistics.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -186,7 +186,7 @@ class VideoFile final : public FrameSource {
             steps.push_back(stamps[i] - stamps[i - 1]);
         if (steps.size() < 4)
             return;
-        const double usual = median(steps);
+        const double usual = core::median(steps);
         if (!(usual > 0.0))
             return;
         int shift = 0;

@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/setup/setup_page.hpp"
+#include "measure/setup/survey_json.hpp"
 
 #include "measure/folder/measurement_files.hpp"
 #include "measure/track/frames/frame_from_opencv.hpp"
 #include "measure/track/track_report.hpp"
-#include "measure_generated/page_template.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 
 #include <boost/archive/iterators/base64_from_binary.hpp>
 #include <boost/archive/iterators/transform_width.hpp>
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -126,15 +122,6 @@ json checks_json() {
             {"mass_per_length_over_density_area", 2.0 / 3.0}};
 }
 
-/// The text of a script element: a name with "</script>" must not end it.
-std::string script_text(const json& data) {
-    const std::string text = data.dump(-1, ' ', false, json::error_handler_t::replace);
-    std::string out;
-    for (const char letter : text)
-        out += letter == '<' ? std::string("\\u003c") : std::string(1, letter);
-    return out;
-}
-
 /// The last two parts of a path.
 std::string short_name(const std::filesystem::path& path) {
     return (path.parent_path().filename() / path.filename()).string();
@@ -142,13 +129,8 @@ std::string short_name(const std::filesystem::path& path) {
 
 } // namespace
 
-std::string setup_page(const SetupRecording& recording, const FrameSource& source,
-                       const VideoSurvey& survey) {
-    json data{{"program", recording.program},
-              {"video", short_name(source.name())},
-              {"frames_key", recording.frames},
-              {"folder", recording.folder.string()},
-              {"command", recording.next_command},
+json to_json(const FrameSource& source, const VideoSurvey& survey) {
+    json data{{"video", short_name(source.name())},
               {"frame_width", survey.width},
               {"frame_height", survey.height},
               {"bands", survey.bands},
@@ -166,10 +148,7 @@ std::string setup_page(const SetupRecording& recording, const FrameSource& sourc
         data["stated_fps"] = *source.stated_fps();
     if (survey.stem)
         data["detected"] = stem_json(*survey.stem);
-    constexpr std::string_view marker = "<!-- data -->";
-    const std::size_t place = setup_page_template.find(marker);
-    return std::string(setup_page_template.substr(0, place)) + script_text(data) +
-           std::string(setup_page_template.substr(place + marker.size()));
+    return data;
 }
 
 } // namespace culm::measure

@@ -6,9 +6,10 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 #include <vector>
 
-namespace culm::measure {
+namespace culm::core {
 
 /// Value at `fraction` (0 … 1) of the sorted sample, without interpolation; NaN of an empty one.
 /// Reorders its argument's copy only.
@@ -27,6 +28,14 @@ template <class T>
     return quantile(std::move(sample), 0.5);
 }
 
+/// Median of the intervals between `times`; NaN of fewer than two.
+[[nodiscard]] inline double median_interval(const std::vector<double>& times) {
+    std::vector<double> intervals;
+    for (std::size_t i = 1; i < times.size(); ++i)
+        intervals.push_back(times[i] - times[i - 1]);
+    return median(std::move(intervals));
+}
+
 /// Median absolute deviation from the median, times 1.4826: the standard deviation if the sample is
 /// normal. NaN of an empty sample.
 template <class T>
@@ -39,4 +48,4 @@ template <class T>
     return T(1.4826) * median(std::move(distances));
 }
 
-} // namespace culm::measure
+} // namespace culm::core
