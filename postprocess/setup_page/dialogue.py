@@ -15,13 +15,13 @@ def is_sideways(direction: str) -> bool:
 
 
 def visible_length(stem: dict) -> float:
-    """Of the stem along its direction in the picture, pixels."""
+    """Length of the stem along its direction in the picture, pixels."""
     along = 0 if is_sideways(stem["up"]) else 1
     return abs(stem["clamp"][along] - stem["tip"][along])
 
 
 def survey_text(data: dict) -> str:
-    """What was found, in a few lines."""
+    """A few lines on the detected stem and its release."""
     lines = [f"{data['video']}: {data['frame_count']} frames of {data['frame_width']} x "
              f"{data['frame_height']} pixels"]
     if stem := data["detected"]:

@@ -12,8 +12,12 @@
 #include "study/config/study_effects.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <ctime>
 #include <fstream>
 #include <span>
@@ -22,6 +26,7 @@
 #include <Eigen/Core>
 #include <ceres/version.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace culm::cli {
 namespace {
@@ -90,6 +95,29 @@ fs::path beside_own_program(const std::string& place) {
         throw core::StorageError(place + ": the system does not report the location "
                                          "of culm (/proc/self/exe), next to which it belongs");
     return (program.parent_path() / place).lexically_normal();
+}
+
+void run_python_program(const std::string& name, const std::vector<std::string>& arguments,
+                        const std::string& needs) {
+    // As installed, or linked into a build tree.
+    const std::filesystem::path program = beside_own_program("../share/culm/postprocess/" + name);
+    if (!std::filesystem::exists(program))
+        throw core::StorageError(fmt::format(
+            "{}: is not there; this program belongs to culm's installation", program.string()));
+    const char* named = std::getenv("CULM_PYTHON");
+    std::vector<std::string> words = {named != nullptr && *named != '\0' ? named : "python3", "-B",
+                                      program.string()};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    argv.reserve(words.size() + 1);
+    for (std::string& word : words)
+        argv.push_back(word.data());
+    argv.push_back(nullptr);
+    std::fflush(nullptr);
+    ::execvp(argv.front(), argv.data());
+    throw core::StorageError(fmt::format("{}: cannot be run: {}; {} (the variable CULM_PYTHON "
+                                         "names another Python)",
+                                         words.front(), std::strerror(errno), needs));
 }
 
 std::string command_line() {

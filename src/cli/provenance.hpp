@@ -29,6 +29,13 @@ namespace culm::cli {
 /// unknown.
 [[nodiscard]] std::filesystem::path beside_own_program(const std::string& place);
 
+/// Replaces this process by `python3 share/culm/postprocess/NAME arguments...`; the variable
+/// CULM_PYTHON names another Python. `needs` says in the error message what the program requires.
+/// Throws core::StorageError if the program is missing or cannot be run.
+[[noreturn]] void run_python_program(const std::string& name,
+                                     const std::vector<std::string>& arguments,
+                                     const std::string& needs);
+
 /// The command line of this process, quoted for a shell.
 [[nodiscard]] std::string command_line();
 

@@ -4,7 +4,7 @@
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "farm/item_map.hpp"
-#include "measure/setup/survey_json.hpp"
+#include "measure/track/setup/video_survey.hpp"
 #include "measure/track/frames/frame_source.hpp"
 #include "measure/track/track_report.hpp"
 #include "present/text.hpp"

@@ -310,6 +310,12 @@ bool leaves_structure(const SearchResult& search, const Policy& policy) {
     return verdict.finding == Finding::Inadequate && is_above_noise(search.best_fit, policy);
 }
 
+Diagnosis decide(SearchResult search, const DiagnosisOptions& options) {
+    Answer answer(std::move(search), options);
+    answer.decide();
+    return answer.take();
+}
+
 Diagnosis diagnose(std::span<const measure::Measurement> recordings, DiagnosisOptions options) {
     if (options.candidates.empty())
         options.candidates = fit::candidate_effects(recordings);

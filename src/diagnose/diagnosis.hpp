@@ -75,7 +75,11 @@ struct DiagnosisOptions : SearchOptions {
 /// Does the best model fail the tests with a residual larger than a user can ignore?
 [[nodiscard]] bool leaves_structure(const SearchResult& search, const Policy& policy);
 
-/// The verdict on the models of search_models(), with detection limits, next experiments and, for
+/// The verdict on the models of search_models(), without detection limits, next experiments and
+/// missing force.
+[[nodiscard]] Diagnosis decide(SearchResult search, const DiagnosisOptions& options);
+
+/// decide() on the models of search_models(), with detection limits, next experiments and, for
 /// Unknown, the missing force. Default candidates: candidate_effects(); those that fail are listed.
 /// Throws core::InputError if a recording shows no motion, core::NumericalError if the published
 /// chain cannot be fitted, run::Abandoned if the heartbeat says so.

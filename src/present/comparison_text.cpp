@@ -45,7 +45,8 @@ std::string held_out_cell(const diagnose::HeldOutPart& part) {
     return part.failure.empty() ? number_cell(part.over_noise, 2) : std::string("-");
 }
 
-/// What a model adds to the one above it, in `width` columns; a longer name in a line of its own.
+/// The effects that a model adds to the one above it, in `width` columns; a longer name gets its
+/// own line.
 std::string ladder_name(const diagnose::LadderModel& model, std::size_t width) {
     const std::string name =
         model.added.empty() ? "baseline" : fmt::format("+ {}", fmt::join(model.added, " + "));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The scan that provides starting values for the fit of Eq. 1.
+#include "core/order_statistics.hpp"
 #include "reduce/ring_down/ring_down_start.hpp"
 #include "ring_down_signal.hpp"
 
@@ -71,7 +72,7 @@ TEST(RingDownStart, StartsAreDistinctAndFewAndWithinTheAllowedDecay) {
 }
 
 TEST(RingDownStart, TheMedianIntervalIgnoresGaps) {
-    EXPECT_DOUBLE_EQ(median_interval({0.0, 1.0, 2.0, 9.0, 10.0, 11.0}), 1.0);
+    EXPECT_DOUBLE_EQ(core::median_interval({0.0, 1.0, 2.0, 9.0, 10.0, 11.0}), 1.0);
 }
 
 } // namespace

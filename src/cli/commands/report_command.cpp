@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm report DIR -o report.html: executes the Python program postprocess/report.py.
 #include "cli/commands.hpp"
-#include "cli/python_program.hpp"
+#include "cli/provenance.hpp"
 
 #include <memory>
 #include <string>

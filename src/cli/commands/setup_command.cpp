@@ -2,7 +2,6 @@
 // culm setup VIDEO -o DIR: executes the Python program postprocess/setup.py.
 #include "cli/commands.hpp"
 #include "cli/provenance.hpp"
-#include "cli/python_program.hpp"
 
 #include <memory>
 #include <string>

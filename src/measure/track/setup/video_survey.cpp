@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/setup/video_survey.hpp"
+#include "measure/track/setup/video_survey.hpp"
 
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"

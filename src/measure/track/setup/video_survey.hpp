@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 namespace culm::measure {
 
 /// The stem as found in the pictures; points are those of the frames as recorded, in pixels.
@@ -42,9 +44,14 @@ struct VideoSurvey {
 };
 
 /// Finds the stem with the tracker's own survey and first pass. The stem's width, which the tracker
-/// computes from the scale, is the one of some widths at which the stem is clearest. Of a long
-/// recording only the part about the release is searched, as many frames as are read in some tens
-/// of seconds. Throws core::InputError if frames cannot be read.
+/// computes from the scale, is the one of some widths at which the stem is clearest. In a
+/// long recording only the part about the release is searched: as many frames as are read in some
+/// tens of seconds. Throws core::InputError if frames cannot be read.
 [[nodiscard]] VideoSurvey survey_video(const FrameSource& source, int threads);
+
+/// For the page of `culm setup` (postprocess/setup.py): what was found, the frames as JPEG of at
+/// most 900 pixels, the allowed numbers of video.toml, and the thresholds of the tracker's checks.
+/// Throws core::InputError if frames cannot be read.
+[[nodiscard]] nlohmann::ordered_json to_json(const FrameSource& source, const VideoSurvey& survey);
 
 } // namespace culm::measure

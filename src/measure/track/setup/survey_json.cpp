@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/setup/survey_json.hpp"
-
 #include "measure/folder/measurement_files.hpp"
 #include "measure/track/frames/frame_from_opencv.hpp"
+#include "measure/track/setup/video_survey.hpp"
 #include "measure/track/track_report.hpp"
 
 #include <algorithm>
