@@ -216,15 +216,21 @@ std::string parameter_lines(const calibrate::Calibration& calibration) {
     return text;
 }
 
+/// The sentence in yellow, in lines after an indent.
+std::string warning_lines(const std::string& indent, const std::string& sentence,
+                          const TextStyle& style) {
+    const std::string lines = result_lines(indent, sentence);
+    return indent + style.warning(lines.substr(indent.size(), lines.size() - indent.size() - 1)) +
+           '\n';
+}
+
 std::string verdict_lines(const calibrate::Calibration& calibration, const TextStyle& style) {
-    const std::string verdict = result_lines("  ", adequacy_text(calibration.verdict));
-    std::string text = calibration.verdict.finding == diagnose::Finding::Adequate
-                           ? style.good(verdict)
-                           : style.warning(verdict);
-    if (const std::string said = contradiction_sentence(calibration.judged.parameters);
-        !said.empty())
-        text += style.warning(result_lines("  ", said));
-    return text;
+    const std::string verdict = adequacy_text(calibration.verdict);
+    const std::string said = contradiction_sentence(calibration.judged.parameters);
+    return (calibration.verdict.finding == diagnose::Finding::Adequate
+                ? "  " + style.good(verdict) + '\n'
+                : warning_lines("  ", verdict, style)) +
+           (said.empty() ? said : warning_lines("  ", said, style));
 }
 
 std::string check_lines(const calibrate::Calibration& calibration) {
@@ -360,14 +366,14 @@ std::string study_calibration_text(const calibrate::StudyCalibration& found,
                                    const std::string& study, const std::string& law,
                                    const TextStyle& style) {
     std::string text =
-        fmt::format("  by the study {}, law {}: h = {:.4g} mm, window {:.4g} s, b1 per cycle {}, "
-                    "b2 {} Hz\n    Eqs. 12-13    {}\n    F-test terms  {}\n",
-                    study, law, 1e3 * found.height, found.window, plus_minus(read_decay(found)),
+        fmt::format("  by the study {}, law {}, window {:.4g} s\n    h = {:.4g} mm      b1 per "
+                    "cycle {}, b2 {} Hz\n    Eqs. 12-13    {}\n    F-test terms  {}\n",
+                    study, law, found.window, 1e3 * found.height, plus_minus(read_decay(found)),
                     plus_minus(read_frequency(found)),
                     law_text(found.prediction, &reduce::ParameterPrediction::by_single_law),
                     law_text(found.prediction, &reduce::ParameterPrediction::by_reduced_model));
     for (const std::string& warning : found.warnings)
-        text += style.warning(result_lines("    ", "WARNING: " + warning));
+        text += warning_lines("    ", "WARNING: " + warning, style);
     return text;
 }
 

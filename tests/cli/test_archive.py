@@ -182,9 +182,24 @@ class MissingData(ArchiveTest):
             else:
                 self.assertTrue(math.isfinite(float(frequency)))
         # No table of deflections is invented for them.
+        again = self.culm("archive", "export", "merged", "-o", "t2")
+        self.assert_exit(again, POINTS_FAILED)
+        self.assert_exit(self.culm("archive", "export", "merged", "-o", "t2"), BAD_INPUT)
+        shutil.rmtree(self.folder / "t2")
         exported = self.culm("archive", "export", "merged", "-o", "t2", "--histories")
         self.assert_exit(exported, POINTS_FAILED)
         self.assertFalse((self.folder / f"t2/point_{missing[0]:06}.csv").exists())
+
+    def test_are_not_called_failed_by_the_regressions(self):
+        self.interrupted()
+        self.assert_exit(self.culm("archive", "merge", "out", "-o", "merged"), POINTS_FAILED)
+        missing = self.told("verify", "merged")["missing_points"]
+        reduced = self.culm("reduce", "merged")
+        self.assert_exit(reduced, POINTS_FAILED)
+        self.assertRegex(reduced.stdout, rf"(?m)^{len(missing)} of \d+ points were not computed: ")
+        self.assertNotIn("failed", reduced.stdout)
+        summary = json.loads((self.folder / "merged/summary.json").read_text("utf-8"))
+        self.assertEqual((summary["missing"], summary["failed"]), (missing, []))
 
     def test_are_empty_for_failed_points_with_the_reason(self):
         # Stiff stems swing faster than the formula allows.

@@ -69,13 +69,16 @@ class Calibrate(CulmTest):
     def test_knows_a_stem_as_well_as_its_inputs(self):
         by_default, plain = self.calibrate(str(EXAMPLES / "T1-null"), *QUICKLY)
         self.assertIn("No uncertainty is stated for length, diameter, density, scale, clamp "
-                      "height: the defaults are used.\n", by_default.stdout)
+                      "height: the defaults are used.", " ".join(by_default.stdout.split()))
+        self.assertLessEqual(len(by_default.stdout.splitlines()), 25)
+        self.assertLessEqual(max(map(len, by_default.stdout.splitlines())), 100)
+        self.assertRegex(by_default.stdout, r"Uncertainty of bond_youngs_modulus: diameter \d+ %")
         shutil.copytree(EXAMPLES / "T1-null", self.folder / "measured")
         stem = self.folder / "measured" / "stem.toml"
         text = stem.read_text("utf-8")
         stem.write_text(re.sub(r"(?m)^(diameter_mm.*)$", r"\1\ndiameter_uncertainty_mm = 0.001", text),
                         "utf-8")
-        finished, better = self.calibrate("measured", *QUICKLY)
+        finished, better = self.calibrate("measured", "--details", *QUICKLY)
         key = "bond_youngs_modulus_pa"
 
         def shares(result):

@@ -70,7 +70,7 @@ class Report(CulmTest):
         finished = self.report(".", python="/nowhere/python3")
         self.assert_refused(finished, "culm: /nowhere/python3: cannot be run: No such file or "
                             "directory; a report needs Python 3 with h5py and numpy "
-                            "(jobs/install-packages.sh figures report; the variable CULM_PYTHON "
+                            "(jobs/install-packages.sh figures report) (the variable CULM_PYTHON "
                             "names another Python)\n")
 
     def test_finds_its_program_through_a_link(self):

@@ -77,6 +77,13 @@ class Setup(CulmTest):
         frequency = json.loads(fit.stdout)["stems"][0]["b2_hz"]["value"]
         self.assertAlmostEqual(frequency / truth.FREQUENCY, 1.0, delta=2e-3)
 
+    def test_leads_to_no_folder_if_the_scale_is_wrong(self):
+        self.assert_exit(self.dialogue("S07", mm_per_px="0.6"), DONE)
+        refused = self.culm("track", "S07/video.toml", "-o", "measured", "-q")
+        self.assert_exit(refused, BAD_INPUT)
+        self.assertIn("with mm_per_px = 0.6 the stem is seen up to ", refused.stderr)
+        self.assertFalse((self.folder / "measured").exists())
+
     def test_writes_nothing_if_the_answers_end(self):
         finished = self.dialogue("S07", fps="")
         self.assert_exit(finished, BAD_INPUT)

@@ -45,7 +45,8 @@ class ClosedLoop(CulmTest):
     def test_prints_the_wanted_and_the_recovered_values(self):
         finished = self.simulate("--frequency-hz", "111", "--decay-per-cycle", "-0.36")
         self.assert_exit(finished, DONE)
-        self.assertRegex(finished.stdout, r"(?m)^F-test terms: Y = [34]\.\d+ GPa, beta = \d+\.\d+$")
+        self.assertRegex(finished.stdout, r"(?m)^F-test terms: Y = [34]\.\d+ GPa, beta = \d+\.\d+ "
+                         r"\(law schramm2019\)$")
         self.assertRegex(finished.stdout,
                          r"b2 \(frequency\) +11\d\.\d+ Hz +wanted 111, error [+-]0\.\d+ %")
         self.assertRegex(finished.stdout,
@@ -67,7 +68,8 @@ class GivenParameters(CulmTest):
         finished = self.simulate("--bond-youngs-modulus-gpa", "4", "--bond-damping", "10",
                                  "--json", "one.json")
         self.assert_exit(finished, DONE)
-        self.assertRegex(finished.stdout, r"^given parameters: Y = 4\.0000 GPa, beta = 10\.000\n")
+        self.assertRegex(finished.stdout, r"^given parameters: Y = 4\.0000 GPa, beta = 10\.000 "
+                         r"\(law schramm2019\)\n")
         self.assertNotIn("wanted", finished.stdout)
         one, = json.loads((self.folder / "one.json").read_text(encoding="utf-8"))
         self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), DONE)

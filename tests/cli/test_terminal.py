@@ -110,9 +110,13 @@ class NextCommand(CulmTest):
     def test_leads_from_the_measurement_to_the_diagnosis(self):
         self.assertEqual(self.next_of("fit", NULL), f"culm calibrate {NULL}")
         options = "--spheres 20 --window 0.1"
-        self.assertEqual(self.next_of("calibrate", NULL, *QUICKLY), f"culm compare {NULL} {options}")
-        self.assertEqual(self.next_of("calibrate", STEMS, *QUICKLY),
-                         f"culm compare --table {STEMS} {options}")
+        self.assertEqual(self.next_of("calibrate", NULL, *QUICKLY), f"culm calibrate {NULL} {options} "
+                         "--json calibration.json && culm export lammps calibration.json")
+        self.assertEqual(self.next_of("calibrate", NULL, *QUICKLY, "-o", "c"),
+                         "culm export lammps c/calibration.json")
+        self.assertEqual(self.next_of("calibrate", DRAG, *QUICKLY), f"culm diagnose {DRAG} {options}")
+        self.assertEqual(self.next_of("calibrate", STEMS, *QUICKLY), f"culm calibrate {STEMS} {options} "
+                         "--json calibration.json && culm export lammps calibration.json")
         self.assertEqual(self.next_of("compare", NULL, *QUICKLY),
                          f"culm calibrate {NULL} {options} --check")
         self.assertEqual(self.next_of("compare", DRAG, *QUICKLY), f"culm diagnose {DRAG} {options}")
