@@ -4,8 +4,8 @@
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "farm/item_map.hpp"
-#include "measure/track/setup/video_survey.hpp"
 #include "measure/track/frames/frame_source.hpp"
+#include "measure/track/setup/video_survey.hpp"
 #include "measure/track/track_report.hpp"
 #include "present/text.hpp"
 
