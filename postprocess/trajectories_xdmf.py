@@ -14,7 +14,10 @@ import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
-from culm_archive import Study
+from needed_packages import require
+
+require("h5py", "numpy")
+from culm_archive import Study  # noqa: E402
 
 EXIT_BAD_INPUT = 2
 

@@ -244,6 +244,7 @@ class Journal(FaultTest):
 class Merge(FaultTest):
     def export(self, study: str, *options) -> Path:
         target = f"{study}-tables"
+        shutil.rmtree(self.folder / target, ignore_errors=True)
         finished = culm(self.folder, "archive", "export", study, "-o", target, *options)
         self.assertIn(finished.returncode, (DONE, POINTS_FAILED), finished.stderr)
         return self.folder / target
