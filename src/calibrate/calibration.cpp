@@ -2,8 +2,6 @@
 #include "calibrate/calibration.hpp"
 
 #include "core/error.hpp"
-#include "fit/solve/reading_errors.hpp"
-#include "reduce/distributions.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>

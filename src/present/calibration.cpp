@@ -5,7 +5,6 @@
 #include "present/files.hpp"
 #include "present/parameters.hpp"
 #include "present/text.hpp"
-#include "reduce/distributions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -310,9 +309,11 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
     text += fmt::format("  first mode: b2 {} Hz, b1 per cycle {}, damping ratio {:.5f}\n",
                         plus_minus(frequency_of(calibration)), plus_minus(decay_of(calibration)),
                         calibration.mode.damping_ratio());
-    text += fmt::format("  residual {:.4f} mm rms, {:.2f} times the noise of {:.4f} mm ({})\n",
-                        1e3 * fit.rmse, fit::over_noise(fit), 1e3 * fit::typical_noise(fit),
-                        fit.noise_source);
+    text +=
+        result_lines("  ", fmt::format("residual {:.4f} mm rms, {:.2f} times the noise of {:.4f} "
+                                       "mm ({})",
+                                       1e3 * fit.rmse, fit::over_noise(fit),
+                                       1e3 * fit::typical_noise(fit), fit.noise_source));
     text += fmt::format("  reduced chi2 {:.3f} with the inputs free within their uncertainties\n",
                         calibration.judged.reduced_chi_squared);
     text += verdict_lines(calibration, style) + check_lines(calibration);

@@ -30,14 +30,15 @@ std::string comparison_header(const diagnose::Ladder& ladder,
                               const measure::Measurement& measurement, const std::string& law) {
     const diagnose::LadderModel* last = last_fitted(ladder);
     const bool is_noise_known = last != nullptr && last->fit.parts.front().is_noise_known;
-    return fmt::format(
-        "{}: {}, {} frames, law {}, {}\n", measurement.stem.id,
-        counted(measurement.heights.size(), "height"), measurement.times.size(), law,
-        is_noise_known
-            ? fmt::format("noise {} mm ({})",
-                          number_cell(1e3 * fit::typical_noise(last->fit.parts.front()), 4),
-                          last->fit.parts.front().noise_source)
-            : std::string("noise not stated"));
+    return result_lines(
+        "", fmt::format(
+                "{}: {}, {} frames, law {}, {}", measurement.stem.id,
+                counted(measurement.heights.size(), "height"), measurement.times.size(), law,
+                is_noise_known
+                    ? fmt::format("noise {} mm ({})",
+                                  number_cell(1e3 * fit::typical_noise(last->fit.parts.front()), 4),
+                                  last->fit.parts.front().noise_source)
+                    : std::string("noise not stated")));
 }
 
 /// Residual over noise of the readings that were held out of the fit.

@@ -29,11 +29,12 @@ std::string diagnosis_header(const DiagnosisReport& report) {
         const measure::Measurement& recording = report.recordings[k];
         const fit::RecordingFit& part = report.best_fit().parts[k];
         const std::string noise = number_cell(1e3 * fit::typical_noise(part), 4);
-        text +=
-            fmt::format("{}: {}, {} frames, noise {}\n", recording.stem.id,
+        text += result_lines(
+            "",
+            fmt::format("{}: {}, {} frames, noise {}", recording.stem.id,
                         counted(recording.heights.size(), "height"), recording.times.size(),
                         part.is_noise_known ? fmt::format("{} mm ({})", noise, part.noise_source)
-                                            : fmt::format("not stated; residual {} mm", noise));
+                                            : fmt::format("not stated; residual {} mm", noise)));
     }
     return text + '\n';
 }

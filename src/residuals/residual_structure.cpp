@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "residuals/residual_structure.hpp"
 
-#include "fit/solve/residual_statistics.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>

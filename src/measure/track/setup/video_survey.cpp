@@ -3,7 +3,6 @@
 
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"
-#include "measure/track/stem_contrast.hpp"
 
 #include <algorithm>
 #include <array>
