@@ -18,6 +18,7 @@ import sys
 from collections import Counter
 from pathlib import Path
 
+from report import write_whole
 from setup_page.dialogue import ask_for_settings, survey_text
 
 EXIT_BAD_INPUT = 2
@@ -63,12 +64,21 @@ def recording_location(named: str) -> Path:
     return place
 
 
-def make_folder(folder: Path, location: Path) -> str:
-    """Makes the recording reachable from the folder, by a link `frames` unless it is in the folder.
-    Returns its location relative to the folder."""
+def require_free(folder: Path, location: Path):
+    """Refuses, before any work, a folder with a video.toml or with other pictures."""
     if os.path.lexists(folder / "video.toml"):
         raise Refusal(f"{folder}/video.toml is there already; choose another folder with -o or "
                       "remove it")
+    link, pictures = folder / "frames", location.parent.resolve()
+    if (os.path.lexists(link) and link.resolve() != pictures
+            and not pictures.is_relative_to(folder.resolve())):
+        raise Refusal(f"{link} is there already and is not {pictures}; choose another folder with "
+                      "-o")
+
+
+def make_folder(folder: Path, location: Path) -> str:
+    """Makes the recording reachable from the folder, by a link `frames` unless it is in the folder.
+    Returns its location relative to the folder."""
     folder.mkdir(parents=True, exist_ok=True)
     pictures = location.parent.resolve()
     if pictures.is_relative_to(folder.resolve()):
@@ -76,9 +86,6 @@ def make_folder(folder: Path, location: Path) -> str:
     link = folder / "frames"
     if not os.path.lexists(link):
         link.symlink_to(pictures, target_is_directory=True)
-    elif link.resolve() != pictures:
-        raise Refusal(f"{link} is there already and is not {pictures}; choose another folder with "
-                      "-o")
     return str(Path("frames") / location.name)
 
 
@@ -101,20 +108,15 @@ def page_text(data: dict) -> str:
                         json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"))
 
 
-def write_whole(file: Path, text: str):
-    """Replaces the file as a whole, so that an interruption never leaves half of it."""
-    unfinished = file.with_name(file.name + ".part")
-    unfinished.write_text(text, encoding="utf-8")
-    unfinished.replace(file)
-
-
 def set_up(arguments):
     location, folder = recording_location(arguments.video), arguments.output
+    require_free(folder, location)
     found = survey(arguments.culm_track, location)
     command = shlex.join(["culm", "track", str(folder / "video.toml"), "-o",
                           str(folder / "measurement")])
     data = {"program": arguments.program.split(" (")[0], "folder": str(folder),
-            "frames_key": make_folder(folder, location), "command": command, **found}
+            "video": "/".join(location.parts[-2:]), "frames_key": make_folder(folder, location),
+            "command": command, **found}
     print(survey_text(data), end="", flush=True)
     if arguments.text:
         write_whole(folder / "video.toml", ask_for_settings(data))

@@ -23,9 +23,10 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent / "postprocess"), str(HERE.parent / "support"),
                 str(HERE.parents[1] / "postprocess")]
+from browser_report import PATIENCE, PageTest, started_browser  # noqa: E402
+
 PROGRAM = os.environ["CULM_PROGRAM"]
 SKIPPED = 77
-PATIENCE = 60  # seconds after which a page is taken to hang
 WIDE = (1280, 1000)
 NARROW = (420, 900)
 WIDTH, HEIGHT = 480, 320
@@ -100,12 +101,11 @@ def filled(setup: dict) -> str:
     return page_text(setup)
 
 
-class PageTest(unittest.TestCase):
+class UserTest(PageTest):
     """A browser and what a user does in it."""
 
     @classmethod
     def setUpClass(cls):
-        from browser_report import started_browser
         place = tempfile.TemporaryDirectory()
         cls.addClassCleanup(place.cleanup)
         cls.folder = Path(place.name)
@@ -114,27 +114,9 @@ class PageTest(unittest.TestCase):
         cls.browser.execute_cdp_cmd("Browser.setDownloadBehavior", {
             "behavior": "allow", "downloadPath": str(cls.folder)})
 
-    def tearDown(self):
-        errors = [entry["message"] for entry in self.browser.get_log("browser")]
-        self.assertEqual(errors, [])
-
     def show(self, page: Path):
         self.browser.get(page.as_uri())
         self.wait("document.documentElement.dataset.ready === 'true'")
-
-    def ask(self, expression: str, *arguments):
-        return self.browser.execute_script(f"return {expression};", *arguments)
-
-    def wait(self, condition: str):
-        deadline = time.monotonic() + PATIENCE
-        while not self.ask(condition):
-            if time.monotonic() > deadline:
-                raise AssertionError(f"not within {PATIENCE} s: {condition}")
-            time.sleep(0.05)
-
-    def find(self, selector: str):
-        from selenium.webdriver.common.by import By
-        return self.browser.find_element(By.CSS_SELECTOR, selector)
 
     def enter(self, **entries):
         for name, value in entries.items():
@@ -174,7 +156,7 @@ class PageTest(unittest.TestCase):
         shot = self.browser.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True})
         (Path(folder) / f"setup-{name}.png").write_bytes(base64.b64decode(shot["data"]))
 
-class SetupPage(PageTest):
+class SetupPage(UserTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -368,7 +350,7 @@ class SetupPage(PageTest):
         self.screenshot("narrow")
 
 
-class FromVideoToMeasurement(PageTest):
+class FromVideoToMeasurement(UserTest):
     """As a user with a camera and a ruler: a dark stem in front of an unevenly lit wall, sideways."""
 
     def test_gives_the_motion_of_the_beam(self):

@@ -59,7 +59,31 @@ def write_page(folder: Path) -> Path:
     return Path(out.getvalue().strip())
 
 
-class BrowserTest(unittest.TestCase):
+class PageTest(unittest.TestCase):
+    """Questions to the page in `cls.browser`; an error on its console is a fault."""
+
+    @classmethod
+    def ask(cls, expression: str, *arguments):
+        return cls.browser.execute_script(f"return {expression};", *arguments)
+
+    @classmethod
+    def wait(cls, condition: str):
+        deadline = time.monotonic() + PATIENCE
+        while not cls.ask(condition):
+            if time.monotonic() > deadline:
+                raise AssertionError(f"not within {PATIENCE} s: {condition}")
+            time.sleep(0.05)
+
+    def find(self, selector: str):
+        from selenium.webdriver.common.by import By
+        return self.browser.find_element(By.CSS_SELECTOR, selector)
+
+    def tearDown(self):
+        errors = [entry["message"] for entry in self.browser.get_log("browser")]
+        self.assertEqual(errors, [])
+
+
+class BrowserTest(PageTest):
     """`self.browser` shows the page of `make(folder)`."""
 
     @classmethod
@@ -82,22 +106,6 @@ class BrowserTest(unittest.TestCase):
         print(f"{cls.__name__}: {page.stat().st_size / 1e6:.2f} MB, all drawn after "
               f"{ready:.0f} ms", flush=True)
 
-    @classmethod
-    def ask(cls, expression: str, *arguments):
-        return cls.browser.execute_script(f"return {expression};", *arguments)
-
-    @classmethod
-    def wait(cls, condition: str):
-        deadline = time.monotonic() + PATIENCE
-        while not cls.ask(condition):
-            if time.monotonic() > deadline:
-                raise AssertionError(f"not within {PATIENCE} s: {condition}")
-            time.sleep(0.05)
-
-    def find(self, selector: str):
-        from selenium.webdriver.common.by import By
-        return self.browser.find_element(By.CSS_SELECTOR, selector)
-
     def point_at(self, selector: str, right: int, down: int, clicks: bool = False):
         """Moves the mouse to a position in a drawing, relative to its centre."""
         from selenium.webdriver.common.action_chains import ActionChains
@@ -105,10 +113,6 @@ class BrowserTest(unittest.TestCase):
         self.ask("arguments[0].scrollIntoView({block: 'center'})", element)
         actions = ActionChains(self.browser).move_to_element_with_offset(element, right, down)
         (actions.click() if clicks else actions).perform()
-
-    def tearDown(self):
-        errors = [entry["message"] for entry in self.browser.get_log("browser")]
-        self.assertEqual(errors, [])
 
 
 class APageOfEverything(BrowserTest):

@@ -23,11 +23,6 @@ namespace culm::fit {
 void add_statistics(std::span<const ObservedRecording> measurements, const JointLayout& layout,
                     const std::vector<bool>& is_held, Fit& fit);
 
-std::size_t count_without_errors(const std::vector<FittedParameter>& parameters) {
-    return static_cast<std::size_t>(
-        std::ranges::count(parameters, false, &FittedParameter::is_error));
-}
-
 double interval_half_width(const FittedParameter& parameter) {
     return reduce::normal_quantile_95 * parameter.standard_error;
 }

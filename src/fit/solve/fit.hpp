@@ -42,9 +42,6 @@ void fields(Wire& wire, FittedParameter& parameter) {
          parameter.is_place, parameter.absent, parameter.is_error);
 }
 
-/// Number of parameters that are not terms of the reading errors.
-[[nodiscard]] std::size_t count_without_errors(const std::vector<FittedParameter>& parameters);
-
 /// Half of the parameter's 95 % interval.
 [[nodiscard]] double interval_half_width(const FittedParameter& parameter);
 /// Does that interval contain the value at which the effect is absent?

@@ -19,9 +19,6 @@ struct StemLimits {
     static constexpr core::Interval frame_time_ms{0.0, 1e3};
 };
 
-/// A TOML string.
-[[nodiscard]] std::string quoted(const std::string& text);
-
 /// Reads the tables [stem], [section], [[added_mass]], [release], [camera] and [measurement] of a
 /// file into the measurement. Faults are added to the document, remarks for the user to the
 /// measurement.

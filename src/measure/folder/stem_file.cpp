@@ -284,6 +284,19 @@ std::string section_text(const Section& section, const StatedUncertainties& stat
     return "";
 }
 
+std::string quoted(const std::string& text) {
+    std::string result = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\')
+            result += '\\';
+        if (static_cast<unsigned char>(c) < 0x20U)
+            result += fmt::format("\\u{:04X}", static_cast<unsigned>(c));
+        else
+            result += c;
+    }
+    return result + '"';
+}
+
 std::string stem_text(const Measurement& measurement) {
     const MeasuredStem& stem = measurement.stem;
     const StatedUncertainties& stated = measurement.uncertainties;
@@ -338,19 +351,6 @@ void read_release(const core::TomlTable& table, Measurement& measurement) {
 }
 
 } // namespace
-
-std::string quoted(const std::string& text) {
-    std::string result = "\"";
-    for (const char c : text) {
-        if (c == '"' || c == '\\')
-            result += '\\';
-        if (static_cast<unsigned char>(c) < 0x20U)
-            result += fmt::format("\\u{:04X}", static_cast<unsigned>(c));
-        else
-            result += c;
-    }
-    return result + '"';
-}
 
 void read_stem_tables(const core::TomlTable& root, Measurement& measurement) {
     const core::TomlTable section = root.table("section");

@@ -127,15 +127,6 @@ StemView choose_view(const std::vector<FrameImage>& frames, const TrackSettings&
     return best;
 }
 
-std::vector<std::size_t> evenly_spaced(std::span<const std::size_t> wanted, std::size_t count) {
-    if (wanted.size() <= count)
-        return {wanted.begin(), wanted.end()};
-    std::vector<std::size_t> chosen;
-    for (std::size_t k = 0; k < count; ++k)
-        chosen.push_back(wanted[k * (wanted.size() - 1) / (count - 1)]);
-    return chosen;
-}
-
 void check_size(const FrameImage& frame, const TrackSettings& settings) {
     if (frame.width < 8 || frame.height < 8)
         throw core::InputError(fmt::format("{}: frames of {} x {} pixels are too small to track",
@@ -246,6 +237,15 @@ void find_clamp(StemSurvey& survey, const ChainStatistics& chains, const TrackSe
 }
 
 } // namespace
+
+std::vector<std::size_t> evenly_spaced(std::span<const std::size_t> wanted, std::size_t count) {
+    if (wanted.size() <= count)
+        return {wanted.begin(), wanted.end()};
+    std::vector<std::size_t> chosen;
+    for (std::size_t k = 0; k < count; ++k)
+        chosen.push_back(wanted[k * (wanted.size() - 1) / (count - 1)]);
+    return chosen;
+}
 
 StemSurvey survey_stem(const FrameSource& source, std::span<const std::size_t> wanted,
                        const TrackSettings& settings, int threads) {

@@ -82,6 +82,10 @@ struct StemSurvey {
     std::vector<std::string> remarks;
 };
 
+/// At most `count` (2 or more) of the wanted frames, the first and the last included.
+[[nodiscard]] std::vector<std::size_t> evenly_spaced(std::span<const std::size_t> wanted,
+                                                     std::size_t count);
+
 /// Surveys up to 40 of the `wanted` frames. Determines the values that the settings do not specify:
 /// the stem's orientation (the end that moves least is clamped), the band and the sign with the
 /// clearest stem, clutter (pixels with a high contrast in all frames that do not continue the
@@ -163,6 +167,7 @@ struct TrackTolerances {
     // Blur and the threshold change the apparent width, but not by half.
     static constexpr double smallest_width = 0.6; ///< apparent over expected
     static constexpr double largest_width = 1.6;
+    static constexpr double width_pixels = 1.0;       ///< in addition
     static constexpr double cycles_per_frame = 0.125; ///< of a swing that is well resolved
     static constexpr double softest = 1e7;            ///< Young's modulus of plant stems, Pa
     static constexpr double stiffest = 1e11;

@@ -41,8 +41,10 @@ void require_heights_on_stem(const Track& track) {
 void doubt_scale(Track& track) {
     const StemSurvey& survey = track.survey;
     const double expected = survey.trace.stem_width;
-    if (survey.apparent_width > TrackTolerances::largest_width * expected + 1.0 ||
-        survey.apparent_width < TrackTolerances::smallest_width * expected - 1.0)
+    using Tolerances = TrackTolerances;
+    const double blur = Tolerances::width_pixels;
+    if (survey.apparent_width > Tolerances::largest_width * expected + blur ||
+        survey.apparent_width < Tolerances::smallest_width * expected - blur)
         track.remarks.push_back(fmt::format(
             "the stem appears {:.1f} pixels wide, its width over mm_per_px gives {:.1f}: is the "
             "scale or the diameter wrong?",

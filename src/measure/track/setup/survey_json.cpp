@@ -113,7 +113,7 @@ json checks_json() {
             {"pixels_of_length", Tolerances::length_pixels},
             {"width_smallest", Tolerances::smallest_width},
             {"width_largest", Tolerances::largest_width},
-            {"width_pixels", 1.0},
+            {"width_pixels", Tolerances::width_pixels},
             {"cycles_per_frame_largest", Tolerances::cycles_per_frame},
             {"modulus_smallest", Tolerances::softest},
             {"modulus_largest", Tolerances::stiffest},
@@ -121,16 +121,10 @@ json checks_json() {
             {"mass_per_length_over_density_area", 2.0 / 3.0}};
 }
 
-/// The last two parts of a path.
-std::string short_name(const std::filesystem::path& path) {
-    return (path.parent_path().filename() / path.filename()).string();
-}
-
 } // namespace
 
 json to_json(const FrameSource& source, const VideoSurvey& survey) {
-    json data{{"video", short_name(source.name())},
-              {"frame_width", survey.width},
+    json data{{"frame_width", survey.width},
               {"frame_height", survey.height},
               {"bands", survey.bands},
               {"frame_count", source.numbers().size()},

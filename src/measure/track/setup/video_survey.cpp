@@ -30,11 +30,10 @@ TrackSettings settings_of(const FrameSource& source, double width) {
     return settings;
 }
 
-std::vector<std::size_t> spread_over(std::size_t frames, std::size_t count) {
-    std::vector<std::size_t> chosen;
-    for (std::size_t k = 0; k < std::min(frames, count); ++k)
-        chosen.push_back(frames <= count ? k : k * (frames - 1) / (count - 1));
-    return chosen;
+std::vector<std::size_t> first_frames(std::size_t count) {
+    std::vector<std::size_t> frames(count);
+    std::iota(frames.begin(), frames.end(), std::size_t{0});
+    return frames;
 }
 
 Track traced(const FrameSource& source, std::span<const std::size_t> frames,
@@ -61,7 +60,8 @@ double quality(const Track& track, double width) {
 
 /// The survey of the clearest stem, and its width; throws core::InputError if there is none.
 std::pair<StemSurvey, double> clearest_stem(const FrameSource& source, int threads) {
-    const std::vector<std::size_t> sample = spread_over(source.numbers().size(), 12);
+    const std::vector<std::size_t> sample =
+        evenly_spaced(first_frames(source.numbers().size()), 12);
     std::optional<std::pair<StemSurvey, double>> best;
     double best_quality = 0.0;
     std::string reason;
@@ -93,24 +93,28 @@ std::vector<std::size_t> frames_to_trace(const FrameSource& source, const StemSu
     const std::size_t frames = source.numbers().size();
     const double pixels = double(survey.frame_width) * double(survey.frame_height);
     const auto most = std::max(fewest_frames, std::size_t(most_pixels / pixels));
-    std::vector<std::size_t> wanted(std::min(frames, most));
-    std::iota(wanted.begin(), wanted.end(), std::size_t{0});
+    std::vector<std::size_t> wanted = first_frames(std::min(frames, most));
     if (frames <= most)
         return wanted;
-    const std::vector<std::size_t> sample = spread_over(frames, most / 2);
+    const std::vector<std::size_t> sample = evenly_spaced(first_frames(frames), most / 2);
     const Track coarse = traced(source, sample, survey, width, threads);
-    std::vector<double> spreads;
+    // The row that moves farthest, of those that are seen at the start and in most frames.
+    std::size_t moving = 0;
+    double spread = 0.0;
     for (std::size_t r = 0; r < coarse.rows.places.size(); ++r) {
-        const std::vector<double> history = coarse.rows.history(r);
-        spreads.push_back(coarse.rows.seen(r) > 0.9
-                              ? core::quantile(history, 0.98) - core::quantile(history, 0.02)
-                              : 0.0);
+        if (std::isnan(coarse.rows.at(0, r)) || coarse.rows.seen(r) <= 0.9)
+            continue;
+        std::vector<double> history = coarse.rows.history(r);
+        std::erase_if(history, [](double column) { return std::isnan(column); });
+        if (const double found = core::quantile(history, 0.98) - core::quantile(history, 0.02);
+            found > spread) {
+            spread = found;
+            moving = r;
+        }
     }
-    const auto moving = std::size_t(std::ranges::max_element(spreads) - spreads.begin());
-    const std::vector<double> history = coarse.rows.history(moving);
     std::size_t first = 0;
     while (first + 1 < sample.size() &&
-           !(std::abs(history[first] - history[0]) > 0.2 * spreads[moving]))
+           !(std::abs(coarse.rows.at(first, moving) - coarse.rows.at(0, moving)) > 0.2 * spread))
         ++first;
     const std::size_t onset = sample[first == 0 ? 0 : first - 1];
     const std::size_t begin = std::min(onset - std::min(onset, most / 8), frames - most);
@@ -130,14 +134,15 @@ double visible_tip(const Track& track) {
 /// Finds the release and the rest positions of all rows; the reason if that is impossible.
 std::string find_motion(Track& track) {
     try {
-        const double length = track.survey.clamp_row - visible_tip(track);
         const std::vector<double> heights =
             spaced_heights(track.rows, track.survey.clamp_row, 0.0, 1.0);
         if (heights.empty())
             return "No row shows the stem in nine of ten frames, so the release was not detected.";
         track.heights =
             at_heights(track.rows, track.survey.clamp_row, heights, track.settings.rows_per_height);
-        track.window = find_ring_down(track.heights, {track.source, length, std::nullopt});
+        track.window = find_ring_down(
+            track.heights,
+            {track.source, track.survey.clamp_row - visible_tip(track), std::nullopt});
         return {};
     } catch (const core::InputError& error) {
         return fmt::format("The release was not detected: {}", error.what());
@@ -155,11 +160,10 @@ DetectedStem stem_of(const Track& track, bool has_motion) {
     stem.view = survey.view;
     stem.width = survey.apparent_width;
     stem.clamp = point_of(track, survey.trace.axis_column, survey.clamp_row);
-    const double tip = visible_tip(track);
     const double rest = has_motion && !std::isnan(track.window.rest.back())
                             ? track.window.rest.back()
                             : survey.trace.axis_column;
-    stem.tip = point_of(track, rest, tip);
+    stem.tip = point_of(track, rest, visible_tip(track));
     if (!has_motion)
         return stem;
     stem.release_frame = track.heights.numbers[track.window.last_held];
@@ -174,7 +178,7 @@ std::map<std::size_t, std::string> shown_positions(const Track& track, bool has_
     const std::size_t frames = track.rows.numbers.size();
     std::map<std::size_t, std::string> shown;
     if (!has_motion) {
-        for (const std::size_t position : spread_over(frames, 16))
+        for (const std::size_t position : evenly_spaced(first_frames(frames), 16))
             shown[position] = "";
         return shown;
     }
@@ -237,7 +241,7 @@ VideoSurvey survey_video(const FrameSource& source, int threads) {
                                      axis_of(track, position)});
     } catch (const core::InputError& error) {
         survey.remark = fmt::format("The stem was not found: {}", error.what());
-        for (const std::size_t index : spread_over(source.numbers().size(), 16))
+        for (const std::size_t index : evenly_spaced(first_frames(source.numbers().size()), 16))
             survey.frames.push_back({index, source.numbers()[index], "", {}});
     }
     return survey;
