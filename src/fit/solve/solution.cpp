@@ -239,6 +239,22 @@ JointSolution solution_of(JointResiduals& residuals) {
 
 } // namespace
 
+namespace {
+
+/// The parameters that a solution for this purpose keeps. A few cycles of a lightly damped record
+/// hardly determine the damping, which would follow any error of the model to its bound.
+std::vector<bool> held_for(Purpose purpose, const JointLayout& layout, std::vector<bool> is_held) {
+    if (purpose == Purpose::Final)
+        return is_held;
+    is_held.resize(layout.ids.size(), false);
+    for (std::size_t k = 0; k < layout.ids.size(); ++k)
+        if (layout.ids[k] == physics::bond_damping)
+            is_held[k] = true;
+    return is_held;
+}
+
+} // namespace
+
 JointProblem::JointProblem(std::span<const ObservedRecording> measurements,
                            const JointLayout& layout, const std::vector<std::vector<double>>& noise,
                            const std::vector<bool>& is_held, const SolveOptions& options)
@@ -266,7 +282,8 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
         if (residuals.is_error(k))
             problem.AddResidualBlock(new ConstraintCost(k, residuals.parameter_count()), nullptr,
                                      residuals.internal());
-    bound(layout_, is_held_, problem, residuals);
+    const std::vector<bool> is_held = held_for(purpose, layout_, is_held_);
+    bound(layout_, is_held, problem, residuals);
 
     const double improvement = purpose == Purpose::Final ? final_improvement : passing_improvement;
     const auto count = static_cast<double>(std::max<std::size_t>(readings, 1));
