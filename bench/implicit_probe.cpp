@@ -22,10 +22,9 @@ Probe integrate_once(const StartedStem& started, const Method& method,
     const int tip = started.stem.sphere_count - 1;
     Probe probe;
     const double start = cpu_seconds();
-    integrate::HistorySampler<2> sampler(chain.layout(), tip, tip, sample_interval, sample_count,
-                                         [&probe](std::size_t, std::span<const double> position) {
-                                             probe.tip.push_back(position[1]);
-                                         });
+    integrate::HistorySampler<2> sampler(
+        chain.layout(), tip, tip, sample_interval, sample_count, false,
+        [&probe](std::size_t, const auto& rates) { probe.tip.push_back(rates[0][1]); });
     Problem problem{
         chain,
         started.state,

@@ -41,10 +41,12 @@ std::string what_is_too_little(const fit::RecordingFit& fit, const residuals::Sw
         return fmt::format("{:.1f} cycles after the release are too few to decide; {} are needed",
                            cycles, fewest_cycles);
     const double size = std::sqrt(squares / static_cast<double>(frames));
+    const measure::ReadingUnit unit = measure::reading_unit(fit.model.spec.sensors);
     if (fit.is_noise_known && size < smallest_swing_over_noise * swing.noise)
-        return fmt::format("the motion (rms {:.3g} mm) hardly exceeds the noise ({:.3g} mm "
-                           "with all heights together)",
-                           1e3 * size, 1e3 * swing.noise);
+        return fmt::format(
+            "the motion (rms {:.3g} {}) hardly exceeds the noise ({:.3g} {} with all "
+            "heights together)",
+            unit.factor * size, unit.name, unit.factor * swing.noise, unit.name);
     return {};
 }
 
@@ -148,13 +150,14 @@ void refuse_without_motion(const measure::Measurement& measurement, std::optiona
             noise_squares += *noise * *noise;
             readings += 1.0;
         }
+    const measure::ReadingUnit unit = measure::reading_unit(measurement.sensors);
     // χ² of n readings of pure noise has the mean n and the standard deviation √(2n).
     if (readings > 0.0 && chi_squared - readings < motion_over_noise * std::sqrt(2.0 * readings))
         throw core::InputError(fmt::format(
-            "{}: the readings after the release (rms {:.3g} mm) cannot be distinguished from noise "
-            "({:.3g} mm): there is no motion to compare with",
-            measurement.stem.id, 1e3 * std::sqrt(squares / readings),
-            1e3 * std::sqrt(noise_squares / readings)));
+            "{}: the readings after the release (rms {:.3g} {}) cannot be distinguished from noise "
+            "({:.3g} {}): there is no motion to compare with",
+            measurement.stem.id, unit.factor * std::sqrt(squares / readings), unit.name,
+            unit.factor * std::sqrt(noise_squares / readings), unit.name));
 }
 
 } // namespace culm::diagnose

@@ -21,6 +21,7 @@ Comparison compare(const fit::Fit& stated, const fit::Fit& judged,
     result.id = measurement.stem.id;
     result.swing = residuals::swing_of(fit, measurement);
     result.verdict = verdict_on(tested, residuals::swing_of(tested, measurement), policy);
+    result.unit = measure::reading_unit(measurement.sensors);
     result.rmse = fit.rmse;
     result.noise = typical_noise(fit);
     result.over_noise = over_noise(fit);

@@ -17,12 +17,13 @@
 namespace culm::diagnose {
 
 struct Comparison {
-    std::string id;          ///< of the measurement
-    bool moves = true;       ///< false: nothing in the model moves the stem
-    Verdict verdict;         ///< of the judged fit; everything else is of the stated one
-    double rmse = 0.0;       ///< m
-    double noise = 0.0;      ///< m; the residuals' own where it is not known
-    double over_noise = 0.0; ///< root mean square of residual over noise
+    std::string id;            ///< of the measurement
+    measure::ReadingUnit unit; ///< of its readings as text
+    bool moves = true;         ///< false: nothing in the model moves the stem
+    Verdict verdict;           ///< of the judged fit; everything else is of the stated one
+    double rmse = 0.0;         ///< m
+    double noise = 0.0;        ///< m; the residuals' own where it is not known
+    double over_noise = 0.0;   ///< root mean square of residual over noise
     std::vector<fit::ResidualGroup> by_height;
     std::vector<fit::ResidualGroup> by_time;      ///< thirds
     std::vector<fit::ResidualGroup> by_amplitude; ///< thirds, the largest first; empty if unknown

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Positions at equidistant sample times from an integrator's own, uneven steps.
+// Positions at equidistant sample times from an integrator's own, uneven steps, and their rates.
 #pragma once
 
 #include "core/lanes.hpp"
@@ -17,16 +17,19 @@ namespace culm::integrate {
 /// Interpolates positions with the velocities in the state: a quintic through position and velocity
 /// at three successive steps, or a cubic through two steps if the lengths of the steps differ too
 /// much. With n steps per period T the quintic's error is about
-/// (2π/n)^6 · 1.5e-4 of the amplitude: 1e-7 at n = 20.
+/// (2π/n)^6 · 1.5e-4 of the amplitude: 1e-7 at n = 20. Velocities and accelerations are the
+/// derivatives of this polynomial, with an error of (2π/n)^4 · 1e-2 of the acceleration at most.
 template <int Dim>
 class HistorySampler {
   public:
-    /// Receives sample `index` (time index · interval) and the positions of the watched spheres,
-    /// Dim numbers each, from the first to the last.
-    using Sink = std::function<void(std::size_t index, std::span<const double> positions)>;
+    /// Derivatives by time of the positions of the watched spheres, Dim numbers for each sphere
+    /// from the first to the last: positions, velocities and accelerations, or positions only.
+    using Rates = std::array<std::vector<double>, 3>;
+    /// Receives sample `index` (time index · interval).
+    using Sink = std::function<void(std::size_t index, const Rates& rates)>;
 
     HistorySampler(const physics::ChainLayout<Dim>& layout, int first_sphere, int last_sphere,
-                   double interval, std::size_t count, Sink sink)
+                   double interval, std::size_t count, bool needs_rates, Sink sink)
         : layout_(layout), first_sphere_(first_sphere), last_sphere_(last_sphere),
           interval_(interval), count_(count), sink_(std::move(sink)) {
         const std::size_t size = static_cast<std::size_t>(last_sphere - first_sphere + 1) * Dim;
@@ -34,7 +37,8 @@ class HistorySampler {
             node.positions.resize(size);
             node.velocities.resize(size);
         }
-        sample_.resize(size);
+        for (std::size_t order = 0; order < (needs_rates ? 3U : 1U); ++order)
+            sample_[order].resize(size);
     }
 
     /// Takes the state at the end of a step; times must increase.
@@ -94,24 +98,39 @@ class HistorySampler {
 
     /// Hermite interpolation through the nodes [begin, end).
     void interpolate(double time, std::size_t begin, std::size_t end) {
-        std::fill(sample_.begin(), sample_.end(), 0.0);
+        for (std::vector<double>& values : sample_)
+            std::fill(values.begin(), values.end(), 0.0);
         for (std::size_t i = begin; i < end; ++i) {
-            double basis = 1.0; // Lagrange polynomial of node i at `time`
-            double slope = 0.0; // and its derivative at node i
+            double basis = 1.0; // Lagrange polynomial of node i at `time`, with its derivatives
+            double rate = 0.0;
+            double bend = 0.0;
+            double slope = 0.0; // derivative at node i
             for (std::size_t j = begin; j < end; ++j) {
                 if (j == i)
                     continue;
                 const double distance = nodes_[i].time - nodes_[j].time;
-                basis *= (time - nodes_[j].time) / distance;
+                const double factor = (time - nodes_[j].time) / distance;
+                bend = bend * factor + 2.0 * rate / distance;
+                rate = rate * factor + basis / distance;
+                basis *= factor;
                 slope += 1.0 / distance;
             }
             const double offset = time - nodes_[i].time;
-            const double of_position = (1.0 - 2.0 * offset * slope) * basis * basis;
-            const double of_velocity = offset * basis * basis;
-            for (std::size_t k = 0; k < sample_.size(); ++k)
-                sample_[k] +=
-                    of_position * nodes_[i].positions[k] + of_velocity * nodes_[i].velocities[k];
+            const double linear = 1.0 - 2.0 * offset * slope;
+            const double square = basis * basis; // with its derivatives
+            const double square_rate = 2.0 * basis * rate;
+            const double square_bend = 2.0 * (rate * rate + basis * bend);
+            add(0, i, linear * square, offset * square);
+            add(1, i, linear * square_rate - 2.0 * slope * square, square + offset * square_rate);
+            add(2, i, linear * square_bend - 4.0 * slope * square_rate,
+                2.0 * square_rate + offset * square_bend);
         }
+    }
+
+    void add(std::size_t order, std::size_t node, double of_position, double of_velocity) {
+        for (std::size_t k = 0; k < sample_[order].size(); ++k)
+            sample_[order][k] +=
+                of_position * nodes_[node].positions[k] + of_velocity * nodes_[node].velocities[k];
     }
 
     physics::ChainLayout<Dim> layout_;
@@ -121,7 +140,7 @@ class HistorySampler {
     std::size_t count_;
     Sink sink_;
     std::array<Node, 3> nodes_;
-    std::vector<double> sample_;
+    Rates sample_;
     std::size_t seen_ = 0;
     std::size_t next_ = 0;
 };

@@ -207,6 +207,8 @@ json central_range_json(const calibrate::CentralRange& found) {
 std::string parameter_lines(const calibrate::Calibration& calibration) {
     std::string text;
     for (const auto& [key, parameter] : by_key(calibration.fit.parameters)) {
+        if (parameter->is_error)
+            continue;
         const auto place = parameter - calibration.fit.parameters.data();
         fit::FittedParameter with_budget = *parameter;
         with_budget.standard_error = calibration.budget.combined[static_cast<std::size_t>(place)];
@@ -309,11 +311,10 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
     text += fmt::format("  first mode: b2 {} Hz, b1 per cycle {}, damping ratio {:.5f}\n",
                         plus_minus(frequency_of(calibration)), plus_minus(decay_of(calibration)),
                         calibration.mode.damping_ratio());
-    text +=
-        result_lines("  ", fmt::format("residual {:.4f} mm rms, {:.2f} times the noise of {:.4f} "
-                                       "mm ({})",
-                                       1e3 * fit.rmse, fit::over_noise(fit),
-                                       1e3 * fit::typical_noise(fit), fit.noise_source));
+    const measure::ReadingUnit unit = measure::reading_unit(fit.model.spec.sensors);
+    text += result_lines("  ", fmt::format("residual {} rms, {:.2f} times the noise of {} ({})",
+                                           unit.text(fit.rmse), fit::over_noise(fit),
+                                           unit.text(fit::typical_noise(fit)), fit.noise_source));
     text += fmt::format("  reduced chi2 {:.3f} with the inputs free within their uncertainties\n",
                         calibration.judged.reduced_chi_squared);
     text += verdict_lines(calibration, style) + check_lines(calibration);

@@ -32,12 +32,12 @@ std::string p_in_words(double p_value) {
 
 std::string whether_it_fits(const Comparison& comparison) {
     const diagnose::Verdict& verdict = comparison.verdict;
+    const measure::ReadingUnit& unit = comparison.unit;
     const std::string sizes =
         !verdict.is_noise_known
-            ? fmt::format("residual {:.4f} mm (rms); the noise is not stated",
-                          1e3 * comparison.rmse)
-            : fmt::format("residual {:.4f} mm (rms), noise {:.4f} mm, ratio {:.2f}",
-                          1e3 * comparison.rmse, 1e3 * comparison.noise, comparison.over_noise);
+            ? fmt::format("residual {} (rms); the noise is not stated", unit.text(comparison.rmse))
+            : fmt::format("residual {} (rms), noise {}, ratio {:.2f}", unit.text(comparison.rmse),
+                          unit.text(comparison.noise), comparison.over_noise);
     switch (verdict.finding) {
     case Finding::Adequate:
         return fmt::format("The model is adequate: {} ({}).", sizes, p_in_words(verdict.p_value));
@@ -144,9 +144,10 @@ std::string decay_words(const Comparison& comparison) {
     if (!windows)
         return {};
     const auto& [first, last] = *windows;
-    return fmt::format("; from {:.2g} to {:.2g} mm of amplitude the measured decay per cycle goes "
+    return fmt::format("; from {:.2g} to {:.2g} {} of amplitude the measured decay per cycle goes "
                        "from {:.3f} to {:.3f}, the modelled one from {:.3f} to {:.3f}",
-                       1e3 * first.measured->amplitude, 1e3 * last.measured->amplitude,
+                       comparison.unit.factor * first.measured->amplitude,
+                       comparison.unit.factor * last.measured->amplitude, comparison.unit.name,
                        first.measured->decay_per_cycle.value, last.measured->decay_per_cycle.value,
                        first.modelled->decay_per_cycle.value, last.modelled->decay_per_cycle.value);
 }
@@ -168,20 +169,25 @@ std::string phase_words(const Comparison& comparison) {
     if (const auto windows = well_known_windows(comparison.windows)) {
         const auto& [first, last] = *windows;
         text += fmt::format(
-            "; as the amplitude falls from {:.2g} to {:.2g} mm the measured frequency goes from "
+            "; as the amplitude falls from {:.2g} to {:.2g} {} the measured frequency goes from "
             "{:.2f} to {:.2f} Hz, the modelled one from {:.2f} to {:.2f} Hz",
-            1e3 * first.measured->amplitude, 1e3 * last.measured->amplitude,
+            comparison.unit.factor * first.measured->amplitude,
+            comparison.unit.factor * last.measured->amplitude, comparison.unit.name,
             first.measured->frequency.value, last.measured->frequency.value,
             first.modelled->frequency.value, last.modelled->frequency.value);
     }
     return text;
 }
 
-std::string rest_words(const ResidualStructure& structure) {
-    return fmt::format("an error of the rest position: measured minus modelled {:+.4f} mm early, "
-                       "{:+.4f} mm in the middle, {:+.4f} mm late",
-                       1e3 * structure.thirds[0].rest, 1e3 * structure.thirds[1].rest,
-                       1e3 * structure.thirds[2].rest);
+std::string rest_words(const Comparison& comparison) {
+    const auto rest = [&](std::size_t third) {
+        return fmt::format("{:+.4f} {}",
+                           comparison.unit.factor * comparison.structure.thirds[third].rest,
+                           comparison.unit.name);
+    };
+    return fmt::format("an error of the rest position: measured minus modelled {} early, {} in the "
+                       "middle, {} late",
+                       rest(0), rest(1), rest(2));
 }
 
 /// Names the error in the shape over the heights, by its spectrum.
@@ -202,7 +208,7 @@ std::string what_it_is(const Comparison& comparison) {
     const std::array<Part, 5> parts{
         Part{structure.amplitude_share, amplitude_words(structure) + decay_words(comparison)},
         Part{structure.phase_share, phase_words(comparison)},
-        Part{structure.rest_share, rest_words(structure)},
+        Part{structure.rest_share, rest_words(comparison)},
         Part{structure.other_motion_share,
              "motion with the shape of the swing but another frequency"},
         Part{structure.other_shape_share, shape_words(comparison)}};

@@ -34,11 +34,11 @@ std::string comparison_header(const diagnose::Ladder& ladder,
         "", fmt::format(
                 "{}: {}, {} frames, law {}, {}", measurement.stem.id,
                 counted(measurement.heights.size(), "height"), measurement.times.size(), law,
-                is_noise_known
-                    ? fmt::format("noise {} mm ({})",
-                                  number_cell(1e3 * fit::typical_noise(last->fit.parts.front()), 4),
-                                  last->fit.parts.front().noise_source)
-                    : std::string("noise not stated")));
+                is_noise_known ? fmt::format("noise {} ({})",
+                                             measure::reading_unit(measurement.sensors)
+                                                 .text(fit::typical_noise(last->fit.parts.front())),
+                                             last->fit.parts.front().noise_source)
+                               : std::string("noise not stated")));
 }
 
 /// Residual over noise of the readings that were held out of the fit.
@@ -65,7 +65,7 @@ std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size
     const diagnose::Verdict& verdict = comparison.verdict;
     const bool is_noise_known = model.stated.is_noise_known_everywhere();
     return fmt::format("{} {:>9} {:>7} {:>10} {:>13} {:>10} {:>10}  {}\n", name,
-                       number_cell(1e3 * comparison.rmse, 4),
+                       number_cell(comparison.unit.factor * comparison.rmse, 4),
                        is_noise_known ? number_cell(comparison.over_noise, 2) : "-",
                        number_cell(verdict.reduced_chi_squared, 3),
                        k == 0 ? std::string() : fmt::format("{:+.0f}", model.log_evidence),
@@ -74,11 +74,20 @@ std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size
                        finding_text(verdict.finding, style));
 }
 
+/// The unit of the readings.
+std::string_view unit_of(const diagnose::Ladder& ladder) {
+    for (std::size_t k = 0; k < ladder.models.size(); ++k)
+        if (!ladder.models[k].fit.failed())
+            return comparison_of(ladder, k).unit.name;
+    return measure::ReadingUnit{}.name;
+}
+
 std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style) {
     constexpr std::size_t width = 22;
-    std::string text = fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13} {:>10} {:>10}  {}\n", "model",
-                                   width, "rms mm", "/noise", "red. chi2*", "log evidence*",
-                                   "last third", "one height", "verdict*");
+    std::string text =
+        fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13} {:>10} {:>10}  {}\n", "model", width,
+                    fmt::format("rms {}", unit_of(ladder)), "/noise", "red. chi2*", "log evidence*",
+                    "last third", "one height", "verdict*");
     for (std::size_t k = 0; k < ladder.models.size(); ++k)
         text += ladder_line(ladder, k, width, style);
     return text + "* with the inputs free within their uncertainties; all else with every input as "

@@ -32,6 +32,8 @@ struct DiagnosisReport {
     }
     /// Root mean square over the recordings, m.
     [[nodiscard]] double noise() const;
+    /// The unit of the readings of all recordings.
+    [[nodiscard]] measure::ReadingUnit unit() const;
     /// One sentence on an effect; empty if it is not a candidate.
     [[nodiscard]] std::string summary_of(const std::string& effect) const;
 };

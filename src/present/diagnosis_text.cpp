@@ -28,13 +28,13 @@ std::string diagnosis_header(const DiagnosisReport& report) {
     for (std::size_t k = 0; k < report.recordings.size(); ++k) {
         const measure::Measurement& recording = report.recordings[k];
         const fit::RecordingFit& part = report.best_fit().parts[k];
-        const std::string noise = number_cell(1e3 * fit::typical_noise(part), 4);
+        const std::string noise =
+            measure::reading_unit(recording.sensors).text(fit::typical_noise(part));
         text += result_lines(
-            "",
-            fmt::format("{}: {}, {} frames, noise {}", recording.stem.id,
-                        counted(recording.heights.size(), "height"), recording.times.size(),
-                        part.is_noise_known ? fmt::format("{} mm ({})", noise, part.noise_source)
-                                            : fmt::format("not stated; residual {} mm", noise)));
+            "", fmt::format("{}: {}, {} frames, noise {}", recording.stem.id,
+                            counted(recording.heights.size(), "height"), recording.times.size(),
+                            part.is_noise_known ? fmt::format("{} ({})", noise, part.noise_source)
+                                                : fmt::format("not stated; residual {}", noise)));
     }
     return text + '\n';
 }
@@ -72,11 +72,12 @@ std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = report.found;
     const fit::Fit& first = found.ladder.front().stated;
     const fit::Fit& last = report.best_fit();
-    std::string residual = number_cell(1e3 * first.rmse, 4) + " mm";
+    const measure::ReadingUnit unit = report.unit();
+    std::string residual = unit.text(first.rmse);
     if (found.ladder.size() > 1)
-        residual += fmt::format(" before, {} mm after", number_cell(1e3 * last.rmse, 4));
-    std::vector<std::string> sentences{fmt::format("Residual (rms): {}; the noise is {} mm.",
-                                                   residual, number_cell(1e3 * report.noise(), 4))};
+        residual += fmt::format(" before, {} after", unit.text(last.rmse));
+    std::vector<std::string> sentences{
+        fmt::format("Residual (rms): {}; the noise is {}.", residual, unit.text(report.noise()))};
     if (first.moves()) {
         sentences.push_back("Y: " + before_and_after(physics::bond_youngs_modulus, first, last));
         sentences.push_back(fmt::format("beta (law {}): {}", report.law,
@@ -85,8 +86,8 @@ std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
     if (found.ladder.back().has_free_inputs)
         sentences.emplace_back("With every input as stated the fit has no such effect: all numbers "
                                "are those with the inputs free within their uncertainties.");
-    sentences.push_back(fmt::format("Not explained: {} mm, {:.2g} % of the swing.",
-                                    number_cell(1e3 * found.unexplained, 2),
+    sentences.push_back(fmt::format("Not explained: {}, {:.2g} % of the swing.",
+                                    unit.text(found.unexplained, 2),
                                     100.0 * found.unexplained_share));
     for (const diagnose::ImmaterialEffect& effect : found.posterior.immaterial)
         sentences.push_back(fmt::format("Detectable, immaterial: {} explains {:.2g} times the "
@@ -206,18 +207,18 @@ double over_noise(const fit::Fit& fit) {
 }
 
 std::string model_lines(const std::vector<diagnose::SearchedModel>& ladder,
-                        const TextStyle& style) {
+                        const measure::ReadingUnit& unit, const TextStyle& style) {
     std::size_t width = 17;
     for (const diagnose::SearchedModel& model : ladder)
         width = std::max(width, model_name(model.fit.names).size());
-    std::string text =
-        fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13}  {}\n", "residual by model", width, "rms mm",
-                    "/noise", "red. chi2*", "log evidence*", "verdict*");
+    std::string text = fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13}  {}\n", "residual by model",
+                                   width, fmt::format("rms {}", unit.name), "/noise", "red. chi2*",
+                                   "log evidence*", "verdict*");
     for (const diagnose::SearchedModel& model : ladder)
         text += fmt::format(
             "{:<{}} {:>9} {:>7} {:>10} {:>13}  {}\n", model_name(model.fit.names), width,
-            number_cell(1e3 * model.stated.rmse, 4), number_cell(over_noise(model.stated), 2),
-            number_cell(model.fit.reduced_chi_squared, 3),
+            number_cell(unit.factor * model.stated.rmse, 4),
+            number_cell(over_noise(model.stated), 2), number_cell(model.fit.reduced_chi_squared, 3),
             &model == &ladder.front() ? std::string() : fmt::format("{:+.0f}", model.log_evidence),
             finding_text(model.finding, style));
     return text + "* with the inputs free within their uncertainties; all else with every input as "
@@ -308,6 +309,16 @@ std::string trimmed_lines(const std::string& text) {
 
 } // namespace
 
+measure::ReadingUnit DiagnosisReport::unit() const {
+    std::vector<measure::Sensor> sensors;
+    for (const measure::Measurement& recording : recordings) {
+        if (recording.sensors.empty())
+            sensors.emplace_back();
+        sensors.insert(sensors.end(), recording.sensors.begin(), recording.sensors.end());
+    }
+    return measure::reading_unit(sensors);
+}
+
 double DiagnosisReport::noise() const {
     double sum = 0.0;
     for (const fit::RecordingFit& part : best_fit().parts)
@@ -337,7 +348,7 @@ std::string diagnosis_text(const DiagnosisReport& report, bool with_details,
         text += result_lines("  ", sentence);
     text += '\n';
     if (with_details)
-        text += model_lines(found.ladder, style);
+        text += model_lines(found.ladder, report.unit(), style);
     // Without an effect the question is which effects could be there unseen.
     if (with_details || found.effects.empty())
         text += detection_lines(found.blind_spots);

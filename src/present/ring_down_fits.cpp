@@ -147,8 +147,8 @@ std::string p_text(double p) {
 std::string stem_heights(const reduce::StemRingDowns& stem, const TextStyle& style) {
     std::string text = fmt::format("{}: Eq. 1 at each height (intervals 95 %)\n{:>8} {:>9} {:>20} "
                                    "{:>20} {:>22} {:>9}  {}\n",
-                                   stem.id, "h mm", "b0 mm", "b1 per cycle", "b1 1/s", "b2 Hz",
-                                   "rms mm", "adequate");
+                                   stem.id, "h mm", "b0 " + stem.unit.name, "b1 per cycle",
+                                   "b1 1/s", "b2 Hz", "rms " + stem.unit.name, "adequate");
     for (const reduce::HeightRingDown& height : stem.heights) {
         if (!height.fit) {
             text += fmt::format("{:8.1f} {}: {}\n", 1e3 * height.height, style.failure("no fit"),
@@ -157,9 +157,9 @@ std::string stem_heights(const reduce::StemRingDowns& stem, const TextStyle& sty
         }
         const reduce::RingDownAnalysis& fit = *height.fit;
         text += fmt::format("{:8.1f} {:9.3f} {:>20} {:>20} {:>22} {:9.4f}  {}\n",
-                            1e3 * height.height, 1e3 * fit.amplitude.value,
+                            1e3 * height.height, stem.unit.factor * fit.amplitude.value,
                             plus_minus(fit.decay_per_cycle), plus_minus(fit.decay_rate),
-                            plus_minus(fit.frequency), 1e3 * fit.rms_residual,
+                            plus_minus(fit.frequency), stem.unit.factor * fit.rms_residual,
                             fit.adequacy.is_adequate ? style.good("yes")
                                                      : style.warning("no: ") + fit.adequacy.reason);
     }

@@ -52,12 +52,12 @@ std::string uncertainty_text(const fit::StatedInput& input) {
                        input.is_default ? " *" : "  ");
 }
 
-/// Tip deflection and release time are omitted: they describe only this one release.
+/// Tip deflection, release time and error terms are omitted: they describe only this recording.
 std::vector<std::size_t> shown_parameters(std::span<const fit::FittedParameter> parameters) {
     std::vector<std::size_t> places;
     for (std::size_t p = 0; p < parameters.size(); ++p)
         if (const physics::ParameterId id = parameters[p].id.in_one_model();
-            id != physics::tip_deflection && id != physics::release_time)
+            id != physics::tip_deflection && id != physics::release_time && !parameters[p].is_error)
             places.push_back(p);
     return places;
 }

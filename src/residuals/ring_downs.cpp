@@ -36,6 +36,8 @@ reduce::StemHistories modelled_histories(const fit::RecordingFit& fit, reduce::S
 reduce::StemHistories histories_of(const measure::Measurement& measurement) {
     reduce::StemHistories stem;
     stem.id = measurement.stem.id;
+    const measure::ReadingUnit unit = measure::reading_unit(measurement.sensors);
+    stem.unit = {unit.factor, std::string(unit.name)};
     stem.length = measurement.stem.length;
     stem.depth = measure::section_depth(measurement.stem.section);
     stem.times = measurement.times;

@@ -55,7 +55,9 @@ struct CaseSpec {
     double sample_interval = 5e-5; ///< s; explicit steps must divide it
     StoreLevel store = StoreLevel::Tip;
     std::vector<double> heights; ///< above the clamp, m; for StoreLevel::Heights
-    /// Whether the heights are those of image rows or of marks on the stem.
+    /// (heights) what is read there; empty: rows of a camera's picture.
+    std::vector<measure::Sensor> sensors;
+    /// Whether displacements are those in image rows or of marks on the stem.
     measure::Reading reading = measure::Reading::Row;
     double readout_time = 0.0; ///< of the camera, known; physics::CameraView's
     Release release = Release::TipPull;

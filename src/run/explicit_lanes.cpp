@@ -73,7 +73,7 @@ class LaneBatch {
             for (int i = recorders_[lane].first_watched_sphere(); i <= tip; ++i)
                 for (int d = 0; d < Dim; ++d)
                     positions_.push_back(verlet.position(i)[d][lane]);
-            recorders_[lane].record(sample, positions_);
+            recorders_[lane].record(sample, {positions_, {}, {}});
         }
     }
 

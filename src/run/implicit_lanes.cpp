@@ -58,12 +58,12 @@ class ImplicitBatch {
         const physics::ChainLayout<Dim> layout(specs.front().stem.sphere_count);
         for (const CaseSpec& spec : specs) {
             Recorder& recorder = recorders_.emplace_back(spec);
-            samplers_.emplace_back(
-                layout, recorder.first_watched_sphere(), spec.stem.sphere_count - 1,
-                spec.sample_interval, recorder.recorded_samples(),
-                [&recorder](std::size_t index, std::span<const double> positions) {
-                    recorder.record(index, positions);
-                });
+            samplers_.emplace_back(layout, recorder.first_watched_sphere(),
+                                   spec.stem.sphere_count - 1, spec.sample_interval,
+                                   recorder.recorded_samples(), recorder.needs_rates(),
+                                   [&recorder](std::size_t index, const auto& rates) {
+                                       recorder.record(index, {rates[0], rates[1], rates[2]});
+                                   });
         }
     }
 

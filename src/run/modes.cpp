@@ -2,6 +2,7 @@
 #include "run/modes.hpp"
 
 #include "core/error.hpp"
+#include "measure/folder/observation.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "run/case_model.hpp"
 
@@ -19,6 +20,24 @@ constexpr double little_damping = 1e-3; // β of a chain that vibrates
 physics::Chain<2, double> planar_chain(CaseSpec spec) {
     std::erase_if(spec.effects, [](const auto& active) { return active.effect->dimensions() > 2; });
     return {spec.stem.sphere_count, case_model(spec).chain, spec.law};
+}
+
+constexpr double small_deflection = 1e-6; ///< of the tip, bond lengths
+
+/// The reading of a sensor per deflection of the tip; `shape` (spheres).
+double reading_of_shape(const measure::Sensor& sensor, const std::vector<double>& shape,
+                        const physics::StemParameters<double>& stem, double height) {
+    const double unit = small_deflection * stem.bond_length;
+    std::vector<double> positions;
+    std::vector<double> rates;
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+        positions.insert(positions.end(),
+                         {static_cast<double>(i) * stem.bond_length, unit * shape[i]});
+        rates.insert(rates.end(), {0.0, unit * shape[i]});
+    }
+    return measure::reading_of_sensor(sensor, {positions, rates, rates}, 2, stem.bond_length,
+                                      height, {}) /
+           unit;
 }
 
 } // namespace
@@ -45,12 +64,20 @@ std::vector<ShapedMode> shaped_modes(const CaseSpec& spec, std::size_t count) {
             return sphere <= 0 ? 0.0 : vector(first + 2 * (sphere - 1));
         };
         ShapedMode& out = shaped.emplace_back(ShapedMode{mode, {}});
-        for (const double height : spec.heights) {
-            const double place = height / spec.stem.bond_length;
+        for (std::size_t j = 0; j < spec.heights.size(); ++j) {
+            if (j < spec.sensors.size() && !spec.sensors[j].is_camera()) {
+                std::vector<double> shape;
+                for (Eigen::Index i = 0; i <= spheres; ++i)
+                    shape.push_back(at(i) / at(spheres));
+                out.reading.push_back(
+                    reading_of_shape(spec.sensors[j], shape, spec.stem, spec.heights[j]));
+                continue;
+            }
+            const double place = spec.heights[j] / spec.stem.bond_length;
             const auto below = std::min(static_cast<Eigen::Index>(place), spheres - 1);
             const double share = place - static_cast<double>(below);
-            out.deflection.push_back(((1.0 - share) * at(below) + share * at(below + 1)) /
-                                     at(spheres));
+            out.reading.push_back(((1.0 - share) * at(below) + share * at(below + 1)) /
+                                  at(spheres));
         }
     }
     return shaped;

@@ -15,10 +15,12 @@ namespace culm::run {
 [[nodiscard]] std::vector<integrate::VibrationMode> chain_modes(const CaseSpec& spec,
                                                                 std::size_t count);
 
-/// A mode, and its deflections at the case's heights.
+/// A mode, and what the case's sensors read of its shape, whose deflection is 1 at the tip.
 struct ShapedMode {
     integrate::VibrationMode mode;
-    std::vector<double> deflection; ///< (heights), 1 at the tip
+    /// (heights) the deflection of the shape; of a sensor its reading, in which the shape stands
+    /// for the deflections, the velocities or the accelerations.
+    std::vector<double> reading;
 };
 /// The slowest transverse modes of the case, their shapes those of the undamped chain; at most
 /// `count`.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/recorder.hpp"
 
-#include "measure/folder/observation.hpp"
 #include "physics/node_load.hpp"
 
 #include <algorithm>
@@ -32,23 +31,27 @@ std::size_t late_samples(double readout_time, double sample_interval) {
     return static_cast<std::size_t>(std::ceil(readout_time / sample_interval)) + 2;
 }
 
-/// Replaces each row of `history` ((samples)(heights), `interval` seconds apart, the first at the
-/// release) by its values `delay_per_height` × height seconds later, by cubic interpolation.
+/// The history, `interval` seconds apart from the release on, read `delay` seconds later by cubic
+/// interpolation.
 /// Before the release the stem is at rest. The last samples, which have no later ones, repeat the
 /// last one.
-void read_late(std::vector<double>& history, std::span<const double> heights,
-               double delay_per_height, double interval) {
-    if (heights.empty())
-        return;
-    const std::size_t samples = history.size() / heights.size();
-    std::vector<double> column(samples);
-    for (std::size_t row = 0; row < heights.size(); ++row) {
-        for (std::size_t k = 0; k < samples; ++k)
-            column[k] = history[k * heights.size() + row];
-        const double shift = delay_per_height * heights[row] / interval;
-        for (std::size_t k = 0; k < samples; ++k)
-            history[k * heights.size() + row] =
-                interpolated(column, static_cast<double>(k) + shift);
+std::vector<double> read_late(const std::vector<double>& history, double delay, double interval) {
+    std::vector<double> late(history.size());
+    for (std::size_t k = 0; k < history.size(); ++k)
+        late[k] = interpolated(history, static_cast<double>(k) + delay / interval);
+    return late;
+}
+
+/// Replaces each column of `table`, (samples)(columns), by `changed(its history, its number)`.
+template <class Change>
+void change_columns(std::vector<double>& table, std::size_t columns, const Change& changed) {
+    std::vector<double> history(columns > 0 ? table.size() / columns : 0);
+    for (std::size_t column = 0; column < columns; ++column) {
+        for (std::size_t k = 0; k < history.size(); ++k)
+            history[k] = table[k * columns + column];
+        const std::vector<double> other = changed(history, column);
+        for (std::size_t k = 0; k < other.size(); ++k)
+            table[k * columns + column] = other[k];
     }
 }
 
@@ -76,13 +79,35 @@ double Recorder::support_position(double time) const {
     return model_.chain.base_motion ? physics::base_position(*model_.chain.base_motion, time) : 0.0;
 }
 
-void Recorder::record(std::size_t index, std::span<const double> positions) {
+bool Recorder::is_camera(std::size_t row) const {
+    return row >= spec_.sensors.size() || spec_.sensors[row].is_camera();
+}
+
+bool Recorder::needs_rates() const {
+    return std::ranges::any_of(spec_.sensors, &measure::Sensor::needs_rates);
+}
+
+measure::SensorSurroundings Recorder::surroundings_at(double time) const {
+    const physics::ChainModel<double>& chain = model_.chain;
+    measure::SensorSurroundings out;
+    out.gravity = {chain.gravity[0], chain.gravity[1]};
+    if (chain.base_motion) {
+        const physics::BaseMotion<double>& base = *chain.base_motion;
+        out.support_velocity = base.amplitude * base.angular_frequency *
+                               std::cos(base.angular_frequency * time + base.phase);
+        out.support_acceleration = -physics::base_acceleration(base, time);
+    }
+    return out;
+}
+
+void Recorder::record(std::size_t index, const measure::ChainSample& sample) {
+    const std::span<const double> positions = sample.positions;
     const auto dimensions = static_cast<std::size_t>(dimensions_);
     const double support = support_position(static_cast<double>(index) * spec_.sample_interval);
     result_.tip_deflection[index] = (positions[positions.size() - dimensions + 1] + support) *
                                     camera_scale(spec_.stem.free_length());
     if (spec_.store >= StoreLevel::Heights && !spec_.heights.empty())
-        read_heights(index, positions, support);
+        read_heights(index, sample, support);
     if (spec_.store == StoreLevel::Full && index < spec_.sample_count()) {
         const auto spheres = static_cast<std::size_t>(spec_.stem.sphere_count);
         double* frame = result_.positions.data() + index * spheres * 3;
@@ -91,25 +116,49 @@ void Recorder::record(std::size_t index, std::span<const double> positions) {
     }
 }
 
-void Recorder::read_heights(std::size_t index, std::span<const double> positions, double support) {
+void Recorder::read_heights(std::size_t index, const measure::ChainSample& sample, double support) {
     double* const frame = result_.height_deflection.data() + index * spec_.heights.size();
+    const measure::SensorSurroundings surroundings =
+        surroundings_at(static_cast<double>(index) * spec_.sample_interval);
     for (std::size_t row = 0; row < spec_.heights.size(); ++row) {
         const double height = spec_.heights[row];
-        const double deflection = spec_.reading == measure::Reading::Row
-                                      ? measure::deflection_in_row(positions, dimensions_, height)
-                                      : measure::deflection_of_mark(positions, dimensions_,
-                                                                    spec_.stem.bond_length, height);
-        frame[row] = (deflection + support) * camera_scale(height);
+        const bool is_displacement =
+            is_camera(row) || spec_.sensors[row].quantity == measure::Quantity::Displacement;
+        const bool is_in_row = is_displacement && spec_.reading == measure::Reading::Row;
+        if (is_in_row)
+            frame[row] = measure::deflection_in_row(sample.positions, dimensions_, height);
+        else if (is_camera(row))
+            frame[row] = measure::deflection_of_mark(sample.positions, dimensions_,
+                                                     spec_.stem.bond_length, height);
+        else
+            frame[row] = measure::reading_of_sensor(spec_.sensors[row], sample, dimensions_,
+                                                    spec_.stem.bond_length, height, surroundings);
+        if (is_displacement)
+            frame[row] += support;
+        if (is_camera(row))
+            frame[row] *= camera_scale(height);
     }
 }
 
 void Recorder::finish() {
     if (model_.camera.readout_time != 0.0) {
         const double per_height = model_.camera.readout_time / spec_.stem.free_length();
-        read_late(result_.height_deflection, spec_.heights, per_height, spec_.sample_interval);
-        const double tip[] = {spec_.stem.free_length()};
-        read_late(result_.tip_deflection, tip, per_height, spec_.sample_interval);
+        change_columns(result_.height_deflection, spec_.heights.size(),
+                       [&](const std::vector<double>& history, std::size_t row) {
+                           return is_camera(row)
+                                      ? read_late(history, per_height * spec_.heights[row],
+                                                  spec_.sample_interval)
+                                      : history;
+                       });
+        result_.tip_deflection = read_late(
+            result_.tip_deflection, per_height * spec_.stem.free_length(), spec_.sample_interval);
     }
+    if (!spec_.sensors.empty())
+        change_columns(result_.height_deflection, spec_.heights.size(),
+                       [&](std::vector<double> history, std::size_t row) {
+                           measure::filter(spec_.sensors[row], spec_.sample_interval, history);
+                           return history;
+                       });
     result_.tip_deflection.resize(spec_.sample_count());
     if (spec_.store >= StoreLevel::Heights)
         result_.height_deflection.resize(spec_.sample_count() * spec_.heights.size());

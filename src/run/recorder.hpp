@@ -2,6 +2,7 @@
 // Converts sampled positions to the histories that a case stores, as its camera sees them.
 #pragma once
 
+#include "measure/folder/observation.hpp"
 #include "run/case_model.hpp"
 #include "run/case_result.hpp"
 #include "run/case_spec.hpp"
@@ -25,9 +26,12 @@ class Recorder {
                static_cast<double>(samples_ - spec_.sample_count()) * spec_.sample_interval;
     }
 
-    /// Stores sample `index`; `positions` contains the watched spheres up to the tip, with one
-    /// number for each dimension of the case.
-    void record(std::size_t index, std::span<const double> positions);
+    /// Do the case's sensors need the rates of the chain?
+    [[nodiscard]] bool needs_rates() const;
+
+    /// Stores sample `index` of the watched spheres up to the tip, with one number for each
+    /// dimension of the case.
+    void record(std::size_t index, const measure::ChainSample& sample);
 
     /// Must be called after the last sample.
     void finish();
@@ -37,7 +41,9 @@ class Recorder {
   private:
     [[nodiscard]] double camera_scale(double height) const;
     [[nodiscard]] double support_position(double time) const;
-    void read_heights(std::size_t index, std::span<const double> positions, double support);
+    void read_heights(std::size_t index, const measure::ChainSample& sample, double support);
+    [[nodiscard]] measure::SensorSurroundings surroundings_at(double time) const;
+    [[nodiscard]] bool is_camera(std::size_t row) const;
 
     const CaseSpec& spec_;
     int dimensions_;

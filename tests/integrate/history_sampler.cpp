@@ -14,10 +14,11 @@ double worst_error(const std::vector<double>& times, double omega, double interv
                    std::size_t count, std::size_t& emitted) {
     const physics::ChainLayout<2> layout(2);
     double worst = 0.0;
-    HistorySampler<2> sampler(layout, 1, 1, interval, count,
-                              [&](std::size_t k, std::span<const double> x) {
+    HistorySampler<2> sampler(layout, 1, 1, interval, count, true,
+                              [&](std::size_t k, const HistorySampler<2>::Rates& rates) {
                                   const double t = static_cast<double>(k) * interval;
-                                  worst = std::max(worst, std::abs(x[1] - std::sin(omega * t)));
+                                  worst =
+                                      std::max(worst, std::abs(rates[0][1] - std::sin(omega * t)));
                               });
     for (const double t : times) {
         std::vector<double> state(layout.size(), 0.0);

@@ -40,8 +40,8 @@ std::vector<double> tip_history(const physics::Chain<Dim, double>& chain, std::v
     std::vector<double> history(count);
     const int tip = chain.layout().sphere_count() - 1;
     HistorySampler<Dim> sampler(
-        chain.layout(), tip, tip, interval, count,
-        [&](std::size_t k, std::span<const double> x) { history[k] = x[1]; });
+        chain.layout(), tip, tip, interval, count, false,
+        [&](std::size_t k, const auto& rates) { history[k] = rates[0][1]; });
     integrate_implicit(
         chain, state, scales, interval * static_cast<double>(count - 1),
         [&](double time, std::span<const double> at) { sampler.observe(time, at); }, options);

@@ -17,10 +17,9 @@ template <int Dim>
 class Recording {
   public:
     Recording(const physics::ChainLayout<Dim>& layout, double interval, std::size_t count)
-        : samples_(count), sampler_(layout, 0, layout.bond_count(), interval, count,
-                                    [this](std::size_t k, std::span<const double> positions) {
-                                        samples_[k].assign(positions.begin(), positions.end());
-                                    }) {}
+        : samples_(count),
+          sampler_(layout, 0, layout.bond_count(), interval, count, false,
+                   [this](std::size_t k, const auto& rates) { samples_[k] = rates[0]; }) {}
     Recording(const Recording&) = delete;
     Recording& operator=(const Recording&) = delete;
 

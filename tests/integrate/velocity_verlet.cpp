@@ -173,8 +173,8 @@ TEST(ExplicitAndImplicit, GiveTheSameReleasedMotion) {
         auto state = released;
         double implicit_tip = 0.0;
         HistorySampler<2> sampler(
-            chain.layout(), 11, 11, 2e-3, 2,
-            [&](std::size_t, std::span<const double> x) { implicit_tip = x[1]; });
+            chain.layout(), 11, 11, 2e-3, 2, false,
+            [&](std::size_t, const auto& rates) { implicit_tip = rates[0][1]; });
         integrate_implicit(
             chain, state, cantilever_scales(stem, 4e-3), 2e-3,
             [&](double t, std::span<const double> at) { sampler.observe(t, at); }, options);

@@ -162,8 +162,9 @@ double independent_rows(double common_share, double rows) {
 }
 
 std::string in_words(const NoiseModel& model, const Tails& tails, double noise,
-                     const std::string& source) {
-    std::string text = fmt::format("{:.4g} mm in motion ({})", 1e3 * noise, source);
+                     const measure::ReadingUnit& unit, const std::string& source) {
+    std::string text =
+        fmt::format("{:.4g} {} in motion ({})", unit.factor * noise, unit.name, source);
     if (tails.is_heavy)
         text +=
             fmt::format(", with outliers (Student's t of {:g} degrees of freedom)", tails.degrees);

@@ -31,6 +31,9 @@ struct ReadingErrors {
         double log_modulus = 0.0;     ///< change of ln Y of the chain, whose phases follow it
         double log_damping = 0.0;     ///< likewise of ln β
         bool is_of_row = false;       ///< each row has such a term
+        /// No stated input, but part of every model: the error of a sensor, the start of a motion
+        /// whose release was not recorded.
+        bool is_in_every_model = false;
     };
     std::vector<double> times; ///< s, of the readings
     Term known;                ///< the known part of the errors; without a name

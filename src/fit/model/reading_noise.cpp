@@ -24,11 +24,28 @@ struct Scatter {
     }
 };
 
+/// Rows [first, last) that have a common noise.
+struct Rows {
+    std::size_t first = 0;
+    std::size_t last = 0;
+};
+
+/// The rows of a camera have a common noise, each sensor has its own.
+std::vector<Rows> rows_of_one_noise(const measure::Measurement& measurement) {
+    const std::size_t rows = measurement.heights.size();
+    if (measurement.sensors.empty())
+        return {{0, rows}};
+    std::vector<Rows> groups;
+    for (std::size_t j = 0; j < rows; ++j)
+        groups.push_back({j, j + 1});
+    return groups;
+}
+
 /// Scatter about the mean of each row in frames [begin, end).
-Scatter scatter_about_means(const measure::Measurement& measurement, std::size_t begin,
-                            std::size_t end) {
+Scatter scatter_about_means(const measure::Measurement& measurement, const Rows& rows,
+                            std::size_t begin, std::size_t end) {
     Scatter scatter;
-    for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
+    for (std::size_t j = rows.first; j < rows.last; ++j) {
         double sum = 0.0;
         double sum_of_squares = 0.0;
         std::size_t count = 0;
@@ -51,10 +68,10 @@ Scatter scatter_about_means(const measure::Measurement& measurement, std::size_t
 
 /// Scatter of the second differences, which are insensitive to a slow motion. White noise has 6
 /// times its variance in them.
-Scatter scatter_of_second_differences(const measure::Measurement& measurement, std::size_t begin,
-                                      std::size_t end) {
+Scatter scatter_of_second_differences(const measure::Measurement& measurement, const Rows& rows,
+                                      std::size_t begin, std::size_t end) {
     Scatter scatter;
-    for (std::size_t j = 0; j < measurement.heights.size(); ++j)
+    for (std::size_t j = rows.first; j < rows.last; ++j)
         for (std::size_t i = begin + 2; i < end; ++i) {
             const double difference = measurement.deflection(i, j) -
                                       2.0 * measurement.deflection(i - 1, j) +
@@ -84,6 +101,34 @@ std::vector<double> mean_uncertainties(const measure::Measurement& measurement) 
     return means;
 }
 
+/// (rows); empty if the first `held` frames do not determine it.
+std::vector<double> noise_while_held(const measure::Measurement& measurement, std::size_t held) {
+    std::vector<double> noise;
+    for (const Rows& rows : rows_of_one_noise(measurement)) {
+        const Scatter before = scatter_about_means(measurement, rows, 0, held);
+        if (before.degrees_of_freedom < fewest_degrees_of_freedom || !(before.sum_of_squares > 0.0))
+            return {};
+        noise.insert(noise.end(), rows.last - rows.first, before.deviation());
+    }
+    return noise;
+}
+
+/// (rows); empty if the stem is not at rest in the frames from `begin` on.
+std::vector<double> noise_at_rest(const measure::Measurement& measurement, std::size_t begin) {
+    const std::size_t end = measurement.times.size();
+    std::vector<double> noise;
+    for (const Rows& rows : rows_of_one_noise(measurement)) {
+        const Scatter about_mean = scatter_about_means(measurement, rows, begin, end);
+        const Scatter differences = scatter_of_second_differences(measurement, rows, begin, end);
+        if (differences.degrees_of_freedom < 2 * fewest_degrees_of_freedom ||
+            !(differences.sum_of_squares > 0.0) ||
+            !(about_mean.deviation() < 1.2 * differences.deviation()))
+            return {};
+        noise.insert(noise.end(), rows.last - rows.first, about_mean.deviation());
+    }
+    return noise;
+}
+
 } // namespace
 
 ReadingNoise reading_noise(const ObservedRecording& measurement) {
@@ -109,21 +154,13 @@ ReadingNoise reading_noise(const ObservedRecording& measurement) {
     while (held < frames && measurement.times[held] < 0.0)
         ++held;
     held -= held > 0 ? 1 : 0;
-    const Scatter before = scatter_about_means(measurement, 0, held);
-    if (before.degrees_of_freedom >= fewest_degrees_of_freedom && before.sum_of_squares > 0.0) {
-        noise.by_row.assign(rows, before.deviation());
+    if (noise.by_row = noise_while_held(measurement, held); !noise.by_row.empty()) {
         noise.source = fmt::format("{} frames while the stem was held", held);
         return noise;
     }
     const std::size_t tail = frames / 10;
-    const Scatter about_mean = scatter_about_means(measurement, frames - tail, frames);
-    const Scatter differences = scatter_of_second_differences(measurement, frames - tail, frames);
-    if (differences.degrees_of_freedom >= 2 * fewest_degrees_of_freedom &&
-        differences.sum_of_squares > 0.0 &&
-        about_mean.deviation() < 1.2 * differences.deviation()) {
-        noise.by_row.assign(rows, about_mean.deviation());
+    if (noise.by_row = noise_at_rest(measurement, frames - tail); !noise.by_row.empty())
         noise.source = fmt::format("the last {} frames, at rest", tail);
-    }
     return noise;
 }
 

@@ -99,8 +99,8 @@ struct SlowNoise {
 [[nodiscard]] SlowNoise slow_noise_of(const Eigen::ArrayXd& power, double copies,
                                       const std::vector<Eigen::Index>& bins, Eigen::Index frames);
 
-/// Describes the noise, of typical size `noise`, m; `source` is that of the stated noise.
+/// Describes the noise, of typical size `noise`, SI; `source` is that of the stated noise.
 [[nodiscard]] std::string in_words(const NoiseModel& model, const Tails& tails, double noise,
-                                   const std::string& source);
+                                   const measure::ReadingUnit& unit, const std::string& source);
 
 } // namespace culm::fit

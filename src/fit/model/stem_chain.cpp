@@ -84,6 +84,7 @@ StemChain chain_of(const measure::Measurement& measurement, const ChainOptions& 
     chain.spec.law = options.law;
     chain.spec.store = run::StoreLevel::Heights;
     chain.spec.heights = measurement.heights;
+    chain.spec.sensors = measurement.sensors;
     chain.spec.reading = measurement.reading;
     if (measurement.row_time && measurement.row_height)
         chain.spec.readout_time = *measurement.row_time * measured.length / *measurement.row_height;

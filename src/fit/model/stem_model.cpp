@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -36,27 +37,40 @@ namespace {
 /// interpolation error is 3e-4 of its amplitude.
 constexpr double samples_per_cycle = 120.0;
 constexpr double largest_release_shift = 1.5; // frames
+/// Rates and strains show higher modes, which need denser samples.
+constexpr double share_for_sensors = 0.5;
 
 struct MeasuredMode {
     double natural_frequency = 0.0; ///< undamped, Hz
     double damping_ratio = 0.0;
 };
 
-/// Eq. 1 at the height of the largest swing where it can be fitted; `reason` if there is none.
-std::optional<reduce::RingDownAnalysis> largest_ring_down(const measure::Measurement& measurement,
-                                                          bool has_offset, std::string& reason) {
-    std::optional<reduce::RingDownAnalysis> best;
+/// Eq. 1 at one height.
+struct RowRingDown {
+    std::size_t row = 0;
+    reduce::RingDownAnalysis fit;
+};
+
+/// Eq. 1 at the height of the largest swing where it can be fitted, or of the sensor that it
+/// explains best; `reason` if there is none.
+std::optional<RowRingDown> largest_ring_down(const measure::Measurement& measurement,
+                                             bool has_offset, std::string& reason) {
+    std::optional<RowRingDown> best;
     reduce::RingDownAnalysisOptions options;
     options.has_phase = true;
     options.has_offset = has_offset;
+    const bool has_sensors = !measurement.sensors.empty();
+    const auto merit = [&](const reduce::RingDownAnalysis& fit) {
+        return has_sensors ? fit.r_squared : fit.largest_deflection * fit.r_squared;
+    };
     // The upper half of the heights is enough: the lower ones swing less.
-    for (std::size_t j = measurement.heights.size() / 2; j < measurement.heights.size(); ++j) {
+    for (std::size_t j = has_sensors ? 0 : measurement.heights.size() / 2;
+         j < measurement.heights.size(); ++j) {
         try {
             reduce::RingDownAnalysis fit =
                 reduce::analyse_ring_down(measurement.times, measurement.history(j), options);
-            if (!best ||
-                fit.largest_deflection * fit.r_squared > best->largest_deflection * best->r_squared)
-                best = std::move(fit);
+            if (!best || merit(fit) > merit(best->fit))
+                best = {j, std::move(fit)};
         } catch (const core::NumericalError& error) {
             reason = error.what();
         }
@@ -64,10 +78,64 @@ std::optional<reduce::RingDownAnalysis> largest_ring_down(const measure::Measure
     return best;
 }
 
-reduce::RingDownAnalysis measured_ring_down(const measure::Measurement& measurement) {
+/// Deflection of a cantilever under a force at its tip over that of the tip.
+double tip_force_shape(const measure::Measurement& measurement, std::size_t row) {
+    const double x = std::min(measurement.heights[row] / measurement.stem.length, 1.0);
+    return 0.5 * x * x * (3.0 - x);
+}
+
+/// The reading of a sensor, as a complex amplitude, per deflection of the tip in a vibration of
+/// this complex angular frequency and the shape of tip_force_shape().
+std::complex<double> reading_per_deflection(const measure::Measurement& measurement,
+                                            std::size_t row, std::complex<double> rate) {
+    const double shape = tip_force_shape(measurement, row);
+    if (measurement.sensors.empty())
+        return shape;
+    const measure::Sensor& sensor = measurement.sensors[row];
+    const double length = measurement.stem.length;
+    switch (sensor.quantity) {
+    case measure::Quantity::Velocity:
+        return rate * shape;
+    case measure::Quantity::Acceleration:
+        return rate * rate * shape;
+    case measure::Quantity::Strain:
+        return -3.0 * sensor.distance_from_axis * (1.0 - measurement.heights[row] / length) /
+               (length * length);
+    case measure::Quantity::Displacement:
+        break;
+    }
+    return shape;
+}
+
+/// Eq. 1 of the tip, y = amplitude · exp(decay_rate t) cos(2π frequency t + phase), that a
+/// ring-down of a row implies.
+struct TipMotion {
+    double amplitude = 0.0; ///< m
+    double phase = 0.0;     ///< rad
+};
+
+TipMotion tip_motion(const measure::Measurement& measurement, const RowRingDown& found) {
+    const reduce::RingDownAnalysis& fit = found.fit;
+    const std::complex<double> per_deflection = reading_per_deflection(
+        measurement, found.row,
+        {fit.decay_rate.value, 2.0 * std::numbers::pi * fit.frequency.value});
+    if (measurement.sensors.empty()) {
+        double shape = 0.0; // of the largest height, where Eq. 1 was fitted
+        for (std::size_t j = 0; j < measurement.heights.size(); ++j)
+            shape = std::max(shape, tip_force_shape(measurement, j));
+        return {fit.amplitude.value / shape, fit.phase.value};
+    }
+    const std::complex<double> motion =
+        std::polar(fit.amplitude.value, fit.phase.value) / per_deflection;
+    return {std::abs(motion), std::arg(motion)};
+}
+
+RowRingDown measured_ring_down(const measure::Measurement& measurement) {
     std::string reason;
-    std::optional<reduce::RingDownAnalysis> best = largest_ring_down(
-        measurement, measurement.release == measure::ReleaseKind::HeldStraight, reason);
+    std::optional<RowRingDown> best = largest_ring_down(
+        measurement,
+        measurement.release == measure::ReleaseKind::HeldStraight || !measurement.sensors.empty(),
+        reason);
     // A stem that is curved at rest swings about its own curve, and Eq. 1 about zero finds no
     // vibration.
     if (!best)
@@ -114,11 +182,13 @@ double released_deflection(const measure::Measurement& measurement) {
 /// Sets a release a quarter to three quarters of a period before the record, where it was not
 /// recorded, such that the first mode has its recorded amplitude and phase. The second mode decays;
 /// the errors of a recording have terms for it (fit/solve/reading_errors.hpp).
-void release_before(const measure::Measurement& measurement,
-                    const reduce::RingDownAnalysis& ring_down, StemModel& model) {
+void release_before(const measure::Measurement& measurement, const RowRingDown& found,
+                    StemModel& model) {
+    const reduce::RingDownAnalysis& ring_down = found.fit;
+    const TipMotion motion = tip_motion(measurement, found);
     const double period = 1.0 / ring_down.frequency.value;
     // cos(2π b2 t + φ) is at a turning point where 2π b2 t + φ = k π.
-    double since = ring_down.phase.value / std::numbers::pi * 0.5 * period;
+    double since = motion.phase / std::numbers::pi * 0.5 * period;
     int half_periods = 0;
     while (since > 0.75 * period) {
         since -= 0.5 * period;
@@ -130,12 +200,7 @@ void release_before(const measure::Measurement& measurement,
     }
     const double side = half_periods % 2 == 0 ? 1.0 : -1.0;
     const double decay = std::exp(-ring_down.decay_rate.value * since);
-    double shape = 0.0; // of the largest height, where Eq. 1 was fitted
-    for (const double height : measurement.heights) {
-        const double x = std::min(height / measurement.stem.length, 1.0);
-        shape = std::max(shape, 0.5 * x * x * (3.0 - x));
-    }
-    model.spec.tip_deflection = side * ring_down.amplitude.value * decay / shape;
+    model.spec.tip_deflection = side * motion.amplitude * decay;
     model.expected_release = -since;
     model.release_time = -since;
     model.release_time_bound = 0.25 * period;
@@ -191,8 +256,8 @@ StemModel baseline_model(const measure::Measurement& measurement, const ChainOpt
     model.exposure = measurement.exposure.value_or(0.0);
     model.release_time_bound = largest_release_shift * frame_period(measurement);
 
-    const reduce::RingDownAnalysis ring_down = measured_ring_down(measurement);
-    const MeasuredMode vibration = mode_of(ring_down);
+    const RowRingDown ring_down = measured_ring_down(measurement);
+    const MeasuredMode vibration = mode_of(ring_down.fit);
     run::CaseSpec& spec = model.spec;
     const double ratio = vibration.natural_frequency / run::natural_frequency(spec);
     spec.stem.bond_youngs_modulus *= ratio * ratio;
@@ -202,12 +267,19 @@ StemModel baseline_model(const measure::Measurement& measurement, const ChainOpt
         vibration.damping_ratio / (std::numbers::pi * vibration.natural_frequency);
     spec.stem.bond_damping = std::max(wanted / damping_time(spec), 1e-3);
     spec.sample_interval = 1.0 / (samples_per_cycle * vibration.natural_frequency);
+    if (!measurement.sensors.empty())
+        spec.sample_interval *= share_for_sensors;
     if (measurement.release == measure::ReleaseKind::HeldStraight) {
         model.parameters.pop_back(); // the tip's deflection before the release
         spec.tip_deflection = 0.0;
         return model;
     }
-    spec.tip_deflection = released_deflection(measurement);
+    if (measurement.sensors.empty()) {
+        spec.tip_deflection = released_deflection(measurement);
+    } else {
+        const TipMotion motion = tip_motion(measurement, ring_down);
+        spec.tip_deflection = motion.amplitude * std::cos(motion.phase);
+    }
     if (measurement.release == measure::ReleaseKind::Moving)
         release_before(measurement, ring_down, model);
     FreeParameter& deflection = model.parameters.back();
@@ -365,9 +437,15 @@ SelectedEffects candidate_effects(std::span<const measure::Measurement> recordin
     const auto is_moving = [](const measure::Measurement& recording) {
         return recording.release == measure::ReleaseKind::Moving;
     };
+    const auto has_camera = [](const measure::Measurement& recording) {
+        return recording.sensors.empty() ||
+               std::ranges::any_of(recording.sensors, &measure::Sensor::is_camera);
+    };
     SelectedEffects candidates;
     for (const physics::EffectPointer& effect : physics::all_effects()) {
         if (effect->is_of_the_release() && std::ranges::any_of(recordings, is_moving))
+            continue;
+        if (effect->is_of_the_camera() && std::ranges::none_of(recordings, has_camera))
             continue;
         const bool needs_direction = std::ranges::any_of(effect->parameters(), [](const auto& of) {
             return of.stated_by == physics::StatedBy::AxialGravity ||

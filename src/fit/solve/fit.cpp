@@ -65,9 +65,18 @@ constexpr std::array<double, 3> first_moduli{1.0, 0.94, 1.06};
 /// A fit has found the motion if the ratio remainder() is below this limit.
 constexpr double small_remainder = 0.2;
 
-/// Used for recordings of unknown noise until their residuals determine it. One value for all rows:
-/// a common factor of the weights changes no least-squares solution.
+/// Used for recordings of unknown noise until their residuals determine it. One value for all rows
+/// of a camera: a common factor of the weights changes no least-squares solution.
 constexpr double provisional_noise = 1e-3; // m
+constexpr double provisional_share = 0.01; ///< of a sensor's rms reading, likewise
+
+std::vector<double> provisional_noises(const measure::Measurement& measurement) {
+    const std::size_t rows = measurement.heights.size();
+    std::vector<double> noises(rows, provisional_noise);
+    for (std::size_t j = 0; j < measurement.sensors.size(); ++j)
+        noises[j] = provisional_share * measurement.rms_reading(j);
+    return noises;
+}
 
 /// Ratio of the rms residual of a solution to the rms reading, after the release.
 double remainder(const JointSolution& solution, std::span<const ObservedRecording> measurements) {
@@ -153,9 +162,8 @@ std::vector<ReadingNoise> noises_of(std::span<const ObservedRecording> measureme
         noises.push_back(reading_noise(measurements[m]));
         if (!noises.back().by_row.empty())
             continue;
-        noises.back() = {m < options.noise.size()
-                             ? options.noise[m]
-                             : std::vector(measurements[m].heights.size(), provisional_noise),
+        noises.back() = {m < options.noise.size() ? options.noise[m]
+                                                  : provisional_noises(measurements[m]),
                          "residuals", false};
     }
     return noises;

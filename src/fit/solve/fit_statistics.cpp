@@ -322,18 +322,23 @@ StemModel linear_start(const RecordingFit& stated, const ObservedRecording& reco
         return start;
     const std::vector<ReadingErrors::Term>& terms = recording.errors->terms;
     const Eigen::MatrixXd jacobian = whitened_jacobian(stated);
-    const Eigen::Index fitted = jacobian.cols();
+    const auto fitted = static_cast<Eigen::Index>(stated.model.first_error());
     const Eigen::Index count = fitted + static_cast<Eigen::Index>(terms.size());
     Eigen::MatrixXd columns(jacobian.rows(), count);
-    columns.leftCols(fitted) = jacobian;
-    for (std::size_t k = 0; k < terms.size(); ++k)
+    columns.leftCols(fitted) = jacobian.leftCols(fitted);
+    for (std::size_t k = 0; k < terms.size(); ++k) {
         columns.col(fitted + static_cast<Eigen::Index>(k)) =
             whitened_term(terms[k], stated, jacobian);
+        if (const FittedParameter* found = stated.find({{}, terms[k].name, {}}))
+            start.error_values[k] = found->value;
+    }
     const Eigen::MatrixXd residuals = whitened_residuals(stated).transpose(); // a row is a frame
     const Eigen::VectorXd step =
         linear_step(columns, residuals.reshaped(), fitted, count - fitted).change;
-    if (step.tail(count - fitted).cwiseAbs().maxCoeff() > contradiction)
-        return start; // too far off to be linear
+    for (std::size_t k = 0; k < terms.size(); ++k)
+        if (!terms[k].is_in_every_model &&
+            std::abs(step(fitted + static_cast<Eigen::Index>(k))) > contradiction)
+            return start; // too far off to be linear
     for (Eigen::Index k = 0; k < count; ++k)
         start.set_value(static_cast<std::size_t>(k),
                         start.value(static_cast<std::size_t>(k)) + step(k));
@@ -348,6 +353,9 @@ void add_input_uncertainty(std::span<const ObservedRecording> recordings, double
     std::map<std::string, Eigen::VectorXd> changes = gradients_of_terms(recordings, layout, fit);
     for (auto& [name, change] : changes) {
         change = inverse * change;
+        if (std::ranges::find(fit.parameters, physics::ParameterId{{}, name, {}},
+                              &FittedParameter::id) != fit.parameters.end())
+            change.setZero(); // the fit determines the term itself
         known.inverse += change * change.transpose();
     }
     fit.covariance = covariance_of(known);

@@ -336,8 +336,8 @@ class NoiseEstimate {
     void write() {
         if (is_as_stated())
             return;
-        model_.source =
-            in_words(model_, tails_, typical_noise(fit_) * std::sqrt(variance_), fit_.noise_source);
+        model_.source = in_words(model_, tails_, typical_noise(fit_) * std::sqrt(variance_),
+                                 measure::reading_unit(fit_.model.spec.sensors), fit_.noise_source);
         if (fit_.is_noise_known) { // else only the residuals determine its size
             model_.by_row = fit_.noise;
             for (double& of_row : model_.by_row)

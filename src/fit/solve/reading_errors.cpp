@@ -12,6 +12,7 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include <Eigen/Core>
@@ -119,6 +120,10 @@ class InputErrors {
             break;
         case InputActs::OnPicture:
             change = height * by_changed(at, rows_column_) - finite(own_.readings[at]);
+            break;
+        case InputActs::OnSensor:
+            if (at % own_.rows == input.row)
+                change = -finite(own_.readings[at]);
             break;
         case InputActs::OnClock:
             // If the rate is larger by the share c, the reading was taken at t/(1 + c), where the
@@ -279,6 +284,37 @@ void add_errors_of_place(const RecordingFit& fit, const measure::Measurement& me
     add("all rows", 0, 1, 2);
 }
 
+constexpr double drift_share = 0.1; ///< of the rms reading, over the record
+
+/// A constant error of each sensor, and one that grows linearly in time. By default the constant is
+/// about as large as the readings, so that the readings alone determine it.
+void add_errors_of_sensors(const measure::Measurement& measurement, ReadingErrors& errors) {
+    const std::vector<double>& times = measurement.times;
+    const double middle = 0.5 * (times.front() + times.back());
+    const double duration = std::max(times.back() - times.front(), 1e-12);
+    const std::size_t rows = measurement.heights.size();
+    for (std::size_t j = 0; j < measurement.sensors.size(); ++j) {
+        const measure::Sensor& sensor = measurement.sensors[j];
+        if (sensor.is_camera())
+            continue;
+        const double usual = measurement.rms_reading(j);
+        const double offset = sensor.offset_uncertainty.value_or(usual);
+        const double drift = sensor.drift_uncertainty.value_or(drift_share * usual / duration);
+        for (const auto& [kind, constant, rate] :
+             {std::tuple("offset", offset, 0.0), std::tuple("drift", 0.0, drift)}) {
+            if (constant == 0.0 && rate == 0.0)
+                continue;
+            ReadingErrors::Term& term = errors.terms.emplace_back();
+            term.name = fmt::format("{} of {} of {}", kind, sensor.column, measurement.stem.id);
+            term.is_of_row = true;
+            term.is_in_every_model = true;
+            term.readings.assign(times.size() * rows, 0.0);
+            for (std::size_t i = 0; i < times.size(); ++i)
+                term.readings[i * rows + j] = constant + rate * (times[i] - middle);
+        }
+    }
+}
+
 } // namespace
 
 std::vector<ObservedRecording> with_reading_errors(std::span<const ObservedRecording> recordings,
@@ -311,6 +347,7 @@ std::vector<ObservedRecording> with_reading_errors(std::span<const ObservedRecor
                             errors->terms.begin() + static_cast<std::ptrdiff_t>(inputs.size())));
             std::ranges::move(of_release, std::back_inserter(errors->terms));
             add_errors_of_place(fits[m], recordings[m], heartbeat, *errors);
+            add_errors_of_sensors(recordings[m], *errors);
             out[m].errors = std::move(errors);
         } catch (const core::NumericalError&) {
             // The fit continues without terms; the chain itself can be computed.
@@ -326,11 +363,13 @@ with_inputs_as_stated(std::span<const ObservedRecording> recordings) {
         if (!recording.errors)
             continue;
         const ReadingErrors::Term& known = recording.errors->known;
-        const bool is_exact =
-            known.readings.empty() && known.log_modulus == 0.0 && known.log_damping == 0.0;
-        recording.errors = is_exact ? nullptr
-                                    : std::make_shared<const ReadingErrors>(
-                                          ReadingErrors{recording.errors->times, known, {}});
+        ReadingErrors remaining{recording.errors->times, known, {}};
+        std::ranges::copy_if(recording.errors->terms, std::back_inserter(remaining.terms),
+                             &ReadingErrors::Term::is_in_every_model);
+        const bool is_exact = remaining.terms.empty() && known.readings.empty() &&
+                              known.log_modulus == 0.0 && known.log_damping == 0.0;
+        recording.errors =
+            is_exact ? nullptr : std::make_shared<const ReadingErrors>(std::move(remaining));
     }
     return out;
 }

@@ -16,6 +16,7 @@ enum class InputActs {
     OnChain,   ///< the chain or what is on it, by StatedInput::access
     OnRows,    ///< the heights of all rows alike
     OnPicture, ///< heights and deflections by the same share
+    OnSensor,  ///< the readings of one sensor by a share
     OnClock
 };
 
@@ -29,6 +30,7 @@ struct StatedInput {
     double standard_uncertainty = 0.0; ///< one standard deviation (JCGM 100)
     bool is_default = false;           ///< the file states none
     bool is_of_rig = false;            ///< recordings on one rig share it; else those of a specimen
+    std::size_t row = 0;               ///< of one that acts on a sensor
 };
 
 /// Length, section, density, added masses, scale and clamp height of the picture, frame rate. The
@@ -63,7 +65,8 @@ struct StatedInput {
 /// the second frequency changes by less than 0.3 standard deviations, σ_f = √(6/n) σ/(π A T)
 /// (Montgomery & O'Donoghue 1999).
 ///
-/// The next terms are the release by hand (release_errors()) and position errors of rows.
+/// The next terms are the release by hand (release_errors()), position errors of rows, and the
+/// constant error and the drift of sensors.
 ///
 /// Each group costs one run per recording. If recordings have terms already, the noise and the
 /// division are kept, and the other terms are linearised again. A recording without motion, or one
@@ -79,7 +82,7 @@ release_errors(const RecordingFit& fit, const measure::Measurement& measurement,
                const std::vector<ReadingErrors::Term>& others);
 
 /// The recordings without error terms: every input is as stated. The known effect of the division
-/// of the chain remains.
+/// of the chain and the terms of every model remain.
 [[nodiscard]] std::vector<ObservedRecording>
 with_inputs_as_stated(std::span<const ObservedRecording> recordings);
 

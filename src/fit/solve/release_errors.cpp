@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <utility>
 
@@ -27,10 +28,12 @@ constexpr double early_periods = 2.0;
 constexpr double departure_level = 1e-3;
 constexpr double largest_share = 0.5; ///< of the amplitude that a pull at the tip gives a mode
 
-/// The shapes of the modes that the camera resolves, at most one per height.
+/// The shapes of the modes that the recording resolves: at most one per height of a camera, whose
+/// heights distinguish the modes. A sensor distinguishes them by their frequencies.
 std::vector<run::ShapedMode> resolved_modes(const RecordingFit& fit) {
-    std::vector<run::ShapedMode> modes =
-        run::shaped_modes(case_beside_errors(fit.model), std::min(most_modes, fit.prediction.rows));
+    const std::size_t most =
+        fit.model.spec.sensors.empty() ? std::min(most_modes, fit.prediction.rows) : most_modes;
+    std::vector<run::ShapedMode> modes = run::shaped_modes(case_beside_errors(fit.model), most);
     const double rate =
         static_cast<double>(fit.times.size() - 1) / (fit.times.back() - fit.times.front());
     std::erase_if(modes, [rate](const run::ShapedMode& shaped) {
@@ -39,24 +42,37 @@ std::vector<run::ShapedMode> resolved_modes(const RecordingFit& fit) {
     return modes;
 }
 
+/// Derivatives by time of the deflection that a sensor reads.
+int derivatives_in(const measure::Measurement& measurement, std::size_t row) {
+    if (measurement.sensors.empty() || !measurement.sensors[row].needs_rates())
+        return 0;
+    return measurement.sensors[row].quantity == measure::Quantity::Velocity ? 1 : 2;
+}
+
 /// The readings of a mode that has the amplitude `size` (m at the tip), or the velocity `size`
 /// times its angular frequency, at the time `start`.
 Term term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity, double size,
              double start, const measure::Measurement& measurement) {
     Term term;
+    term.is_in_every_model = measurement.release == measure::ReleaseKind::Moving;
     term.name =
         fmt::format("{} of mode {} at the {} of {}", is_velocity ? "velocity" : "amplitude", number,
                     measurement.release == measure::ReleaseKind::Moving ? "start" : "release",
                     measurement.stem.id);
-    const double turning = 2.0 * std::numbers::pi * shaped.mode.frequency;
+    const std::complex<double> rate(shaped.mode.decay_rate,
+                                    2.0 * std::numbers::pi * shaped.mode.frequency);
     for (const double time : measurement.times) {
         const double since = time - start;
-        const double decayed = since < 0.0 ? 1.0 : std::exp(shaped.mode.decay_rate * since);
         // Before the release a deflection is constant and a velocity has no effect.
-        const double phase = since < 0.0 ? 0.0 : turning * since;
-        const double motion = decayed * (is_velocity ? std::sin(phase) : std::cos(phase));
-        for (const double deflection : shaped.deflection)
-            term.readings.push_back(size * motion * deflection);
+        const std::complex<double> motion = (is_velocity ? std::complex<double>(0.0, -1.0) : 1.0) *
+                                            (since < 0.0 ? 1.0 : std::exp(rate * since));
+        for (std::size_t j = 0; j < shaped.reading.size(); ++j) {
+            const int order = derivatives_in(measurement, j);
+            const bool is_still = since < 0.0 && order > 0;
+            term.readings.push_back(is_still ? 0.0
+                                             : size * (motion * std::pow(rate, order)).real() *
+                                                   shaped.reading[j]);
+        }
     }
     return term;
 }

@@ -17,6 +17,7 @@ namespace {
 constexpr double default_length = 0.3e-3; // m, a steel ruler and the edge of the clamp
 constexpr double default_clamp = 0.2e-3;  // m, of its height in the picture
 constexpr double default_scale = 0.005;   // of a length in the picture
+constexpr double default_place = 0.5e-3;  // m, of a sensor
 constexpr double default_share = 0.01;    // of a diameter, a density, a mass
 
 using Get = std::function<double(const run::CaseSpec&)>;
@@ -154,6 +155,30 @@ void add_stem(const measure::Measurement& measurement, std::vector<StatedInput>&
     }
 }
 
+void add_of_rig(StatedInput input, InputActs acts, std::vector<StatedInput>& inputs) {
+    input.acts = acts;
+    input.is_of_rig = true;
+    inputs.push_back(std::move(input));
+}
+
+/// The sensors were at other heights than stated, and each of them has its own scale.
+void add_sensors(const measure::Measurement& measurement, std::vector<StatedInput>& inputs) {
+    for (std::size_t j = 0; j < measurement.sensors.size(); ++j) {
+        const measure::Sensor& sensor = measurement.sensors[j];
+        if (sensor.is_camera())
+            continue;
+        StatedInput scale =
+            input("scale of " + sensor.column, "", 0.0, sensor.scale_uncertainty, default_share);
+        scale.row = j;
+        add_of_rig(std::move(scale), InputActs::OnSensor, inputs);
+    }
+    add_of_rig(
+        input("position of the sensors", "m", 0.0, measurement.uncertainties.clamp, default_place),
+        InputActs::OnRows, inputs);
+    add_of_rig(input("frame rate", "", 0.0, measurement.uncertainties.frames_per_second, 0.0),
+               InputActs::OnClock, inputs);
+}
+
 /// Scale and clamp: the rows were at other heights of the stem than stated.
 void add_picture(const measure::Measurement& measurement, std::vector<StatedInput>& inputs) {
     const measure::StatedUncertainties& stated = measurement.uncertainties;
@@ -162,11 +187,8 @@ void add_picture(const measure::Measurement& measurement, std::vector<StatedInpu
           std::pair(InputActs::OnRows,
                     input("clamp height", "m", 0.0, stated.clamp, default_clamp)),
           std::pair(InputActs::OnClock,
-                    input("frame rate", "", 0.0, stated.frames_per_second, 0.0))}) {
-        inputs.push_back(added);
-        inputs.back().acts = acts;
-        inputs.back().is_of_rig = true;
-    }
+                    input("frame rate", "", 0.0, stated.frames_per_second, 0.0))})
+        add_of_rig(added, acts, inputs);
 }
 
 } // namespace
@@ -185,7 +207,10 @@ run::CaseParameter height_of_rows(const measure::Measurement& measurement) {
 std::vector<StatedInput> stated_inputs(const measure::Measurement& measurement) {
     std::vector<StatedInput> inputs;
     add_stem(measurement, inputs);
-    add_picture(measurement, inputs);
+    if (measurement.sensors.empty())
+        add_picture(measurement, inputs);
+    else
+        add_sensors(measurement, inputs);
     std::erase_if(inputs, [](const StatedInput& each) { return each.standard_uncertainty == 0.0; });
     return inputs;
 }

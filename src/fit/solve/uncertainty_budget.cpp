@@ -57,8 +57,10 @@ UncertaintyBudget uncertainty_budget(const RecordingFit& stated, const Recording
     std::vector<double> of_chain(count, 0.0);
     for (std::size_t k = 0; k < judged.model.error_values.size(); ++k) {
         const ReadingErrors::Term& term = judged.model.errors->terms[k];
-        if (term.is_of_row)
-            continue; // position errors of single rows are listed with the noise of the readings
+        // Position errors of single rows and the terms of every model are listed with the noise of
+        // the readings.
+        if (term.is_of_row || term.is_in_every_model)
+            continue;
         const bool is_stated = k < inputs.size();
         BudgetInput& line = budget.inputs.emplace_back();
         line.input = input_of(term, inputs, k);

@@ -23,9 +23,10 @@ namespace culm::measure {
 namespace {
 
 struct DeflectionHeader {
-    std::vector<double> heights; ///< m, in the order of the columns
-    int power_of_ten = -3;       ///< of the unit of heights and deflections: mm −3, m 0
-    std::size_t unnamed = 0;     ///< columns without a name at the end
+    std::vector<Sensor> columns; ///< in their order; a camera's row has its height only
+    std::vector<double> sizes;   ///< SI units per unit of the column; 0: a camera's
+    int power_of_ten = -3;   ///< of the unit of a camera's heights and deflections: mm −3, m 0
+    std::size_t unnamed = 0; ///< columns without a name at the end
 };
 
 std::string without_spaces(std::string_view text) {
@@ -63,8 +64,9 @@ std::string column_hint(std::string_view name) {
     if (lower.starts_with("h="))
         return fmt::format("must be a height with its unit, mm or m: write \"{}\"",
                            lower.find("mm") == std::string::npos ? "h=14mm" : lower);
-    return "must be \"h=<height>mm\" (or m), for example \"h=14mm\"; remove other columns "
-           "(`culm import` picks columns from any table)";
+    return "must be \"h=<height>mm\" (or m), for example \"h=14mm\", or the column of a [[sensor]] "
+           "in "
+           "stem.toml; remove other columns (`culm import` picks columns from any table)";
 }
 
 void check_time_name(const DelimitedLine& line, core::FileFaults& faults) {
@@ -113,17 +115,19 @@ std::optional<Column> read_column(const std::string& name, std::size_t line,
 
 void check_height(const std::string& name, const DeflectionHeader& header, std::size_t line,
                   const MeasuredStem& stem, core::FileFaults& faults) {
-    const double height = header.heights.back();
+    const double height = header.columns.back().height;
     if (height < 0.0)
         faults.add(line, fmt::format("column \"{}\" lies below the clamp", name));
     // The height of a mark at the tip may differ from the length by a rounding error.
     if (height > stem.length * (1.0 + 1e-9))
         faults.add(line, fmt::format("column \"{}\" lies above the stem, which is {} mm long", name,
                                      core::decimal_text(stem.length, 3)));
-    const auto first = std::ranges::find(header.heights, height);
-    if (first + 1 != header.heights.end())
+    const auto first = std::ranges::find_if(header.columns, [&](const Sensor& each) {
+        return each.is_camera() && each.height == height;
+    });
+    if (first + 1 != header.columns.end())
         faults.add(line, fmt::format("column \"{}\": column {} has the same height", name,
-                                     first - header.heights.begin() + 2));
+                                     first - header.columns.begin() + 2));
 }
 
 /// True if the whole line is in one cell, or if the first cell contains another separator.
@@ -150,9 +154,21 @@ bool has_other_delimiter(const DelimitedLine& line, core::FileFaults& faults) {
     return false;
 }
 
-/// Reads "time_s,h=<height><unit>,…". The unit, mm or m, is the same in all columns and applies to
-/// the deflections too. Records faults; the result is complete only if there are none.
-DeflectionHeader read_deflection_header(const DelimitedLine& line, const MeasuredStem& stem,
+/// Every sensor of stem.toml must have a column.
+void check_sensors(const DelimitedLine& line, const std::vector<Sensor>& sensors,
+                   core::FileFaults& faults) {
+    for (const Sensor& sensor : sensors)
+        if (!sensor.is_camera() && std::ranges::find(line.cells, sensor.column) == line.cells.end())
+            faults.add(
+                line.number,
+                fmt::format("there is no column \"{}\", which a [[sensor]] of stem.toml names",
+                            sensor.column));
+}
+
+/// Reads "time_s,h=<height><unit>,…" and the columns of sensors. The unit of the heights, mm or m,
+/// is the same in all columns and applies to the deflections too. Records faults; the result is
+/// complete only if there are none.
+DeflectionHeader read_deflection_header(const DelimitedLine& line, const Measurement& measurement,
                                         core::FileFaults& faults) {
     DeflectionHeader header;
     if (has_other_delimiter(line, faults))
@@ -170,8 +186,16 @@ DeflectionHeader read_deflection_header(const DelimitedLine& line, const Measure
                    fmt::format("{} heights; at most {} are allowed", named - 1, most_heights));
         return header;
     }
+    check_sensors(line, measurement.sensors, faults);
     std::optional<int> power;
     for (std::size_t i = 1; i < named; ++i) {
+        if (const auto sensor =
+                std::ranges::find(measurement.sensors, line.cells[i], &Sensor::column);
+            sensor != measurement.sensors.end() && !sensor->is_camera()) {
+            header.columns.push_back(*sensor);
+            header.sizes.push_back(unit_size(sensor->quantity, sensor->unit).value_or(1.0));
+            continue;
+        }
         const std::optional<Column> column = read_column(line.cells[i], line.number, faults);
         if (!column)
             continue;
@@ -180,8 +204,9 @@ DeflectionHeader read_deflection_header(const DelimitedLine& line, const Measure
                                                 "which is that of the deflections as well",
                                                 line.cells[i]));
         power = column->power;
-        header.heights.push_back(column->height);
-        check_height(line.cells[i], header, line.number, stem, faults);
+        header.columns.emplace_back().height = column->height;
+        header.sizes.push_back(0.0);
+        check_height(line.cells[i], header, line.number, measurement.stem, faults);
     }
     header.power_of_ten = power.value_or(-3);
     return header;
@@ -245,9 +270,21 @@ double read_deflection(const DelimitedLine& line, std::size_t column, int power,
     return value.value_or(nothing_seen);
 }
 
+double read_reading(const DelimitedLine& line, std::size_t column, double size,
+                    core::FileFaults& faults) {
+    const std::string& cell = line.cells[column];
+    if (is_gap(cell))
+        return nothing_seen;
+    const std::optional<double> value = core::parse_decimal(cell);
+    if (!value)
+        faults.add(line.number,
+                   fmt::format("column {}: \"{}\" {}", column + 1, cell, why_not_a_number(cell)));
+    return value ? *value * size : nothing_seen;
+}
+
 void read_line(const DelimitedLine& line, const DeflectionHeader& header, Measurement& measurement,
                core::FileFaults& faults) {
-    const std::size_t columns = header.heights.size() + 1;
+    const std::size_t columns = header.columns.size() + 1;
     if (!has_right_length(line, columns, header, faults))
         return;
     const std::size_t before = measurement.times.size();
@@ -256,8 +293,10 @@ void read_line(const DelimitedLine& line, const DeflectionHeader& header, Measur
         if (!line.cells[i].empty())
             faults.add(line.number, fmt::format("column {} has no name in the header", i + 1));
     for (std::size_t i = 1; i < columns; ++i) {
+        const double size = header.sizes[i - 1];
         const double value =
-            read_deflection(line, i, header.power_of_ten, measurement.stem, faults);
+            size > 0.0 ? read_reading(line, i, size, faults)
+                       : read_deflection(line, i, header.power_of_ten, measurement.stem, faults);
         // A line without a valid time adds no row, so that the arrays keep their shape. Its cells
         // are checked nevertheless.
         if (measurement.times.size() > before)
@@ -304,24 +343,36 @@ void check_times(Measurement& measurement, core::FileFaults& faults) {
 
 void check_columns(const DeflectionHeader& header, const Measurement& measurement,
                    core::FileFaults& faults) {
-    for (std::size_t j = 0; j < header.heights.size(); ++j) {
+    for (std::size_t j = 0; j < header.columns.size(); ++j) {
         const std::vector<double> history = measurement.history(j);
         if (std::ranges::all_of(history, [](double value) { return std::isnan(value); }))
             faults.add(0, fmt::format("column {} is empty: delete it", j + 2));
     }
     const std::size_t noises = measurement.noise_by_height.size();
-    if (noises != 0 && noises != header.heights.size())
+    if (noises != 0 && noises != header.columns.size())
         faults.add(0, fmt::format("has {} heights, but stem.toml gives noise_by_height for {}",
-                                  header.heights.size(), noises));
+                                  header.columns.size(), noises));
+}
+
+/// The noise of the sensors is that of their columns, if all of them state one.
+void take_sensor_noise(Measurement& measurement) {
+    std::vector<double> noise;
+    for (const Sensor& sensor : measurement.sensors)
+        if (const auto& stated = sensor.is_camera() ? measurement.noise : sensor.noise)
+            noise.push_back(*stated);
+    if (noise.size() == measurement.sensors.size() && measurement.noise_by_height.empty())
+        measurement.noise_by_height = std::move(noise);
 }
 
 void sort_columns(Measurement& measurement) {
     const Measurement unsorted = measurement;
     std::vector<std::size_t> order(measurement.heights.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::ranges::sort(order, {}, [&](std::size_t j) { return unsorted.heights[j]; });
+    std::ranges::stable_sort(order, {}, [&](std::size_t j) { return unsorted.heights[j]; });
     for (std::size_t j = 0; j < order.size(); ++j) {
         measurement.heights[j] = unsorted.heights[order[j]];
+        if (!unsorted.sensors.empty())
+            measurement.sensors[j] = unsorted.sensors[order[j]];
         if (!unsorted.noise_by_height.empty())
             measurement.noise_by_height[j] = unsorted.noise_by_height[order[j]];
         for (std::size_t i = 0; i < measurement.times.size(); ++i)
@@ -337,10 +388,15 @@ void read_deflection_file(const std::filesystem::path& file, Measurement& measur
     if (lines.empty())
         faults.add(0, "there is no header: the first line must be \"time_s,h=<height>mm,...\"");
     faults.throw_if_any();
-    const DeflectionHeader header = read_deflection_header(lines.front(), measurement.stem, faults);
+    const DeflectionHeader header = read_deflection_header(lines.front(), measurement, faults);
     // Lines cannot be checked without a header.
     faults.throw_if_any();
-    measurement.heights = header.heights;
+    for (const Sensor& column : header.columns)
+        measurement.heights.push_back(column.height);
+    if (!measurement.sensors.empty()) {
+        measurement.sensors = header.columns;
+        take_sensor_noise(measurement);
+    }
     for (std::size_t i = 1; i < lines.size(); ++i)
         read_line(lines[i], header, measurement, faults);
     faults.throw_if_any();
@@ -352,8 +408,13 @@ void read_deflection_file(const std::filesystem::path& file, Measurement& measur
 
 std::string deflection_file_text(const Measurement& measurement) {
     std::string text = "time_s";
-    for (const double height : measurement.heights)
-        text += fmt::format(",h={}mm", core::decimal_text(height, 3));
+    const auto is_sensor = [&](std::size_t j) {
+        return !measurement.sensors.empty() && !measurement.sensors[j].is_camera();
+    };
+    for (std::size_t j = 0; j < measurement.heights.size(); ++j)
+        text += is_sensor(j)
+                    ? "," + measurement.sensors[j].column
+                    : fmt::format(",h={}mm", core::decimal_text(measurement.heights[j], 3));
     text += '\n';
     for (std::size_t i = 0; i < measurement.times.size(); ++i) {
         text += core::decimal_text(measurement.times[i]);
@@ -361,7 +422,7 @@ std::string deflection_file_text(const Measurement& measurement) {
             const double value = measurement.deflection(i, j);
             text += ',';
             if (!std::isnan(value))
-                text += core::decimal_text(value, 3);
+                text += core::decimal_text(value, is_sensor(j) ? 0 : 3);
         }
         text += '\n';
     }

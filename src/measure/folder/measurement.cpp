@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/folder/measurement.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -58,6 +59,17 @@ std::vector<double> Measurement::history(std::size_t height) const {
     for (std::size_t i = 0; i < times.size(); ++i)
         values.push_back(deflection(i, height));
     return values;
+}
+
+double Measurement::rms_reading(std::size_t height) const {
+    double squares = 0.0;
+    double count = 0.0;
+    for (std::size_t i = 0; i < times.size(); ++i)
+        if (const double value = deflection(i, height); !std::isnan(value)) {
+            squares += value * value;
+            count += 1.0;
+        }
+    return std::sqrt(squares / std::max(count, 1.0));
 }
 
 std::optional<double> Measurement::noise_at(std::size_t height) const {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One measured stem: its known properties, and its deflections seen by a camera or markers.
+// One measured stem: its known properties, and the readings of a camera, markers or sensors.
 #pragma once
+
+#include "measure/folder/sensor.hpp"
 
 #include <cstddef>
 #include <optional>
@@ -41,6 +43,7 @@ struct AddedMass {
     double mass = 0.0;                        ///< kg
     std::optional<double> mass_uncertainty{}; ///< standard uncertainty, kg
     double mass_last_digit = 0.0; ///< one in the last digit that the file writes, kg; 0: not known
+    bool is_sensor = false;       ///< the mass of a [[sensor]]
 };
 
 struct MeasuredStem {
@@ -126,8 +129,10 @@ struct Measurement {
 
     std::vector<double> times;   ///< s, strictly ascending; 0 is the release, or the start of one
                                  ///< that is moving
-    std::vector<double> heights; ///< above the clamp, m, strictly ascending
-    std::vector<double> deflections; ///< (times, heights) row-major, m; NaN where nothing was seen
+    std::vector<double> heights; ///< above the clamp, m, ascending; equal only for sensors
+    std::vector<Sensor> sensors; ///< (heights); empty: rows of the camera's picture
+    /// (times, heights) row-major, in the SI unit of the sensor; NaN where nothing was seen.
+    std::vector<double> deflections;
     /// Standard uncertainty of each reading, (times, heights), m; empty: as noise_at().
     std::vector<double> reading_uncertainties;
 
@@ -139,6 +144,8 @@ struct Measurement {
     }
     /// Deflections at one height, (times), m.
     [[nodiscard]] std::vector<double> history(std::size_t height) const;
+    /// Root mean square of the readings at one height.
+    [[nodiscard]] double rms_reading(std::size_t height) const;
     /// Standard deviation of one reading at a height, m: per height if known, else the common one.
     [[nodiscard]] std::optional<double> noise_at(std::size_t height) const;
 };

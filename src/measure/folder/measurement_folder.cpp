@@ -55,7 +55,9 @@ void check(const fs::path& folder, const Measurement& measurement) {
     if (!measurement.noise_by_height.empty() && measurement.noise_by_height.size() != heights)
         refuse(
             fmt::format("noise for {} of {} heights", measurement.noise_by_height.size(), heights));
-    if (!ascends_strictly(measurement.times) || !ascends_strictly(measurement.heights))
+    if (!ascends_strictly(measurement.times) ||
+        (measurement.sensors.empty() ? !ascends_strictly(measurement.heights)
+                                     : !std::ranges::is_sorted(measurement.heights)))
         refuse("times and heights must ascend");
     if (std::ranges::any_of(measurement.deflections, [](double d) { return std::isinf(d); }))
         refuse("a deflection is infinite");
@@ -87,6 +89,8 @@ void read_uncertainties(const fs::path& file, Measurement& measurement) {
 
 /// Removes the frames before the start, which becomes time 0.
 void begin_at_start(const fs::path& folder, Measurement& measurement) {
+    if (measurement.start == 0.0) // none is stated
+        measurement.start = std::max(0.0, measurement.times.front());
     const auto first = std::ranges::lower_bound(measurement.times, measurement.start);
     const auto before = first - measurement.times.begin();
     if (measurement.times.end() - first < 2)
@@ -105,6 +109,29 @@ void begin_at_start(const fs::path& folder, Measurement& measurement) {
     measurement.start = 0.0;
 }
 
+/// Removes from each sensor's column the mean of its last half. The constant error that remains is
+/// a parameter of every fit.
+void remove_offsets(const fs::path& folder, Measurement& measurement) {
+    for (std::size_t j = 0; j < measurement.sensors.size(); ++j) {
+        const Sensor& sensor = measurement.sensors[j];
+        if (sensor.is_camera())
+            continue;
+        double sum = 0.0;
+        double count = 0.0;
+        for (std::size_t i = measurement.times.size() / 2; i < measurement.times.size(); ++i)
+            if (const double value = measurement.deflection(i, j); !std::isnan(value)) {
+                sum += value;
+                count += 1.0;
+            }
+        const double offset = sum / std::max(count, 1.0);
+        for (std::size_t i = 0; i < measurement.times.size(); ++i)
+            measurement.deflections[i * measurement.heights.size() + j] -= offset;
+        measurement.remarks.push_back(fmt::format(
+            "{}: the mean of column \"{}\", {:.4g} {}, was removed", folder.string(), sensor.column,
+            offset / unit_size(sensor.quantity, sensor.unit).value_or(1.0), sensor.unit));
+    }
+}
+
 } // namespace
 
 Measurement read_measurement(const fs::path& folder) {
@@ -121,6 +148,7 @@ Measurement read_measurement(const fs::path& folder) {
         read_uncertainties(folder / uncertainty_file_name, measurement);
     if (measurement.release == ReleaseKind::Moving)
         begin_at_start(folder, measurement);
+    remove_offsets(folder, measurement);
     return measurement;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace culm::measure {
 
@@ -104,6 +105,111 @@ double deflection_of_mark(std::span<const double> positions, int dimensions, dou
         nodes[k] = static_cast<double>(first + k);
     return weighted_deflection(positions, stride, first, spheres,
                                lagrange_weights(std::span(nodes.data(), spheres), place));
+}
+
+namespace {
+
+/// Weights of the values at four nodes, 0 … 3, in their interpolating cubic at `place`, and in its
+/// first two derivatives.
+struct CubicWeights {
+    std::array<double, 4> value{};
+    std::array<double, 4> slope{};
+    std::array<double, 4> bend{};
+};
+
+CubicWeights cubic_weights(double place) {
+    CubicWeights weights;
+    for (int i = 0; i < 4; ++i) {
+        double value = 1.0;
+        double slope = 0.0;
+        double bend = 0.0;
+        for (int j = 0; j < 4; ++j) {
+            if (j == i)
+                continue;
+            const double distance = i - j;
+            const double factor = (place - j) / distance;
+            bend = bend * factor + 2.0 * slope / distance;
+            slope = slope * factor + value / distance;
+            value *= factor;
+        }
+        const auto at = static_cast<std::size_t>(i);
+        weights.value[at] = value;
+        weights.slope[at] = slope;
+        weights.bend[at] = bend;
+    }
+    return weights;
+}
+
+/// A first-order low-pass filter of time constant `lag`, s.
+void smooth(double lag, double interval, std::span<double> samples) {
+    // The output of a ramp from x0 to x1 over h: decayed y0 + a x0 + b x1.
+    const double decayed = std::exp(-interval / lag);
+    const double mean = lag / interval * (1.0 - decayed);
+    double before = samples.empty() ? 0.0 : samples.front();
+    double output = before;
+    for (double& sample : samples.subspan(samples.empty() ? 0 : 1)) {
+        output = decayed * output + (mean - decayed) * before + (1.0 - mean) * sample;
+        before = sample;
+        sample = output;
+    }
+}
+
+} // namespace
+
+double reading_of_sensor(const Sensor& sensor, const ChainSample& chain, int dimensions,
+                         double bond_length, double height,
+                         const SensorSurroundings& surroundings) {
+    const auto stride = static_cast<std::size_t>(dimensions);
+    const std::size_t count = chain.positions.size() / stride;
+    const double place = height / bond_length;
+    if (count < 4 || !(place >= 0.0) || place > static_cast<double>(count) - 0.5)
+        return unseen;
+    const auto above =
+        std::clamp(static_cast<std::size_t>(std::ceil(place)), std::size_t{1}, count - 1);
+    const std::size_t first = first_of_stencil(above, 4, count);
+    const CubicWeights weights = cubic_weights(place - static_cast<double>(first));
+    const auto sum = [&](std::span<const double> values, const std::array<double, 4>& by,
+                         std::size_t axis) {
+        double total = 0.0;
+        for (std::size_t k = 0; k < 4; ++k)
+            total += by[k] * values[(first + k) * stride + axis];
+        return total;
+    };
+    const double along = sum(chain.positions, weights.slope, 0);
+    const double aside = sum(chain.positions, weights.slope, 1);
+    const double stretch = std::hypot(along, aside);
+    const double sine = aside / stretch;
+    const double cosine = along / stretch;
+    switch (sensor.quantity) {
+    case Quantity::Displacement:
+        return sum(chain.positions, weights.value, 1) + sensor.distance_from_axis * (cosine - 1.0);
+    case Quantity::Velocity:
+        return sum(chain.velocities, weights.value, 1) + surroundings.support_velocity;
+    case Quantity::Acceleration: {
+        const auto [axial_gravity, gravity] = surroundings.gravity;
+        const double axial = sum(chain.accelerations, weights.value, 0) - axial_gravity;
+        const double lateral = sum(chain.accelerations, weights.value, 1) +
+                               surroundings.support_acceleration - gravity;
+        return lateral * cosine - axial * sine + gravity;
+    }
+    case Quantity::Strain:
+        break;
+    }
+    const double curvature = (along * sum(chain.positions, weights.bend, 1) -
+                              aside * sum(chain.positions, weights.bend, 0)) /
+                             (stretch * stretch * stretch);
+    return -sensor.distance_from_axis * curvature;
+}
+
+void filter(const Sensor& sensor, double interval, std::span<double> samples) {
+    if (sensor.low_pass > 0.0)
+        smooth(0.5 / (std::numbers::pi * sensor.low_pass), interval, samples);
+    if (sensor.high_pass > 0.0) {
+        std::vector<double> slow(samples.begin(), samples.end());
+        smooth(0.5 / (std::numbers::pi * sensor.high_pass), interval, slow);
+        for (std::size_t k = 0; k < samples.size(); ++k)
+            samples[k] -= slow[k];
+    }
 }
 
 double TimeStencil::value(std::span<const double> table, std::size_t columns, std::size_t j) const {

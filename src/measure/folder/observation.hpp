@@ -3,9 +3,12 @@
 // of the measurement.
 #pragma once
 
+#include "measure/folder/sensor.hpp"
+
 #include <array>
 #include <cstddef>
 #include <span>
+#include <vector>
 
 namespace culm::measure {
 
@@ -26,6 +29,36 @@ namespace culm::measure {
 /// not exclude a mark at the tip.
 [[nodiscard]] double deflection_of_mark(std::span<const double> positions, int dimensions,
                                         double bond_length, double height);
+
+/// The chain at one time, each (spheres, dimensions) row-major like `positions`, in a frame that
+/// may move with the support. Velocities and accelerations are empty if no sensor needs them.
+struct ChainSample {
+    std::span<const double> positions;     ///< m
+    std::span<const double> velocities;    ///< m/s
+    std::span<const double> accelerations; ///< m/s²
+};
+
+/// What acts on a sensor in addition to the chain's motion.
+struct SensorSurroundings {
+    double support_velocity = 0.0;           ///< lateral, m/s
+    double support_acceleration = 0.0;       ///< lateral, m/s²
+    std::array<double, 2> gravity{0.0, 0.0}; ///< axial and lateral, m/s²
+};
+
+/// The reading of a sensor on the material at `height` along the undeformed stem, in the SI unit of
+/// its quantity. Directions are those of the chain's curve, so the shear of the section is
+/// neglected. With its angle θ, curvature κ and the distance e of the sensor from the axis:
+/// displacement of a mark y + e (cos θ − 1); velocity v_y; acceleration (a − g)·n + g_y with the
+/// normal n = (−sin θ, cos θ), as a seismic mass measures it, without its value in the undeformed
+/// stem and without terms of e (of second order); strain −e κ. NaN outside the chain.
+[[nodiscard]] double reading_of_sensor(const Sensor& sensor, const ChainSample& chain,
+                                       int dimensions, double bond_length, double height,
+                                       const SensorSurroundings& surroundings);
+
+/// Passes the samples, at distances of `interval` s, through the sensor's first-order filters. Each
+/// is solved exactly for readings that are linear between two samples. Before the first sample the
+/// reading was constant.
+void filter(const Sensor& sensor, double interval, std::span<double> samples);
 
 /// Interpolation of a value at one time from samples: a cubic through four of them in time. Its
 /// error is at most 3/128 Δt⁴ |y''''| (1/24 in the first and last interval), Δt the sample

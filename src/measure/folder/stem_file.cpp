@@ -184,6 +184,77 @@ void read_added_masses(const core::TomlTable& root, MeasuredStem& stem) {
     std::ranges::stable_sort(stem.added_masses, {}, &AddedMass::height);
 }
 
+std::optional<Quantity> read_quantity(const core::TomlTable& table) {
+    constexpr std::array quantities{Quantity::Displacement, Quantity::Velocity,
+                                    Quantity::Acceleration, Quantity::Strain};
+    std::array<std::string, quantities.size()> names;
+    std::ranges::transform(quantities, names.begin(),
+                           [](Quantity each) { return to_string(each); });
+    const auto index = table.word("quantity", names);
+    table.missing("quantity", "\"displacement\", \"velocity\", \"acceleration\" or \"strain\"");
+    return index ? std::optional(quantities[*index]) : std::nullopt;
+}
+
+/// Numbers of `noise`, `offset_uncertainty` and `drift_uncertainty_per_s` are in the column's unit.
+Sensor read_sensor(const core::TomlTable& table, Measurement& measurement) {
+    Sensor sensor;
+    sensor.column = table.text("column").value_or("");
+    table.missing("column", "the name of its column in the table");
+    const std::optional<Quantity> quantity = read_quantity(table);
+    sensor.quantity = quantity.value_or(Quantity::Displacement);
+    sensor.unit = table.text("unit").value_or("");
+    const std::string units{unit_names(sensor.quantity)};
+    table.missing("unit", "of the column: " + units);
+    const std::optional<double> size = unit_size(sensor.quantity, sensor.unit);
+    if (quantity && !size && table.is_text("unit"))
+        table.fault("unit",
+                    fmt::format("must be a unit of {}: {}", to_string(sensor.quantity), units));
+    sensor.height =
+        table.required_length("height", {0.0, stem_length.high}, "of the sensor above the clamp");
+    const core::Interval distances{-stem_width.high, stem_width.high};
+    sensor.distance_from_axis = table.length("distance_from_axis", distances).value_or(0.0);
+    if (quantity == Quantity::Strain && sensor.distance_from_axis == 0.0)
+        table.missing("distance_from_axis_mm",
+                      "of the fibre whose strain is measured, toward positive deflection");
+    constexpr core::Interval cut_offs{0.0, 1e6, true};
+    sensor.high_pass = table.number("high_pass_hz", cut_offs).value_or(0.0);
+    sensor.low_pass = table.number("low_pass_hz", cut_offs).value_or(0.0);
+    const auto in_si = [&](std::optional<double> value) {
+        return value ? std::optional(*value * size.value_or(1.0)) : std::nullopt;
+    };
+    sensor.noise = in_si(table.number("noise", positive));
+    sensor.scale_uncertainty = table.number("scale_uncertainty", {0.0, 1.0});
+    sensor.offset_uncertainty = in_si(table.number("offset_uncertainty", {0.0, 1e12}));
+    sensor.drift_uncertainty = in_si(table.number("drift_uncertainty_per_s", {0.0, 1e12}));
+    MeasuredStem& stem = measurement.stem;
+    if (table.has("mass_g") || table.has("mass_kg")) {
+        AddedMass mass = read_added_mass(table, stem);
+        mass.is_sensor = true;
+        sensor.mass = mass.mass;
+        stem.added_masses.push_back(mass);
+    } else if (stem.length > 0.0 && sensor.height > stem.length) {
+        table.fault(table.key_of("height", core::length_unit),
+                    fmt::format("lies above the stem, which is {} mm long",
+                                core::decimal_text(stem.length, 3)));
+    }
+    return sensor;
+}
+
+void read_sensors(const core::TomlTable& root, Measurement& measurement) {
+    const MeasuredStem stem = measurement.stem;
+    static_cast<void>(read_sensor(root.absent("sensor"), measurement));
+    static_cast<void>(read_added_mass(root.absent("sensor"), stem));
+    measurement.stem = stem;
+    for (const core::TomlTable& table : root.tables("sensor")) {
+        Sensor sensor = read_sensor(table, measurement);
+        if (std::ranges::find(measurement.sensors, sensor.column, &Sensor::column) !=
+            measurement.sensors.end())
+            table.fault("column", "is the column of two sensors");
+        measurement.sensors.push_back(std::move(sensor));
+    }
+    std::ranges::stable_sort(measurement.stem.added_masses, {}, &AddedMass::height);
+}
+
 void read_camera(const core::TomlTable& table, Measurement& measurement) {
     constexpr core::Interval relative{0.0, 1.0, true};
     StatedUncertainties& stated = measurement.uncertainties;
@@ -297,6 +368,30 @@ std::string quoted(const std::string& text) {
     return result + '"';
 }
 
+std::string mass_text(const AddedMass& mass) {
+    return mass_line(mass) + uncertainty_line("mass", mass.mass_uncertainty, core::mass_unit);
+}
+
+/// With the SI unit, so that readings keep every bit.
+std::string sensor_text(const Sensor& sensor, const MeasuredStem& stem) {
+    std::string text =
+        fmt::format("\n[[sensor]]\ncolumn = {}\nquantity = \"{}\"\nunit = \"{}\"\n",
+                    quoted(sensor.column), to_string(sensor.quantity), si_unit(sensor.quantity)) +
+        line("height", sensor.height);
+    if (sensor.distance_from_axis != 0.0)
+        text += line("distance_from_axis", sensor.distance_from_axis);
+    for (const AddedMass& mass : stem.added_masses)
+        if (mass.is_sensor && mass.height == sensor.height && mass.mass == sensor.mass)
+            text += mass_text(mass);
+    for (const auto& [key, value] :
+         {std::pair("high_pass_hz", sensor.high_pass), std::pair("low_pass_hz", sensor.low_pass)})
+        text += value > 0.0 ? number_line(key, value) : "";
+    return text + number_line("noise", sensor.noise) +
+           number_line("scale_uncertainty", sensor.scale_uncertainty) +
+           number_line("offset_uncertainty", sensor.offset_uncertainty) +
+           number_line("drift_uncertainty_per_s", sensor.drift_uncertainty);
+}
+
 std::string stem_text(const Measurement& measurement) {
     const MeasuredStem& stem = measurement.stem;
     const StatedUncertainties& stated = measurement.uncertainties;
@@ -318,8 +413,11 @@ std::string stem_text(const Measurement& measurement) {
         text += "rig = " + quoted(measurement.rig) + "\n";
     text += section_text(stem.section, stated);
     for (const AddedMass& mass : stem.added_masses)
-        text += "\n[[added_mass]]\n" + line("height", mass.height) + mass_line(mass) +
-                uncertainty_line("mass", mass.mass_uncertainty, core::mass_unit);
+        if (!mass.is_sensor)
+            text += "\n[[added_mass]]\n" + line("height", mass.height) + mass_text(mass);
+    for (const Sensor& sensor : measurement.sensors)
+        if (!sensor.is_camera())
+            text += sensor_text(sensor, stem);
     return text;
 }
 
@@ -358,6 +456,7 @@ void read_stem_tables(const core::TomlTable& root, Measurement& measurement) {
     read_stem(root.table("stem"), section.exists(), measurement);
     read_section(section, measurement);
     read_added_masses(root, measurement.stem);
+    read_sensors(root, measurement);
     read_release(root.table("release"), measurement);
     read_camera(root.table("camera"), measurement);
     read_measurement_table(root.table("measurement"), measurement);

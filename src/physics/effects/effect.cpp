@@ -76,6 +76,7 @@ class CardEffect final : public Effect {
     }
     [[nodiscard]] bool spans_the_stem() const override { return card_.spans_the_stem; }
     [[nodiscard]] bool is_of_the_release() const override { return card_.is_of_the_release; }
+    [[nodiscard]] bool is_of_the_camera() const override { return card_.is_of_the_camera; }
     [[nodiscard]] std::vector<PlanarPart>
     planar_parts(std::span<const double> values) const override {
         return card_.planar_parts == nullptr ? std::vector<PlanarPart>()

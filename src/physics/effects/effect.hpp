@@ -210,6 +210,8 @@ class Effect {
     [[nodiscard]] virtual bool spans_the_stem() const { return false; }
     /// Does it act only while the stem is released?
     [[nodiscard]] virtual bool is_of_the_release() const { return false; }
+    /// Does it change the pictures of a camera only?
+    [[nodiscard]] virtual bool is_of_the_camera() const { return false; }
     /// 3 if the motion leaves the plane of the pull.
     [[nodiscard]] virtual int dimensions() const { return 2; }
     /// Planar chains that together describe the observed motion if it leaves the plane slightly;
@@ -249,6 +251,7 @@ struct EffectCard {
     std::vector<RevealingExperiment> revealed_by = {};
     bool spans_the_stem = false;
     bool is_of_the_release = false;
+    bool is_of_the_camera = false;
     std::vector<PlanarPart> (*planar_parts)(std::span<const double> values) = nullptr;
     std::vector<SpecialCase> special_cases = {};
 };

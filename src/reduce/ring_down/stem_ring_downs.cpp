@@ -74,6 +74,7 @@ HeightRingDown fit_height(const StemHistories& stem, std::size_t index,
 StemRingDowns fit_stem(const StemHistories& stem, const RingDownAnalysisOptions& options) {
     StemRingDowns result;
     result.id = stem.id;
+    result.unit = stem.unit;
     result.length = stem.length;
     result.aspect_ratio = stem.length / stem.depth;
     std::vector<Estimate> frequencies;

@@ -12,8 +12,15 @@
 namespace culm::reduce {
 
 /// A measured stem as this layer needs it; SI units.
+/// The unit in which deflections are printed: `factor` times the SI value.
+struct DeflectionUnit {
+    double factor = 1e3;
+    std::string name = "mm";
+};
+
 struct StemHistories {
     std::string id;
+    DeflectionUnit unit;
     double length = 0.0;         ///< free length, m
     double depth = 0.0;          ///< extent of the section in the direction of motion, m
     std::vector<double> times;   ///< s, ascending, 0 is the release
@@ -30,6 +37,7 @@ struct HeightRingDown {
 
 struct StemRingDowns {
     std::string id;
+    DeflectionUnit unit;
     double length = 0.0;             ///< m
     double aspect_ratio = 0.0;       ///< length over depth
     double largest_deflection = 0.0; ///< of all readings, before the release too, m

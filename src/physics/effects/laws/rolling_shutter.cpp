@@ -29,7 +29,8 @@ EffectPointer rolling_shutter() {
              "T: from the row at the clamp to the row at the tip's height, in addition to "
              "row_time_us; negative if read downward",
              {.default_value = 1e-4, .lower = -0.1, .upper = 0.1, .scale = 1e-4})},
-         .belongs_to = BelongsTo::Rig},
+         .belongs_to = BelongsTo::Rig,
+         .is_of_the_camera = true},
         apply);
 }
 
