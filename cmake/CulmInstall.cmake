@@ -24,24 +24,6 @@ install(FILES ${PROJECT_BINARY_DIR}/culmConfig.cmake ${PROJECT_BINARY_DIR}/culmC
     cmake/FindOpenCvModules.cmake
     DESTINATION ${culm_package_folder} COMPONENT libraries)
 
-# The completions, written by the program itself.
-if(NOT CMAKE_CROSSCOMPILING)
-    set(culm_completions ${PROJECT_BINARY_DIR}/completions)
-    add_custom_command(OUTPUT ${culm_completions}/culm.bash ${culm_completions}/culm.zsh ${culm_completions}/culm.fish
-        COMMAND ${CMAKE_COMMAND} -E make_directory ${culm_completions}
-        COMMAND culm completion bash > ${culm_completions}/culm.bash
-        COMMAND culm completion zsh > ${culm_completions}/culm.zsh
-        COMMAND culm completion fish > ${culm_completions}/culm.fish
-        DEPENDS culm COMMENT "Completions" VERBATIM)
-    add_custom_target(culm_completions ALL DEPENDS ${culm_completions}/culm.bash)
-    install(FILES ${culm_completions}/culm.bash
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME culm)
-    install(FILES ${culm_completions}/culm.zsh
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _culm)
-    install(FILES ${culm_completions}/culm.fish
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
-endif()
-
 install(DIRECTORY config jobs DESTINATION ${CMAKE_INSTALL_DATADIR}/culm USE_SOURCE_PERMISSIONS)
 install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES README.md CHANGELOG.md CITATION.cff LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
@@ -60,5 +42,5 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "openmpi-bin")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3, python3-h5py, python3-matplotlib, python3-numpy")
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libjs-d3, bash-completion")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libjs-d3")
 include(CPack)

@@ -4,7 +4,7 @@
 
 FILE was written by `culm compare --json`, DIR by `culm compare -o`. Writes ladder, residuals (maps
 over height and time), spectrum, amplitude (frequency, decay and rest against amplitude) and heights
-(residuals, modes and b1 along the stem) to OUT (default: the folder of the file) and prints each
+(residuals and b1 along the stem) to OUT (default: the folder of the file) and prints each
 path. Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 from command_results import Comparison, ComparisonError, name_of, numbers
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
 from figure_style import FigureSkipped, leave_room_above, literal, mark, new_figure, styled
-from palette import BLACK, BLUE, GREY, ORANGE, VERMILLION, number
+from palette import BLACK, BLUE, GREY, VERMILLION, number
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 MOST_MAPS = 3
@@ -37,21 +37,15 @@ def first_and_last(comparison: Comparison) -> list[tuple[dict, str]]:
 
 @styled
 def ladder_figure(comparison: Comparison):
-    """Residual over noise of every model, for all readings and for the readings held out."""
+    """Residual over noise of every model."""
     rungs = comparison.rungs
     if len(rungs) < 2:
         raise FigureSkipped("a ladder needs more than one model.")
     figure = new_figure(1.0 + 0.5 * len(rungs), comparison.measurement)
     axes = figure.subplots()
     places = np.arange(len(rungs))[::-1]
-    shown = [("all readings", BLUE, "o", lambda rung: rung["rmse_over_noise"]),
-             ("last third, predicted", ORANGE, "s",
-              lambda rung: rung["held_out"]["last_third"].get("rms_over_noise")),
-             ("one height, predicted", VERMILLION, "^",
-              lambda rung: rung["held_out"]["one_height"].get("rms_over_noise"))]
-    for label, colour, marker, read in shown:
-        axes.plot(numbers([read(rung) for rung in rungs]), places, marker, color=colour,
-                  markersize=5, label=label)
+    axes.plot(numbers([rung["rmse_over_noise"] for rung in rungs]), places, "o", color=BLUE,
+              markersize=5)
     axes.axvline(1.0, color=GREY, linewidth=0.8, zorder=0)
     axes.set_xscale("log")
     axes.set_yticks(places, [rung_label(rung) for rung in rungs])
@@ -60,7 +54,6 @@ def ladder_figure(comparison: Comparison):
     axes.set_xticks([tick for tick in TICKS if tick <= 2.0 * largest])
     axes.get_xaxis().set_major_formatter(ScalarFormatter())
     axes.get_xaxis().set_minor_formatter(NullFormatter())
-    axes.legend()
     return figure
 
 
@@ -150,18 +143,14 @@ def amplitude_figure(comparison: Comparison):
 
 @styled
 def heights_figure(comparison: Comparison):
-    """Residuals, errors of the mode shapes and b1 per cycle along the stem."""
+    """Residuals and b1 per cycle along the stem."""
     figure = new_figure(2.8, comparison.measurement)
-    residual, shape, decay = figure.subplots(1, 3, sharey=True)
+    residual, decay = figure.subplots(1, 2, sharey=True)
     for rung, colour in first_and_last(comparison):
         where = rung["where"]
         heights = [group["height_mm"] for group in where["by_height"]]
         residual.plot(numbers([group["rms_over_noise"] for group in where["by_height"]]), heights,
                       "o-", color=colour, markersize=3, label=literal(name_of(rung)))
-        for place, mode in enumerate(where["modes"][:2]):
-            error = np.array(numbers(mode["measured_mm"])) - np.array(numbers(mode["modelled_mm"]))
-            shape.plot(error, heights, "o-" if place == 0 else "s--", color=colour, markersize=3,
-                       label=f"mode {place + 1}, {literal(name_of(rung))}")
         known = [height for height in where["banding"]["heights"] if height["modelled"]]
         decay.plot([height["modelled"]["value"] for height in known],
                    [height["height_mm"] for height in known], "-", color=colour)
@@ -172,11 +161,9 @@ def heights_figure(comparison: Comparison):
                    xerr=[1.96 * height["measured"]["stderr"] for height in known], fmt="o",
                    markersize=3, color=BLACK, elinewidth=0.6)
     residual.axvline(1.0, color=GREY, linewidth=0.8, zorder=0)
-    shape.axvline(0.0, color=GREY, linewidth=0.8, zorder=0)
     residual.set(xlabel="residual / noise", ylabel="height, mm")
-    shape.set(xlabel="mode, measured \N{MINUS SIGN} modelled, mm")
     decay.set(xlabel="b1 per cycle (points: measured)")
-    for panel, letter in zip((residual, shape, decay), "abc"):
+    for panel, letter in zip((residual, decay), "ab"):
         mark(panel, letter)
     residual.legend()
     return figure

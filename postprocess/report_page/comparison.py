@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from checked_hdf5 import StudyError
 from command_results import Comparison, name_of, numbers
-from palette import BLUE, ORANGE, VERMILLION
+from palette import BLUE
 from report_page.drawing import axis, dots, layout, level, log_axis
 from report_page.markup import Plot, Section, facts, folded, provenance_rows, shown, table
 from report_page.measured import (AMPLITUDE_CAPTION, FIRST, LAST, PARAMETER_COLUMNS, WHERE_CAPTION,
@@ -55,36 +55,24 @@ def _add_verdict(section: Section, comparison: Comparison):
     section.verdict += [rung["step"] for rung in comparison.rungs[1:] if not rung["gain"]]
 
 
-def _held_out(rung: dict, key: str):
-    return rung["held_out"][key].get("rms_over_noise")
-
-
 def _add_ladder(section: Section, comparison: Comparison):
     rungs = comparison.rungs
     labels = [" + ".join(rung["model"]) for rung in rungs]
-    traces, shares = [], []
-    for label, colour, symbol, read in (
-            ("all readings", BLUE, "circle", lambda rung: rung["rmse_over_noise"]),
-            ("last third, predicted", ORANGE, "square", lambda r: _held_out(r, "last_third")),
-            ("one height, predicted", VERMILLION, "triangle-up",
-             lambda r: _held_out(r, "one_height"))):
-        shares += [read(rung) for rung in rungs]
-        traces.append(dots(numbers(shares[-len(rungs):]), labels, label, colour, 10, symbol))
-    plot = Plot("ladder", "", "Residual over noise of every model on the ladder.", traces,
+    shares = [rung["rmse_over_noise"] for rung in rungs]
+    plot = Plot("ladder", "", "Residual over noise of every model on the ladder.",
+                [dots(numbers(shares), labels, "residual", BLUE, 10, "circle")],
                 layout(log_axis("residual / noise (1: only noise)", [1.0, *shares]),
-                       axis(type="category", range=[len(rungs) - 0.5, -0.5]),
+                       axis(type="category", range=[len(rungs) - 0.5, -0.5]), legend=False,
                        levels=[level(1.0, along="x")]), 150 + 42 * len(rungs))
     rows = [[name_of(rung), rung["rmse_mm"], rung["rmse_over_noise"], rung["reduced_chi2"],
-             rung["log_evidence"], rung.get("log_evidence_gain"), _held_out(rung, "last_third"),
-             _held_out(rung, "one_height"), contradictions(rung), rung["verdict"]["finding_text"],
+             rung["log_evidence"], rung.get("log_evidence_gain"), contradictions(rung),
+             rung["verdict"]["finding_text"],
              {True: "improves", False: "no improvement"}.get(rung.get("gain"), "")] for rung in rungs]
     section.add_plots([plot], "The rms of the residuals over the noise for each model, the published "
                               "chain first. At the grey line at 1 the residuals are as large as the noise; "
-                              "further right a model is worse. Predicted readings were not used in the "
-                              "fit. A model that fits all readings but predicts badly is overfitted.")
+                              "further right a model is worse.")
     section.add(table(["model", "rms, mm", "/ noise", "reduced chi²*", "log evidence*", "gain*",
-                       "last third", "one height", "contradicted inputs", "verdict*", ""], rows,
-                      WITH_FREE_INPUTS))
+                       "contradicted inputs", "verdict*", ""], rows, WITH_FREE_INPUTS))
 
 
 def _first_and_last(comparison: Comparison) -> list:

@@ -34,8 +34,6 @@ void add_export_command(CLI::App& app);
 void add_effects_command(CLI::App& app);
 void add_keys_command(CLI::App& app);
 void add_report_command(CLI::App& app);
-/// Completes all commands of `app`.
-void add_completion_command(CLI::App& app);
 
 struct TrackArguments {
     std::vector<std::string> videos;

@@ -95,7 +95,6 @@ int run(int argc, char** argv) {
     culm::cli::add_report_command(app);
     culm::cli::add_effects_command(app);
     culm::cli::add_keys_command(app);
-    culm::cli::add_completion_command(app);
     try {
         std::vector<char*> words = without_help_command(argc, argv);
         app.parse(static_cast<int>(words.size()), words.data());

@@ -20,7 +20,7 @@ bool is_control(char c) {
     return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
 }
 
-/// $'...': the form of bash in which control characters can be written.
+/// $'...': the form of bash in which quotes and control characters can be written.
 std::string escaped_word(std::string_view text) {
     std::string word = "$'";
     for (const char c : text) {
@@ -34,29 +34,17 @@ std::string escaped_word(std::string_view text) {
     return word + "'";
 }
 
-std::string quoted_word(std::string_view text) {
-    std::string word = "'";
-    for (const char c : text) {
-        if (c == '\'')
-            // Single quotes cannot contain a quote: they are closed, the quote is escaped, and new
-            // ones are opened.
-            word += "'\\''";
-        else
-            word += c;
-    }
-    return word + "'";
-}
-
 } // namespace
 
 std::string shell_word(std::string_view text) {
     if (text.find('\0') != std::string_view::npos)
         throw core::InputError("a text with a zero byte cannot be written to a script");
-    if (std::ranges::any_of(text, is_control))
+    // Single quotes cannot contain a quote.
+    if (std::ranges::any_of(text, [](char c) { return c == '\'' || is_control(c); }))
         return escaped_word(text);
     if (!text.empty() && std::ranges::all_of(text, is_plain))
         return std::string(text);
-    return quoted_word(text);
+    return fmt::format("'{}'", text);
 }
 
 } // namespace culm::cluster

@@ -31,7 +31,6 @@ Comparison compare(const fit::Fit& stated, const fit::Fit& judged,
     result.windows = residuals::swing_windows(result.swing);
     result.by_amplitude =
         residuals_by_amplitude(fit, residuals::envelope(result.swing, result.windows), parts);
-    result.modes = residuals::mode_shapes(fit, measurement);
     result.structure = residuals::residual_structure(fit, result.swing);
     residuals::RingDownsOfBoth ring_downs = residuals::ring_downs_of_both(fit, measurement);
     result.measured_ring_downs = std::move(ring_downs.measured);

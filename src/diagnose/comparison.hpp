@@ -7,7 +7,6 @@
 #include "fit/solve/residual_statistics.hpp"
 #include "fit/start/residual_spectrum.hpp"
 #include "reduce/ring_down/stem_ring_downs.hpp"
-#include "residuals/mode_shapes.hpp"
 #include "residuals/residual_structure.hpp"
 #include "residuals/swing.hpp"
 
@@ -30,7 +29,6 @@ struct Comparison {
     fit::ResidualSpectrum spectrum;
     residuals::Swing swing;
     std::vector<residuals::SwingWindow> windows;
-    std::vector<residuals::ModeShape> modes;
     residuals::ResidualStructure structure;
     reduce::StemRingDowns measured_ring_downs; ///< Eq. 1 at every height: b1 along the stem
     reduce::StemRingDowns modelled_ring_downs; ///< of the model at the same times and heights

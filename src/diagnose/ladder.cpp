@@ -4,7 +4,6 @@
 #include "diagnose/adequacy.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
 #include "fit/fit_numbers.hpp"
-#include "fit/solve/reading_errors.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -30,21 +29,6 @@ double relative_change(const fit::Fit& now, const fit::Fit& before,
     return now.parts.front().model.spec.stem.*member /
                before.parts.front().model.spec.stem.*member -
            1.0;
-}
-
-/// The model whose residual is closest to the noise.
-const fit::Fit* best_fit(const Ladder& ladder) {
-    const fit::Fit* best = nullptr;
-    for (const LadderModel& model : ladder.models)
-        if (!model.fit.failed() &&
-            (best == nullptr || model.stated.weighted_rms < best->weighted_rms))
-            best = &model.stated;
-    return best;
-}
-
-HoldOut what_to_hold_out(const Ladder& ladder) {
-    const fit::Fit* const best = best_fit(ladder);
-    return best == nullptr ? HoldOut{} : HoldOut{ladder.left_out_row, best->parts.front().noise};
 }
 
 /// Uses the noise about the best model, as in a search: its residual is noise to all models.
@@ -122,15 +106,10 @@ Ladder climb(const measure::Measurement& measurement,
         added.stated = std::move(model.stated);
         added.fit = std::move(model.judged);
     }
-    const std::vector<fit::ObservedRecording> exact = fit::with_inputs_as_stated(fits.recordings);
-    if (!ladder.models.front().fit.failed())
-        ladder.left_out_row = row_to_leave_out(ladder.models.front().stated.parts.front());
-    const HoldOut hold_out = what_to_hold_out(ladder);
     for (LadderModel& model : ladder.models) {
         ladder.comparison.emplace_back();
         if (model.fit.failed())
             continue;
-        model.held_out = predict_held_out(model.stated, hold_out, exact.front(), options);
         ladder.comparison.back() = ladder.comparisons.size();
         ladder.comparisons.push_back(compare(model.stated, model.fit, measurement, policy));
     }

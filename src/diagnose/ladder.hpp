@@ -3,7 +3,6 @@
 #pragma once
 
 #include "diagnose/comparison.hpp"
-#include "diagnose/held_out.hpp"
 
 #include <optional>
 #include <string>
@@ -18,7 +17,6 @@ struct LadderModel {
     fit::Fit fit;    ///< with the error terms of the readings: it is tested and compared
     std::size_t compared_with = 0;  ///< index of that model in the ladder
     std::vector<std::string> added; ///< effects that it does not have
-    std::optional<HeldOut> held_out;
     double log_evidence = 0.0;      ///< over that of the baseline
     double log_evidence_gain = 0.0; ///< against `compared_with`
     double modulus_change = 0.0;    ///< of Y, relative
@@ -29,7 +27,6 @@ struct LadderModel {
 
 struct Ladder {
     std::vector<LadderModel> models; ///< the baseline first
-    std::size_t left_out_row = 0;
     std::vector<Comparison>
         comparisons; ///< of every model that has a fit, in order; by `comparison`
     std::vector<std::optional<std::size_t>> comparison; ///< (models): index in `comparisons`

@@ -92,8 +92,8 @@ const Fit* last_moving(const std::vector<Fit>& models) {
     return last == models.rend() ? nullptr : &*last;
 }
 
-} // namespace
-
+/// Linearises the error terms about `stated`, fits the model together with them, and adds their
+/// contribution to the intervals of `stated`.
 ModelFit judged_model(Fit stated, std::span<const ObservedRecording> recordings,
                       const FitOptions& options) {
     if (stated.failed() || !stated.moves())
@@ -108,6 +108,8 @@ ModelFit judged_model(Fit stated, std::span<const ObservedRecording> recordings,
     add_input_uncertainty(known, out.judged.reduced_chi_squared, out.stated);
     return out;
 }
+
+} // namespace
 
 Fit as_stated(const Fit& judged, const Fit& smaller, std::span<const ObservedRecording> recordings,
               const FitOptions& options) {

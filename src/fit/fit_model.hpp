@@ -45,13 +45,8 @@ struct ModelFit {
     Fit judged; ///< tested and compared; equals `stated` if the inputs diverge
 };
 
-/// Linearises the error terms about `stated`, a fit to with_inputs_as_stated(), fits the model
-/// together with them, and adds their contribution to the intervals of `stated`.
-[[nodiscard]] ModelFit judged_model(Fit stated, std::span<const ObservedRecording> recordings,
-                                    const FitOptions& options = {});
-
 /// Refits `judged`, a fit with the error terms of `recordings`, with every input as stated. The
-/// intervals are as in judged_model(). `smaller` is the published chain, as stated.
+/// intervals include the uncertainty of the inputs. `smaller` is the published chain, as stated.
 [[nodiscard]] Fit as_stated(const Fit& judged, const Fit& smaller,
                             std::span<const ObservedRecording> recordings,
                             const FitOptions& options = {});
@@ -77,8 +72,8 @@ baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
                          const FitOptions& options = {});
 
 /// Fits the models of `effect_sets`, each of which contains the one before it, by fit_with_parts()
-/// with every input as stated and then by judged_model(). The published chain is the first. If the
-/// noise in motion differs about the last model, all are fitted with that noise. Throws as
+/// with every input as stated and then with the error terms. The published chain is the first. If
+/// the noise in motion differs about the last model, all are fitted with that noise. Throws as
 /// baseline_model() and candidate_model() if a model cannot be built, before any chain is run.
 struct NestedFits {
     std::vector<ObservedRecording> recordings; ///< BaselineFit::recordings

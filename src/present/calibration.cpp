@@ -60,6 +60,8 @@ json stem_parameters_json(const calibrate::Calibration& calibration) {
     json out = json::object();
     for (std::size_t k = 0; k < calibration.fit.parameters.size(); ++k) {
         const fit::FittedParameter& parameter = calibration.fit.parameters[k];
+        if (parameter.is_error)
+            continue;
         json& entry = out[parameter_key(parameter)];
         entry = estimate_json(parameter.value, calibration.budget.combined[k]);
         entry["stderr_of_readings"] = number(calibration.budget.from_readings[k]);
@@ -207,8 +209,6 @@ json central_range_json(const calibrate::CentralRange& found) {
 std::string parameter_lines(const calibrate::Calibration& calibration) {
     std::string text;
     for (const auto& [key, parameter] : by_key(calibration.fit.parameters)) {
-        if (parameter->is_error)
-            continue;
         const auto place = parameter - calibration.fit.parameters.data();
         fit::FittedParameter with_budget = *parameter;
         with_budget.standard_error = calibration.budget.combined[static_cast<std::size_t>(place)];

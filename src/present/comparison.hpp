@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The results of culm compare: a ladder of models, and the table of effects (docs/compare.md).
+// The results of culm compare: a ladder of models (docs/compare.md).
 #pragma once
 
-#include "diagnose/effect_table.hpp"
 #include "diagnose/ladder.hpp"
 #include "present/text_style.hpp"
 
@@ -47,23 +46,5 @@ namespace culm::present {
 [[nodiscard]] nlohmann::json
 against_amplitude_json(const std::vector<residuals::SwingWindow>& windows,
                        reduce::Estimate residuals::WindowFit::*quantity);
-
-/// Every model fitted to every measurement.
-struct EffectTableReport {
-    std::vector<std::string> models;
-    std::vector<std::string> measurements;   ///< their ids
-    std::vector<diagnose::EffectCell> cells; ///< (measurements, models)
-
-    [[nodiscard]] const diagnose::EffectCell& cell(std::size_t measurement,
-                                                   std::size_t model) const {
-        return cells[measurement * models.size() + model];
-    }
-};
-
-/// docs/schemas/effect-table.schema.json, except the provenance.
-[[nodiscard]] nlohmann::json effect_table_json(const EffectTableReport& table);
-
-/// Residual over noise of every model in every measurement; * marks values up to 1.10.
-[[nodiscard]] std::string effect_table_text(const EffectTableReport& table, const TextStyle& style);
 
 } // namespace culm::present

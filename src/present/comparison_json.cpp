@@ -87,16 +87,6 @@ json windows_json(const std::vector<residuals::SwingWindow>& found) {
     return out;
 }
 
-json modes_json(const std::vector<residuals::ModeShape>& found) {
-    json out = json::array();
-    for (const residuals::ModeShape& mode : found)
-        out.push_back({{"frequency_hz", number(mode.frequency)},
-                       {"measured_mm", millimetres_of(mode.measured)},
-                       {"modelled_mm", millimetres_of(mode.modelled)},
-                       {"stderr_mm", millimetres_of(mode.standard_error)}});
-    return out;
-}
-
 json slope_json(const reduce::StemRingDowns& stem) {
     if (!stem.banding)
         return nullptr;
@@ -156,12 +146,6 @@ json residual_map(const fit::RecordingFit& fit) {
     return {{"time_s", fit.times}, {"height_mm", heights}, {"residual_mm", rows}};
 }
 
-json held_out_part(const diagnose::HeldOutPart& part) {
-    if (!part.failure.empty())
-        return {{"failure", part.failure}};
-    return {{"rms_mm", number(1e3 * part.rms)}, {"rms_over_noise", number(part.over_noise)}};
-}
-
 json verdict_json(const diagnose::Verdict& verdict) {
     return {{"finding", diagnose::to_string(verdict.finding)},
             {"finding_text", finding_text(verdict.finding)},
@@ -188,8 +172,7 @@ json compared_fit_json(const fit::RecordingFit& fit, const fit::Fit& judged,
         {"remarks", fit.model.remarks}};
 }
 
-json ladder_model_json(const diagnose::Ladder& ladder, std::size_t k,
-                       const measure::Measurement& measurement) {
+json ladder_model_json(const diagnose::Ladder& ladder, std::size_t k) {
     const diagnose::LadderModel& model = ladder.models[k];
     json out{{"model", model.fit.names},
              {"added", model.added},
@@ -214,23 +197,6 @@ json ladder_model_json(const diagnose::Ladder& ladder, std::size_t k,
         out["change"] = {{"bond_youngs_modulus", number(model.modulus_change)},
                          {"bond_damping", number(model.damping_change)}};
     }
-    out["held_out"] = {{"last_third", held_out_part(model.held_out->last_third)},
-                       {"one_height", held_out_part(model.held_out->one_height)}};
-    out["held_out"]["one_height"]["height_mm"] = 1e3 * measurement.heights[ladder.left_out_row];
-    return out;
-}
-
-json effect_cell_json(const diagnose::EffectCell& cell) {
-    json out{{"applies", cell.applies}, {"runs", cell.runs}};
-    if (!cell.failure.empty()) {
-        out["failure"] = cell.failure;
-        return out;
-    }
-    out["rmse_mm"] = number(1e3 * cell.rmse);
-    out["rmse_over_noise"] = number(cell.over_noise);
-    out["reduced_chi2"] = number(cell.reduced_chi_squared);
-    out["parameters"] = parameters_json(cell.parameters);
-    out["at_bound"] = cell.is_at_bound;
     return out;
 }
 
@@ -255,7 +221,6 @@ json where_json(const diagnose::Comparison& comparison, const fit::RecordingFit&
              groups_json(comparison.by_amplitude, "smallest_mm", "largest_mm", millimetres)},
             {"spectrum", spectrum_json(comparison.spectrum)},
             {"against_amplitude", windows_json(comparison.windows)},
-            {"modes", modes_json(comparison.modes)},
             {"banding", banding_json(comparison)},
             {"structure", structure_json(comparison.structure)},
             {"pattern_over_heights",
@@ -267,7 +232,7 @@ json where_json(const diagnose::Comparison& comparison, const fit::RecordingFit&
 json comparison_json(const diagnose::Ladder& ladder, const measure::Measurement& measurement) {
     json models = json::array();
     for (std::size_t k = 0; k < ladder.models.size(); ++k)
-        models.push_back(ladder_model_json(ladder, k, measurement));
+        models.push_back(ladder_model_json(ladder, k));
     json out{{"format", "culm-comparison"},
              {"version", 1},
              {"measurement", measurement.stem.id},
@@ -284,20 +249,6 @@ json comparison_json(const diagnose::Ladder& ladder, const measure::Measurement&
             out["noise_known"] = model.fit.parts.front().is_noise_known;
         }
     return out;
-}
-
-json effect_table_json(const EffectTableReport& table) {
-    json rows = json::array();
-    for (std::size_t k = 0; k < table.models.size(); ++k) {
-        json cells = json::array();
-        for (std::size_t i = 0; i < table.measurements.size(); ++i)
-            cells.push_back(effect_cell_json(table.cell(i, k)));
-        rows.push_back({{"name", table.models[k]}, {"cells", std::move(cells)}});
-    }
-    return {{"format", "culm-effect-table"},
-            {"version", 1},
-            {"measurements", table.measurements},
-            {"models", std::move(rows)}};
 }
 
 } // namespace culm::present

@@ -13,8 +13,6 @@
 namespace culm::present {
 namespace {
 
-constexpr double explained = 1.10; ///< residual over noise up to which a cell is marked
-
 const diagnose::Comparison& comparison_of(const diagnose::Ladder& ladder, std::size_t model) {
     return ladder.comparisons[*ladder.comparison[model]];
 }
@@ -41,11 +39,6 @@ std::string comparison_header(const diagnose::Ladder& ladder,
                                : std::string("noise not stated")));
 }
 
-/// Residual over noise of the readings that were held out of the fit.
-std::string held_out_cell(const diagnose::HeldOutPart& part) {
-    return part.failure.empty() ? number_cell(part.over_noise, 2) : std::string("-");
-}
-
 /// The effects that a model adds to the one above it, in `width` columns; a longer name gets its
 /// own line.
 std::string ladder_name(const diagnose::LadderModel& model, std::size_t width) {
@@ -64,13 +57,11 @@ std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size
     const diagnose::Comparison& comparison = comparison_of(ladder, k);
     const diagnose::Verdict& verdict = comparison.verdict;
     const bool is_noise_known = model.stated.is_noise_known_everywhere();
-    return fmt::format("{} {:>9} {:>7} {:>10} {:>13} {:>10} {:>10}  {}\n", name,
+    return fmt::format("{} {:>9} {:>7} {:>10} {:>13}  {}\n", name,
                        number_cell(comparison.unit.factor * comparison.rmse, 4),
                        is_noise_known ? number_cell(comparison.over_noise, 2) : "-",
                        number_cell(verdict.reduced_chi_squared, 3),
                        k == 0 ? std::string() : fmt::format("{:+.0f}", model.log_evidence),
-                       held_out_cell(model.held_out->last_third),
-                       held_out_cell(model.held_out->one_height),
                        finding_text(verdict.finding, style));
 }
 
@@ -84,10 +75,9 @@ std::string_view unit_of(const diagnose::Ladder& ladder) {
 
 std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style) {
     constexpr std::size_t width = 22;
-    std::string text =
-        fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13} {:>10} {:>10}  {}\n", "model", width,
-                    fmt::format("rms {}", unit_of(ladder)), "/noise", "red. chi2*", "log evidence*",
-                    "last third", "one height", "verdict*");
+    std::string text = fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13}  {}\n", "model", width,
+                                   fmt::format("rms {}", unit_of(ladder)), "/noise", "red. chi2*",
+                                   "log evidence*", "verdict*");
     for (std::size_t k = 0; k < ladder.models.size(); ++k)
         text += ladder_line(ladder, k, width, style);
     return text + "* with the inputs free within their uncertainties; all else with every input as "
@@ -102,17 +92,6 @@ std::string model_parameters(const fit::Fit& fit) {
             text +=
                 fmt::format("    {:<40} {}\n", readable(*parameter).name, value_text(*parameter));
     return text;
-}
-
-std::string effect_cell_text(const diagnose::EffectCell& cell, const TextStyle& style) {
-    if (!cell.failure.empty())
-        return cell.applies ? "   " + style.failure("failed") : fmt::format(" {:>8}", "-");
-    const bool is_explained = cell.over_noise <= explained;
-    const std::string text = fmt::format(" {:>7.2f}{}", cell.over_noise,
-                                         is_explained       ? '*'
-                                         : cell.is_at_bound ? 'b'
-                                                            : ' ');
-    return is_explained ? style.good(text) : text;
 }
 
 } // namespace
@@ -189,24 +168,6 @@ std::string comparison_text(const diagnose::Ladder& ladder, const measure::Measu
     for (const std::string& sentence : comparison_sentences(comparison_of(ladder, place)))
         text += result_lines("  ", sentence);
     return text;
-}
-
-std::string effect_table_text(const EffectTableReport& table, const TextStyle& style) {
-    std::size_t width = 14;
-    for (const std::string& model : table.models)
-        width = std::max(width, model.size());
-    std::string text = fmt::format("{:<{}}", "residual/noise", width);
-    for (const std::string& measurement : table.measurements)
-        text += fmt::format(" {:>8}", measurement.substr(0, 8));
-    text += '\n';
-    for (std::size_t k = 0; k < table.models.size(); ++k) {
-        text += fmt::format("{:<{}}", table.models[k], width);
-        for (std::size_t i = 0; i < table.measurements.size(); ++i)
-            text += effect_cell_text(table.cell(i, k), style);
-        text += '\n';
-    }
-    return text + "* residual at most 1.10 times the noise; b: a parameter is at its bound; -: the "
-                  "effect does not apply to this measurement\n";
 }
 
 } // namespace culm::present

@@ -181,14 +181,9 @@ class MissingData(ArchiveTest):
                 self.assertEqual(frequency, "")
             else:
                 self.assertTrue(math.isfinite(float(frequency)))
-        # No table of deflections is invented for them.
         again = self.culm("archive", "export", "merged", "-o", "t2")
         self.assert_exit(again, POINTS_FAILED)
         self.assert_exit(self.culm("archive", "export", "merged", "-o", "t2"), BAD_INPUT)
-        shutil.rmtree(self.folder / "t2")
-        exported = self.culm("archive", "export", "merged", "-o", "t2", "--histories")
-        self.assert_exit(exported, POINTS_FAILED)
-        self.assertFalse((self.folder / f"t2/point_{missing[0]:06}.csv").exists())
 
     def test_are_not_called_failed_by_the_regressions(self):
         self.interrupted()

@@ -23,8 +23,6 @@ sys.path.insert(0, str(TESTS / "support"))
 from json_schema import schema_faults  # noqa: E402
 
 SCHEMA = json.loads((ROOT / "docs" / "schemas" / "comparison.schema.json").read_text("utf-8"))
-TABLE_SCHEMA = json.loads(
-    (ROOT / "docs" / "schemas" / "effect-table.schema.json").read_text("utf-8"))
 RECORDS = TESTS / "data"
 NULL, DRAG = RECORDS / "measurements" / "T1-null", RECORDS / "hidden-effect" / "T2-quadratic_drag"
 # Enough spheres for an error below the noise, few enough to be quick.
@@ -121,25 +119,6 @@ class Compare(CulmTest):
         self.assertIn("Nothing in this model moves a stem", finished.stdout)
 
 
-class Table(CulmTest):
-    def test_has_every_effect_alone_and_the_named_models(self):
-        finished = self.culm("compare", "--table", DRAG, "--spheres", "8", "--window", "0.06",
-                             "--with", "quadratic_drag,taper", "--json", "table.json")
-        self.assert_exit(finished, DONE)
-        table = json.loads((self.folder / "table.json").read_text("utf-8"))
-        self.assertEqual(schema_faults(table, TABLE_SCHEMA), [])
-        cards = json.loads(self.culm("effects", "--json", "-").stdout)["effects"]
-        names = [card["name"] for card in cards]
-        self.assertEqual([row["name"] for row in table["models"]],
-                         ["baseline", *names, "taper,quadratic_drag"])
-        ratios = {row["name"]: row["cells"][0].get("rmse_over_noise", float("inf"))
-                  for row in table["models"]}
-        single = {name: ratios[name] for name in names}
-        # power_drag contains quadratic_drag and fits as well.
-        self.assertIn(min(single, key=single.get), ("quadratic_drag", "power_drag"))
-        self.assertLessEqual(ratios["taper,quadratic_drag"], 1.001 * ratios["quadratic_drag"])
-
-
 class BadInput(CulmTest):
     def test_is_refused_with_a_message(self):
         refusals = {
@@ -197,9 +176,12 @@ class BadInput(CulmTest):
         self.assert_exit(finished, BAD_INPUT)
         self.assertRegex(finished.stderr, r"(?m)^ *\^$")
 
-    def test_points_to_the_table_for_several_measurements(self):
+    def test_takes_one_measurement_and_one_list_of_effects(self):
         self.assert_refused(self.culm("compare", NULL, DRAG),
-                            "culm: 2 measurements; compare takes one, --table takes many\n")
+                            "culm: 2 measurements; compare takes one\n")
+        self.assert_refused(self.culm("compare", NULL, "--with", "taper", "--with", "gravity"),
+                            "culm: --with may be given only once; separate the effects by commas, "
+                            "--with A,B\n")
 
 
 if __name__ == "__main__":

@@ -42,14 +42,8 @@ LEFT_OUT = {
         "bench_uncertainty_coverage 2001 500 coverage.json":
             MINUTES,
     },
-    "effects.md": {
-        "mpirun -n 2 culm compare --table ../shared/data/hidden-effect "
-        "--with quadratic_drag,clamp_compliance": MINUTES,
-    },
     "real-data.md": {
         "culm import mapping.toml -o beam": OUTSIDE_DATA,
-        "culm compare --table beam beam52 --with gravity --with gravity,tip_mass "
-        "--with gravity,precurvature": OUTSIDE_DATA,
         "culm compare beam --ladder gravity,precurvature,relaxation": OUTSIDE_DATA,
         "culm diagnose beam": OUTSIDE_DATA,
         "culm diagnose beam beam52": OUTSIDE_DATA,

@@ -222,7 +222,7 @@ class AlteredArchives(CulmTest):
                     alter(file)
                 codes = []
                 for command in (["archive", "verify", "out"], ["reduce", "out", "--keep"],
-                                ["archive", "export", "out", "-o", "t", "--histories"],
+                                ["archive", "export", "out", "-o", "t"],
                                 ["run", "--from-archive", "out", "-o", "again", "-q"]):
                     shutil.rmtree(self.folder / "again", ignore_errors=True)
                     finished = self.culm(*command)

@@ -80,16 +80,6 @@ class GivenParameters(CulmTest):
             of_study = float(point[key])
             self.assertAlmostEqual(one[key] / of_study, 1.0, delta=1e-10)
 
-    def test_history_begins_at_the_release_and_has_every_sample(self):
-        self.assert_exit(self.simulate("--bond-youngs-modulus-gpa", "4", "--bond-damping", "10",
-                                       "--history", "tip.csv"), DONE)
-        with open(self.folder / "tip.csv", encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-        self.assertEqual(len(rows), 1001)
-        self.assertEqual(rows[0], {"time_s": "0", "tip_deflection_mm": "15"})
-        self.assertEqual(float(rows[-1]["time_s"]), 0.05)
-        self.assertLess(min(float(row["tip_deflection_mm"]) for row in rows), -5)
-
     def test_stem_that_does_not_swing_has_no_fit(self):
         finished = self.simulate("--bond-youngs-modulus-gpa", "4", "--bond-damping", "30000")
         self.assert_exit(finished, POINTS_FAILED)

@@ -38,9 +38,9 @@ class Installed(unittest.TestCase):
         self.assertIn("9 points", said)
         self.assertTrue((self.tree / "quick" / "study.h5").exists())
 
-    def test_figures_and_completions_lie_where_they_are_looked_for(self):
+    def test_figures_lie_where_they_are_looked_for(self):
         for place in ("share/culm/postprocess/figures.py", "share/culm/postprocess/report.py",
-                      "share/doc/culm/copyright", "share/bash-completion/completions/culm", "bin/culm-track"):
+                      "share/doc/culm/copyright", "bin/culm-track"):
             self.assertTrue((self.tree / place).exists(), place)
 
     def test_nothing_names_the_machine_that_built_it(self):

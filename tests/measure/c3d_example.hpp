@@ -11,7 +11,6 @@
 namespace culm::tests {
 
 struct C3dExample {
-    int processor = 84; ///< 84 Intel, 85 DEC, 86 MIPS
     bool is_real = true;
     float scale = 0.01F; ///< of integers
     float rate = 200.0F;
@@ -28,13 +27,13 @@ struct C3dExample {
     void put_word(std::string& out, unsigned value) const {
         const char low = static_cast<char>(value & 0xFFU);
         const char high = static_cast<char>(value >> 8U & 0xFFU);
-        out += processor == 86 ? high : low;
-        out += processor == 86 ? low : high;
+        out += low;
+        out += high;
     }
     void put_real(std::string& out, float value) const {
-        const auto bits = std::bit_cast<std::uint32_t>(processor == 85 ? 4.0F * value : value);
-        put_word(out, processor == 84 ? bits & 0xFFFFU : bits >> 16U);
-        put_word(out, processor == 84 ? bits >> 16U : bits & 0xFFFFU);
+        const auto bits = std::bit_cast<std::uint32_t>(value);
+        put_word(out, bits & 0xFFFFU);
+        put_word(out, bits >> 16U);
     }
     void put_number(std::string& out, float value) const {
         if (is_real)
@@ -77,7 +76,7 @@ inline std::string C3dExample::bytes() const {
               word(frames) + word(0) + real(is_real ? -scale : scale) + word(3) +
               word(static_cast<std::size_t>(analog_words)) + real(rate);
     std::string parameters("\x01\x50\x01", 3);
-    parameters += static_cast<char>(processor);
+    parameters += static_cast<char>(84) /* Intel */;
     parameters += std::string("\x05\xFF", 2) + "POINT";
     put_word(parameters, 3);
     parameters += '\0';

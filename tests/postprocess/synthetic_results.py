@@ -70,7 +70,6 @@ def where(predicted, decay):
              "modelled": window(10.0, decay)},
             {"begin_s": 0.08, "end_s": 0.16, "measured": window(3.0, -0.15), "modelled": None},
             {"begin_s": 0.16, "end_s": 0.24, "measured": None, "modelled": None}],
-        "modes": [],
         "banding": {"heights": [{"height_mm": 50.0, "measured": plain(-0.2),
                                  "modelled": plain(decay)},
                                 {"height_mm": 100.0, "measured": None, "modelled": None}],
@@ -84,7 +83,6 @@ def where(predicted, decay):
 
 
 def comparison_rung(names, finding, predicted, decay):
-    held_out = {"rms_mm": 0.1, "rms_over_noise": 2.0}
     ratio = 5.0 if finding == "inadequate" else 1.0
     sentence = f"The model is {finding}."
     rung = {
@@ -98,7 +96,6 @@ def comparison_rung(names, finding, predicted, decay):
                     "reason": "", "tests": [{"name": "size", "p_value": 0.5,
                                              "adjusted_p_value": 1.0}]},
         "where": where(predicted, decay), "remarks": [],
-        "held_out": {"last_third": held_out, "one_height": {"failure": "one"}},
     }
     if len(names) > 1:
         rung |= {"compared_with": 0, "gain": True, "why": "the log evidence rises by 2000",

@@ -111,7 +111,6 @@ void add_merge(CLI::App& archive, CommandResult& result) {
 struct ExportArguments {
     std::string folder;
     std::string output;
-    bool histories = false;
 };
 
 void add_export(CLI::App& archive, CommandResult& result) {
@@ -123,13 +122,10 @@ void add_export(CLI::App& archive, CommandResult& result) {
     command->add_option("-o,--output", arguments->output, "Folder for the tables")
         ->required()
         ->type_name("DIR");
-    command->add_flag("--histories", arguments->histories,
-                      "Also one CSV file of deflections for each completed point");
     command->callback([arguments, &result] {
-        const study::ExportOutcome outcome = study::export_archive(
-            study::StudyFolder(arguments->folder), arguments->output, {arguments->histories});
-        fmt::print("points.csv with {} points, {} histories in {}\n", outcome.points,
-                   outcome.histories, arguments->output);
+        const study::ExportOutcome outcome =
+            study::export_archive(study::StudyFolder(arguments->folder), arguments->output);
+        fmt::print("points.csv with {} points in {}\n", outcome.points, arguments->output);
         if (outcome.missing > 0) {
             print_error(fmt::format("{} points are missing in the archive", outcome.missing));
             result.exit_code = core::ExitCode::PointsFailed;

@@ -251,19 +251,18 @@ std::string same_model(const std::string& command, const std::vector<std::string
            chain_words(arguments);
 }
 
-/// The suggested next command: export what is adequate, else show where the model fails or which
-/// effect is missing.
+/// The suggested next command: export what is adequate, else show for the first inadequate
+/// recording where the model fails or which effect is missing.
 std::string next_command(const CalibrateArguments& arguments, const CalibrationPlan& plan,
                          const std::vector<StemAnswer>& answers) {
-    const bool is_adequate = std::ranges::all_of(answers, [](const StemAnswer& answer) {
+    const auto failed = std::ranges::find_if_not(answers, [](const StemAnswer& answer) {
         return answer.numbers && answer.numbers->is_adequate;
     });
-    if (!is_adequate && plan.read.folders.size() > 1)
-        return same_model("compare --table", arguments.paths, arguments);
-    if (!is_adequate)
-        return arguments.effects.empty() && answers.front().numbers
-                   ? same_model("diagnose", arguments.paths, arguments)
-                   : same_model("compare", {plan.read.folders.front().string()}, arguments);
+    if (failed != answers.end()) {
+        const auto place = static_cast<std::size_t>(failed - answers.begin());
+        return same_model(arguments.effects.empty() && failed->numbers ? "diagnose" : "compare",
+                          {plan.read.folders[place].string()}, arguments);
+    }
     const std::string code = arguments.law == "consistent" ? "lammps" : "liggghts";
     if (!arguments.json.empty() || !arguments.output.empty())
         return "culm export " + code +

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// culm compare MEASUREMENT: compares one measurement with growing models, or with --table many
-// measurements with every effect.
+// culm compare MEASUREMENT: compares one measurement with growing models.
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
-#include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
-#include "physics/effects/library.hpp"
 #include "present/comparison.hpp"
 #include "present/files.hpp"
 #include "present/motion_files.hpp"
@@ -33,9 +29,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 struct CompareArguments : RecordingArguments {
-    std::vector<std::string> with; ///< effects of one model each, with commas between them
+    std::vector<std::string> with; ///< as it was given; more than one is refused
     std::string ladder;
-    bool is_table = false;
 };
 
 fit::FitOptions fit_options(const CompareArguments& arguments) {
@@ -45,9 +40,8 @@ fit::FitOptions fit_options(const CompareArguments& arguments) {
     return options;
 }
 
-std::vector<fs::path> comparison_inputs(const std::vector<fs::path>& folders,
-                                        const CompareArguments& arguments) {
-    std::vector<fs::path> inputs = measurement_files(folders);
+std::vector<fs::path> comparison_inputs(const fs::path& folder, const CompareArguments& arguments) {
+    std::vector<fs::path> inputs = measurement_files({folder});
     for (const std::string& effects : arguments.with)
         for (const fs::path& file : effect_files(effects))
             inputs.push_back(file);
@@ -59,8 +53,8 @@ std::vector<fs::path> comparison_inputs(const std::vector<fs::path>& folders,
 /// The models of --with and --ladder: every model contains the preceding one.
 std::vector<fit::SelectedEffects> growing_models(const CompareArguments& arguments) {
     if (arguments.with.size() > 1)
-        throw core::InputError("--with may be repeated only with --table; separate the "
-                               "effects of one model by commas, --with A,B");
+        throw core::InputError("--with may be given only once; separate the effects by "
+                               "commas, --with A,B");
     std::vector<fit::SelectedEffects> models;
     fit::SelectedEffects effects;
     if (!arguments.with.empty()) {
@@ -120,7 +114,7 @@ json ladder_document(const CompareArguments& arguments, const fs::path& folder,
 core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& folder,
                            const std::vector<fit::SelectedEffects>& models) {
     const measure::Measurement measurement = measure::read_measurement(folder);
-    const RunProvenance provenance(comparison_inputs({folder}, arguments), nullptr);
+    const RunProvenance provenance(comparison_inputs(folder, arguments), nullptr);
     const fit::FitOptions options = fit_options(arguments);
     const diagnose::Ladder ladder = diagnose::climb(measurement, models, options);
     const json document = ladder_document(arguments, folder, ladder, measurement, provenance);
@@ -140,114 +134,15 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
                : core::ExitCode::Done;
 }
 
-/// One row of the table of effects.
-struct TableModel {
-    std::string name;
-    fit::SelectedEffects effects;
-};
-
-/// The baseline, every effect alone, and the models of --with. If a model of --with is a single
-/// effect, its fixed values are used.
-std::vector<TableModel> table_models(const CompareArguments& arguments) {
-    std::vector<TableModel> models{{"baseline", {}}};
-    for (const physics::EffectPointer& effect : physics::all_effects())
-        models.push_back(
-            {effect->name(),
-             {{effect, std::vector<std::optional<double>>(effect->parameters().size())}}});
-    for (const std::string& text : arguments.with) {
-        const fit::SelectedEffects effects = fit::in_library_order(study::effects_from(text));
-        std::vector<std::string> names = fit::model_names(effects);
-        names.erase(names.begin()); // the baseline
-        const std::string name = fmt::format("{}", fmt::join(names, ","));
-        const auto same = std::ranges::find(models, name, &TableModel::name);
-        if (same != models.end())
-            same->effects = effects;
-        else
-            models.push_back({name, effects});
-    }
-    return models;
-}
-
-/// Relative efforts of the cells: spatial chains cost some three times as much as planar ones.
-std::vector<double> cell_costs(const std::vector<TableModel>& models, std::size_t measurements) {
-    std::vector<double> costs;
-    for (std::size_t i = 0; i < measurements; ++i)
-        for (const TableModel& model : models) {
-            const bool is_spatial =
-                std::ranges::any_of(model.effects, [](const physics::SelectedEffect& selected) {
-                    return selected.effect->dimensions() > 2;
-                });
-            costs.push_back(is_spatial ? 3.0 : 1.0);
-        }
-    return costs;
-}
-
-present::EffectTableReport
-table_report(const std::vector<TableModel>& models,
-             const std::vector<measure::Measurement>& measurements,
-             std::vector<core::ItemOutcome<diagnose::EffectCell>> outcomes) {
-    present::EffectTableReport report;
-    for (const TableModel& model : models)
-        report.models.push_back(model.name);
-    for (const measure::Measurement& measurement : measurements)
-        report.measurements.push_back(measurement.stem.id);
-    for (core::ItemOutcome<diagnose::EffectCell>& outcome : outcomes) {
-        diagnose::EffectCell lost;
-        lost.failure = outcome.failure.empty() ? "not computed" : outcome.failure;
-        report.cells.push_back(std::move(outcome.value).value_or(std::move(lost)));
-    }
-    return report;
-}
-
-core::ExitCode report(const CompareArguments& arguments, const present::EffectTableReport& table,
-                      const fs::path& first_folder, const json& provenance) {
-    json document = present::effect_table_json(table);
-    document["provenance"] = provenance;
-    write_results(arguments, {}, "effect_table.json", document);
-    if (arguments.prints_text())
-        fmt::print("{}{}", present::effect_table_text(table, style_of(stdout)),
-                   next_step(arguments, "culm diagnose" + as_words({first_folder.string()}) +
-                                            chain_words(arguments)));
-    return core::ExitCode::Done;
-}
-
-/// Fits the baseline, every effect of the library alone and the models of --with to every
-/// measurement.
-core::ExitCode compare_all(const CompareArguments& arguments,
-                           const farm::Communicator* communicator) {
-    const std::vector<TableModel> models = table_models(arguments);
-    const auto [measurements, folders] = measure::read_measurements(arguments.paths);
-    const RunProvenance provenance(comparison_inputs(folders, arguments), communicator);
-    const fit::FitOptions options = fit_options(arguments);
-    const bool is_quiet = arguments.is_silent(communicator);
-    diagnose::EffectTable table(measurements, options);
-    ProgressDisplay display(is_quiet, "fits");
-    std::vector<core::ItemOutcome<diagnose::EffectCell>> cells = farm::map(
-        communicator, cell_costs(models, measurements.size()),
-        [&](std::size_t place, const run::Heartbeat& heartbeat) {
-            return table.cell(place / models.size(), models[place % models.size()].effects,
-                              heartbeat);
-        },
-        {.progress = [&display](const farm::Progress& progress) { display.show(progress); }});
-    display.finish();
-    const json facts = provenance.document();
-    const present::EffectTableReport found = table_report(models, measurements, std::move(cells));
-    return farm::on_root(communicator,
-                         [&] { return report(arguments, found, folders.front(), facts); });
-}
-
 core::ExitCode compare_measurements(const CompareArguments& arguments,
                                     const farm::Communicator* communicator) {
-    if (arguments.is_table)
-        return compare_all(arguments, communicator);
     const std::vector<fit::SelectedEffects> models = growing_models(arguments);
     std::vector<fs::path> folders;
     for (const std::string& path : arguments.paths)
         for (const fs::path& folder : measure::find_measurements(path))
             folders.push_back(folder);
     if (folders.size() != 1)
-        throw core::InputError(
-            fmt::format("{} measurements; compare takes one, --table takes many", folders.size()));
+        throw core::InputError(fmt::format("{} measurements; compare takes one", folders.size()));
     return farm::on_root(communicator,
                          [&] { return compare_one(arguments, folders.front(), models); });
 }
@@ -259,8 +154,7 @@ void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**
         "compare", "Compare a model with a measurement: where, when and how it fails, and whether "
                    "added effects improve it");
     auto arguments = std::make_shared<CompareArguments>();
-    add_recording_options(*command, *arguments,
-                          "A measurement folder; with --table many, or folders that contain some",
+    add_recording_options(*command, *arguments, "A measurement folder",
                           "Folder for comparison.json, comparison.h5 and deflections.csv",
                           "Compare");
     command
@@ -274,9 +168,6 @@ void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**
         ->add_option("--ladder", arguments->ladder,
                      "Add these effects one by one and judge each step")
         ->type_name("EFFECT,...");
-    command->add_flag("--table", arguments->is_table,
-                      "Every effect of the library alone (and each --with) against every "
-                      "measurement, shared among the ranks of mpirun");
     add_chain_options(*command, *arguments);
     run_on_ranks(*command, arguments, result.exit_code, argc, argv, compare_measurements);
 }

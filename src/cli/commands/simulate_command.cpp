@@ -27,7 +27,6 @@ struct SimulateArguments {
     std::optional<double> bond_damping;
     std::optional<double> decay_per_cycle;
     std::optional<double> frequency_hz;
-    std::string history;
     std::string json;
 };
 
@@ -40,8 +39,7 @@ struct Candidate {
 
 struct Simulated {
     Candidate candidate;
-    std::string law;         ///< of the bonds' damping
-    std::vector<double> tip; ///< m
+    std::string law; ///< of the bonds' damping
     reduce::RingDownFit fit;
 };
 
@@ -53,7 +51,7 @@ Simulated simulate_candidate(const study::StudyConfig& config, const Candidate& 
     if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
         throw core::NumericalError(failure->kind, failure->reason);
     const auto& result = std::get<run::CaseResult>(outcome);
-    return {candidate, physics::law_name(spec.law), result.tip_deflection,
+    return {candidate, physics::law_name(spec.law),
             reduce::fit_ring_down(study::sample_times(spec), result.tip_deflection,
                                   study::fit_options(config.reduce))};
 }
@@ -123,15 +121,6 @@ void print(const Simulated& simulated, const SimulateArguments& arguments) {
                100.0 * simulated.fit.rms_residual);
 }
 
-void write_history(const std::string& file, const run::CaseSpec& spec,
-                   const std::vector<double>& tip) {
-    std::string text = "time_s,tip_deflection_mm\n";
-    const std::vector<double> times = study::sample_times(spec);
-    for (std::size_t k = 0; k < tip.size(); ++k)
-        text += fmt::format("{:.9g},{:.9g}\n", times[k], tip[k] * 1e3);
-    present::write_text(file, text);
-}
-
 void refuse_incomplete(const SimulateArguments& arguments) {
     if (arguments.via.empty() && arguments.study.empty())
         throw core::InputError("simulate needs a study file, or --via DIR");
@@ -165,8 +154,6 @@ void simulate(const SimulateArguments& arguments) {
         if (arguments.json != "-")
             print(simulated, arguments);
         json.push_back(to_json(simulated, arguments));
-        if (!arguments.history.empty() && candidate.name == candidates.back().name)
-            write_history(arguments.history, config.base, simulated.tip);
     }
     if (!arguments.json.empty())
         present::write_json(arguments.json, json);
@@ -203,10 +190,6 @@ void add_simulate_command(CLI::App& app, CommandResult&) {
                      "Measured damping b1 in normalised time, negative")
         ->type_name("B1")
         ->check(number_in({-10.0, 0.0, false, true}));
-    command
-        ->add_option("--history", arguments->history,
-                     "Write the tip's history (of the last stem printed) as CSV")
-        ->type_name("FILE");
     command->add_option("--json", arguments->json, "Write the results to this file (- for stdout)")
         ->type_name("FILE");
     command->callback([arguments] { simulate(*arguments); });

@@ -119,12 +119,6 @@ TipMotion tip_motion(const measure::Measurement& measurement, const RowRingDown&
     const std::complex<double> per_deflection = reading_per_deflection(
         measurement, found.row,
         {fit.decay_rate.value, 2.0 * std::numbers::pi * fit.frequency.value});
-    if (measurement.sensors.empty()) {
-        double shape = 0.0; // of the largest height, where Eq. 1 was fitted
-        for (std::size_t j = 0; j < measurement.heights.size(); ++j)
-            shape = std::max(shape, tip_force_shape(measurement, j));
-        return {fit.amplitude.value / shape, fit.phase.value};
-    }
     const std::complex<double> motion =
         std::polar(fit.amplitude.value, fit.phase.value) / per_deflection;
     return {std::abs(motion), std::arg(motion)};

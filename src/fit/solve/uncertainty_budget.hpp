@@ -35,7 +35,7 @@ struct UncertaintyBudget {
     [[nodiscard]] double share_of_readings(std::size_t parameter) const;
 };
 
-/// `stated` is a fit with every input as stated (judged_model()); `judged` has the error terms,
+/// `stated` is a fit with every input as stated (fit_nested()); `judged` has the error terms,
 /// whose values are the pulls. A parameter that the readings do not determine has an infinite
 /// uncertainty.
 [[nodiscard]] UncertaintyBudget uncertainty_budget(const RecordingFit& stated,

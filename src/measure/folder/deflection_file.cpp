@@ -251,35 +251,26 @@ void read_time(const DelimitedLine& line, Measurement& measurement, core::FileFa
     measurement.times.push_back(*time);
 }
 
-/// A deflection that exceeds the stem's length indicates a wrong unit.
-double read_deflection(const DelimitedLine& line, std::size_t column, int power,
-                       const MeasuredStem& stem, core::FileFaults& faults) {
+/// A reading in SI units. A deflection that exceeds the stem's length indicates a wrong unit.
+double read_cell(const DelimitedLine& line, std::size_t column, const DeflectionHeader& header,
+                 const MeasuredStem& stem, core::FileFaults& faults) {
+    const double size = header.sizes[column - 1];
+    const bool is_sensor = size > 0.0;
     const std::string& cell = line.cells[column];
     if (is_gap(cell))
         return nothing_seen;
-    const std::optional<double> value = core::parse_decimal(cell, power);
+    const std::optional<double> value =
+        core::parse_decimal(cell, is_sensor ? 0 : header.power_of_ten);
     if (!value)
         faults.add(line.number,
                    fmt::format("column {}: \"{}\" {}", column + 1, cell, why_not_a_number(cell)));
-    else if (std::abs(*value) > 1.05 * stem.length)
+    else if (!is_sensor && std::abs(*value) > 1.05 * stem.length)
         faults.add(line.number,
                    fmt::format("column {}: a deflection of {} m is more than the stem's length, {} "
                                "m: is the unit in the header right?",
                                column + 1, core::decimal_text(*value),
                                core::decimal_text(stem.length)));
-    return value.value_or(nothing_seen);
-}
-
-double read_reading(const DelimitedLine& line, std::size_t column, double size,
-                    core::FileFaults& faults) {
-    const std::string& cell = line.cells[column];
-    if (is_gap(cell))
-        return nothing_seen;
-    const std::optional<double> value = core::parse_decimal(cell);
-    if (!value)
-        faults.add(line.number,
-                   fmt::format("column {}: \"{}\" {}", column + 1, cell, why_not_a_number(cell)));
-    return value ? *value * size : nothing_seen;
+    return value ? *value * (is_sensor ? size : 1.0) : nothing_seen;
 }
 
 void read_line(const DelimitedLine& line, const DeflectionHeader& header, Measurement& measurement,
@@ -293,10 +284,7 @@ void read_line(const DelimitedLine& line, const DeflectionHeader& header, Measur
         if (!line.cells[i].empty())
             faults.add(line.number, fmt::format("column {} has no name in the header", i + 1));
     for (std::size_t i = 1; i < columns; ++i) {
-        const double size = header.sizes[i - 1];
-        const double value =
-            size > 0.0 ? read_reading(line, i, size, faults)
-                       : read_deflection(line, i, header.power_of_ten, measurement.stem, faults);
+        const double value = read_cell(line, i, header, measurement.stem, faults);
         // A line without a valid time adds no row, so that the arrays keep their shape. Its cells
         // are checked nevertheless.
         if (measurement.times.size() > before)

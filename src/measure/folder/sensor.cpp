@@ -26,6 +26,21 @@ constexpr std::array<UnitSize, 10> units{{{Quantity::Displacement, "mm", 1e-3},
                                           {Quantity::Strain, "m/m", 1.0},
                                           {Quantity::Strain, "um/m", 1e-6}}};
 
+struct Description {
+    std::string_view name, si_unit, unit_names;
+    ReadingUnit printed;
+};
+/// In the order of Quantity.
+constexpr std::array<Description, 4> descriptions{
+    {{"displacement", "m", "mm, m, um", {1e3, "mm"}},
+     {"velocity", "m/s", "m/s, mm/s", {1e3, "mm/s"}},
+     {"acceleration", "m/s2", "m/s2, mm/s2, g", {1.0, "m/s²"}},
+     {"strain", "m/m", "m/m, um/m", {1e6, "µm/m"}}}};
+
+const Description& description(Quantity quantity) {
+    return descriptions.at(static_cast<std::size_t>(quantity));
+}
+
 } // namespace
 
 std::string ReadingUnit::text(double value, int decimals) const {
@@ -36,19 +51,9 @@ ReadingUnit reading_unit(std::span<const Sensor> sensors) {
     if (sensors.empty())
         return {};
     const Quantity first = sensors.front().quantity;
-    if (std::ranges::any_of(sensors, [&](const Sensor& each) { return each.quantity != first; }))
-        return {1.0, "SI units"};
-    switch (first) {
-    case Quantity::Velocity:
-        return {1e3, "mm/s"};
-    case Quantity::Acceleration:
-        return {1.0, "m/s²"};
-    case Quantity::Strain:
-        return {1e6, "µm/m"};
-    case Quantity::Displacement:
-        break;
-    }
-    return {};
+    const bool is_one =
+        std::ranges::all_of(sensors, [&](const Sensor& each) { return each.quantity == first; });
+    return is_one ? description(first).printed : ReadingUnit{1.0, "SI units"};
 }
 
 std::optional<double> unit_size(Quantity quantity, std::string_view unit) {
@@ -59,38 +64,15 @@ std::optional<double> unit_size(Quantity quantity, std::string_view unit) {
 }
 
 std::string_view si_unit(Quantity quantity) {
-    return std::ranges::find_if(
-               units,
-               [&](const UnitSize& each) { return each.quantity == quantity && each.size == 1.0; })
-        ->name;
+    return description(quantity).si_unit;
 }
 
 std::string_view unit_names(Quantity quantity) {
-    switch (quantity) {
-    case Quantity::Velocity:
-        return "m/s, mm/s";
-    case Quantity::Acceleration:
-        return "m/s2, mm/s2, g";
-    case Quantity::Strain:
-        return "m/m, um/m";
-    case Quantity::Displacement:
-        break;
-    }
-    return "mm, m, um";
+    return description(quantity).unit_names;
 }
 
 std::string_view to_string(Quantity quantity) {
-    switch (quantity) {
-    case Quantity::Velocity:
-        return "velocity";
-    case Quantity::Acceleration:
-        return "acceleration";
-    case Quantity::Strain:
-        return "strain";
-    case Quantity::Displacement:
-        break;
-    }
-    return "displacement";
+    return description(quantity).name;
 }
 
 } // namespace culm::measure

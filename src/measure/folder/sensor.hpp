@@ -27,7 +27,7 @@ struct Sensor {
     double high_pass = 0.0;          ///< cut-off of a first-order filter, Hz; 0: none
     double low_pass = 0.0;           ///< likewise
     std::optional<double> noise;     ///< standard deviation of one reading
-    /// Standard uncertainties; empty: the defaults of fit::sensor_terms() and fit::stated_inputs().
+    /// Standard uncertainties; empty: the defaults of docs/measurements.md.
     std::optional<double> scale_uncertainty;  ///< relative
     std::optional<double> offset_uncertainty; ///< of a constant error
     std::optional<double> drift_uncertainty;  ///< of an error that grows linearly, per s

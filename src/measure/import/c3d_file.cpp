@@ -23,8 +23,7 @@ namespace culm::measure {
 
 namespace {
 
-/// The fourth byte of the parameter section.
-enum class C3dProcessor : std::uint8_t { Intel = 84, Dec = 85, Mips = 86 };
+constexpr int intel = 84; ///< the fourth byte of the parameter section: the order of bytes
 
 /// Bytes of a whole file with checked access.
 class C3dBytes {
@@ -32,7 +31,6 @@ class C3dBytes {
     C3dBytes(std::string content, std::string file)
         : content_(std::move(content)), file_(std::move(file)) {}
 
-    void set_processor(C3dProcessor processor) { processor_ = processor; }
     [[nodiscard]] std::size_t size() const { return content_.size(); }
 
     /// Each throws core::InputError if the file ends before the end of the number.
@@ -51,7 +49,6 @@ class C3dBytes {
 
     std::string content_;
     std::string file_;
-    C3dProcessor processor_ = C3dProcessor::Intel;
 };
 
 std::uint8_t C3dBytes::byte(std::size_t offset) const {
@@ -67,8 +64,7 @@ int C3dBytes::signed_byte(std::size_t offset) const {
 std::uint16_t C3dBytes::word(std::size_t offset) const {
     const unsigned first = byte(offset);
     const unsigned second = byte(offset + 1);
-    return static_cast<std::uint16_t>(processor_ == C3dProcessor::Mips ? first << 8U | second
-                                                                       : second << 8U | first);
+    return static_cast<std::uint16_t>(second << 8U | first);
 }
 
 std::int16_t C3dBytes::signed_word(std::size_t offset) const {
@@ -78,12 +74,7 @@ std::int16_t C3dBytes::signed_word(std::size_t offset) const {
 double C3dBytes::real(std::size_t offset) const {
     const std::uint32_t first = word(offset);
     const std::uint32_t second = word(offset + 2);
-    // Intel: low word first. MIPS and DEC: high word first; a DEC number has the layout of IEEE
-    // with an exponent that is larger by 2 (VAX F format).
-    const bool low_first = processor_ == C3dProcessor::Intel;
-    const std::uint32_t bits = low_first ? second << 16U | first : first << 16U | second;
-    const auto value = static_cast<double>(std::bit_cast<float>(bits));
-    return processor_ == C3dProcessor::Dec ? 0.25 * value : value;
+    return static_cast<double>(std::bit_cast<float>(second << 16U | first));
 }
 
 std::string C3dBytes::text(std::size_t offset, std::size_t length) const {
@@ -202,12 +193,11 @@ C3dParameter read_parameter(const C3dBytes& bytes, const Entry& entry, std::size
     return parameter;
 }
 
-/// Reads the section that begins at byte `begin`, and sets the processor of `bytes`.
-C3dParameters read_c3d_parameters(C3dBytes& bytes, std::size_t begin) {
-    const int processor = bytes.byte(begin + 3);
-    if (processor < 84 || processor > 86)
-        bytes.fail(fmt::format("processor type {} (84 Intel, 85 DEC, 86 MIPS)", processor));
-    bytes.set_processor(static_cast<C3dProcessor>(processor));
+/// Reads the section that begins at byte `begin`.
+C3dParameters read_c3d_parameters(const C3dBytes& bytes, std::size_t begin) {
+    if (const int processor = bytes.byte(begin + 3); processor != intel)
+        bytes.fail(fmt::format("processor type {}; only files of type {} (Intel) are read",
+                               processor, intel));
     std::map<int, std::string> groups;
     std::vector<std::pair<Entry, C3dParameter>> found;
     std::size_t at = begin + 4;

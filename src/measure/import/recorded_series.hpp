@@ -39,7 +39,7 @@ struct C3dTracks {
     std::vector<double> positions;
 };
 
-/// Reads a C3D file ("The C3D File Format", Motion Lab Systems, 2008): Intel, MIPS and DEC numbers,
+/// Reads a C3D file ("The C3D File Format", Motion Lab Systems, 2008): Intel numbers,
 /// points as floats or scaled integers, more than 65535 frames by POINT:LONG_FRAMES or
 /// POINT:FRAMES. Debian 12 has no package of a maintained library, so the required parts are read
 /// here. Throws core::InputError with the position of the fault in the file.

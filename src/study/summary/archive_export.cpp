@@ -94,40 +94,9 @@ void write_points(const StudyFile& file, const fs::path& target) {
     table.finish();
 }
 
-void write_history(const StudyFile& file, std::int64_t point, const fs::path& target) {
-    const archive::StudyDescription& description = file.description();
-    TextFile table(target / (archive::particle_group_name(point) + ".csv"));
-    fmt::print(table.stream(), "time [s],tip_deflection [m]");
-    std::vector<double> heights;
-    if (description.stored.heights) {
-        heights = file.height_deflection(point);
-        for (const double height : description.heights)
-            fmt::print(table.stream(), ",deflection at {} m [m]", height);
-    }
-    fmt::print(table.stream(), "\n");
-    const std::vector<double> tip = file.tip_deflection(point);
-    const std::size_t columns = heights.size() / tip.size();
-    for (std::size_t sample = 0; sample < tip.size(); ++sample) {
-        fmt::print(table.stream(), "{},{}", description.times[sample], cell(tip[sample]));
-        for (std::size_t k = 0; k < columns; ++k)
-            fmt::print(table.stream(), ",{}", cell(heights[sample * columns + k]));
-        fmt::print(table.stream(), "\n");
-    }
-    table.finish();
-}
-
-void require_stored(const StudyFile& file, const ExportOptions& options) {
-    const archive::StoredHistories& stored = file.description().stored;
-    if (options.histories && !stored.tip)
-        throw core::InputError(fmt::format("{}: the study stores no histories (study.store = "
-                                           "\"fit\"), so --histories has nothing to write",
-                                           file.path().string()));
-}
-
 } // namespace
 
-ExportOutcome export_archive(const StudyFolder& folder, const fs::path& target,
-                             const ExportOptions& options) {
+ExportOutcome export_archive(const StudyFolder& folder, const fs::path& target) {
     if (!is_there(folder.archive()))
         throw core::InputError(
             fmt::format("{}: there is no study.h5 here; `culm archive merge {} -o OTHER` makes one "
@@ -138,7 +107,6 @@ ExportOutcome export_archive(const StudyFolder& folder, const fs::path& target,
             fmt::format("{} is there already; choose another folder with -o or remove it",
                         (target / "points.csv").string()));
     const StudyFile file(folder.archive());
-    require_stored(file, options);
     std::error_code error;
     fs::create_directories(target, error);
     if (error)
@@ -147,16 +115,8 @@ ExportOutcome export_archive(const StudyFolder& folder, const fs::path& target,
     write_points(file, target);
     ExportOutcome outcome;
     outcome.points = file.point_count();
-    for (std::int64_t point = 0; point < file.point_count(); ++point) {
-        if (file.status(point) == PointStatus::Missing)
-            ++outcome.missing;
-        if (file.status(point) != PointStatus::Completed)
-            continue;
-        if (options.histories) {
-            write_history(file, point, target);
-            ++outcome.histories;
-        }
-    }
+    for (std::int64_t point = 0; point < file.point_count(); ++point)
+        outcome.missing += file.status(point) == PointStatus::Missing ? 1 : 0;
     return outcome;
 }
 
