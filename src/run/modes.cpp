@@ -65,7 +65,7 @@ std::vector<ShapedMode> shaped_modes(const CaseSpec& spec, std::size_t count) {
         };
         ShapedMode& out = shaped.emplace_back(ShapedMode{mode, {}});
         for (std::size_t j = 0; j < spec.heights.size(); ++j) {
-            if (j < spec.sensors.size() && !spec.sensors[j].is_camera()) {
+            if (!measure::is_of_camera(spec.sensors, j)) {
                 std::vector<double> shape;
                 for (Eigen::Index i = 0; i <= spheres; ++i)
                     shape.push_back(at(i) / at(spheres));

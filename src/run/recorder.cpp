@@ -79,10 +79,6 @@ double Recorder::support_position(double time) const {
     return model_.chain.base_motion ? physics::base_position(*model_.chain.base_motion, time) : 0.0;
 }
 
-bool Recorder::is_camera(std::size_t row) const {
-    return row >= spec_.sensors.size() || spec_.sensors[row].is_camera();
-}
-
 bool Recorder::needs_rates() const {
     return std::ranges::any_of(spec_.sensors, &measure::Sensor::needs_rates);
 }
@@ -118,16 +114,18 @@ void Recorder::record(std::size_t index, const measure::ChainSample& sample) {
 
 void Recorder::read_heights(std::size_t index, const measure::ChainSample& sample, double support) {
     double* const frame = result_.height_deflection.data() + index * spec_.heights.size();
-    const measure::SensorSurroundings surroundings =
-        surroundings_at(static_cast<double>(index) * spec_.sample_interval);
+    measure::SensorSurroundings surroundings;
+    if (!spec_.sensors.empty())
+        surroundings = surroundings_at(static_cast<double>(index) * spec_.sample_interval);
     for (std::size_t row = 0; row < spec_.heights.size(); ++row) {
         const double height = spec_.heights[row];
+        const bool is_camera = measure::is_of_camera(spec_.sensors, row);
         const bool is_displacement =
-            is_camera(row) || spec_.sensors[row].quantity == measure::Quantity::Displacement;
+            is_camera || spec_.sensors[row].quantity == measure::Quantity::Displacement;
         const bool is_in_row = is_displacement && spec_.reading == measure::Reading::Row;
         if (is_in_row)
             frame[row] = measure::deflection_in_row(sample.positions, dimensions_, height);
-        else if (is_camera(row))
+        else if (is_camera)
             frame[row] = measure::deflection_of_mark(sample.positions, dimensions_,
                                                      spec_.stem.bond_length, height);
         else
@@ -135,7 +133,7 @@ void Recorder::read_heights(std::size_t index, const measure::ChainSample& sampl
                                                     spec_.stem.bond_length, height, surroundings);
         if (is_displacement)
             frame[row] += support;
-        if (is_camera(row))
+        if (is_camera)
             frame[row] *= camera_scale(height);
     }
 }
@@ -145,7 +143,7 @@ void Recorder::finish() {
         const double per_height = model_.camera.readout_time / spec_.stem.free_length();
         change_columns(result_.height_deflection, spec_.heights.size(),
                        [&](const std::vector<double>& history, std::size_t row) {
-                           return is_camera(row)
+                           return measure::is_of_camera(spec_.sensors, row)
                                       ? read_late(history, per_height * spec_.heights[row],
                                                   spec_.sample_interval)
                                       : history;

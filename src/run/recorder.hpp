@@ -43,7 +43,6 @@ class Recorder {
     [[nodiscard]] double support_position(double time) const;
     void read_heights(std::size_t index, const measure::ChainSample& sample, double support);
     [[nodiscard]] measure::SensorSurroundings surroundings_at(double time) const;
-    [[nodiscard]] bool is_camera(std::size_t row) const;
 
     const CaseSpec& spec_;
     int dimensions_;

@@ -56,6 +56,20 @@ TEST(SensorTables, ReadBackAsWritten) {
         EXPECT_NEAR(second.deflections[at], first.deflections[at], 1e-12);
 }
 
+TEST(SensorTables, KeepTheMassesOfEqualSensorsAtOneHeightApart) {
+    const std::string twin =
+        "[[sensor]]\ncolumn = \"b\"\nquantity = \"acceleration\"\nunit = \"g\"\n"
+        "height_mm = 100\nmass_g = 5\n";
+    const culm::measure::Measurement first =
+        read_texts(sensor_tables + twin, "time_s,acc,root,b\n0,1,2,3\n0.001,2,3,4\n");
+    ASSERT_EQ(first.stem.added_masses.size(), 2U);
+    const TemporaryFolder folder;
+    culm::measure::write_measurement(folder.path(), first);
+    const culm::measure::Measurement second = culm::measure::read_measurement(folder.path());
+    EXPECT_EQ(second.stem.added_masses.size(), 2U);
+    EXPECT_EQ(second.sensors.size(), 3U);
+}
+
 TEST(SensorTables, AreRefusedWithWhatToWrite) {
     const auto sensor = [](const std::string& lines) {
         return plain_stem + "[[sensor]]\ncolumn = \"acc\"\n" + lines;

@@ -64,9 +64,9 @@ std::string column_hint(std::string_view name) {
     if (lower.starts_with("h="))
         return fmt::format("must be a height with its unit, mm or m: write \"{}\"",
                            lower.find("mm") == std::string::npos ? "h=14mm" : lower);
-    return "must be \"h=<height>mm\" (or m), for example \"h=14mm\", or the column of a [[sensor]] "
-           "in "
-           "stem.toml; remove other columns (`culm import` picks columns from any table)";
+    return "must be \"h=<height>mm\" (or m), for example \"h=14mm\", or the column of a "
+           "[[sensor]] in stem.toml; remove other columns (`culm import` picks columns from any "
+           "table)";
 }
 
 void check_time_name(const DelimitedLine& line, core::FileFaults& faults) {
@@ -396,13 +396,10 @@ void read_deflection_file(const std::filesystem::path& file, Measurement& measur
 
 std::string deflection_file_text(const Measurement& measurement) {
     std::string text = "time_s";
-    const auto is_sensor = [&](std::size_t j) {
-        return !measurement.sensors.empty() && !measurement.sensors[j].is_camera();
-    };
     for (std::size_t j = 0; j < measurement.heights.size(); ++j)
-        text += is_sensor(j)
-                    ? "," + measurement.sensors[j].column
-                    : fmt::format(",h={}mm", core::decimal_text(measurement.heights[j], 3));
+        text += is_of_camera(measurement.sensors, j)
+                    ? fmt::format(",h={}mm", core::decimal_text(measurement.heights[j], 3))
+                    : "," + measurement.sensors[j].column;
     text += '\n';
     for (std::size_t i = 0; i < measurement.times.size(); ++i) {
         text += core::decimal_text(measurement.times[i]);
@@ -410,7 +407,7 @@ std::string deflection_file_text(const Measurement& measurement) {
             const double value = measurement.deflection(i, j);
             text += ',';
             if (!std::isnan(value))
-                text += core::decimal_text(value, is_sensor(j) ? 0 : 3);
+                text += core::decimal_text(value, is_of_camera(measurement.sensors, j) ? 3 : 0);
         }
         text += '\n';
     }

@@ -43,7 +43,7 @@ struct AddedMass {
     double mass = 0.0;                        ///< kg
     std::optional<double> mass_uncertainty{}; ///< standard uncertainty, kg
     double mass_last_digit = 0.0; ///< one in the last digit that the file writes, kg; 0: not known
-    bool is_sensor = false;       ///< the mass of a [[sensor]]
+    std::string sensor{};         ///< column of the sensor that weighs it; empty: another body
 };
 
 struct MeasuredStem {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include <fmt/core.h>
 
@@ -15,8 +16,9 @@ struct UnitSize {
     double size;
 };
 
-constexpr std::array<UnitSize, 10> units{{{Quantity::Displacement, "mm", 1e-3},
-                                          {Quantity::Displacement, "m", 1.0},
+/// The SI unit is the first one of each quantity.
+constexpr std::array<UnitSize, 10> units{{{Quantity::Displacement, "m", 1.0},
+                                          {Quantity::Displacement, "mm", 1e-3},
                                           {Quantity::Displacement, "um", 1e-6},
                                           {Quantity::Velocity, "m/s", 1.0},
                                           {Quantity::Velocity, "mm/s", 1e-3},
@@ -27,24 +29,20 @@ constexpr std::array<UnitSize, 10> units{{{Quantity::Displacement, "mm", 1e-3},
                                           {Quantity::Strain, "um/m", 1e-6}}};
 
 struct Description {
-    std::string_view name, si_unit, unit_names;
+    std::string_view name;
     ReadingUnit printed;
 };
 /// In the order of Quantity.
-constexpr std::array<Description, 4> descriptions{
-    {{"displacement", "m", "mm, m, um", {1e3, "mm"}},
-     {"velocity", "m/s", "m/s, mm/s", {1e3, "mm/s"}},
-     {"acceleration", "m/s2", "m/s2, mm/s2, g", {1.0, "m/s²"}},
-     {"strain", "m/m", "m/m, um/m", {1e6, "µm/m"}}}};
-
-const Description& description(Quantity quantity) {
-    return descriptions.at(static_cast<std::size_t>(quantity));
-}
+constexpr std::array<Description, 4> descriptions{{{"displacement", {1e3, "mm"}},
+                                                   {"velocity", {1e3, "mm/s"}},
+                                                   {"acceleration", {1.0, "m/s²"}},
+                                                   {"strain", {1e6, "µm/m"}}}};
 
 } // namespace
 
 std::string ReadingUnit::text(double value, int decimals) const {
-    return fmt::format("{:.{}f} {}", factor * value, decimals, name);
+    return std::isfinite(value) ? fmt::format("{:.{}f} {}", factor * value, decimals, name)
+                                : fmt::format("- {}", name);
 }
 
 ReadingUnit reading_unit(std::span<const Sensor> sensors) {
@@ -53,7 +51,8 @@ ReadingUnit reading_unit(std::span<const Sensor> sensors) {
     const Quantity first = sensors.front().quantity;
     const bool is_one =
         std::ranges::all_of(sensors, [&](const Sensor& each) { return each.quantity == first; });
-    return is_one ? description(first).printed : ReadingUnit{1.0, "SI units"};
+    return is_one ? descriptions.at(static_cast<std::size_t>(first)).printed
+                  : ReadingUnit{1.0, "SI units"};
 }
 
 std::optional<double> unit_size(Quantity quantity, std::string_view unit) {
@@ -64,15 +63,19 @@ std::optional<double> unit_size(Quantity quantity, std::string_view unit) {
 }
 
 std::string_view si_unit(Quantity quantity) {
-    return description(quantity).si_unit;
+    return std::ranges::find(units, quantity, &UnitSize::quantity)->name;
 }
 
-std::string_view unit_names(Quantity quantity) {
-    return description(quantity).unit_names;
+std::string unit_names(Quantity quantity) {
+    std::string text;
+    for (const UnitSize& each : units)
+        if (each.quantity == quantity)
+            text += (text.empty() ? "" : ", ") + std::string(each.name);
+    return text;
 }
 
 std::string_view to_string(Quantity quantity) {
-    return description(quantity).name;
+    return descriptions.at(static_cast<std::size_t>(quantity)).name;
 }
 
 } // namespace culm::measure

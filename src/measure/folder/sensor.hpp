@@ -2,6 +2,7 @@
 // What a column of a recording measures, and with which instrument.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,7 +24,6 @@ struct Sensor {
     Quantity quantity = Quantity::Displacement;
     std::string unit;                ///< of the column, as in the file
     double distance_from_axis = 0.0; ///< of the mark or fibre, toward positive deflection, m
-    double mass = 0.0;               ///< of the sensor, also among the stem's added masses, kg
     double high_pass = 0.0;          ///< cut-off of a first-order filter, Hz; 0: none
     double low_pass = 0.0;           ///< likewise
     std::optional<double> noise;     ///< standard deviation of one reading
@@ -37,6 +37,11 @@ struct Sensor {
         return quantity == Quantity::Velocity || quantity == Quantity::Acceleration;
     }
 };
+
+/// Is a row one of the camera's picture? `sensors` (rows); empty: all rows are.
+[[nodiscard]] inline bool is_of_camera(std::span<const Sensor> sensors, std::size_t row) {
+    return sensors.empty() || sensors[row].is_camera();
+}
 
 /// A unit of readings: SI unit times `factor` gives the number to print.
 struct ReadingUnit {
@@ -55,8 +60,8 @@ struct ReadingUnit {
 [[nodiscard]] std::optional<double> unit_size(Quantity quantity, std::string_view unit);
 /// The SI unit of a quantity: "m", "m/s", "m/s2", "m/m".
 [[nodiscard]] std::string_view si_unit(Quantity quantity);
-/// The units of a quantity as text: "m/s2, g".
-[[nodiscard]] std::string_view unit_names(Quantity quantity);
+/// The units of a quantity as text: "m/s2, mm/s2, g".
+[[nodiscard]] std::string unit_names(Quantity quantity);
 
 /// "displacement", "velocity", "acceleration", "strain".
 [[nodiscard]] std::string_view to_string(Quantity quantity);

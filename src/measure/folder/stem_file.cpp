@@ -203,7 +203,7 @@ Sensor read_sensor(const core::TomlTable& table, Measurement& measurement) {
     const std::optional<Quantity> quantity = read_quantity(table);
     sensor.quantity = quantity.value_or(Quantity::Displacement);
     sensor.unit = table.text("unit").value_or("");
-    const std::string units{unit_names(sensor.quantity)};
+    const std::string units = unit_names(sensor.quantity);
     table.missing("unit", "of the column: " + units);
     const std::optional<double> size = unit_size(sensor.quantity, sensor.unit);
     if (quantity && !size && table.is_text("unit"))
@@ -229,8 +229,7 @@ Sensor read_sensor(const core::TomlTable& table, Measurement& measurement) {
     MeasuredStem& stem = measurement.stem;
     if (table.has("mass_g") || table.has("mass_kg")) {
         AddedMass mass = read_added_mass(table, stem);
-        mass.is_sensor = true;
-        sensor.mass = mass.mass;
+        mass.sensor = sensor.column;
         stem.added_masses.push_back(mass);
     } else if (stem.length > 0.0 && sensor.height > stem.length) {
         table.fault(table.key_of("height", core::length_unit),
@@ -241,10 +240,8 @@ Sensor read_sensor(const core::TomlTable& table, Measurement& measurement) {
 }
 
 void read_sensors(const core::TomlTable& root, Measurement& measurement) {
-    const MeasuredStem stem = measurement.stem;
     static_cast<void>(read_sensor(root.absent("sensor"), measurement));
-    static_cast<void>(read_added_mass(root.absent("sensor"), stem));
-    measurement.stem = stem;
+    static_cast<void>(read_added_mass(root.absent("sensor"), measurement.stem));
     for (const core::TomlTable& table : root.tables("sensor")) {
         Sensor sensor = read_sensor(table, measurement);
         if (std::ranges::find(measurement.sensors, sensor.column, &Sensor::column) !=
@@ -381,7 +378,7 @@ std::string sensor_text(const Sensor& sensor, const MeasuredStem& stem) {
     if (sensor.distance_from_axis != 0.0)
         text += line("distance_from_axis", sensor.distance_from_axis);
     for (const AddedMass& mass : stem.added_masses)
-        if (mass.is_sensor && mass.height == sensor.height && mass.mass == sensor.mass)
+        if (mass.sensor == sensor.column)
             text += mass_text(mass);
     for (const auto& [key, value] :
          {std::pair("high_pass_hz", sensor.high_pass), std::pair("low_pass_hz", sensor.low_pass)})
@@ -413,7 +410,7 @@ std::string stem_text(const Measurement& measurement) {
         text += "rig = " + quoted(measurement.rig) + "\n";
     text += section_text(stem.section, stated);
     for (const AddedMass& mass : stem.added_masses)
-        if (!mass.is_sensor)
+        if (mass.sensor.empty())
             text += "\n[[added_mass]]\n" + line("height", mass.height) + mass_text(mass);
     for (const Sensor& sensor : measurement.sensors)
         if (!sensor.is_camera())
