@@ -37,7 +37,9 @@ struct SphereInertia {
 
 template <class T>
 [[nodiscard]] SphereInertia<T> make_sphere_inertia(const StemParameters<T>& stem) {
-    return {stem.sphere_mass(), stem.sphere_inertia()};
+    return {stem.sphere_mass(),
+            stem.sphere_inertia() + stem.rotary_inertia_share * stem.sphere_mass() *
+                                        stem.second_moment_of_area() / stem.section_area()};
 }
 
 /// The bond between two equal spheres of `stem` under `law`.
@@ -57,7 +59,8 @@ template <class T>
     bond.radius_1 = radius;
     bond.radius_2 = radius;
     bond.normal_stiffness = stem.bond_youngs_modulus * stem.section_area() / stem.bond_length;
-    bond.shear_stiffness = stem.shear_modulus() * stem.section_area() / stem.bond_length;
+    bond.shear_stiffness =
+        stem.shear_modulus() * stem.shear_area_share * stem.section_area() / stem.bond_length;
     bond.torsion_stiffness =
         stem.shear_modulus() * T(2.0) * stem.second_moment_of_area() / stem.bond_length;
     bond.bending_stiffness =

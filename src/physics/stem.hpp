@@ -27,6 +27,12 @@ struct StemParameters {
     /// Width of the section across the plane of motion, m, which the air resists; empty: the outer
     /// diameter, as of a round stem. Bending knows only the diameters of the bonds.
     std::optional<T> width_across_motion = {};
+    /// Area that resists shear over section_area(): 1 in the published chain; Timoshenko's
+    /// correction for a stem with a section.
+    T shear_area_share = T(1.0);
+    /// Share of the section's rotary inertia m I/A that the spheres have in addition to their own:
+    /// 0 in the published chain.
+    T rotary_inertia_share = T(0.0);
 
     /// Distance from the clamped centre to the tip's centre, m.
     [[nodiscard]] T free_length() const { return bond_length * T(double(sphere_count - 1)); }

@@ -11,7 +11,10 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Core>
+#include <Eigen/LU>
 #include <gtest/gtest.h>
+#include <unsupported/Eigen/MatrixFunctions>
 
 namespace {
 
@@ -99,6 +102,51 @@ TEST(StemChain, KeepsTheSecondMomentOfAFlatSectionAndReportsTheLoss) {
     const fit::StemChain chain = fit::chain_of(measurement);
     EXPECT_NEAR(chain.spec.stem.second_moment_of_area(), 20e-12 / 12, 1e-24); // rounding
     EXPECT_EQ(chain.remarks.size(), 1U);
+}
+
+/// Determinant of the free end's conditions of a clamped Timoshenko beam: d/ds of deflection,
+/// rotation, moment and shear force is a constant matrix, whose exponential leads from end to end.
+double timoshenko_determinant(const measure::MeasuredStem& stem, double youngs_modulus,
+                              double correction, double angular_frequency) {
+    const double area = measure::section_area(stem.section);
+    const double second_moment = measure::second_moment_of_area(stem.section);
+    const double shear_modulus = 0.5 * youngs_modulus / (1.0 + *stem.poissons_ratio);
+    const double square = angular_frequency * angular_frequency;
+    Eigen::Matrix4d rates = Eigen::Matrix4d::Zero(); // of (y, φ, M, Q)
+    rates(0, 1) = 1.0;
+    rates(0, 3) = 1.0 / (correction * shear_modulus * area);
+    rates(1, 2) = 1.0 / (youngs_modulus * second_moment);
+    rates(2, 3) = -1.0;
+    rates(2, 1) = -stem.density * second_moment * square;
+    rates(3, 0) = -stem.density * area * square;
+    const Eigen::Matrix4d end = (rates * stem.length).exp();
+    return end.block<2, 2>(2, 2).determinant(); // y = φ = 0 at the clamp, M = Q = 0 at the end
+}
+
+TEST(StemChain, HasTheFirstModeOfATimoshenkoBeamOfAThickSection) {
+    measure::Measurement measurement = tests::empty_measurement();
+    measure::MeasuredStem& stem = measurement.stem;
+    stem.length = 0.1;
+    stem.density = 1070.0;
+    stem.poissons_ratio = 0.45;
+    stem.section = measure::RectangularSection{0.03, 0.03};
+    run::CaseSpec spec = fit::chain_of(measurement, {56, {}}).spec;
+    spec.stem.bond_damping = 1e-3;
+    const double found = 2.0 * std::numbers::pi * run::first_mode(spec).natural_frequency();
+    // Cowper (1966), Journal of Applied Mechanics 33:335-340.
+    const double correction = 10.0 * 1.45 / (12.0 + 11.0 * 0.45);
+    double low = 0.9 * found;
+    double high = 1.1 * found;
+    const auto value = [&](double angular_frequency) {
+        return timoshenko_determinant(stem, spec.stem.bond_youngs_modulus, correction,
+                                      angular_frequency);
+    };
+    ASSERT_LT(value(low) * value(high), 0.0);
+    for (int k = 0; k < 50; ++k) {
+        const double middle = 0.5 * (low + high);
+        (value(low) * value(middle) > 0.0 ? low : high) = middle;
+    }
+    EXPECT_NEAR(found / low, 1.0, 1e-3);
 }
 
 TEST(StemChain, FacesTheAirWithTheWidthOfARectangleAcrossTheMotion) {

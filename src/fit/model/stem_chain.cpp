@@ -17,8 +17,14 @@ namespace {
 constexpr int fewest_spheres = 5; // a cubic through four of them, and the clamp
 constexpr int most_spheres = 1000;
 
-/// Sets outer and inner diameter of the bonds, and the width that faces the air. Returns a sentence
-/// on the properties of the section that the bonds cannot represent; empty if there are none.
+/// Timoshenko's shear correction of a rectangle (Cowper 1966); general sections take it too.
+double shear_correction(double poissons_ratio) {
+    return 10.0 * (1.0 + poissons_ratio) / (12.0 + 11.0 * poissons_ratio);
+}
+
+/// Sets outer and inner diameter of the bonds, the width that faces the air, and of stems with a
+/// section its shear correction and rotary inertia. Returns a sentence on the properties of the
+/// section that the bonds cannot represent; empty if there are none.
 std::string set_section(const measure::MeasuredStem& measured,
                         physics::StemParameters<double>& stem) {
     if (const auto* circle = std::get_if<measure::CircularSection>(&measured.section)) {
@@ -31,6 +37,10 @@ std::string set_section(const measure::MeasuredStem& measured,
     // A ring has A = π(d_o² − d_i²)/4 and I = A (d_o² + d_i²)/16.
     const double area = measure::section_area(measured.section);
     const double second_moment = measure::second_moment_of_area(measured.section);
+    const double correction =
+        shear_correction(measured.poissons_ratio.value_or(stem.poissons_ratio));
+    stem.shear_area_share = correction;
+    stem.rotary_inertia_share = 1.0;
     const double sum = 16.0 * second_moment / area;
     const double difference = 4.0 * area / std::numbers::pi;
     if (sum >= difference) {
@@ -40,9 +50,11 @@ std::string set_section(const measure::MeasuredStem& measured,
     }
     stem.bond_outer_diameter = std::pow(64.0 * second_moment / std::numbers::pi, 0.25);
     stem.bond_inner_diameter = 0.0;
+    stem.rotary_inertia_share = stem.section_area() / area;
+    stem.shear_area_share = correction / stem.rotary_inertia_share;
     return fmt::format("{}: a section this flat has no ring of the same area and second moment; "
                        "the bonds have its second moment and {:.2g} of its area, on which only "
-                       "stretching and shear depend",
+                       "stretching depends",
                        measured.id, stem.section_area() / area);
 }
 
