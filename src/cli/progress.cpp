@@ -23,7 +23,7 @@ std::string line_of(const farm::Progress& progress, const char* items,
     if (progress.failed > 0)
         line += ", " + style.failure(fmt::format("{} failed", progress.failed));
     if (progress.points_done < progress.points_total && progress.estimated_remaining_s)
-        line += fmt::format(", {} left", present::duration_text(*progress.estimated_remaining_s));
+        line += fmt::format(", {} left", present::estimate_text(*progress.estimated_remaining_s));
     return line;
 }
 

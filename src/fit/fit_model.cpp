@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <ranges>
 #include <utility>
 
 #include <fmt/format.h>
@@ -17,6 +18,10 @@ namespace culm::fit {
 namespace {
 
 constexpr int screening_iterations = 3;
+/// More starts than these are evaluated first, and those that promise most are begun.
+constexpr std::size_t most_begun = 2;
+/// A start that promises less than this share of the best one's lead over the worst is not begun.
+constexpr double least_promise = 0.5;
 constexpr int most_restarts = 2;
 /// Decrease of χ², in units of the reduced χ², that is worth another solution.
 constexpr double needed_gain = 0.5;
@@ -36,6 +41,9 @@ class BestFit {
 
     /// Runs a complete fit from a start.
     void try_start(const StartModels& start, bool is_first_guess);
+
+    /// The starts that promise most.
+    [[nodiscard]] std::vector<StartModels> most_promising(const std::vector<StartModels>& starts);
 
     /// Runs some iterations from a start with its places (angles, time scales) fixed. Throws
     /// core::NumericalError if they give no fit.
@@ -105,6 +113,27 @@ BegunFit BestFit::begin(const StartModels& start, bool is_first_guess) {
     return {start_from(fit), fit.weighted_rms, fit.chi_squared};
 }
 
+std::vector<StartModels> BestFit::most_promising(const std::vector<StartModels>& starts) {
+    JointOptions none = joint_options(false);
+    none.chain.largest_iterations = 0;
+    std::vector<std::pair<double, const StartModels*>> ranked; // by the promised cost
+    for (const StartModels& start : starts)
+        try {
+            none.is_held = places(start);
+            ranked.emplace_back(solved(start, none).promised, &start);
+        } catch (const core::NumericalError& error) {
+            failure_ = error.what();
+            ++starts_;
+        }
+    std::ranges::stable_sort(ranked, {}, &std::pair<double, const StartModels*>::first);
+    std::vector<StartModels> out;
+    for (const auto& [promised, start] : ranked | std::views::take(most_begun))
+        if (const double worst = ranked.back().first;
+            worst - promised >= least_promise * (worst - ranked.front().first))
+            out.push_back(*start);
+    return out;
+}
+
 void BestFit::go_on(std::vector<BegunFit> begun) {
     std::ranges::stable_sort(begun, {}, &BegunFit::weighted_rms);
     starts_ += static_cast<int>(begun.size());
@@ -122,7 +151,8 @@ void BestFit::try_starts(const std::vector<StartModels>& starts, bool is_first_g
     if (starts.size() == 1)
         return try_start(starts.front(), is_first_guess);
     std::vector<BegunFit> begun;
-    for (const StartModels& start : starts)
+    for (const StartModels& start :
+         starts.size() > most_begun && !is_first_guess ? most_promising(starts) : starts)
         try {
             begun.push_back(begin(start, is_first_guess));
         } catch (const core::NumericalError& error) {

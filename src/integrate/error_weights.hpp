@@ -84,7 +84,7 @@ template <class T>
 /// to compute a derivative.
 template <class T>
 [[nodiscard]] double longest_step(const physics::ChainModel<T>& model, std::size_t lane = 0) {
-    constexpr double steps_per_period = 16.0;
+    constexpr double steps_per_period = 8.0;
     if (!model.base_motion)
         return std::numeric_limits<double>::infinity();
     return 6.283185307179586 /

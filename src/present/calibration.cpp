@@ -304,9 +304,11 @@ json calibration_json(const calibrate::Calibration& calibration, const std::stri
 std::string calibration_text(const calibrate::Calibration& calibration, const std::string& law,
                              bool with_details, const TextStyle& style) {
     const fit::RecordingFit& fit = calibration.fit;
+    const std::string far_off = far_off_sentence(fit::over_noise(fit));
     std::string text =
-        fmt::format("{}: chain of {} spheres, law {}, fitted to {} readings (intervals 95 %)\n{}",
+        fmt::format("{}: chain of {} spheres, law {}, fitted to {} readings (intervals 95 %)\n{}{}",
                     calibration.id, fit.model.spec.stem.sphere_count, law, fit.readings,
+                    far_off.empty() ? far_off : warning_lines("  ", far_off, style),
                     parameter_lines(calibration));
     text += fmt::format("  first mode: b2 {} Hz, b1 per cycle {}, damping ratio {:.5f}\n",
                         plus_minus(frequency_of(calibration)), plus_minus(decay_of(calibration)),

@@ -153,10 +153,23 @@ std::string diagnosis_headline(const diagnose::Diagnosis& found) {
                        found.alternatives.size(), first_model(found));
 }
 
+/// Root mean square of residual over noise in all recordings.
+double over_noise(const fit::Fit& fit) {
+    double sum = 0.0;
+    double readings = 0.0;
+    for (const fit::RecordingFit& part : fit.parts) {
+        sum += std::pow(fit::over_noise(part), 2) * static_cast<double>(part.readings);
+        readings += static_cast<double>(part.readings);
+    }
+    return std::sqrt(sum / readings);
+}
+
 /// The sentences below the headline and the sizes of the effects.
 std::vector<std::string> explanations(const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = report.found;
     std::vector<std::string> sentences;
+    if (std::string far_off = far_off_sentence(over_noise(report.best_fit())); !far_off.empty())
+        sentences.push_back(std::move(far_off));
     if (found.conclusion == Conclusion::Tie) {
         for (const diagnose::FamilyExplanation& each : found.alternatives)
             sentences.push_back(
@@ -193,17 +206,6 @@ std::string effect_lines(const DiagnosisReport& report) {
         text += strength_lines(report, effect);
     }
     return text;
-}
-
-/// Root mean square of residual over noise in all recordings.
-double over_noise(const fit::Fit& fit) {
-    double sum = 0.0;
-    double readings = 0.0;
-    for (const fit::RecordingFit& part : fit.parts) {
-        sum += std::pow(fit::over_noise(part), 2) * static_cast<double>(part.readings);
-        readings += static_cast<double>(part.readings);
-    }
-    return std::sqrt(sum / readings);
 }
 
 std::string model_lines(const std::vector<diagnose::SearchedModel>& ladder,

@@ -69,15 +69,6 @@ inline constexpr std::size_t result_width = 98;
                                     : fmt::format("{:+.0f} %", percent);
 }
 
-/// "12 s", "3 min 05 s", "1.5 h"; at least a second.
-[[nodiscard]] inline std::string duration_text(double seconds) {
-    if (seconds >= 3600.0)
-        return fmt::format("{:.1f} h", seconds / 3600.0);
-    const long whole = std::max(std::lround(seconds), 1L);
-    return whole < 60 ? fmt::format("{} s", whole)
-                      : fmt::format("{} min {:02} s", whole / 60, whole % 60);
-}
-
 /// An estimated duration, to two digits: "0.4 s", "40 s", "3 min", "1.5 h".
 [[nodiscard]] inline std::string estimate_text(double seconds) {
     return seconds < 90.0     ? fmt::format("{:.2g} s", seconds)
@@ -91,6 +82,17 @@ inline constexpr std::size_t result_width = 98;
            : bytes < 1e6 ? fmt::format("{:.3g} kB", bytes * 1e-3)
            : bytes < 1e9 ? fmt::format("{:.3g} MB", bytes * 1e-6)
                          : fmt::format("{:.3g} GB", bytes * 1e-9);
+}
+
+/// Says so if the residual, over the noise, is so large that the numbers of a fit mean little;
+/// empty if not.
+[[nodiscard]] inline std::string far_off_sentence(double over_noise) {
+    constexpr double far_off = 20.0;
+    return over_noise > far_off
+               ? fmt::format("The model does not describe the readings: its residual is {:.0f} "
+                             "times the noise.",
+                             over_noise)
+               : std::string();
 }
 
 } // namespace culm::present

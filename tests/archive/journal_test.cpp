@@ -106,7 +106,6 @@ TEST_F(Journal, IsContinuedAfterATornTailHasBeenCutOff) {
     for (const std::size_t lost : {std::size_t{1}, std::size_t{100}, last.length - 1}) {
         write_bytes(path_, whole.substr(0, whole.size() - lost));
         JournalWriter writer(path_, identity);
-        EXPECT_EQ(writer.discarded_bytes(), last.length - lost);
         writer.append(record_of(2));
         writer.close();
         EXPECT_EQ(read_bytes(path_), whole) << "the same bytes as without the crash";

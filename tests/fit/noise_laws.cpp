@@ -55,6 +55,22 @@ Eigen::MatrixXcd coefficients(double common, double correlation, Eigen::Index bi
     return out;
 }
 
+TEST(TimingNoise, IsFoundFromItsGrowthWithTheRate) {
+    const std::vector<double> first = gaussian(4000, 5);
+    const std::vector<double> second = gaussian(4000, 6);
+    std::vector<double> errors;
+    std::vector<double> rates;
+    for (std::size_t i = 0; i < first.size(); ++i) {
+        rates.push_back(1000.0 * std::cos(0.1 * static_cast<double>(i)));
+        errors.push_back(0.3 * first[i] + 5e-4 * rates.back() * second[i]);
+    }
+    const fit::TimingNoise found = fit::timing_noise_of(errors, rates);
+    EXPECT_NEAR(found.deviation, 0.3, 0.02);
+    EXPECT_NEAR(found.time_uncertainty, 5e-4, 0.3e-4);
+    EXPECT_EQ(fit::timing_noise_of(first, rates).time_uncertainty, 0.0);
+    EXPECT_EQ(fit::timing_noise_of({}, {}).time_uncertainty, 0.0);
+}
+
 TEST(CommonShare, IsFound) {
     EXPECT_EQ(fit::common_share_of(coefficients(0.0, 0.0, 100, 14, 6)), 0.0);
     EXPECT_NEAR(fit::common_share_of(coefficients(0.5, 0.0, 100, 14, 7)), 0.5, 0.1);

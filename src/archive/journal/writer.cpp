@@ -29,7 +29,6 @@ JournalWriter::JournalWriter(const std::filesystem::path& path, std::string_view
     // Lock before the scan: another writer could append between scan and truncation.
     file_.lock_exclusively(options.lock_wait);
     const JournalScan found = scan_journal(file_, identity);
-    discarded_bytes_ = found.torn_tail_bytes;
     end_ = found.valid_end;
     if (found.torn_tail_bytes > 0)
         file_.truncate(end_);

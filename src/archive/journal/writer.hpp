@@ -53,8 +53,6 @@ class JournalWriter {
     /// fdatasync and close; append must not be called afterwards.
     void close();
 
-    /// Bytes of a torn tail that were cut off when the journal was opened.
-    [[nodiscard]] std::uint64_t discarded_bytes() const { return discarded_bytes_; }
     [[nodiscard]] const std::filesystem::path& path() const { return file_.path(); }
 
   private:
@@ -66,8 +64,7 @@ class JournalWriter {
     JournalOptions options_;
     std::vector<std::byte> buffer_; ///< of the last record; its memory is reused
     std::uint64_t end_ = 0;         ///< end of the last committed record, bytes
-    std::uint64_t discarded_bytes_ = 0;
-    bool tail_is_dirty_ = false; ///< a failed append could not be cut off yet
+    bool tail_is_dirty_ = false;    ///< a failed append could not be cut off yet
     bool is_unsynced_ = false;
     std::chrono::steady_clock::time_point last_sync_ = std::chrono::steady_clock::now();
 };

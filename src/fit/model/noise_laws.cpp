@@ -123,6 +123,30 @@ SlowNoise slow_noise_of(const Eigen::ArrayXd& power, double copies,
     return {(power / spectrum_of(correlation, bins, frames)).mean(), correlation};
 }
 
+TimingNoise timing_noise_of(const std::vector<double>& errors, const std::vector<double>& rates) {
+    constexpr double decades = 4.0; // of the ratio of the two parts, to either side
+    constexpr int digits = 20;      // binary
+    const Eigen::Map<const Eigen::ArrayXd> error(errors.data(), std::ssize(errors));
+    const Eigen::Map<const Eigen::ArrayXd> rate(rates.data(), std::ssize(rates));
+    const double mean_square = error.size() > 0 ? rate.square().mean() : 0.0;
+    if (!(mean_square > 0.0))
+        return {};
+    const auto negative = [&](double ratio) { // of the variances at the mean square rate
+        const Eigen::ArrayXd growth = 1.0 + ratio / mean_square * rate.square();
+        return 0.5 * (growth.log() + std::log((error.square() / growth).mean())).sum();
+    };
+    const auto [logarithm, smallest] = boost::math::tools::brent_find_minima(
+        [&](double exponent) { return negative(std::pow(10.0, exponent)); }, -decades, decades,
+        digits);
+    const double gain = negative(0.0) - smallest;
+    if (!(gain > 0.0) || !(boost::math::gamma_q(0.5, gain) < significance))
+        return {};
+    const double ratio = std::pow(10.0, logarithm);
+    const double deviation =
+        std::sqrt((error.square() / (1.0 + ratio / mean_square * rate.square())).mean());
+    return {deviation, deviation * std::sqrt(ratio / mean_square)};
+}
+
 Eigen::MatrixXcd fourier_coefficients(const Eigen::MatrixXd& rest,
                                       const std::vector<Eigen::Index>& bins,
                                       const Eigen::ArrayXd& left) {
@@ -165,6 +189,9 @@ std::string in_words(const NoiseModel& model, const Tails& tails, double noise,
                      const measure::ReadingUnit& unit, const std::string& source) {
     std::string text =
         fmt::format("{:.4g} {} in motion ({})", unit.factor * noise, unit.name, source);
+    if (model.time_uncertainty > 0.0)
+        text += fmt::format(", of which time stamps that are uncertain by {:.2g} ms cause a part",
+                            1e3 * model.time_uncertainty);
     if (tails.is_heavy)
         text +=
             fmt::format(", with outliers (Student's t of {:g} degrees of freedom)", tails.degrees);

@@ -14,10 +14,11 @@ namespace culm::fit {
 
 /// Noise of the readings while the stem moves.
 struct NoiseModel {
-    std::vector<double> by_row; ///< standard deviation, m; empty: only residuals determine it
-    std::string source;         ///< as text
-    double correlation = 0.0;   ///< of a row's errors in two frames: first-order autoregression
-    double common_share = 0.0;  ///< correlation of two rows in one frame
+    std::vector<double> by_row;    ///< standard deviation, m; empty: only residuals determine it
+    std::string source;            ///< as text
+    double correlation = 0.0;      ///< of a row's errors in two frames: first-order autoregression
+    double common_share = 0.0;     ///< correlation of two rows in one frame
+    double time_uncertainty = 0.0; ///< of a sensor's time stamps, s; included in `relative`
     /// Standard deviation of each reading over its row's noise, (times, rows); empty: 1.
     std::vector<double> relative;
 };

@@ -99,6 +99,16 @@ struct SlowNoise {
 [[nodiscard]] SlowNoise slow_noise_of(const Eigen::ArrayXd& power, double copies,
                                       const std::vector<Eigen::Index>& bins, Eigen::Index frames);
 
+/// Noise of a constant part and a part in proportion to the rate of the reading.
+struct TimingNoise {
+    double deviation = 1.0;        ///< of the constant part
+    double time_uncertainty = 0.0; ///< of a time stamp, s
+};
+/// The noise of maximum likelihood, variance σ² + τ² rate². τ is 0 unless constant noise shows as
+/// much growth in one recording of a thousand.
+[[nodiscard]] TimingNoise timing_noise_of(const std::vector<double>& errors,
+                                          const std::vector<double>& rates);
+
 /// Describes the noise, of typical size `noise`, SI; `source` is that of the stated noise.
 [[nodiscard]] std::string in_words(const NoiseModel& model, const Tails& tails, double noise,
                                    const measure::ReadingUnit& unit, const std::string& source);

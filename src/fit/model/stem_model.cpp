@@ -37,6 +37,7 @@ namespace {
 /// interpolation error is 3e-4 of its amplitude.
 constexpr double samples_per_cycle = 120.0;
 constexpr double largest_release_shift = 1.5; // frames
+constexpr double release_coverage = 3.0;      // standard uncertainties of the release
 /// Rates and strains show higher modes, which need denser samples.
 constexpr double share_for_sensors = 0.5;
 
@@ -248,7 +249,9 @@ StemModel baseline_model(const measure::Measurement& measurement, const ChainOpt
     StemModel model{chain.spec, baseline_free_parameters(), 0.0, 0.0, std::move(chain.remarks), {},
                     {}};
     model.exposure = measurement.exposure.value_or(0.0);
-    model.release_time_bound = largest_release_shift * frame_period(measurement);
+    model.release_time_bound =
+        std::max(largest_release_shift * frame_period(measurement),
+                 release_coverage * measurement.release_uncertainty.value_or(0.0));
 
     const RowRingDown ring_down = measured_ring_down(measurement);
     const MeasuredMode vibration = mode_of(ring_down.fit);

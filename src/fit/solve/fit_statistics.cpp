@@ -197,9 +197,14 @@ void say_bounds(const std::vector<FittedParameter>& parameters, const std::vecto
                 std::string& reason) {
     for (std::size_t k = 0; k < parameters.size(); ++k)
         if (const FittedParameter& parameter = parameters[k]; parameter.is_at_bound && !is_held[k])
-            reason += fmt::format("{}{} is at its bound, {:.6g}{}{}", reason.empty() ? "" : "; ",
+            reason += fmt::format("{}{} is at its bound, {:.6g}{}{}{}", reason.empty() ? "" : "; ",
                                   to_string(parameter.id), parameter.value,
-                                  parameter.unit.empty() ? "" : " ", parameter.unit);
+                                  parameter.unit.empty() ? "" : " ", parameter.unit,
+                                  parameter.id.in_one_model() == physics::release_time
+                                      ? " (time 0 is not the release: state its uncertainty, "
+                                        "[release] time_uncertainty_ms, or let the fit begin later "
+                                        "with kind = \"moving\" and start_s)"
+                                      : "");
 }
 
 /// Sets degrees of freedom and χ², and before them the noise if only the residuals determine it.

@@ -157,6 +157,7 @@ class NoiseEstimate {
             return false;
         const FlexibleRest flexible(fit_, first_);
         take_residuals(flexible);
+        estimate_timing();
         left_ = flexible.left_of_noise();
         for (Eigen::Index k = 1; k < left_.size() - 1; ++k)
             if (left_(k) > least_left)
@@ -185,12 +186,49 @@ class NoiseEstimate {
         const auto frames = static_cast<Eigen::Index>(fit_.times.size() - first_);
         const auto rows = static_cast<Eigen::Index>(fit_.prediction.rows);
         values_ = Eigen::MatrixXd::Zero(frames, rows);
+        growth_ = Eigen::MatrixXd::Ones(frames, rows);
         for (Eigen::Index j = 0; j < rows; ++j)
             for (Eigen::Index i = 0; i < frames; ++i)
                 if (is_seen(i, j))
                     values_(i, j) = fit_.residuals[place(i, j)] / noise_[place(i, j)];
         smooth_ = Eigen::MatrixXd::Zero(frames, rows);
         settle(flexible, {});
+    }
+
+    /// A computer that polls a sensor stamps its readings at uncertain times: their noise grows
+    /// with the rate of the reading. (A camera's frames have the times of its crystal.)
+    void estimate_timing() {
+        std::vector<double> errors;
+        std::vector<double> rates;
+        Eigen::MatrixXd rate = Eigen::MatrixXd::Zero(rest_.rows(), rest_.cols());
+        for (Eigen::Index j = 0; j < rest_.cols(); ++j) {
+            if (measure::is_of_camera(measurement_.sensors, static_cast<std::size_t>(j)))
+                continue;
+            for (Eigen::Index i = 1; i + 1 < rest_.rows(); ++i)
+                rate(i, j) = rate_at(i, j) / noise_[place(i, j)];
+            for (Eigen::Index i = 0; i < rest_.rows(); ++i)
+                if (is_seen(i, j) && std::isfinite(rate(i, j))) {
+                    errors.push_back(rest_(i, j));
+                    rates.push_back(rate(i, j));
+                }
+        }
+        const TimingNoise timing = timing_noise_of(errors, rates);
+        model_.time_uncertainty = timing.time_uncertainty;
+        if (timing.time_uncertainty == 0.0)
+            return;
+        for (Eigen::Index j = 0; j < rest_.cols(); ++j) {
+            const Eigen::ArrayXd square =
+                1.0 + (timing.time_uncertainty / timing.deviation * rate.col(j)).array().square();
+            growth_.col(j) = (square / square.mean()).sqrt().matrix();
+        }
+    }
+
+    /// Rate of the predicted reading, m/s for a displacement.
+    [[nodiscard]] double rate_at(Eigen::Index i, Eigen::Index j) const {
+        const std::vector<double>& readings = fit_.prediction.readings;
+        const std::size_t frame = first_ + static_cast<std::size_t>(i);
+        return (readings[place(i + 1, j)] - readings[place(i - 1, j)]) /
+               (fit_.times[frame + 1] - fit_.times[frame - 1]);
     }
 
     /// Iterates the smooth part s to its fixed point. A missing reading is replaced by s (Dempster
@@ -204,19 +242,23 @@ class NoiseEstimate {
             for (int pass = 0; pass < most_passes; ++pass) {
                 Eigen::VectorXd taken = values_.col(j);
                 for (Eigen::Index i = 0; i < taken.size(); ++i)
-                    taken(i) = is_seen(i, j)
-                                   ? smooth_(i, j) + tails.scored(taken(i) - smooth_(i, j))
-                                   : smooth_(i, j);
+                    taken(i) = smooth_(i, j) + (is_seen(i, j) ? limited(tails, i, j) : 0.0);
                 const Eigen::VectorXd next = flexible.smooth(taken);
                 const double change = (next - smooth_.col(j)).cwiseAbs().maxCoeff();
                 smooth_.col(j) = next;
                 if (change < settled)
                     break;
             }
-        rest_ = values_ - smooth_;
+        rest_ = Eigen::MatrixXd::Zero(values_.rows(), values_.cols());
         for (Eigen::Index j = 0; j < rest_.cols(); ++j)
             for (Eigen::Index i = 0; i < rest_.rows(); ++i)
-                rest_(i, j) = is_seen(i, j) ? tails.scored(rest_(i, j)) : 0.0;
+                if (is_seen(i, j))
+                    rest_(i, j) = limited(tails, i, j);
+    }
+
+    /// The rest of a reading, with outliers limited.
+    [[nodiscard]] double limited(const Tails& tails, Eigen::Index i, Eigen::Index j) const {
+        return growth_(i, j) * tails.scored((values_(i, j) - smooth_(i, j)) / growth_(i, j));
     }
 
     [[nodiscard]] Tails tails_now(double free_share) const {
@@ -224,7 +266,8 @@ class NoiseEstimate {
         for (Eigen::Index j = 0; j < values_.cols(); ++j)
             for (Eigen::Index i = 0; i < values_.rows(); ++i)
                 if (is_seen(i, j))
-                    errors.push_back((values_(i, j) - smooth_(i, j)) / std::sqrt(free_share));
+                    errors.push_back((values_(i, j) - smooth_(i, j)) /
+                                     (growth_(i, j) * std::sqrt(free_share)));
         return tails_of(errors);
     }
 
@@ -281,7 +324,7 @@ class NoiseEstimate {
         for (Eigen::Index j = 0; j < values_.cols(); ++j)
             for (Eigen::Index i = 0; i < values_.rows(); ++i)
                 if (const std::size_t at = place(i, j); is_seen(i, j))
-                    weigh(at, fit_.residuals[at] / noise_[at] - smooth_(i, j));
+                    weigh(at, (fit_.residuals[at] / noise_[at] - smooth_(i, j)) / growth_(i, j));
         for (std::size_t j = 0; j < fit_.noise.size(); ++j)
             weigh_held(j);
     }
@@ -311,7 +354,8 @@ class NoiseEstimate {
     }
 
     void estimate_correlation() {
-        const Eigen::MatrixXcd found = fourier_coefficients(rest_, bins_, left_);
+        const Eigen::MatrixXcd found =
+            fourier_coefficients(rest_.cwiseQuotient(growth_), bins_, left_);
         const Eigen::ArrayXd power = found.cwiseAbs2().rowwise().mean();
         const auto rows = static_cast<double>(found.cols());
         const double correlation = slow_noise_of(power, rows, bins_, rest_.rows()).correlation;
@@ -330,6 +374,7 @@ class NoiseEstimate {
     [[nodiscard]] bool is_as_stated() const {
         const double half = 0.5 * degrees_;
         return !tails_.is_heavy && model_.correlation == 0.0 && model_.common_share == 0.0 &&
+               model_.time_uncertainty == 0.0 &&
                !(boost::math::gamma_q(half, half * variance_) < level);
     }
 
@@ -344,10 +389,13 @@ class NoiseEstimate {
                 of_row *= std::sqrt(variance_);
         }
         model_.relative = relative_noise(measurement_, fit_.noise);
-        if (tails_.is_heavy) {
+        if (tails_.is_heavy || model_.time_uncertainty > 0.0)
             model_.relative.resize(measurement_.deflections.size(), 1.0);
+        for (Eigen::Index j = 0; j < growth_.cols() && model_.time_uncertainty > 0.0; ++j)
+            for (Eigen::Index i = 0; i < growth_.rows(); ++i)
+                model_.relative[place(i, j)] *= growth_(i, j);
+        if (tails_.is_heavy)
             weigh_outliers();
-        }
         measurement_.noise_model = std::make_shared<const NoiseModel>(std::move(model_));
     }
 
@@ -358,6 +406,7 @@ class NoiseEstimate {
     Eigen::MatrixXd values_; ///< (frames, rows), residuals over the noise
     Eigen::MatrixXd smooth_; ///< their smooth part
     Eigen::MatrixXd rest_;   ///< the rest, outliers limited
+    Eigen::MatrixXd growth_; ///< of the noise by uncertain times, over its root mean square
     Eigen::ArrayXd left_;    ///< FlexibleRest::left_of_noise
     std::vector<Eigen::Index> bins_;
     Tails tails_;
@@ -390,7 +439,7 @@ ObservedRecording with_noise_in_motion(const RecordingFit& fit,
     const double stated = is_estimated ? 0.0 : out.noise_correlation.value_or(0.0);
     if (out.noise_model || (out.reading_uncertainties.empty() && stated == 0.0))
         return out;
-    NoiseModel model{{}, fit.noise_source, stated, 0.0, relative_noise(out, fit.noise)};
+    NoiseModel model{{}, fit.noise_source, stated, 0.0, 0.0, relative_noise(out, fit.noise)};
     if (fit.is_noise_known)
         model.by_row = fit.noise;
     if (stated > 0.0)
