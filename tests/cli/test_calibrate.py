@@ -210,8 +210,11 @@ class SiliconeCantilever(CulmTest):
     def setUp(self):
         super().setUp()
         self.write("mapping.toml", BEAM_MAPPING)
-        self.assert_exit(
-            self.culm("import", "mapping.toml", "-o", "beam", "--recording", str(BEAM)), DONE)
+        finished = self.culm("import", "mapping.toml", "-o", "beam", "--recording", str(BEAM))
+        self.assert_exit(finished, DONE)
+        # Its README: release at 0.44 to 0.71 s, rest noise 3 to 10 µm.
+        self.assertRegex(finished.stderr, r"the release was found at 0\.7\d* s")
+        self.assertRegex(finished.stdout, r"500 frames .*\n.*noise 0\.00[3-9]\d mm")
 
     def test_does_not_move_without_gravity(self):
         finished = self.culm("calibrate", "beam")

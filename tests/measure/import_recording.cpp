@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/import/import_recording.hpp"
 
-#include "measure/c3d_example.hpp"
 #include "measure/measurement_files.hpp"
-#include "support/optional_data.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -95,29 +93,31 @@ TEST(ImportRecording, TakesTablesWithAnyDelimiterAndDecimalSign) {
     expect_the_beam(import_text(german, "a.txt", table(';', true)));
 }
 
-C3dExample recording() {
-    C3dExample file;
-    file.labels = {"base", "tip 1", "tip 2"};
-    file.frames = 200;
+/// Markers as a converted C3D file has them, m.
+std::string recording() {
+    std::string text = "t";
+    for (const char* marker : {"base", "tip 1", "tip 2"})
+        text += fmt::format(",{0} x,{0} y,{0} z", marker);
     for (int i = 0; i < 200; ++i) {
         const double time = i / 200.0;
         const double shake = 0.5 * std::sin(40.0 * time); // mm, motion of the whole set-up
         const double x = level - travel(time) + unevenness(i) + shake;
+        text += fmt::format("\n{}", time);
         for (const double value : {level + shake, 3.0, 0.0, x + 5.0, 3.0, 90.0, x - 5.0, 3.0, 95.0})
-            file.positions.push_back(static_cast<float>(value));
+            text += fmt::format(",{}", 1e-3 * value);
     }
-    return file;
+    return text + "\n";
 }
 
 const std::string marker_mapping =
-    square_stem + "[source]\nfile = \"a.c3d\"\n[time]\nrelease_s = 0.2512\nbefore_s = 0.1\n"
+    square_stem + "[source]\nfile = \"a.csv\"\n[time]\nrelease_s = 0.2512\nbefore_s = 0.1\n"
                   "after_s = 0.5\n[motion]\naxis = [-2, 0, 0]\nzero = \"before_release\"\n"
                   "[clamp]\nmarkers = \"base\"\n[[height]]\nheight_mm = 100\n"
                   "markers = [\"tip 1\", \"tip 2\"]\n";
 
 TEST(ImportRecording, TakesMarkersAlongAnAxisLessTheMotionOfTheClamp) {
-    const Measurement measurement = import_text(marker_mapping, "a.c3d", recording().bytes());
-    EXPECT_EQ(measurement.frames_per_second, 200.0);
+    const Measurement measurement = import_text(marker_mapping, "a.csv", recording());
+    EXPECT_NEAR(*measurement.frames_per_second, 200.0, 1e-6);
     ASSERT_EQ(measurement.times.size(), 120U);
     EXPECT_GE(measurement.times.front(), -0.1);
     EXPECT_LE(measurement.times.back(), 0.5);
@@ -126,21 +126,100 @@ TEST(ImportRecording, TakesMarkersAlongAnAxisLessTheMotionOfTheClamp) {
                     2e-5); // the unevenness, its mean, and floats of 50 mm
 }
 
+const std::string accelerometer_mapping =
+    square_stem.substr(0, square_stem.find("[release]")) +
+    "[release]\nkind = \"moving\"\n[source]\nfile = \"a.csv\"\n[time]\ncolumn = \"t\"\n"
+    "[[sensor]]\ncolumn = \"acc (g)\"\nquantity = \"acceleration\"\nunit = \"g\"\n"
+    "height_mm = 90\nmass_g = 5\n";
+
+TEST(ImportRecording, KeepsTheColumnsOfSensorsInSiUnits) {
+    const Measurement measurement =
+        import_text(accelerometer_mapping, "a.csv", "t,acc (g)\n5,1\n5.1,-2\n5.3,0.5\n");
+    ASSERT_EQ(measurement.sensors.size(), 1U);
+    EXPECT_EQ(measurement.sensors.front().column, "acc");
+    EXPECT_EQ(measurement.stem.added_masses.front().sensor, "acc");
+    EXPECT_EQ(measurement.heights, std::vector<double>{0.09});
+    EXPECT_EQ(measurement.times, (std::vector{5.0, 5.1, 5.3}));
+    EXPECT_NEAR(measurement.deflection(1, 0), -2.0 * 9.80665, 1e-9);
+}
+
+TEST(ImportRecording, SortsHeightsAndSensorsTogether) {
+    std::string mapping = table_mapping + "[[sensor]]\ncolumn = \"5\"\nquantity = \"velocity\"\n"
+                                          "unit = \"mm/s\"\nheight_mm = 70\n";
+    std::string text = table(',', false);
+    for (std::size_t end = text.find('\n'); end != std::string::npos;
+         end = text.find('\n', end + 4))
+        text.insert(end, end < 30 ? ",v" : end % 2 == 0 ? ",12" : ",12.5");
+    const Measurement measurement = import_text(mapping, "a.txt", text);
+    EXPECT_EQ(measurement.heights, (std::vector{0.05, 0.07, 0.1}));
+    EXPECT_TRUE(measurement.sensors[0].is_camera());
+    EXPECT_NEAR(measurement.deflection(7, 1), 0.01225, 0.00026);
+    EXPECT_NEAR(measurement.deflection(60, 2), 1e-3 * travel(60 / 200.0), 1.5e-5);
+    EXPECT_NEAR(*measurement.noise, 0.01e-3 / std::numbers::sqrt2, 1e-6);
+}
+
+/// A hand that drifts by 3 mm before it releases a swing of 20 mm at 5 Hz, with noise, mm. The
+/// release changes neither position nor velocity.
+ReleaseOnset onset_after_drift(double release_time, unsigned seed) {
+    constexpr double turn = 0.5 * std::numbers::pi;       // of the hand, 1/s
+    constexpr double frequency = 10.0 * std::numbers::pi; // of the swing, 1/s
+    const double position = 20.0 + 3.0 * std::sin(turn * release_time);
+    const double velocity = 3.0 * turn * std::cos(turn * release_time);
+    std::mt19937 dice(seed);
+    std::normal_distribution<double> noise(0.0, 0.03);
+    std::vector<double> times;
+    std::vector<double> positions;
+    for (int i = 0; i < 400; ++i) {
+        const double time = i / 200.0;
+        const double since = time - release_time;
+        const double swing =
+            std::exp(-since) * (position * std::cos(frequency * since) +
+                                (velocity + position) / frequency * std::sin(frequency * since));
+        times.push_back(time);
+        positions.push_back(noise(dice) +
+                            (since < 0.0 ? 20.0 + 3.0 * std::sin(turn * time) : swing));
+    }
+    const std::optional<ReleaseOnset> onset = release_onset(times, positions);
+    EXPECT_TRUE(onset);
+    return onset.value_or(ReleaseOnset());
+}
+
+TEST(ReleaseOnset, IsFoundAfterASlowDriftWithinItsUncertainty) {
+    int outside = 0;
+    for (unsigned seed = 1; seed <= 40; ++seed) {
+        const double release_time = 0.6 + 0.00131 * seed; // at any place between two frames
+        const ReleaseOnset onset = onset_after_drift(release_time, seed);
+        EXPECT_NEAR(onset.time, release_time, 2e-3);
+        EXPECT_LT(onset.uncertainty, 1e-3);
+        outside += std::abs(onset.time - release_time) > 3.0 * onset.uncertainty ? 1 : 0;
+    }
+    EXPECT_LE(outside, 4);
+}
+
+TEST(ReleaseOnset, NeedsFramesBeforeTheMotion) {
+    std::vector<double> times;
+    std::vector<double> positions;
+    for (int i = 0; i < 100; ++i) {
+        times.push_back(i / 100.0);
+        positions.push_back(std::sin(10.0 * times.back()));
+    }
+    EXPECT_FALSE(release_onset(times, positions));
+}
+
 TEST(ImportRecording, ReportsMistakesWithTheNearestName) {
     const auto complaint = [](std::string mapping, const std::string& from, const std::string& to,
                               const std::string& name, const std::string& content) {
         mapping.replace(mapping.find(from), from.size(), to);
         return refusal([&] { static_cast<void>(import_text(mapping, name, content)); });
     };
-    const std::string c3d = recording().bytes();
-    EXPECT_NE(complaint(marker_mapping, "tip 2", "tip2", "a.c3d", c3d)
+    const std::string markers = recording();
+    EXPECT_NE(complaint(marker_mapping, "tip 2", "tip2", "a.csv", markers)
                   .find("there is no marker \"tip2\" (did you mean \"tip 2\"?)"),
               std::string::npos);
-    EXPECT_NE(complaint(marker_mapping, "0.2512", "7", "a.c3d", c3d)
+    EXPECT_NE(complaint(marker_mapping, "0.2512", "7", "a.csv", markers)
                   .find("nothing was recorded after the release"),
               std::string::npos);
-    EXPECT_NE(complaint(marker_mapping, "axis = [-2, 0, 0]", "", "a.c3d", c3d)
-                  .find("motion.axis is missing"),
+    EXPECT_NE(complaint(marker_mapping, "axis = [-2, 0, 0]", "", "a.csv", markers).find("markers"),
               std::string::npos);
     EXPECT_NE(complaint(table_mapping, "middle", "midle", "a.txt", table(',', false))
                   .find("there is no column \"midle\" (did you mean \"middle\"?)"),
@@ -232,25 +311,6 @@ TEST(TimeGaps, AreWhereFramesAreMissing) {
     EXPECT_NEAR(gaps.longest, 0.05, 2e-4);
     EXPECT_NEAR(gaps.begin_of_longest, 0.49, 2e-4);
     EXPECT_EQ(time_gaps(std::vector{0.0, 0.1, 0.2}).count, 0U);
-}
-
-TEST(ImportRecording, TakesThePublicSiliconeBeam) {
-    const auto file = optional_data("real/silicone-cantilever/beam_gravity_V2_a.c3d");
-    if (!file)
-        GTEST_SKIP() << "the public recording is not available";
-    const TemporaryFolder place;
-    write_file(place / "mapping.toml",
-               square_stem + "[time]\nrelease_s = \"detect\"\n[motion]\naxis = [-1, 0, 0]\n"
-                             "zero = \"before_release\"\n[[height]]\nheight_mm = 100\n"
-                             "markers = [\"Tip - 1\", \"Tip - 2\", \"Tip - 3\"]\n");
-    const Measurement measurement =
-        import_recording(read_import_mapping(place / "mapping.toml", *file));
-    EXPECT_EQ(measurement.times.size(), 500U);
-    EXPECT_EQ(measurement.frames_per_second, 100.0);
-    // Its README: release at 0.44 … 0.71 s, rest noise 3 … 10 µm.
-    EXPECT_NEAR(-measurement.times.front(), 0.71, 0.011);
-    EXPECT_GT(measurement.noise_by_height.at(0), 3e-6);
-    EXPECT_LT(measurement.noise_by_height.at(0), 10e-6);
 }
 
 } // namespace

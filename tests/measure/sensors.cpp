@@ -43,6 +43,20 @@ TEST(SensorTables, GiveColumnsInSiUnitsInTheOrderOfTheHeights) {
     EXPECT_EQ(culm::measure::reading_unit({&read.sensors[1], 1}).name, "m/s²");
 }
 
+TEST(SensorTables, KeepTheSagOfASensorWhoseZeroIsStated) {
+    const auto deflection_at_rest = [](const std::string& zero) {
+        const culm::measure::Measurement read =
+            read_texts(plain_stem +
+                           "[[sensor]]\ncolumn = \"laser\"\nquantity = \"displacement\"\n"
+                           "unit = \"mm\"\nheight_mm = 100\n" +
+                           zero,
+                       "time_s,laser\n0,5\n0.1,2\n0.2,3\n0.3,2\n");
+        return read.deflection(3, 0);
+    };
+    EXPECT_NEAR(deflection_at_rest("offset_uncertainty = 0.1\n"), 2e-3, 1e-15);
+    EXPECT_NEAR(deflection_at_rest(""), -0.5e-3, 1e-15);
+}
+
 TEST(SensorTables, ReadBackAsWritten) {
     const culm::measure::Measurement first = read_texts(sensor_tables, sensor_table);
     const TemporaryFolder folder;

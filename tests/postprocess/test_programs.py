@@ -17,6 +17,10 @@ def without_other_python() -> dict:
     return {name: value for name, value in os.environ.items() if name != "CULM_PYTHON"}
 
 
+# Programs that begin without a package.
+NEED_NOTHING = ("reproduction_table.py", "setup.py", "propose_import.py", "recording_table.py")
+
+
 class Programs(unittest.TestCase):
     def test_may_be_executed(self):
         self.assertGreaterEqual(len(PROGRAMS), 7)
@@ -30,7 +34,7 @@ class Programs(unittest.TestCase):
                                  capture_output=True, check=False, env=without_other_python())
             with self.subTest(program=program.name):
                 self.assertNotIn("Traceback", run.stderr)
-                if program.name not in ("reproduction_table.py", "setup.py"):  # these need nothing
+                if program.name not in NEED_NOTHING:
                     self.assertEqual(run.returncode, 2)
                     self.assertIn("jobs/install-packages.sh figures", run.stderr)
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// culm import MAPPING.toml -o DIR
+// culm import MAPPING.toml -o DIR, culm import RECORDING -o DIR
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
+#include "cli/provenance.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "measure/import/import_recording.hpp"
 
@@ -30,9 +31,25 @@ std::string time_gaps_text(const measure::TimeGaps& gaps) {
                              gaps.count == 1 ? "" : "s", 1e3 * gaps.longest, gaps.begin_of_longest);
 }
 
+/// Writes the recording as a table into the output folder, and imports that.
+[[noreturn]] void convert(const std::filesystem::path& recording,
+                          const ImportArguments& arguments) {
+    const std::string table = (std::filesystem::path(arguments.output) / "recording.csv").string();
+    run_python_program("recording_table.py",
+                       {recording.string(), "--output", table, "--then", own_program().string(),
+                        "import", arguments.mapping, "--recording", table, "--output",
+                        arguments.output},
+                       "it converts this recording to a table");
+}
+
 void import_measurement(const ImportArguments& arguments) {
+    if (!arguments.mapping.ends_with(".toml"))
+        run_python_program("propose_import.py", {arguments.mapping, "--output", arguments.output},
+                           "it proposes a mapping for a recording");
     const measure::ImportMapping mapping =
         measure::read_import_mapping(arguments.mapping, arguments.recording);
+    if (measure::needs_conversion(mapping.source))
+        convert(mapping.source, arguments);
     const measure::Measurement measurement = measure::import_recording(mapping);
     measure::write_measurement(arguments.output, measurement);
     for (const std::string& remark : measurement.remarks)
@@ -50,10 +67,14 @@ void import_measurement(const ImportArguments& arguments) {
         for (const double value : measurement.history(j))
             if (!std::isnan(value))
                 largest = std::max(largest, std::abs(value));
-        const auto noise = measurement.noise_at(j);
-        fmt::print("  h = {:g} mm: largest deflection {:.3f} mm, noise {}\n",
-                   1e3 * measurement.heights[j], 1e3 * largest,
-                   noise ? fmt::format("{:.4f} mm", 1e3 * *noise) : "unknown");
+        const bool is_camera = measure::is_of_camera(measurement.sensors, j);
+        const auto noise = is_camera ? measurement.noise_at(j) : measurement.sensors[j].noise;
+        const measure::ReadingUnit unit = is_camera
+                                              ? measure::ReadingUnit()
+                                              : measure::reading_unit({&measurement.sensors[j], 1});
+        fmt::print("  h = {:g} mm: largest {} {}, noise {}\n", 1e3 * measurement.heights[j],
+                   is_camera ? "deflection" : to_string(measurement.sensors[j].quantity),
+                   unit.text(largest, 3), noise ? unit.text(*noise) : "unknown");
     }
     if (!measurement.noise_source.empty())
         fmt::print("  noise: {}\n", measurement.noise_source);
@@ -63,11 +84,12 @@ void import_measurement(const ImportArguments& arguments) {
 
 void add_import_command(CLI::App& app, CommandResult&) {
     CLI::App* command = app.add_subcommand(
-        "import", "Make a measurement folder from a table or a C3D marker recording");
+        "import", "Make a measurement folder from a recording of another program");
     auto arguments = std::make_shared<ImportArguments>();
     command
         ->add_option("mapping", arguments->mapping,
-                     "What the recording's columns or markers are (docs/measurements.md)")
+                     "What the recording's columns or markers are (docs/measurements.md); of a "
+                     "recording itself (.csv, .trk, .mat, ...) a mapping is proposed")
         ->required()
         ->type_name("MAPPING.toml");
     command

@@ -109,6 +109,7 @@ struct Measurement {
     ReleaseKind release = ReleaseKind::TipPull;
     GravityDirection gravity_direction = GravityDirection::None;
     Reading reading = Reading::Row;
+    std::optional<double> release_uncertainty; ///< of time 0, s
     double start =
         0.0; ///< of a moving release, on the table's clock, s: earlier frames are left out
     std::optional<double> hold_time;         ///< duration of the hold before the release, s

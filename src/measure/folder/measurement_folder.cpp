@@ -109,12 +109,12 @@ void begin_at_start(const fs::path& folder, Measurement& measurement) {
     measurement.start = 0.0;
 }
 
-/// Removes from each sensor's column the mean of its last half. The constant error that remains is
-/// a parameter of every fit.
+/// Removes from each sensor's column the mean of its last half, unless the uncertainty of its zero
+/// is stated. The constant error that remains is a parameter of every fit.
 void remove_offsets(const fs::path& folder, Measurement& measurement) {
     for (std::size_t j = 0; j < measurement.sensors.size(); ++j) {
         const Sensor& sensor = measurement.sensors[j];
-        if (sensor.is_camera())
+        if (sensor.is_camera() || sensor.offset_uncertainty)
             continue;
         double sum = 0.0;
         double count = 0.0;

@@ -437,12 +437,14 @@ void read_release(const core::TomlTable& table, Measurement& measurement) {
     std::ranges::transform(kinds, words.begin(), [](ReleaseKind kind) { return to_string(kind); });
     if (const auto index = table.word("kind", words))
         measurement.release = kinds[*index];
+    if (const auto uncertainty = table.number("time_uncertainty_ms", {0.0, 1e6, true}))
+        measurement.release_uncertainty = core::with_point_moved(*uncertainty, -3);
+    if (measurement.release_uncertainty && measurement.release == ReleaseKind::Moving)
+        table.fault("time_uncertainty_ms", "the release was not recorded (kind = \"moving\")");
     const auto start = table.number("start_s", {-largest_start, largest_start, true});
     measurement.start = start.value_or(0.0);
     if (start && measurement.release != ReleaseKind::Moving)
-        table.fault("start_s",
-                    "only a release of kind = \"moving\" has a start; the others begin at "
-                    "time 0, the release");
+        table.fault("start_s", "only a release of kind = \"moving\" has a start");
 }
 
 } // namespace
@@ -477,6 +479,7 @@ std::string stem_file_text(const Measurement& measurement) {
     text += fmt::format("\n[release]\nkind = \"{}\"\n", to_string(measurement.release));
     if (measurement.start != 0.0)
         text += fmt::format("start_s = {}\n", measurement.start);
+    text += number_line("time_uncertainty_ms", measurement.release_uncertainty, 3);
     text += camera_text(measurement);
     text += "\n[measurement]\n";
     if (measurement.noise)

@@ -20,14 +20,22 @@ constexpr core::Interval any_time{-1e9, 1e9};
 /// Largest number of columns or markers whose mean is one height.
 constexpr std::size_t most_names = 1000;
 
+std::string lower_extension(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    std::ranges::transform(extension, extension.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
 /// "tip" and ["tip", "top"] are both lists of names. `key` is "markers" or "columns".
 std::vector<std::string> names(const core::TomlTable& table, const std::string& key) {
     const std::string other = key == "markers" ? "columns" : "markers";
     if (table.has(other)) {
         static_cast<void>(table.is_text(other) ? std::vector{table.text(other).value_or("")}
                                                : table.texts(other));
-        table.fault(other, key == "markers" ? "belongs to tables; of a C3D file give markers"
-                                            : "belongs to C3D files; of a table give columns");
+        table.fault(other, key == "markers"
+                               ? "belongs to tables; of markers give markers"
+                               : "belongs to files with markers; of a table give columns");
     }
     return table.is_text(key) ? std::vector{table.text(key).value_or("")} : table.texts(key);
 }
@@ -56,10 +64,10 @@ void read_source(const core::TomlTable& table, const std::filesystem::path& fold
 
 void read_time(const core::TomlTable& table, ImportMapping& mapping) {
     const std::array<std::string, 4> units{"s", "ms", "us", "frame"};
-    mapping.time_column = table.text("column").value_or("");
-    if (mapping.is_c3d() && table.has("column"))
-        table.fault("column", "a C3D file has its own times");
-    if (!mapping.is_c3d())
+    mapping.time_column = table.text("column").value_or(mapping.has_markers ? "t" : "");
+    if (mapping.has_markers && table.has("column"))
+        table.fault("column", "a file with markers has its own times");
+    if (!mapping.has_markers)
         table.missing("column", "the name or the number of the time column, in quotes");
     mapping.time_unit = static_cast<TimeUnit>(table.word("unit", units).value_or(0));
     if (mapping.time_unit == TimeUnit::Frame && !mapping.measurement.frames_per_second)
@@ -68,24 +76,35 @@ void read_time(const core::TomlTable& table, ImportMapping& mapping) {
         mapping.release = table.number("release_s", any_time);
     else if (table.text("release_s") != "detect")
         table.fault("release_s", "must be a number or \"detect\"");
-    table.missing("release_s", "time of the release in the recording, or \"detect\"");
+    if (mapping.measurement.release != ReleaseKind::Moving)
+        table.missing("release_s", "time of the release in the recording, or \"detect\"");
+    else if (table.has("release_s"))
+        table.fault("release_s", "the release was not recorded ([release] kind = \"moving\")");
     mapping.before = table.number("before_s", {0.0, 1e6});
     mapping.after = table.number("after_s", {0.0, 1e6, true});
 }
 
 void read_motion(const core::TomlTable& table, ImportMapping& mapping) {
-    const std::array<std::string, 4> units{"mm", "cm", "m", "um"};
-    constexpr std::array powers{-3, -2, 0, -6};
-    if (const auto index = table.word("unit", units))
-        mapping.power_of_ten = powers[*index];
-    if (!mapping.is_c3d())
-        table.missing("unit", "of the deflections: \"mm\", \"cm\", \"m\" or \"um\"");
+    const std::array<std::string, 5> units{"mm", "cm", "m", "um", "px"};
+    constexpr std::array powers{-3, -2, 0, -6, -3};
+    const auto unit = table.word("unit", units);
+    if (unit && mapping.has_markers)
+        table.fault("unit", "a file with markers says its own");
+    mapping.power_of_ten = mapping.has_markers ? 0 : powers[unit.value_or(0)];
+    const auto scale = table.number("mm_per_px", {0.0, 1e3, true});
+    if (unit && units[*unit] == "px")
+        table.missing("mm_per_px", "the scale of the picture");
+    else if (scale)
+        table.fault("mm_per_px", "belongs to unit = \"px\"");
+    mapping.scale = scale.value_or(1.0);
+    if (!mapping.has_markers)
+        table.missing("unit", "of the deflections: \"mm\", \"cm\", \"m\", \"um\" or \"px\"");
     const std::array<std::string, 3> zeros{"before_release", "at_rest", "as_given"};
     table.missing("zero", "\"before_release\" (held straight), \"at_rest\" or \"as_given\"");
     mapping.zero = static_cast<ZeroDeflection>(table.word("zero", zeros).value_or(2));
     const auto axis = table.numbers("axis", {-1e9, 1e9});
     const double length = axis.size() == 3 ? std::hypot(axis[0], axis[1], axis[2]) : 0.0;
-    if (mapping.is_c3d()) {
+    if (mapping.has_markers) {
         table.missing("axis", "direction of positive deflection, [x, y, z]");
         if (table.has("axis") && length == 0.0)
             table.fault("axis", "must be three numbers, not all 0");
@@ -93,8 +112,6 @@ void read_motion(const core::TomlTable& table, ImportMapping& mapping) {
             mapping.axis[i] = axis[i] / length;
         if (table.has("sign"))
             table.fault("sign", "belongs to tables; turn the axis round instead");
-    } else if (table.has("axis")) {
-        table.fault("axis", "belongs to C3D files; give the sign of a column by sign = -1");
     }
     const auto sign = table.whole_number("sign", {-1, 1});
     if (sign == 0)
@@ -125,9 +142,10 @@ MappedHeight read_height(const core::TomlTable& table, const std::string& key,
 
 void read_heights(const core::TomlTable& root, const std::string& key, ImportMapping& mapping) {
     static_cast<void>(read_height(root.absent("height"), key, mapping));
-    root.missing("height", fmt::format("write a table [[height]] with height_mm and {} for each "
-                                       "height",
-                                       key));
+    if (mapping.measurement.sensors.empty())
+        root.missing("height", fmt::format("write a table [[height]] with height_mm and {} for "
+                                           "each height, or [[sensor]] tables",
+                                           key));
     const std::vector<core::TomlTable> tables = root.tables("height");
     if (tables.size() > most_heights) {
         root.fault("height",
@@ -140,11 +158,9 @@ void read_heights(const core::TomlTable& root, const std::string& key, ImportMap
 
 } // namespace
 
-bool ImportMapping::is_c3d() const {
-    std::string extension = source.extension().string();
-    std::ranges::transform(extension, extension.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension == ".c3d";
+bool needs_conversion(const std::filesystem::path& recording) {
+    constexpr std::array<std::string_view, 5> formats{".c3d", ".trk", ".mat", ".npy", ".npz"};
+    return std::ranges::find(formats, lower_extension(recording)) != formats.end();
 }
 
 ImportMapping read_import_mapping(const std::filesystem::path& file,
@@ -157,13 +173,20 @@ ImportMapping read_import_mapping(const std::filesystem::path& file,
     if (source.empty())
         root.missing("source", "write a table [source] with file");
     read_source(root.table("source"), file.parent_path(), !source.empty(), mapping);
+    mapping.has_markers =
+        lower_extension(mapping.source) == ".c3d" || root.table("motion").has("axis");
     root.missing("time", "write a table [time] with release_s (and column for a table)");
-    root.missing("motion", "write a table [motion] with zero (and unit, or axis for a C3D file)");
     read_time(root.table("time"), mapping);
-    read_motion(root.table("motion"), mapping);
-    const std::string key = mapping.is_c3d() ? "markers" : "columns";
+    if (mapping.measurement.sensors.empty() || root.has("height"))
+        root.missing("motion",
+                     "write a table [motion] with zero (and unit, or axis for a C3D file)");
+    if (mapping.measurement.sensors.empty() || root.has("motion") || root.has("height"))
+        read_motion(root.table("motion"), mapping);
+    const std::string key = mapping.has_markers ? "markers" : "columns";
     mapping.clamp = names(root.table("clamp"), key);
     read_heights(root, key, mapping);
+    if (mapping.has_markers && root.has("sensor"))
+        root.fault("sensor", "belongs to tables; of a C3D file give [[height]] tables");
     document.finish();
     return mapping;
 }

@@ -29,27 +29,31 @@ struct MappedHeight {
 };
 
 struct ImportMapping {
-    std::filesystem::path source;  ///< the recording; ends in .c3d for markers, else a table
+    std::filesystem::path source; ///< the recording
+    /// The source has the columns "t" (s) and "NAME x", "NAME y", "NAME z" (m) of markers.
+    bool has_markers = false;
     std::optional<char> delimiter; ///< of a table; empty: guessed
     bool has_decimal_comma = false;
     std::size_t skipped_lines = 0; ///< ahead of a table's header
 
     std::string time_column; ///< of a table
     TimeUnit time_unit = TimeUnit::Second;
-    std::optional<double> release; ///< s in the source's time; empty: detected
+    std::optional<double> release; ///< s in the source's time; empty: detected, if it was recorded
     std::optional<double> before;  ///< s kept before the release; empty: all
     std::optional<double> after;   ///< s kept after it
 
-    std::optional<int> power_of_ten; ///< of the unit of length; empty: as a C3D file says
-    std::array<double, 3> axis{};    ///< unit vector of positive deflection, for markers
-    double sign = 1.0;               ///< −1 reverses a table's deflections
+    int power_of_ten = -3;        ///< of the unit of length
+    double scale = 1.0;           ///< mm per pixel, of a table in pixels
+    std::array<double, 3> axis{}; ///< unit vector of positive deflection, for markers
+    double sign = 1.0;            ///< −1 reverses a table's deflections
     ZeroDeflection zero = ZeroDeflection::AsGiven;
     std::vector<std::string> clamp; ///< columns or markers whose motion is subtracted
     std::vector<MappedHeight> heights;
-    Measurement measurement; ///< the mapping's data on stem, camera and measurement
-
-    [[nodiscard]] bool is_c3d() const;
+    Measurement measurement; ///< the mapping's data on stem, sensors, camera and measurement
 };
+
+/// Formats that the program postprocess/recording_table.py turns into tables.
+[[nodiscard]] bool needs_conversion(const std::filesystem::path& recording);
 
 /// Reads a mapping (format: docs/measurements.md); the source's path is relative to the mapping's
 /// folder. `source`, if not empty, replaces the source named in the mapping. Throws

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -63,52 +65,82 @@ Level level_of(const std::vector<double>& values, std::size_t begin, std::size_t
     return level;
 }
 
-/// Time between the last frame at rest, `held`, and the next one at which the travel begins, from
-/// the travel in the next two frames.
-double release_between(const std::vector<double>& times, const std::vector<double>& travel,
-                       std::size_t held) {
-    if (held + 2 >= times.size())
-        return times[held];
-    // Under a sudden force the travel grows as t², so its root is linear in time and is zero at the
-    // release.
-    const double first = std::sqrt(std::abs(travel[held + 1]));
-    const double second = std::sqrt(std::abs(travel[held + 2]));
-    if (!(second > first))
-        return times[held];
-    const double rate = (second - first) / (times[held + 2] - times[held + 1]);
-    return std::clamp(times[held + 1] - first / rate, times[held], times[held + 1]);
+/// The clamp's motion since the first frame in which it was seen; empty if it was not recorded.
+std::vector<double> motion_of_clamp(const ImportMapping& mapping, const RecordedSeries& series) {
+    if (mapping.clamp.empty())
+        return {};
+    std::vector<double> clamp = mean_of(series, mapping.clamp);
+    const auto seen = std::ranges::find_if(clamp, [](double x) { return !std::isnan(x); });
+    const double first = seen != clamp.end() ? *seen : gap;
+    for (double& position : clamp)
+        position -= first;
+    return clamp;
 }
 
-/// See import_recording.
-double detected_release(const ImportMapping& mapping, const std::vector<double>& times,
-                        const std::vector<std::vector<double>>& histories) {
-    std::vector<double> mean(times.size(), 0.0);
-    for (const std::vector<double>& history : histories)
-        for (std::size_t i = 0; i < mean.size(); ++i)
-            mean[i] += history[i] / static_cast<double>(histories.size());
-    const std::size_t quiet = std::min<std::size_t>(
-        mean.size(), std::max<std::size_t>(5, std::min<std::size_t>(20, mean.size() / 50)));
-    const Level held = level_of(mean, 0, quiet);
-    double largest = 0.0;
-    for (double& value : mean) {
-        value -= held.mean;
-        if (!std::isnan(value))
-            largest = std::max(largest, std::abs(value));
+/// A sensor's column without the unit in its name, because the measurement has SI units: "acc" of
+/// "acc_g", "Displacement" of "Displacement (mm)".
+std::string name_without_unit(const Sensor& sensor) {
+    for (const std::string_view form : {" ({})", "({})", " [{}]", "[{}]", "_{}"}) {
+        const std::string end = fmt::format(fmt::runtime(form), sensor.unit);
+        if (sensor.column.ends_with(end) && sensor.column.size() > end.size())
+            return sensor.column.substr(0, sensor.column.size() - end.size());
     }
-    if (held.count < 5 || !(largest > 20.0 * held.deviation))
-        refuse(mapping, fmt::format("no release was found: the first {} frames scatter by {:.2g} "
-                                    "mm, the motion is at most {:.2g} mm; set release_s",
-                                    quiet, 1e3 * held.deviation, 1e3 * largest));
-    const auto moves =
-        std::ranges::find_if(mean, [&](double value) { return std::abs(value) > 0.2 * largest; });
-    auto index = static_cast<std::size_t>(moves - mean.begin());
-    // Steps back to the last frame that cannot be distinguished from those at rest.
-    while (index > 0 && !(std::abs(mean[index]) <= 4.0 * held.deviation))
-        --index;
-    if (index == 0)
-        refuse(mapping, "the stem moves from the first frame on: no release was found; set "
-                        "release_s");
-    return release_between(times, mean, index);
+    return sensor.column;
+}
+
+/// The rows of the measurement, from the lowest height up.
+struct MeasuredRows {
+    std::vector<Sensor> sensors; ///< (rows)
+    std::vector<std::vector<double>> histories;
+
+    void add(Sensor sensor, std::vector<double> history) {
+        const auto above = std::ranges::upper_bound(sensors, sensor.height, {}, &Sensor::height);
+        histories.insert(histories.begin() + (above - sensors.begin()), std::move(history));
+        sensors.insert(above, std::move(sensor));
+    }
+    [[nodiscard]] bool has_sensors() const {
+        return !std::ranges::all_of(sensors, &Sensor::is_camera);
+    }
+};
+
+MeasuredRows measured_rows(const ImportMapping& mapping, const RecordedSeries& series) {
+    MeasuredRows rows;
+    const std::vector<double> clamp = motion_of_clamp(mapping, series);
+    for (const MappedHeight& height : mapping.heights) {
+        std::vector<double> history = mean_of(series, height.names);
+        for (std::size_t i = 0; i < clamp.size(); ++i)
+            history[i] -= clamp[i];
+        Sensor row;
+        row.height = height.height;
+        rows.add(row, std::move(history));
+    }
+    for (Sensor sensor : mapping.measurement.sensors) {
+        std::vector<double> history = series.of(sensor.column);
+        sensor.column = name_without_unit(sensor);
+        rows.add(std::move(sensor), std::move(history));
+    }
+    return rows;
+}
+
+/// The onset of the mean of the rows that are positions.
+ReleaseOnset detected_release(const ImportMapping& mapping, const std::vector<double>& times,
+                              const MeasuredRows& rows) {
+    std::vector<double> mean(times.size(), 0.0);
+    std::size_t count = 0;
+    for (std::size_t j = 0; j < rows.sensors.size(); ++j) {
+        if (rows.sensors[j].quantity != Quantity::Displacement)
+            continue;
+        ++count;
+        for (std::size_t i = 0; i < mean.size(); ++i)
+            mean[i] += rows.histories[j][i];
+    }
+    if (count == 0)
+        refuse(mapping, "a release is detected in displacements only; set release_s");
+    const std::optional<ReleaseOnset> onset = release_onset(times, mean);
+    if (!onset)
+        refuse(mapping, "no release was found: no fast motion sets in after the first five frames; "
+                        "set release_s, or [release] kind = \"moving\"");
+    return *onset;
 }
 
 /// The index of the first time at or after `time`.
@@ -167,13 +199,14 @@ bool is_moving_before(const ImportMapping& mapping,
     return true;
 }
 
-void estimate_noise(const std::vector<std::vector<double>>& histories, std::size_t release,
-                    Measurement& measurement) {
-    if (measurement.noise || !measurement.noise_by_height.empty())
+void estimate_noise(MeasuredRows& rows, std::size_t release, Measurement& measurement) {
+    if (measurement.noise || !measurement.noise_by_height.empty() ||
+        std::ranges::all_of(rows.sensors,
+                            [](const Sensor& sensor) { return sensor.noise.has_value(); }))
         return;
     std::vector<double> noise;
     std::size_t fewest = release;
-    for (const std::vector<double>& history : histories) {
+    for (const std::vector<double>& history : rows.histories) {
         const Level level = level_of(history, 0, release);
         fewest = std::min(fewest, level.count);
         noise.push_back(level.deviation);
@@ -185,11 +218,19 @@ void estimate_noise(const std::vector<std::vector<double>>& histories, std::size
                         release));
         return;
     }
-    measurement.noise_by_height = noise;
+    if (rows.has_sensors()) { // each states its own; camera rows between them have one noise
+        for (std::size_t j = 0; j < noise.size(); ++j)
+            if (Sensor& sensor = rows.sensors[j]; sensor.is_camera())
+                measurement.noise = std::max(measurement.noise.value_or(0.0), noise[j]);
+            else
+                sensor.noise = sensor.noise.value_or(noise[j]);
+    } else {
+        measurement.noise_by_height = noise;
+    }
     measurement.noise_source = fmt::format("scatter of {} frames before the release", fewest);
 }
 
-/// Rounds to a whole nanosecond or nanometre; further digits are rounding errors.
+/// Rounds to a billionth: further digits are rounding errors.
 double rounded(double value) {
     return std::round(value * 1e9) / 1e9;
 }
@@ -211,38 +252,40 @@ void keep_frames(const ImportMapping& mapping, const RecordedSeries& series, dou
 } // namespace
 
 Measurement import_recording(const ImportMapping& mapping) {
-    const RecordedSeries series =
-        mapping.is_c3d() ? read_recorded_markers(mapping) : read_recorded_table(mapping);
-    std::vector<MappedHeight> heights = mapping.heights;
-    std::ranges::sort(heights, {}, &MappedHeight::height);
-    std::vector<std::vector<double>> histories;
-    histories.reserve(heights.size());
-    for (const MappedHeight& height : heights)
-        histories.push_back(mean_of(series, height.names));
-    if (!mapping.clamp.empty()) {
-        std::vector<double> clamp = mean_of(series, mapping.clamp);
-        const auto seen = std::ranges::find_if(clamp, [](double x) { return !std::isnan(x); });
-        const double first = seen != clamp.end() ? *seen : gap;
-        for (std::vector<double>& history : histories)
-            for (std::size_t i = 0; i < history.size(); ++i)
-                history[i] -= clamp[i] - first;
-    }
-    const double release =
-        mapping.release ? *mapping.release : detected_release(mapping, series.times, histories);
-    const std::size_t first_after = index_at(series.times, release);
+    const RecordedSeries series = read_recorded_table(mapping);
+    MeasuredRows rows = measured_rows(mapping, series);
     Measurement measurement = mapping.measurement;
-    for (std::vector<double>& history : histories) {
-        const double zero = zero_of(mapping, history, first_after);
-        for (double& value : history)
+    const bool is_recorded = measurement.release != ReleaseKind::Moving;
+    double release = mapping.release.value_or(0.0);
+    if (is_recorded && !mapping.release) {
+        const ReleaseOnset onset = detected_release(mapping, series.times, rows);
+        release = onset.time;
+        measurement.release_uncertainty = onset.uncertainty;
+        measurement.remarks.push_back(
+            fmt::format("the release was found at {:.6g} s ± {:.2g} ms (standard uncertainty)",
+                        onset.time, 1e3 * onset.uncertainty));
+    }
+    const std::size_t first_after = is_recorded ? index_at(series.times, release) : 0;
+    for (std::size_t j = 0; j < rows.sensors.size(); ++j) {
+        if (!rows.sensors[j].is_camera())
+            continue; // the zero of a sensor is a parameter of every fit
+        const double zero = zero_of(mapping, rows.histories[j], first_after);
+        for (double& value : rows.histories[j])
             value -= zero;
     }
-    if (!is_moving_before(mapping, histories, first_after, measurement))
-        estimate_noise(histories, first_after, measurement);
-    for (const MappedHeight& height : heights)
-        measurement.heights.push_back(height.height);
-    if (!measurement.frames_per_second)
-        measurement.frames_per_second = series.frames_per_second;
-    keep_frames(mapping, series, release, histories, measurement);
+    if (is_recorded && !is_moving_before(mapping, rows.histories, first_after, measurement))
+        estimate_noise(rows, first_after, measurement);
+    for (const Sensor& sensor : rows.sensors)
+        measurement.heights.push_back(sensor.height);
+    if (!measurement.frames_per_second && mapping.has_markers && series.times.size() > 1)
+        measurement.frames_per_second = rounded(static_cast<double>(series.times.size() - 1) /
+                                                (series.times.back() - series.times.front()));
+    keep_frames(mapping, series, release, rows.histories, measurement);
+    for (AddedMass& mass : measurement.stem.added_masses)
+        for (const Sensor& sensor : mapping.measurement.sensors)
+            if (mass.sensor == sensor.column)
+                mass.sensor = name_without_unit(sensor);
+    measurement.sensors = rows.has_sensors() ? std::move(rows.sensors) : std::vector<Sensor>();
     return measurement;
 }
 

@@ -6,18 +6,28 @@
 #include "measure/import/import_mapping.hpp"
 
 #include <cstddef>
+#include <optional>
 #include <span>
 
 namespace culm::measure {
 
 /// Reads the mapping's source and returns a measurement: the mean over the columns or markers of
 /// each height, less the motion of the clamp's, relative to the zero that the mapping chooses, with
-/// t = 0 at the release. A detected release is the time at which the mean deflection finally leaves
-/// the level of the first frames, interpolated between two frames by the root of the travel, which
-/// is linear in time under a sudden force. If the mapping states no noise, it is the scatter before
-/// the release (at least 8 frames), reported in noise_source. Frames in which the stem moves are
-/// not used for the noise; a remark reports them. Throws core::InputError.
+/// t = 0 at the release; see release_onset() for its detection. If the mapping states no noise, it
+/// is the scatter before the release (at least 8 frames), reported in noise_source. Frames in which
+/// the stem moves are not used for the noise; a remark reports them. Throws core::InputError.
 [[nodiscard]] Measurement import_recording(const ImportMapping& mapping);
+
+struct ReleaseOnset {
+    double time = 0.0;        ///< s
+    double uncertainty = 0.0; ///< standard uncertainty, s
+};
+/// The release in a history of positions: where the first fast motion sets in. A hand that moves
+/// slowly before it gives no onset: the positions about the first fast motion are fitted by a
+/// linear drift and, from the release on, a motion that begins at rest, 1 − cos ω(t − t₀). Empty if
+/// fewer than five frames lie before the motion. Gaps are NaN.
+[[nodiscard]] std::optional<ReleaseOnset> release_onset(std::span<const double> times,
+                                                        std::span<const double> positions);
 
 /// Gaps between consecutive frames that are longer than one and a half usual frame times.
 struct TimeGaps {

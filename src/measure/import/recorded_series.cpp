@@ -12,7 +12,6 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -26,6 +25,8 @@ std::vector<std::string> names_used(const ImportMapping& mapping) {
     std::vector<std::string> names = mapping.clamp;
     for (const MappedHeight& height : mapping.heights)
         names.insert(names.end(), height.names.begin(), height.names.end());
+    for (const Sensor& sensor : mapping.measurement.sensors)
+        names.push_back(sensor.column);
     std::ranges::sort(names);
     names.erase(std::unique(names.begin(), names.end()), names.end());
     return names;
@@ -97,6 +98,42 @@ double read_cell(const DelimitedLine& line, std::size_t column, int power, bool 
     return value.value_or(gap);
 }
 
+/// A column of the table, and its share of a series in SI units.
+struct Part {
+    std::size_t column = 0;
+    int power_of_ten = 0;
+    double factor = 1.0;
+};
+
+/// The column "NAME x" of a marker.
+std::size_t marker_column(const std::string& file, const std::vector<std::string>& header,
+                          const std::string& name, char direction) {
+    const auto found = std::ranges::find(header, fmt::format("{} {}", name, direction));
+    if (found != header.end())
+        return static_cast<std::size_t>(found - header.begin());
+    std::vector<std::string> markers;
+    for (const std::string& column : header)
+        if (column.ends_with(" x"))
+            markers.push_back(column.substr(0, column.size() - 2));
+    refuse_name(file, "marker", name, markers);
+}
+
+/// A marker's series is its position along the axis; others have one column.
+std::vector<Part> parts_of(const std::string& name, const ImportMapping& mapping,
+                           const std::vector<std::string>& header) {
+    const std::string file = mapping.source.string();
+    std::vector<Part> parts;
+    for (std::size_t k = 0; mapping.has_markers && k < 3; ++k)
+        parts.push_back({marker_column(file, header, name, "xyz"[k]), 0, mapping.axis[k]});
+    if (mapping.has_markers)
+        return parts;
+    const std::size_t column = column_of(file, header, name);
+    const auto sensor = std::ranges::find(mapping.measurement.sensors, name, &Sensor::column);
+    if (sensor != mapping.measurement.sensors.end())
+        return {{column, 0, unit_size(sensor->quantity, sensor->unit).value_or(1.0)}};
+    return {{column, mapping.power_of_ten, mapping.sign * mapping.scale}};
+}
+
 double in_seconds(double time, const ImportMapping& mapping) {
     switch (mapping.time_unit) {
     case TimeUnit::Second:
@@ -130,8 +167,8 @@ const std::vector<double>& RecordedSeries::of(const std::string& name) const {
 RecordedSeries read_recorded_table(const ImportMapping& mapping) {
     const std::string file = mapping.source.string();
     std::string text(without_lines(read_text_file(mapping.source), mapping.skipped_lines));
-    const char delimiter =
-        mapping.delimiter.value_or(guessed_delimiter(text, mapping.has_decimal_comma));
+    const char delimiter = mapping.delimiter.value_or(
+        mapping.has_markers ? ',' : guessed_delimiter(text, mapping.has_decimal_comma));
     if (delimiter == ' ')
         text = with_single_spaces(text);
     const std::vector<DelimitedLine> lines = split_table(text, delimiter);
@@ -142,55 +179,28 @@ RecordedSeries read_recorded_table(const ImportMapping& mapping) {
     const std::size_t time_column = column_of(file, header, mapping.time_column);
     RecordedSeries series;
     series.names = names_used(mapping);
-    std::vector<std::size_t> columns;
+    std::vector<std::vector<Part>> parts; // (series)
     for (const std::string& name : series.names)
-        columns.push_back(column_of(file, header, name));
-    series.values.resize(columns.size());
+        parts.push_back(parts_of(name, mapping, header));
+    series.values.resize(parts.size());
     // If the first line consists of numbers, the table has no header.
-    const bool has_header = !core::parse_decimal(header[time_column]);
+    std::string first = header[time_column];
+    if (mapping.has_decimal_comma)
+        std::ranges::replace(first, ',', '.');
+    const bool has_header = !core::parse_decimal(first);
     for (std::size_t i = has_header ? 1 : 0; i < lines.size(); ++i) {
         DelimitedLine line = lines[i];
         line.number += mapping.skipped_lines;
         const double time = read_cell(line, time_column, 0, mapping.has_decimal_comma, faults);
         append_time(line, in_seconds(time, mapping), series, faults);
-        for (std::size_t k = 0; k < columns.size(); ++k)
-            series.values[k].push_back(mapping.sign * read_cell(line, columns[k],
-                                                                mapping.power_of_ten.value_or(-3),
-                                                                mapping.has_decimal_comma, faults));
+        for (std::size_t k = 0; k < parts.size(); ++k) {
+            double value = 0.0;
+            for (const auto& [column, power, factor] : parts[k])
+                value += factor * read_cell(line, column, power, mapping.has_decimal_comma, faults);
+            series.values[k].push_back(value);
+        }
     }
     faults.throw_if_any();
-    return series;
-}
-
-RecordedSeries read_recorded_markers(const ImportMapping& mapping) {
-    const C3dTracks tracks = read_c3d(mapping.source);
-    const std::string file = mapping.source.string();
-    const std::map<std::string, int> powers{{"mm", -3}, {"cm", -2}, {"m", 0}};
-    const auto unit = powers.find(tracks.unit);
-    if (!mapping.power_of_ten && unit == powers.end())
-        throw core::InputError(fmt::format(
-            "{}: its unit of length is \"{}\"; set motion.unit in the mapping", file, tracks.unit));
-    const int power = mapping.power_of_ten ? *mapping.power_of_ten : unit->second;
-    const double to_metres = std::pow(10.0, power);
-    RecordedSeries series;
-    series.frames_per_second = tracks.frames_per_second;
-    series.names = names_used(mapping);
-    for (std::size_t i = 0; i < tracks.frames; ++i)
-        series.times.push_back(static_cast<double>(i) / tracks.frames_per_second);
-    for (const std::string& name : series.names) {
-        const auto label = std::ranges::find(tracks.labels, name);
-        if (label == tracks.labels.end())
-            refuse_name(file, "marker", name, tracks.labels);
-        const auto marker = static_cast<std::size_t>(label - tracks.labels.begin());
-        std::vector<double> values;
-        for (std::size_t i = 0; i < tracks.frames; ++i) {
-            const double* position = &tracks.positions[(i * tracks.labels.size() + marker) * 3];
-            values.push_back(to_metres *
-                             (mapping.axis[0] * position[0] + mapping.axis[1] * position[1] +
-                              mapping.axis[2] * position[2]));
-        }
-        series.values.push_back(std::move(values));
-    }
     return series;
 }
 

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes what was found in a recording as a mapping of `culm import` (docs/measurements.md).
+
+Numbers that no recording contains are commented lines, which the user completes."""
+from __future__ import annotations
+
+import json
+import textwrap
+
+from delimited_table import DelimitedTable
+from recorded_columns import UNITS, Record, Sensor
+
+DELIMITERS = {",": ",", ";": ";", "\t": "tab", " ": "space"}
+MOST_UNUSED = 50
+HEAD = """\
+# A proposal of culm for `culm import`. It contains what the recording states.
+# Complete the lines that begin with "# " and a key: write the value and remove the "# ".
+# Check the lines that say that they are a guess.
+# Readings must be positive toward the side of positive deflection.
+"""
+STEM = """
+# length_mm =       # free length from the clamp to the tip
+# density_kg_m3 =   # of the material; of a round stem as in docs/measurements.md
+# diameter_mm =     # outer diameter of a round stem, instead of [section]
+
+# [section]         # of a stem that is not round, instead of diameter_mm
+# shape = "rectangle"  # "general" is described in docs/measurements.md
+# width_mm =        # across the plane of motion
+# height_mm =       # thickness in the direction of motion
+"""
+
+
+def quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def source_lines(file: str, table: DelimitedTable) -> list[str]:
+    lines = ["[source]", f"file = {quoted(file)}",
+             f'delimiter = "{DELIMITERS[table.delimiter]}"']
+    if table.decimal == ",":
+        lines.append('decimal = ","')
+    if table.skip_lines:
+        lines.append(f"skip_lines = {table.skip_lines}")
+    return lines
+
+
+def time_lines(record: Record) -> list[str]:
+    guess = "   # a guess; s, ms, us or frame is allowed" if record.is_unit_guess else ""
+    lines = ["", "[time]", f"column = {quoted(record.time)}", f'unit = "{record.time_unit}"{guess}']
+    if record.begins_moving:
+        lines += ["", "[release]",
+                  'kind = "moving"   # the first readings move; else state [time] release_s']
+    else:
+        lines.append('release_s = "detect"')
+    if record.time_unit == "frame":
+        lines += ["", "[camera]", "# fps =   # frames per second of the recording"]
+    return lines
+
+
+def unit_line(sensor: Sensor) -> str:
+    if sensor.unit is not None:
+        scale = "   # a guess: Tracker's usual unit; the project's scale decides"
+        return f'unit = "{sensor.unit}"' + (scale if sensor.is_unit_usual else "")
+    pixels = "; pixels: config/measurements/dic_dice.toml"
+    return (f"# unit =   # of the column, in quotes: {', '.join(UNITS[sensor.quantity])}"
+            + (pixels if sensor.quantity == "displacement" else ""))
+
+
+def sensor_lines(sensor: Sensor) -> list[str]:
+    guess = "   # a guess: the name does not state it" if sensor.is_guess else ""
+    lines = ["", "[[sensor]]", f"column = {quoted(sensor.name)}",
+             f'quantity = "{sensor.quantity}"{guess}', unit_line(sensor),
+             "# height_mm =   # of the sensor above the clamp"]
+    if sensor.quantity == "acceleration":
+        lines.append("# mass_g =   # of the sensor, optional")
+    if sensor.quantity == "strain":
+        lines.append("# distance_from_axis_mm =   # of the gauge, toward positive deflection")
+    return lines
+
+
+def unused_lines(names: list[str]) -> list[str]:
+    if not names:
+        return []
+    listed = ", ".join(quoted(name) for name in names[:MOST_UNUSED])
+    more = f" and {len(names) - MOST_UNUSED} more" if len(names) > MOST_UNUSED else ""
+    return ["", *textwrap.wrap(f"Columns that are not used: {listed}{more}", 100,
+                               initial_indent="# ", subsequent_indent="# ",
+                               break_long_words=False)]
+
+
+def mapping_text(file: str, stem: str, table: DelimitedTable, record: Record) -> str:
+    lines = source_lines(file, table) + time_lines(record)
+    for sensor in record.sensors:
+        lines += sensor_lines(sensor)
+    lines += unused_lines(record.unused) + ["", "[stem]", f"id = {quoted(stem)}"]
+    return HEAD + "\n" + "\n".join(lines) + STEM
+
+
+def keys_to_complete(record: Record) -> str:
+    quantities = {sensor.quantity for sensor in record.sensors}
+    keys = ["unit"] if any(sensor.unit is None for sensor in record.sensors) else []
+    keys += ["fps"] if record.time_unit == "frame" else []
+    keys.append("height_mm")
+    keys += ["mass_g (optional)"] if "acceleration" in quantities else []
+    keys += ["distance_from_axis_mm"] if "strain" in quantities else []
+    return ", ".join(keys + ["length_mm", "density_kg_m3", "diameter_mm or [section]"])
