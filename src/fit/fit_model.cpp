@@ -42,7 +42,6 @@ class BestFit {
     /// Runs a complete fit from a start.
     void try_start(const StartModels& start, bool is_first_guess);
 
-    /// The starts that promise most.
     [[nodiscard]] std::vector<StartModels> most_promising(const std::vector<StartModels>& starts);
 
     /// Runs some iterations from a start with its places (angles, time scales) fixed. Throws

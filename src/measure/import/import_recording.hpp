@@ -22,10 +22,10 @@ struct ReleaseOnset {
     double time = 0.0;        ///< s
     double uncertainty = 0.0; ///< standard uncertainty, s
 };
-/// The release in a history of positions: where the first fast motion sets in. A hand that moves
-/// slowly before it gives no onset: the positions about the first fast motion are fitted by a
-/// linear drift and, from the release on, a motion that begins at rest, 1 − cos ω(t − t₀). Empty if
-/// fewer than five frames lie before the motion. Gaps are NaN.
+/// The release in a history of positions: where the first fast motion leaves the line on which a
+/// hand that moves slowly had led the stem. Between two frames it is interpolated by the root of
+/// the travel. Empty if fewer than five frames lie before the motion, or if it starts at once. Gaps
+/// are NaN.
 [[nodiscard]] std::optional<ReleaseOnset> release_onset(std::span<const double> times,
                                                         std::span<const double> positions);
 

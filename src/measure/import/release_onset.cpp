@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <vector>
 
-#include <Eigen/QR>
+#include <Eigen/Core>
 
 namespace culm::measure {
 
@@ -43,66 +41,72 @@ std::size_t first_at(const Travel& travel, double share, std::size_t from) {
     return from;
 }
 
-/// Sum of squared errors of a drift that is followed by 1 − cos ω(t − onset), over frames [begin,
-/// end).
-double squared_error(const Travel& travel, std::size_t begin, std::size_t end,
-                     double angular_frequency, double onset) {
-    const auto count = static_cast<Eigen::Index>(end - begin);
-    Eigen::MatrixXd columns(count, 3);
-    Eigen::VectorXd positions(count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-        const std::size_t at = begin + static_cast<std::size_t>(i);
-        const double since = std::max(travel.times[at] - onset, 0.0);
-        columns.row(i) << 1.0, (travel.times[at] - travel.times[begin]) * angular_frequency,
-            1.0 - std::cos(angular_frequency * since);
-        positions(i) = travel.positions[at];
+/// A straight line through the positions of frames [begin, end).
+struct Drift {
+    Drift(const Travel& travel, std::size_t begin, std::size_t end) {
+        const auto count = static_cast<Eigen::Index>(end - begin);
+        const Eigen::Map<const Eigen::ArrayXd> times(&travel.times[begin], count);
+        const Eigen::Map<const Eigen::ArrayXd> positions(&travel.positions[begin], count);
+        time = times.mean();
+        position = positions.mean();
+        const double square = (times - time).square().sum();
+        rate = ((times - time) * positions).sum() / square;
+        const double scatter = (positions - position - rate * (times - time)).square().sum();
+        variance = scatter / static_cast<double>(count - 2);
+        rate_variance = variance / square;
     }
-    return (positions - columns * columns.colPivHouseholderQr().solve(positions)).squaredNorm();
-}
+    [[nodiscard]] double travelled(const Travel& travel, std::size_t frame) const {
+        return travel.positions[frame] - position - rate * (travel.times[frame] - time);
+    }
+    /// Standard deviation of travelled() in a frame in which the stem is still held.
+    [[nodiscard]] double deviation(const Travel& travel, std::size_t frame) const {
+        return std::sqrt(variance + rate_variance * std::pow(travel.times[frame] - time, 2));
+    }
+
+    double time, position, rate, variance, rate_variance;
+};
 
 } // namespace
 
 std::optional<ReleaseOnset> release_onset(std::span<const double> times,
                                           std::span<const double> positions) {
-    // A rate sin ω(t − t₀) reaches half of its maximum at ω(t − t₀) = 0.524, and nine tenths at
-    // 1.120.
-    constexpr double between = 1.120 - 0.524;
-    constexpr std::size_t fewest_before = 5;
-    constexpr int trials = 300;
+    constexpr double distinct = 4.0;    // standard deviations
+    constexpr double frame_share = 0.5; // nearly the range of times between two frames
+    constexpr double opening = 0.01;    // share of the swing by which a hand moves as it opens
+    constexpr std::size_t fewest_held = 5;
     const Travel travel = travel_of(times, positions);
     const std::size_t half = first_at(travel, 0.5, 0);
     const std::size_t nearly_all = std::max(first_at(travel, 0.9, half), half + 1);
-    if (half < fewest_before || nearly_all + 1 >= travel.times.size())
+    if (half < fewest_held || nearly_all + 1 >= travel.times.size())
         return std::nullopt;
-    const double unit = (travel.times[nearly_all] - travel.times[half]) / between; // 1/ω
-    const double latest = travel.times[half];
-    const double earliest = std::max(latest - 1.5 * unit, travel.times.front());
-    const auto first = std::ranges::lower_bound(travel.times, latest - 4.0 * unit);
-    const std::size_t begin =
-        std::min(static_cast<std::size_t>(first - travel.times.begin()), half - fewest_before);
-    // Of every time, the best frequency: the profile of the sum of squares.
-    std::vector<double> errors(trials + 1, std::numeric_limits<double>::infinity());
-    for (double factor = 0.6; factor < 1.6; factor *= 1.05)
-        for (int k = 0; k <= trials; ++k) {
-            double& error = errors[static_cast<std::size_t>(k)];
-            error = std::min(error, squared_error(travel, begin, nearly_all + 1, factor / unit,
-                                                  earliest + k * (latest - earliest) / trials));
-        }
-    const auto smallest = std::ranges::min_element(errors);
-    const double least = *smallest;
-    ReleaseOnset best;
-    best.time =
-        earliest + static_cast<double>(smallest - errors.begin()) * (latest - earliest) / trials;
-    constexpr double distinct = 100.0; // times the sum of squares, without the onset
-    if (!(squared_error(travel, begin, nearly_all + 1, 1.0 / unit, travel.times.back()) >
-          distinct * least))
+    // A rate sin ω(t − t₀) rises from half of its maximum to nine tenths while ω t grows by 0.6.
+    const double unit = (travel.times[nearly_all] - travel.times[half]) / 0.6; // 1/ω
+    const auto frame_at = [&](double units) {
+        return static_cast<std::size_t>(
+            std::ranges::lower_bound(travel.times, travel.times[half] - units * unit) -
+            travel.times.begin());
+    };
+    const std::size_t end = std::max(std::min(frame_at(2.0), half), fewest_held);
+    const Drift drift(travel, std::min(frame_at(8.0), end - fewest_held), end);
+    double largest = 0.0;
+    for (std::size_t i = 0; i < travel.times.size(); ++i)
+        largest = std::max(largest, std::abs(travel.positions[i] - drift.position));
+    std::size_t held = half;
+    while (held > 0 && std::abs(drift.travelled(travel, held)) >
+                           std::max(distinct * drift.deviation(travel, held), opening * largest))
+        --held;
+    if (held == 0 || held == half)
         return std::nullopt;
-    // The standard uncertainty is where the sum of squares has grown by one variance.
-    const auto freedom = static_cast<double>(nearly_all + 1 - begin) - 5.0;
-    const double limit = least * (1.0 + 1.0 / std::max(freedom, 1.0));
-    const auto within = std::ranges::count_if(errors, [&](double error) { return error <= limit; });
-    best.uncertainty = 0.5 * static_cast<double>(within) * (latest - earliest) / trials;
-    return best;
+    // Under a sudden force the root of the travel is linear in time.
+    const double first = std::sqrt(std::abs(drift.travelled(travel, held + 1)));
+    const double second = std::sqrt(std::abs(drift.travelled(travel, held + 2)));
+    const double rate = (second - first) / (travel.times[held + 2] - travel.times[held + 1]);
+    ReleaseOnset onset{travel.times[held],
+                       frame_share * (travel.times[held + 1] - travel.times[held])};
+    if (rate > 0.0)
+        onset.time = std::clamp(travel.times[held + 1] - first / rate, travel.times[held - 1],
+                                travel.times[held + 1]);
+    return onset;
 }
 
 } // namespace culm::measure
