@@ -19,7 +19,7 @@ import recording_table
 from delimited_table import DelimitedTable, table_of, text_of
 from import_mapping import keys_to_complete, mapping_text
 from recorded_columns import SECONDS, Record, record_of
-from recording_refusal import EXIT_BAD_INPUT, Refusal
+from recording_refusal import Refusal, exit_code_of
 from report import write_whole
 
 WIDTH = 100
@@ -132,15 +132,8 @@ def propose(recording: Path, output: Path) -> list[str]:
 
 def main(arguments: list[str] | None = None) -> int:
     options = parse(arguments)
-    try:
-        print("\n".join(propose(options.recording, options.output)))
-    except Refusal as error:
-        print(f"{options.recording}: {' '.join(str(error).split())}", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    except OSError as error:
-        print(f"{error.filename or options.recording}: {error.strerror}", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    return 0
+    return exit_code_of(options.recording,
+                        lambda: print("\n".join(propose(options.recording, options.output))))
 
 
 if __name__ == "__main__":

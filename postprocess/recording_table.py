@@ -28,7 +28,7 @@ from pathlib import Path
 
 from c3d_recording import c3d_table
 from needed_packages import require
-from recording_refusal import EXIT_BAD_INPUT, Refusal, Table
+from recording_refusal import Refusal, Table, exit_code_of
 from report import write_whole
 from tracker_project import tracker_table
 
@@ -137,22 +137,19 @@ def table_text(table: Table) -> str:
     return text.getvalue()
 
 
+def convert(source: Path, output: Path, then: list[str]):
+    reader = READERS.get(source.suffix.lower())
+    if reader is None:
+        raise Refusal(f"its name does not end in one of {', '.join(READERS)}")
+    write_whole(output, table_text(reader(source)))
+    if then:
+        os.execv(then[0], then)
+
+
 def main(arguments: list[str] | None = None) -> int:
     options = parse(arguments)
-    try:
-        reader = READERS.get(options.source.suffix.lower())
-        if reader is None:
-            raise Refusal(f"its name does not end in one of {', '.join(READERS)}")
-        write_whole(options.output, table_text(reader(options.source)))
-        if options.then:
-            os.execv(options.then[0], options.then)
-    except Refusal as error:
-        print(f"{options.source}: {' '.join(str(error).split())}", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    except OSError as error:
-        print(f"{error.filename or options.source}: {error.strerror}", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    return 0
+    return exit_code_of(options.source,
+                        lambda: convert(options.source, options.output, options.then))
 
 
 if __name__ == "__main__":

@@ -6,32 +6,23 @@ import contextlib
 import csv
 import io
 import math
-import tempfile
 import time
 import unittest
 from array import array
-from pathlib import Path
 
 import recording_table
 from c3d_example import C3dExample, group, parameter, padded, real, texts, word
+from recording_files import RecordingFiles
 
 NAMES = ["t", "base x", "base y", "base z", "tip x", "tip y", "tip z"]
 
 
-class C3dFiles(unittest.TestCase):
-    def setUp(self):
-        place = tempfile.TemporaryDirectory()
-        self.addCleanup(place.cleanup)
-        self.folder = Path(place.name)
-
+class C3dFiles(RecordingFiles):
     def run_program(self, content: bytes, name: str = "a.c3d") -> tuple[int, str]:
-        source, output = self.folder / name, self.folder / "table.csv"
-        source.write_bytes(content)
+        output = self.folder / "table.csv"
         output.unlink(missing_ok=True)
-        err = io.StringIO()
-        with contextlib.redirect_stderr(err):
-            code = recording_table.main([str(source), "--output", str(output)])
-        return code, err.getvalue()
+        code, _, err = self.ran(recording_table, self.file(name, content), output)
+        return code, err
 
     def rows(self, content: bytes, name: str = "a.c3d") -> list[list[str]]:
         self.assertEqual(self.run_program(content, name), (0, ""))

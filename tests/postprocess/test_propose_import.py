@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Proposed mappings state what a recording contains and leave the rest to the user."""
-import contextlib
 import importlib.util
-import io
 import math
 import subprocess
 import sys
-import tempfile
 import tomllib
 import unittest
 from pathlib import Path
@@ -14,6 +11,7 @@ from pathlib import Path
 import propose_import
 import recording_table
 from recorded_columns import sensor_of
+from recording_files import RecordingFiles
 
 RECORDINGS = Path(__file__).resolve().parents[1] / "data/recordings"
 HAS_SCIPY = importlib.util.find_spec("scipy") is not None
@@ -28,18 +26,13 @@ def rows(separator=",", decimal=".", held=0, count=200):
     return "\n".join(lines).replace(".", decimal) + "\n"
 
 
-class Proposals(unittest.TestCase):
+class Proposals(RecordingFiles):
     def setUp(self):
-        place = tempfile.TemporaryDirectory()
-        self.addCleanup(place.cleanup)
-        self.folder = Path(place.name)
+        super().setUp()
         self.output = self.folder / "out"
 
     def run_program(self, recording):
-        out, err = io.StringIO(), io.StringIO()
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            code = propose_import.main([str(recording), "--output", str(self.output)])
-        return code, out.getvalue(), err.getvalue()
+        return self.ran(propose_import, recording, self.output)
 
     def proposal(self, recording):
         """The mapping; self.printed and self.text are the printed lines and the mapping's text."""
@@ -59,11 +52,6 @@ class Proposals(unittest.TestCase):
         code, out, err = self.run_program(recording)
         self.assertEqual((code, out, err.count("\n")), (2, "", 1), err)
         return err
-
-    def file(self, name, content):
-        place = self.folder / name
-        place.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
-        return place
 
 
 class Examples(Proposals):

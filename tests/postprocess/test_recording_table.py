@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables of foreign recordings contain every value of the recording, at its time."""
-import contextlib
 import csv
 import importlib.util
-import io
 import math
 import pickle
-import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
 import recording_table
+from recording_files import RecordingFiles
 
 EXAMPLE = Path(__file__).resolve().parents[1] / "data/recordings/tracker.trk"
 HAS_SCIPY = importlib.util.find_spec("scipy") is not None
@@ -53,18 +51,11 @@ def project(*points, clip="", control=properties(delta_t=100.0), coords=None):
             + f'<property name="tracks" type="collection">{"".join(points)}</property></object>')
 
 
-class Tables(unittest.TestCase):
-    def setUp(self):
-        place = tempfile.TemporaryDirectory()
-        self.addCleanup(place.cleanup)
-        self.folder = Path(place.name)
-
+class Tables(RecordingFiles):
     def run_program(self, source):
-        out, err = io.StringIO(), io.StringIO()
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            code = recording_table.main([str(source), "--output", str(self.folder / "table.csv")])
-        self.assertEqual(out.getvalue(), "")
-        return code, err.getvalue()
+        code, out, err = self.ran(recording_table, source, self.folder / "table.csv")
+        self.assertEqual(out, "")
+        return code, err
 
     def table(self, source):
         """The columns in order; an empty cell is None."""
@@ -80,11 +71,6 @@ class Tables(unittest.TestCase):
         self.assertEqual(sentence.count("\n"), 1)
         self.assertFalse((self.folder / "table.csv").exists())
         return sentence
-
-    def file(self, name, content):
-        place = self.folder / name
-        place.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
-        return place
 
 
 class TrackerProjects(Tables):
