@@ -157,8 +157,8 @@ Projector::Projector(const Eigen::MatrixXd& columns)
 }
 
 Eigen::MatrixXd Projector::coefficients(const Eigen::MatrixXd& wanted) const {
-    if (columns_.cols() == 0)
-        return Eigen::MatrixXd::Zero(0, wanted.cols());
+    if (columns_.isZero(0.0)) // nothing moves: the solver would divide by zero
+        return Eigen::MatrixXd::Zero(columns_.cols(), wanted.cols());
     return scale_.cwiseInverse().asDiagonal() * Eigen::MatrixXd(solver_.solve(wanted));
 }
 

@@ -52,7 +52,7 @@ class Projector {
   private:
     Eigen::MatrixXd columns_;
     Eigen::VectorXd scale_;
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver_;
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver_;
 };
 
 /// Predicted readings of all recordings over their noise, whitened, in the rows of

@@ -16,7 +16,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -120,20 +119,6 @@ constexpr double spatial_tolerance = 2e-7;
 constexpr double most_steps_per_period = 400.0;
 constexpr double most_steps_per_sample = 1.0; ///< added to these for fast visible motion
 
-/// Share of the usual tolerance of a step. The errors of a lightly damped record add up over many
-/// cycles. Over 50 cycles a fit with the usual tolerance took half as many iterations again, and
-/// ended at a chance minimum of these errors.
-double tolerance_share(const run::CaseSpec& spec) {
-    constexpr double usual_cycles = 25.0;
-    constexpr double smallest_share = 0.05;
-    constexpr double visible = 3.0; // time constants of the decay
-    const double frequency = physics::first_frequency(spec.stem);
-    const double damping_ratio = std::numbers::pi * frequency * damping_time(spec);
-    const double cycles =
-        std::min(spec.duration * frequency, visible / (2.0 * std::numbers::pi * damping_ratio));
-    return std::clamp(std::pow(usual_cycles / cycles, 2), smallest_share, 1.0);
-}
-
 /// The case with the duration that the readings need for any release within its bounds, because the
 /// duration must not depend on the fitted parameters.
 run::CaseSpec case_until(const StemModel& model, double last_time) {
@@ -147,7 +132,6 @@ run::CaseSpec case_until(const StemModel& model, double last_time) {
         spec.integrator.step_limit = static_cast<std::int64_t>(
             most_steps_per_period * (1.0 + spec.duration * physics::first_frequency(spec.stem)) +
             most_steps_per_sample * static_cast<double>(spec.sample_count()));
-    spec.integrator.relative_tolerance *= tolerance_share(spec);
     if (run::dimensions_of(spec) > 2)
         spec.integrator.relative_tolerance =
             std::min(spec.integrator.relative_tolerance, spatial_tolerance);
