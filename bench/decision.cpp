@@ -133,7 +133,8 @@ json explanations_of(const diagnose::SearchResult& search,
         diagnose::Policy policy = options.policy;
         policy.temperature = temperature;
         const diagnose::Posterior posterior = diagnose::posterior_of(
-            search, options, diagnose::leaves_structure(search, policy), policy);
+            search, options, diagnose::has_structure(search.best_fit, search.recordings, policy),
+            policy);
         for (const diagnose::Explanation& each : posterior.explanations)
             if (each.probability > 1e-3)
                 all.push_back({{"temperature", temperature},

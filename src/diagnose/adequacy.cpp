@@ -25,6 +25,13 @@ constexpr std::size_t fewest_frames = 30;
 /// Smallest excess of χ² over its mean, in standard deviations √(2n), of readings with motion.
 constexpr double motion_over_noise = 5.0;
 
+/// χ² of the readings above the noise, with the error terms; in m² if the noise is not known.
+double misfit(const fit::Fit& fit) {
+    return fit.is_noise_known_anywhere()
+               ? std::max(0.0, fit.chi_squared - static_cast<double>(fit.readings))
+               : fit.rmse * fit.rmse;
+}
+
 /// Why the recording does not permit a verdict; empty if it does.
 std::string what_is_too_little(const fit::RecordingFit& fit, const residuals::Swing& swing) {
     double squares = 0.0;
@@ -130,6 +137,25 @@ SetVerdict verdict_on(const fit::Fit& fit, std::span<const fit::ObservedRecordin
     if (!can_tell)
         out.finding = Finding::Undecided;
     return out;
+}
+
+bool has_structure(const fit::Fit& fit, std::span<const fit::ObservedRecording> recordings,
+                   const Policy& policy) {
+    const auto readings = static_cast<double>(std::max<std::size_t>(fit.readings, 1));
+    const bool is_above_noise = !fit.is_noise_known_anywhere() ||
+                                std::sqrt(misfit(fit) / readings) > policy.immaterial_noise;
+    return is_above_noise && verdict_on(fit, recordings, policy).finding == Finding::Inadequate;
+}
+
+double explained_share(const fit::Fit& fit, const fit::Fit& first) {
+    const double before = misfit(first);
+    return before > 0.0 ? std::clamp(1.0 - misfit(fit) / before, 0.0, 1.0) : 0.0;
+}
+
+bool leaves_too_much(const fit::Fit& fit, const fit::Fit& first,
+                     std::span<const fit::ObservedRecording> recordings, const Policy& policy) {
+    return 1.0 - explained_share(fit, first) > policy.unexplained_share &&
+           has_structure(fit, recordings, policy);
 }
 
 void refuse_without_motion(const measure::Measurement& measurement, std::optional<double> window) {

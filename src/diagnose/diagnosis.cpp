@@ -2,7 +2,6 @@
 #include "diagnose/diagnosis.hpp"
 
 #include "fit/fit_numbers.hpp"
-#include "fit/solve/residual_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,26 +12,14 @@
 namespace culm::diagnose {
 namespace {
 
-/// χ² of the readings above the noise, with the error terms; in m² if the noise is not known.
-double misfit(const fit::Fit& fit) {
-    return fit.is_noise_known_anywhere()
-               ? std::max(0.0, fit.chi_squared - static_cast<double>(fit.readings))
-               : fit.rmse * fit.rmse;
-}
-
-bool is_above_noise(const fit::Fit& fit, const Policy& policy) {
-    const auto readings = static_cast<double>(std::max<std::size_t>(fit.readings, 1));
-    return !fit.is_noise_known_anywhere() ||
-           std::sqrt(misfit(fit) / readings) > policy.immaterial_noise;
-}
-
 class Answer {
   public:
     Answer(SearchResult search, const DiagnosisOptions& options)
         : search_(std::move(search)), options_(options), policy_(options.policy) {
         out_.policy = policy_;
         out_.posterior =
-            posterior_of(search_, options, leaves_structure(search_, policy_), policy_);
+            posterior_of(search_, options,
+                         has_structure(search_.best_fit, search_.recordings, policy_), policy_);
         out_.runs = search_.runs;
     }
 
@@ -150,11 +137,7 @@ class Answer {
     }
 
     void add_residual() {
-        const double before = misfit(out_.ladder.front().fit);
-        const double after = misfit(out_.final_fit);
-        out_.explained = before > 0.0 && out_.ladder.size() > 1
-                             ? std::clamp(1.0 - after / before, 0.0, 1.0)
-                             : 0.0;
+        out_.explained = explained_share(out_.final_fit, out_.ladder.front().fit);
         const fit::Fit& shown =
             out_.ladder.back().stated.failed() ? out_.final_fit : out_.ladder.back().stated;
         double squares = 0.0;
@@ -179,18 +162,11 @@ class Answer {
             swing > 0.0 ? out_.unexplained / std::sqrt(swing / std::max(readings, 1.0)) : 0.0;
     }
 
-    /// Does the residual of the answer have structure that is too large to ignore?
-    [[nodiscard]] bool leaves_too_much() const {
-        const SearchedModel& last = out_.ladder.back();
-        return last.finding == Finding::Inadequate && is_above_noise(last.fit, policy_) &&
-               1.0 - out_.explained > policy_.unexplained_share;
-    }
-
     void conclude() {
         const bool chain_is_likely = std::ranges::any_of(
             out_.alternatives, [](const FamilyExplanation& each) { return each.families.empty(); });
         const SearchedModel& last = out_.ladder.back();
-        if (leaves_too_much()) {
+        if (leaves_too_much(last.fit, out_.ladder.front().fit, search_.recordings, policy_)) {
             out_.conclusion = Conclusion::Unknown;
             out_.reason = fmt::format(
                 "{} and leaves {:.0f} % of the misfit",
@@ -303,11 +279,6 @@ std::string_view to_string(Conclusion conclusion) {
         return "unknown";
     }
     return "unknown";
-}
-
-bool leaves_structure(const SearchResult& search, const Policy& policy) {
-    const SetVerdict verdict = verdict_on(search.best_fit, search.recordings, policy);
-    return verdict.finding == Finding::Inadequate && is_above_noise(search.best_fit, policy);
 }
 
 Diagnosis decide(SearchResult search, const DiagnosisOptions& options) {

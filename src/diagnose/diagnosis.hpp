@@ -72,9 +72,6 @@ struct DiagnosisOptions : SearchOptions {
     Policy policy;
 };
 
-/// Does the best model fail the tests with a residual larger than a user can ignore?
-[[nodiscard]] bool leaves_structure(const SearchResult& search, const Policy& policy);
-
 /// The verdict on the models of search_models(), without detection limits, next experiments and
 /// missing force.
 [[nodiscard]] Diagnosis decide(SearchResult search, const DiagnosisOptions& options);

@@ -2,6 +2,7 @@
 #include "diagnose/model_search.hpp"
 
 #include "core/error.hpp"
+#include "diagnose/adequacy.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
 #include "diagnose/planned_model.hpp"
 #include "fit/fit_numbers.hpp"
@@ -50,7 +51,25 @@ class Search {
 
     [[nodiscard]] SearchResult run() {
         explore();
-        return result();
+        predict();
+        SearchResult out;
+        for (auto& [key, prediction] : predictions_)
+            if (std::isfinite(prediction.log_evidence) && !is_visited(prediction.effects))
+                out.unvisited.push_back(std::move(prediction));
+        std::ranges::stable_sort(out.unvisited, std::greater{}, &UnvisitedModel::log_evidence);
+        out.stated_best =
+            fit::as_stated(base_fit_, baseline_.stated, baseline_.recordings, options_.candidate);
+        out.recordings = std::move(baseline_.recordings);
+        out.baseline = std::move(baseline_.fit);
+        out.stated_baseline = std::move(baseline_.stated);
+        out.best = base_;
+        out.visited = std::move(visited_);
+        out.noise = noise_scale_of(out.visited[base_].fit);
+        out.best_fit = std::move(base_fit_);
+        out.views = std::move(views_);
+        out.stacked = std::move(stacked_);
+        out.runs = runs_;
+        return out;
     }
 
   private:
@@ -138,7 +157,20 @@ class Search {
     void set_base(std::size_t place, fit::Fit fit) {
         base_ = place;
         base_fit_ = std::move(fit);
+        is_far_ = leaves_too_much(base_fit_, reference().fit, baseline_.recordings, policy_);
         linear_.reset();
+    }
+
+    /// The misfit that the search explains is that of the published chain; if the chain does not
+    /// move, that of the likeliest model with one effect.
+    [[nodiscard]] const VisitedModel& reference() const {
+        const VisitedModel* reference = &visited_.front();
+        if (!baseline_.fit.moves())
+            for (const VisitedModel& each : visited_)
+                if (each.fit.effects.size() == options_.known.size() + 1 &&
+                    each.log_evidence > reference->log_evidence)
+                    reference = &each;
+        return *reference;
     }
 
     // --- Models that may have ended in a wrong minimum
@@ -163,11 +195,13 @@ class Search {
         return planned;
     }
 
-    /// Models far below their prediction, if the prediction is still near the best.
+    /// Models far below their prediction, if the prediction is still near the best. A best model
+    /// that is far from the data is not repeated.
     [[nodiscard]] std::vector<PlannedModel> disappointing_models() {
         std::vector<PlannedModel> planned;
         for (const VisitedModel& model : visited_)
-            if (model.predicted > least_wanted(model.fit.effects) &&
+            if (!(is_far_ && &model == &visited_[base_]) &&
+                model.predicted > least_wanted(model.fit.effects) &&
                 reached(model) < model.predicted - disappointing && !is_at_noise(model.fit) &&
                 repeated_.insert(key_of(model.fit.effects)).second)
                 planned.push_back({model.fit.effects, model.predicted, {}});
@@ -184,49 +218,29 @@ class Search {
     /// except the larger ones that contain the best model.
     [[nodiscard]] double least_wanted(const fit::SelectedEffects& effects) const {
         const VisitedModel& best = visited_[base_];
-        // If all fitted models are far from the data, no rival of the best one is an answer.
-        if (is_rough() &&
-            best.fit.chi_squared > policy_.unexplained_share * visited_.front().fit.chi_squared)
-            return best.log_evidence;
+        // The rivals of a best model that is far from the data are not answers either.
+        if (is_far_) {
+            const double noise =
+                best.fit.is_noise_known_anywhere() ? static_cast<double>(best.fit.readings) : 0.0;
+            return best.log_evidence +
+                   0.5 * policy_.immaterial_share * std::max(0.0, best.fit.chi_squared - noise);
+        }
         if (!best.fit.effects.empty() && contains_all(effects, best.fit.effects))
             return best.log_evidence - policy_.unvisited_margin;
-        const double gain = std::max(0.0, best.log_evidence - visited_.front().log_evidence);
+        const double gain = std::max(0.0, best.log_evidence - reference().log_evidence);
         return best.log_evidence - (is_at_noise(best.fit) ? 0.0 : (1.0 - close_share) * gain) -
                policy_.unvisited_margin * noise_scale_of(best.fit).mean_known();
     }
 
-    // --- Models with one effect less
+    // --- Models with one effect less, a special law, or an effect absent from a recording
 
     [[nodiscard]] std::vector<PlannedModel> smaller_models() {
-        const fit::SelectedEffects& effects = visited_[base_].fit.effects;
         std::vector<PlannedModel> planned;
-        const auto plan = [&](const fit::SelectedEffects& smaller) {
+        for (const fit::SelectedEffects& smaller :
+             sets_to_compare(visited_[base_].fit, baseline_.recordings, options_.known.size(),
+                             options_.candidates))
             if (!is_visited(smaller))
                 planned.push_back(plan_for(smaller));
-        };
-        for (std::size_t k = options_.known.size(); k < effects.size(); ++k) {
-            if (effects.size() > options_.known.size() + 1) {
-                fit::SelectedEffects smaller = effects;
-                smaller.erase(smaller.begin() + static_cast<std::ptrdiff_t>(k));
-                plan(smaller);
-            }
-            // A general law may reduce to a special case.
-            const std::string law = special_case_of(*effects[k].effect, visited_[base_].fit);
-            for (const physics::SelectedEffect& special : options_.candidates)
-                if (special.effect->name() == law && law != effects[k].effect->name()) {
-                    fit::SelectedEffects replaced = effects;
-                    replaced[k] = {special.effect, special.fixed, effects[k].absent_from};
-                    plan(replaced);
-                }
-            // An effect of one recording (a mass at its tip) need not act in all.
-            for (const measure::Measurement& recording : baseline_.recordings)
-                if (may_be_absent(visited_[base_].fit, k, recording.stem.id)) {
-                    fit::SelectedEffects smaller = effects;
-                    smaller[k].absent_from.push_back(recording.stem.id);
-                    std::ranges::sort(smaller[k].absent_from);
-                    plan(smaller);
-                }
-        }
         return planned;
     }
 
@@ -327,21 +341,13 @@ class Search {
         }
     }
 
-    /// Models that may be as likely as the best visited model. A candidate whose runs all failed
-    /// must be fitted to be judged.
+    /// Models that may be as likely as the best visited model.
     [[nodiscard]] std::vector<PlannedModel> likeliest_unvisited() {
         std::vector<PlannedModel> planned;
-        for (const CandidateView& view : views_)
-            if (!view.columns.failure.empty() && base_ == 0) {
-                fit::SelectedEffects effects = base_fit_.effects;
-                effects.push_back(view.effect);
-                if (!is_visited(effects))
-                    planned.push_back({std::move(effects), not_predicted, {}});
-            }
         std::vector<const Prediction*> likely;
         for (const auto& [key, prediction] : predictions_)
             if (prediction.log_evidence > least_wanted(prediction.effects) &&
-                !is_visited(prediction.effects))
+                !is_visited(prediction.effects) && !is_explanation_of_base(prediction))
                 likely.push_back(&prediction);
         std::ranges::stable_sort(likely, std::greater{},
                                  [](const Prediction* each) { return each->log_evidence; });
@@ -355,6 +361,17 @@ class Search {
                 planned.push_back(plan_for(next));
         }
         return planned;
+    }
+
+    /// Are the added effects of a rival immaterial? They are removed from an answer, which then is
+    /// the explanation of the base of the prediction.
+    [[nodiscard]] bool is_explanation_of_base(const Prediction& model) const {
+        const fit::Fit& best = visited_[base_].fit;
+        if (is_at_noise(best) || contains_all(model.effects, best.effects))
+            return false;
+        const double before =
+            visited_.front().fit.chi_squared - visited_[model.base].fit.chi_squared;
+        return std::ranges::max(model.falls) < std::pow(policy_.immaterial_share, 2) * before;
     }
 
     /// The model itself, if a model with one effect less was fitted; else the likeliest of these. A
@@ -405,6 +422,8 @@ class Search {
                                    with_heartbeat(options_.candidate, heartbeat));
             });
         for (std::size_t k = 0; k < planned.size(); ++k) {
+            if (!planned[k].start)
+                repeated_.insert(key_of(planned[k].effects));
             FittedModel model;
             if (answers[k])
                 model = *std::move(answers[k]);
@@ -449,28 +468,6 @@ class Search {
         return true;
     }
 
-    [[nodiscard]] SearchResult result() {
-        SearchResult out;
-        predict();
-        for (auto& [key, prediction] : predictions_)
-            if (std::isfinite(prediction.log_evidence) && !is_visited(prediction.effects))
-                out.unvisited.push_back(std::move(prediction));
-        std::ranges::stable_sort(out.unvisited, std::greater{}, &UnvisitedModel::log_evidence);
-        out.stated_best =
-            fit::as_stated(base_fit_, baseline_.stated, baseline_.recordings, options_.candidate);
-        out.recordings = std::move(baseline_.recordings);
-        out.baseline = std::move(baseline_.fit);
-        out.stated_baseline = std::move(baseline_.stated);
-        out.best = base_;
-        out.visited = std::move(visited_);
-        out.noise = noise_scale_of(out.visited[base_].fit);
-        out.best_fit = std::move(base_fit_);
-        out.views = std::move(views_);
-        out.stacked = std::move(stacked_);
-        out.runs = runs_;
-        return out;
-    }
-
     std::span<const measure::Measurement> measured_;
     const SearchOptions& options_;
     const Policy& policy_;
@@ -482,6 +479,7 @@ class Search {
     NoiseScale noise_;
     std::size_t base_ = 0; ///< the model about which everything is predicted
     fit::Fit base_fit_;
+    bool is_far_ = false; ///< does the base leave more of the misfit than an answer may?
     StackedReadings stacked_;
     std::vector<CandidateView> views_;
     std::optional<LinearEvidence> linear_; ///< of `views_`; empty: not computed about this model

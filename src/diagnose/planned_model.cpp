@@ -101,6 +101,19 @@ fit::Fit fitted(const PlannedModel& planned, const fit::Fit& smaller,
     return fit;
 }
 
+/// Does the size of effect number `place` of the fit permit that the effect is absent from the
+/// recording? An effect acts in at least one recording.
+bool may_be_absent(const fit::Fit& fit, std::size_t place, const std::string& recording) {
+    const physics::SelectedEffect& effect = fit.effects[place];
+    return fit::belongs_to_recording({effect.effect->name(), {}, {}}) &&
+           effect.absent_from.size() + 1 < fit.misfits.size() &&
+           std::ranges::any_of(fit.parameters, [&](const fit::FittedParameter& parameter) {
+               return parameter.id.effect == effect.effect->name() &&
+                      parameter.id.recording == recording && !parameter.is_place &&
+                      (is_absent(parameter) || parameter.is_at_bound);
+           });
+}
+
 } // namespace
 
 ModelKey key_of(const fit::SelectedEffects& effects) {
@@ -179,15 +192,29 @@ bool contains_all(const fit::SelectedEffects& effects, const fit::SelectedEffect
                                [&](const auto& each) { return fit::contains(effects, each); });
 }
 
-bool may_be_absent(const fit::Fit& fit, std::size_t place, const std::string& recording) {
-    const physics::SelectedEffect& effect = fit.effects[place];
-    return fit::belongs_to_recording({effect.effect->name(), {}, {}}) &&
-           effect.absent_from.size() + 1 < fit.misfits.size() &&
-           std::ranges::any_of(fit.parameters, [&](const fit::FittedParameter& parameter) {
-               return parameter.id.effect == effect.effect->name() &&
-                      parameter.id.recording == recording && !parameter.is_place &&
-                      (is_absent(parameter) || parameter.is_at_bound);
-           });
+std::vector<fit::SelectedEffects>
+sets_to_compare(const fit::Fit& fit, std::span<const fit::ObservedRecording> recordings,
+                std::size_t known, const fit::SelectedEffects& candidates) {
+    std::vector<fit::SelectedEffects> sets;
+    const fit::SelectedEffects& effects = fit.effects;
+    for (std::size_t k = known; k < effects.size(); ++k) {
+        if (effects.size() > known + 1) {
+            fit::SelectedEffects& smaller = sets.emplace_back(effects);
+            smaller.erase(smaller.begin() + static_cast<std::ptrdiff_t>(k));
+        }
+        const std::string law = special_case_of(*effects[k].effect, fit);
+        for (const physics::SelectedEffect& special : candidates)
+            if (special.effect->name() == law && law != effects[k].effect->name())
+                sets.emplace_back(effects)[k] = {special.effect, special.fixed,
+                                                 effects[k].absent_from};
+        for (const measure::Measurement& recording : recordings)
+            if (may_be_absent(fit, k, recording.stem.id)) {
+                std::vector<std::string>& absent = sets.emplace_back(effects)[k].absent_from;
+                absent.push_back(recording.stem.id);
+                std::ranges::sort(absent);
+            }
+    }
+    return sets;
 }
 
 fit::Fit without(fit::Fit fit, const std::vector<std::string>& names) {

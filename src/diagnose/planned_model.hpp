@@ -29,10 +29,12 @@ using ModelKey = std::vector<std::string>;
 [[nodiscard]] bool contains_all(const fit::SelectedEffects& effects,
                                 const fit::SelectedEffects& some);
 
-/// Does the size of effect number `place` of the fit permit that the effect is absent from the
-/// recording? An effect acts in at least one recording.
-[[nodiscard]] bool may_be_absent(const fit::Fit& fit, std::size_t place,
-                                 const std::string& recording);
+/// Effects of models to compare with `fit`: without one of its effects after the first `known`,
+/// with a special case of a general law, and with an effect that is absent from one recording (a
+/// mass at its tip need not act in all).
+[[nodiscard]] std::vector<fit::SelectedEffects>
+sets_to_compare(const fit::Fit& fit, std::span<const fit::ObservedRecording> recordings,
+                std::size_t known, const fit::SelectedEffects& candidates);
 
 /// The numbers of the fit, without those of the effects `names`.
 [[nodiscard]] fit::Fit without(fit::Fit fit, const std::vector<std::string>& names);

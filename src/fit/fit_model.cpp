@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <ranges>
 #include <utility>
 
 #include <fmt/format.h>
@@ -18,10 +17,6 @@ namespace culm::fit {
 namespace {
 
 constexpr int screening_iterations = 3;
-/// More starts than these are evaluated first, and those that promise most are begun.
-constexpr std::size_t most_begun = 2;
-/// A start that promises less than this share of the best one's lead over the worst is not begun.
-constexpr double least_promise = 0.5;
 constexpr int most_restarts = 2;
 /// Decrease of χ², in units of the reduced χ², that is worth another solution.
 constexpr double needed_gain = 0.5;
@@ -112,27 +107,6 @@ BegunFit BestFit::begin(const StartModels& start, bool is_first_guess) {
     return {start_from(fit), fit.weighted_rms, fit.chi_squared};
 }
 
-std::vector<StartModels> BestFit::most_promising(const std::vector<StartModels>& starts) {
-    JointOptions none = joint_options(false);
-    none.chain.largest_iterations = 0;
-    std::vector<std::pair<double, const StartModels*>> ranked; // by the promised cost
-    for (const StartModels& start : starts)
-        try {
-            none.is_held = places(start);
-            ranked.emplace_back(solved(start, none).promised, &start);
-        } catch (const core::NumericalError& error) {
-            failure_ = error.what();
-            ++starts_;
-        }
-    std::ranges::stable_sort(ranked, {}, &std::pair<double, const StartModels*>::first);
-    std::vector<StartModels> out;
-    for (const auto& [promised, start] : ranked | std::views::take(most_begun))
-        if (const double worst = ranked.back().first;
-            worst - promised >= least_promise * (worst - ranked.front().first))
-            out.push_back(*start);
-    return out;
-}
-
 void BestFit::go_on(std::vector<BegunFit> begun) {
     std::ranges::stable_sort(begun, {}, &BegunFit::weighted_rms);
     starts_ += static_cast<int>(begun.size());
@@ -150,8 +124,7 @@ void BestFit::try_starts(const std::vector<StartModels>& starts, bool is_first_g
     if (starts.size() == 1)
         return try_start(starts.front(), is_first_guess);
     std::vector<BegunFit> begun;
-    for (const StartModels& start :
-         starts.size() > most_begun && !is_first_guess ? most_promising(starts) : starts)
+    for (const StartModels& start : starts)
         try {
             begun.push_back(begin(start, is_first_guess));
         } catch (const core::NumericalError& error) {
@@ -168,9 +141,11 @@ void BestFit::try_larger(const std::vector<StartModels>& starts,
         try_starts(starts, true);
     if (!is_nested || !best_ || is_as_good_as(smaller))
         return;
-    failure_ = fmt::format("no start leads to a fit as good as that of the model it contains (rms "
-                           "{:.4g} mm, without it {:.4g} mm)",
-                           1e3 * best_->rmse, 1e3 * rms(smaller));
+    const measure::ReadingUnit unit = measure::reading_unit(smaller.front().model.spec.sensors);
+    failure_ =
+        fmt::format("no start leads to a fit as good as that of the model it contains (rms "
+                    "{:.4g} {}, without it {:.4g} {})",
+                    unit.factor * best_->rmse, unit.name, unit.factor * rms(smaller), unit.name);
     best_.reset();
 }
 

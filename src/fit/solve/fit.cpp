@@ -217,7 +217,6 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
         fit.parts.push_back(part_of(solution, m, std::move(noises[m]), measurements[m]));
     }
     add_statistics(measurements, layout, is_held, fit);
-    fit.promised = solution.promised;
     return fit;
 }
 

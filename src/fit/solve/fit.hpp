@@ -139,7 +139,6 @@ struct Fit {
     std::vector<std::vector<std::size_t>> places; ///< (recordings)(parameters of the part)
     Eigen::MatrixXd covariance;                   ///< (parameters, parameters)
     double weighted_rms = 0.0;                    ///< of residual over noise: what was minimised
-    double promised = 0.0;                        ///< as JointSolution::promised
     std::vector<std::vector<double>> noise; ///< (recordings)(rows), m: its own or JointOptions'
 
     [[nodiscard]] bool failed() const {

@@ -297,12 +297,6 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
         ceres::Solve(settings, &problem, &summary);
         return summary;
     };
-    if (options_.largest_iterations == 0) {
-        JointSolution solution = solution_of(residuals);
-        problem.Evaluate({}, &solution.cost, nullptr, nullptr, nullptr);
-        solution.promised = solution.cost - 0.5 * remaining_gain(residuals, is_held);
-        return solution;
-    }
     if (double cost = 0.0; purpose == Purpose::Final && !options_.is_first_guess &&
                            problem.Evaluate({}, &cost, nullptr, nullptr, nullptr) &&
                            remaining_gain(residuals, is_held_) <

@@ -19,7 +19,7 @@ struct SolveOptions {
     /// to 5 and 12 cycles to all, so that no cycle is skipped. False: the values are near the
     /// solution (a refit with an effect added), and all frames are used at once.
     bool is_first_guess = true;
-    int largest_iterations = 50; ///< of each window; 0: only evaluates the start
+    int largest_iterations = 50; ///< of each window
     run::Heartbeat heartbeat;
 };
 
@@ -29,7 +29,6 @@ struct JointSolution {
     std::vector<std::vector<double>> times;                ///< (recordings)(frames), s
     std::vector<int> runs;                                 ///< (recordings)
     double cost = std::numeric_limits<double>::infinity(); ///< as Ceres minimises it
-    double promised = 0.0; ///< cost after one more Gauss-Newton step, if only a start was evaluated
     bool has_converged = false;
     std::string message;
 };
