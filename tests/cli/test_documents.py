@@ -43,11 +43,14 @@ LEFT_OUT = {
             MINUTES,
     },
     "real-data.md": {
+        "culm calibrate strip300 --with quadratic_drag": OUTSIDE_DATA,
+        "culm compare strip300 --with quadratic_drag -o compared": OUTSIDE_DATA,
+        "mpirun -n 2 culm diagnose strip300": OUTSIDE_DATA,
         "culm import mapping.toml -o beam": OUTSIDE_DATA,
-        "culm compare beam --ladder gravity,precurvature,relaxation": OUTSIDE_DATA,
-        "culm diagnose beam": OUTSIDE_DATA,
-        "culm diagnose beam beam52": OUTSIDE_DATA,
+        "culm fit beam": OUTSIDE_DATA,
         "culm calibrate beam --with gravity": OUTSIDE_DATA,
+        "mpirun -n 2 culm diagnose beam": OUTSIDE_DATA,
+        "mpirun -n 2 culm diagnose beam beam52": OUTSIDE_DATA,
     },
     "reliability.md": {
         "cmake -S . -B build/fuzz -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCULM_FUZZ=ON "
@@ -108,6 +111,10 @@ class Effects(Reference, unittest.TestCase):
 
 class Uncertainty(Reference, unittest.TestCase):
     page = DOCS / "uncertainty.md"
+
+
+class RealData(Reference, unittest.TestCase):
+    page = DOCS / "real-data.md"
 
 
 class Cluster(Reference, unittest.TestCase):
