@@ -44,12 +44,7 @@ LEFT_OUT = {
     },
     "real-data.md": {
         "culm calibrate strip300 --with quadratic_drag": OUTSIDE_DATA,
-        "culm compare strip300 --with quadratic_drag -o compared": OUTSIDE_DATA,
-        "mpirun -n 2 culm diagnose strip300": OUTSIDE_DATA,
         "culm import mapping.toml -o beam": OUTSIDE_DATA,
-        "culm fit beam": OUTSIDE_DATA,
-        "culm calibrate beam --with gravity": OUTSIDE_DATA,
-        "mpirun -n 2 culm diagnose beam": OUTSIDE_DATA,
         "mpirun -n 2 culm diagnose beam beam52": OUTSIDE_DATA,
     },
     "reliability.md": {
