@@ -11,7 +11,6 @@
 #include <cmath>
 #include <map>
 #include <optional>
-#include <ranges>
 #include <set>
 #include <utility>
 
@@ -352,7 +351,8 @@ class Search {
         std::ranges::stable_sort(likely, std::greater{},
                                  [](const Prediction* each) { return each->log_evidence; });
         const double here = visited_[base_].log_evidence;
-        for (const Prediction* each : likely | std::views::take(models_per_round)) {
+        likely.resize(std::min(likely.size(), models_per_round));
+        for (const Prediction* each : likely) {
             const fit::SelectedEffects& next = first_to_fit(*each).effects;
             const bool is_close =
                 each->log_evidence - here >
