@@ -37,8 +37,6 @@ class BestFit {
     /// Runs a complete fit from a start.
     void try_start(const StartModels& start, bool is_first_guess);
 
-    [[nodiscard]] std::vector<StartModels> most_promising(const std::vector<StartModels>& starts);
-
     /// Runs some iterations from a start with its places (angles, time scales) fixed. Throws
     /// core::NumericalError if they give no fit.
     [[nodiscard]] BegunFit begin(const StartModels& start, bool is_first_guess);
