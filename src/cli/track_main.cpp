@@ -113,7 +113,7 @@ int threads_per_rank(int wanted, int ranks) {
 
 VideoOutcome track_one(const TrackPlan& plan, std::size_t index, int threads, bool with_video) {
     try {
-        const measure::Track track = measure::track_video(plan.settings[index], {threads});
+        const measure::Track track = measure::track_video(plan.settings[index], threads);
         measure::write_track(plan.folders[index], track, with_video);
         return {fmt::format("{}    written  {}\n", measure::summary_text(track),
                             plan.folders[index].string()),
@@ -187,8 +187,7 @@ core::ExitCode track(const TrackArguments& arguments, const farm::Communicator* 
 void print_survey(const std::string& location) {
     const auto source = measure::open_frames("", location);
     const int threads = threads_per_rank(0, 1);
-    const measure::VideoSurvey survey = measure::survey_video(*source, threads);
-    fmt::print("{}\n", measure::to_json(*source, survey)
+    fmt::print("{}\n", measure::survey_video(*source, threads)
                            .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 

@@ -219,12 +219,10 @@ void set_thresholds(StemSurvey& survey, const ChainStatistics& chains,
 
 void find_clamp(StemSurvey& survey, const ChainStatistics& chains, const TrackSettings& settings,
                 int upright_height) {
-    const bool is_sideways =
-        survey.view.up == Up::DecreasingColumn || survey.view.up == Up::IncreasingColumn;
     const double clamp = settings.clamp.value_or(0.0);
     const double axis = settings.axis.value_or(0.0);
     const PixelPoint given =
-        in_upright(is_sideways ? PixelPoint{clamp, axis} : PixelPoint{axis, clamp},
+        in_upright(is_sideways(survey.view.up) ? PixelPoint{clamp, axis} : PixelPoint{axis, clamp},
                    survey.frame_width, survey.frame_height, survey.view.up);
     survey.clamp_is_detected = !settings.clamp;
     survey.clamp_row = settings.clamp ? given.row : chains.bottom_row() + 0.5;

@@ -255,7 +255,7 @@ WindowOptions window_options(const Track& track) {
 } // namespace
 
 std::vector<bool> track_rows(Track& track, const FrameSource& source,
-                             std::span<const std::size_t> wanted, const TrackOptions& options) {
+                             std::span<const std::size_t> wanted, int threads) {
     const StemSurvey& survey = track.survey;
     const std::size_t row_count = survey.trace.threshold_by_row.size();
     track.rows.places.resize(row_count);
@@ -264,7 +264,7 @@ std::vector<bool> track_rows(Track& track, const FrameSource& source,
     track.rows.uncertainties.assign(wanted.size() * row_count,
                                     std::numeric_limits<double>::quiet_NaN());
     std::vector<std::uint64_t> fingerprints(wanted.size());
-    source.for_each(wanted, options.threads, [&](std::size_t i, const FrameImage& frame) {
+    source.for_each(wanted, threads, [&](std::size_t i, const FrameImage& frame) {
         if (frame.width != survey.frame_width || frame.height != survey.frame_height ||
             frame.bands != survey.bands)
             throw core::InputError(fmt::format("{}: frame {} differs in size or colours from the "
@@ -282,7 +282,7 @@ std::vector<bool> track_rows(Track& track, const FrameSource& source,
     return repeats;
 }
 
-Track track_video(const TrackSettings& settings, const TrackOptions& options) {
+Track track_video(const TrackSettings& settings, int threads) {
     Track track;
     track.settings = settings;
     track.remarks = settings.description.remarks;
@@ -292,15 +292,15 @@ Track track_video(const TrackSettings& settings, const TrackOptions& options) {
         track.remarks.push_back(remark);
     track.frames_per_second = camera_rate(*source, settings, track.remarks);
     const std::vector<std::size_t> wanted = wanted_frames(*source, settings);
-    track.survey = survey_stem(*source, wanted, settings, options.threads);
+    track.survey = survey_stem(*source, wanted, settings, threads);
     track.rows.numbers = true_numbers(*source, wanted, settings);
-    const std::vector<bool> repeats = track_rows(track, *source, wanted, options);
+    const std::vector<bool> repeats = track_rows(track, *source, wanted, threads);
     track.heights = at_heights(track.rows, track.survey.clamp_row, heights_in_pixels(track),
                                settings.rows_per_height);
     drop_unseen_heights(track);
     // The second pass needs the time of the release, which the first one determines.
     track.window = find_ring_down(track.heights, window_options(track));
-    state_exposure(track, match_rows(track, *source, wanted, options.threads));
+    state_exposure(track, match_rows(track, *source, wanted, threads));
     track.heights = at_heights(track.rows, track.survey.clamp_row, track.heights.places,
                                settings.rows_per_height);
     track.window = find_ring_down(track.heights, window_options(track));

@@ -140,10 +140,6 @@ struct WindowOptions {
 /// frame.
 [[nodiscard]] RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& options);
 
-struct TrackOptions {
-    int threads = 1; ///< that share the frames
-};
-
 /// A measurement and its intermediate results.
 struct Track {
     Measurement measurement;
@@ -176,7 +172,7 @@ struct TrackTolerances {
 /// Traces all rows in the `wanted` frames (indices into the source), whose numbers are in
 /// `track.rows`, as `track.survey` says. Returns which frames repeat the previous one.
 std::vector<bool> track_rows(Track& track, const FrameSource& source,
-                             std::span<const std::size_t> wanted, const TrackOptions& options);
+                             std::span<const std::size_t> wanted, int threads);
 
 /// Row of the tip while the stem is still and straight: the highest row seen in most frames.
 [[nodiscard]] std::optional<double> tip_row(const Track& track);
@@ -191,9 +187,10 @@ std::vector<bool> track_rows(Track& track, const FrameSource& source,
 std::optional<double> match_rows(Track& track, const FrameSource& source,
                                  const std::vector<std::size_t>& wanted, int threads);
 
-/// Tracks the recording of the settings. The result does not depend on the number of threads.
-/// Throws core::InputError with the reason if the recording gives no reliable measurement.
-[[nodiscard]] Track track_video(const TrackSettings& settings, const TrackOptions& options = {});
+/// Tracks the recording of the settings; the threads share its frames. The result does not depend
+/// on the number of threads. Throws core::InputError with the reason if the recording gives no
+/// reliable measurement.
+[[nodiscard]] Track track_video(const TrackSettings& settings, int threads = 1);
 
 /// The camera's frames per second, from video.toml or from a recording that states it. Throws
 /// core::InputError if there is none or the two differ by more than a thousandth. A different rate

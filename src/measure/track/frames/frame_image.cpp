@@ -7,7 +7,7 @@ namespace culm::measure {
 
 BandImage upright_band(const FrameImage& frame, Band band, Up up) {
     const int plane = frame.bands == 1 ? 0 : static_cast<int>(band);
-    if (up == Up::DecreasingRow || up == Up::IncreasingRow) {
+    if (!is_sideways(up)) {
         BandImage image(frame.width, frame.height);
         for (int r = 0; r < frame.height; ++r) {
             const int source = up == Up::DecreasingRow ? r : frame.height - 1 - r;
@@ -26,32 +26,29 @@ BandImage upright_band(const FrameImage& frame, Band band, Up up) {
     return image;
 }
 
+namespace {
+
+PixelPoint transposed(PixelPoint point, Up up) {
+    return is_sideways(up) ? PixelPoint{point.row, point.column} : point;
+}
+
+/// Reverses the direction along the stem in the frame if its tip is at larger rows or columns.
+PixelPoint reversed(PixelPoint frame, int frame_width, int frame_height, Up up) {
+    if (up == Up::IncreasingRow)
+        frame.row = frame_height - 1 - frame.row;
+    if (up == Up::IncreasingColumn)
+        frame.column = frame_width - 1 - frame.column;
+    return frame;
+}
+
+} // namespace
+
 PixelPoint in_frame(PixelPoint upright, int frame_width, int frame_height, Up up) {
-    switch (up) {
-    case Up::DecreasingRow:
-        return upright;
-    case Up::IncreasingRow:
-        return {upright.column, frame_height - 1 - upright.row};
-    case Up::DecreasingColumn:
-        return {upright.row, upright.column};
-    case Up::IncreasingColumn:
-        break;
-    }
-    return {frame_width - 1 - upright.row, upright.column};
+    return reversed(transposed(upright, up), frame_width, frame_height, up);
 }
 
 PixelPoint in_upright(PixelPoint frame, int frame_width, int frame_height, Up up) {
-    switch (up) {
-    case Up::DecreasingRow:
-        return frame;
-    case Up::IncreasingRow:
-        return {frame.column, frame_height - 1 - frame.row};
-    case Up::DecreasingColumn:
-        return {frame.row, frame.column};
-    case Up::IncreasingColumn:
-        break;
-    }
-    return {frame.row, frame_width - 1 - frame.column};
+    return transposed(reversed(frame, frame_width, frame_height, up), up);
 }
 
 } // namespace culm::measure

@@ -3,18 +3,28 @@
 
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"
+#include "measure/folder/measurement_files.hpp"
+#include "measure/track/frames/frame_from_opencv.hpp"
+#include "measure/track/track_report.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <numeric>
 #include <span>
 
+#include <boost/archive/iterators/base64_from_binary.hpp>
+#include <boost/archive/iterators/transform_width.hpp>
 #include <fmt/core.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace culm::measure {
 namespace {
+
+using json = nlohmann::ordered_json;
 
 /// Pixels of all frames that the first pass reads: half a minute of two cores.
 constexpr double most_pixels = 4e8;
@@ -44,7 +54,7 @@ Track traced(const FrameSource& source, std::span<const std::size_t> frames,
     track.survey = survey;
     for (const std::size_t index : frames)
         track.rows.numbers.push_back(source.numbers()[index]);
-    track_rows(track, source, frames, {threads});
+    track_rows(track, source, frames, threads);
     return track;
 }
 
@@ -149,30 +159,6 @@ std::string find_motion(Track& track) {
     }
 }
 
-PixelPoint point_of(const Track& track, double column, double row) {
-    return in_frame({column, row}, track.survey.frame_width, track.survey.frame_height,
-                    track.survey.view.up);
-}
-
-DetectedStem stem_of(const Track& track, bool has_motion) {
-    const StemSurvey& survey = track.survey;
-    DetectedStem stem;
-    stem.view = survey.view;
-    stem.width = survey.apparent_width;
-    stem.clamp = point_of(track, survey.trace.axis_column, survey.clamp_row);
-    const double rest = has_motion && !std::isnan(track.window.rest.back())
-                            ? track.window.rest.back()
-                            : survey.trace.axis_column;
-    stem.tip = point_of(track, rest, visible_tip(track));
-    if (!has_motion)
-        return stem;
-    stem.release_frame = track.heights.numbers[track.window.last_held];
-    stem.pull = track.window.pull;
-    stem.pull_side = positive_side(track);
-    stem.cycles_per_frame = track.window.cycles_per_frame;
-    return stem;
-}
-
 /// Positions in the track of frames that show the motion, with their captions.
 std::map<std::size_t, std::string> shown_positions(const Track& track, bool has_motion) {
     const std::size_t frames = track.rows.numbers.size();
@@ -211,40 +197,166 @@ std::map<std::size_t, std::string> shown_positions(const Track& track, bool has_
     return shown;
 }
 
-std::vector<PixelPoint> axis_of(const Track& track, std::size_t position) {
-    std::vector<PixelPoint> axis;
+/// A hundredth of a pixel is more than a person can place.
+double rounded(double pixels) {
+    return std::round(pixels * 100.0) / 100.0;
+}
+
+/// A point of the upright picture as a point of the frame as recorded.
+json point_json(const Track& track, double column, double row) {
+    const PixelPoint point = in_frame({column, row}, track.survey.frame_width,
+                                      track.survey.frame_height, track.survey.view.up);
+    return json::array({rounded(point.column), rounded(point.row)});
+}
+
+/// The stem at rest and, if it is known, its motion.
+json stem_json(const Track& track, bool has_motion) {
+    const StemSurvey& survey = track.survey;
+    const double rest = has_motion && !std::isnan(track.window.rest.back())
+                            ? track.window.rest.back()
+                            : survey.trace.axis_column;
+    json out{{"up", up_name(survey.view.up)},
+             {"clamp", point_json(track, survey.trace.axis_column, survey.clamp_row)},
+             {"tip", point_json(track, rest, visible_tip(track))},
+             {"channel", channel_name(survey.view.band)},
+             {"stem", survey.view.sign > 0 ? "bright" : "dark"},
+             {"width_px", rounded(survey.apparent_width)},
+             {"release_frame", nullptr},
+             {"pull_side", nullptr},
+             {"pull_px", nullptr},
+             {"cycles_per_frame", nullptr}};
+    if (has_motion) {
+        out["release_frame"] = track.heights.numbers[track.window.last_held];
+        out["pull_side"] = positive_side(track);
+        out["pull_px"] = rounded(track.window.pull);
+        out["cycles_per_frame"] = track.window.cycles_per_frame;
+    }
+    return out;
+}
+
+/// One frame that shows how the stem moves.
+struct ShownFrame {
+    std::size_t index; ///< in the source
+    std::string caption;
+    json axis; ///< points of the stem; empty where it was not seen
+};
+
+json axis_json(const Track& track, std::size_t position) {
+    json axis = json::array();
+    std::size_t seen = 0;
     for (std::size_t r = 0; r < track.rows.places.size(); ++r)
-        if (const double column = track.rows.at(position, r); !std::isnan(column))
-            axis.push_back(point_of(track, column, double(r)));
+        // Every third row is enough for a drawing.
+        if (const double column = track.rows.at(position, r);
+            !std::isnan(column) && seen++ % 3 == 0)
+            axis.push_back(point_json(track, column, double(r)));
     return axis;
+}
+
+std::string base64(const std::vector<std::uint8_t>& bytes) {
+    using namespace boost::archive::iterators;
+    using Encoder =
+        base64_from_binary<transform_width<std::vector<std::uint8_t>::const_iterator, 6, 8>>;
+    std::string text(Encoder(bytes.begin()), Encoder(bytes.end()));
+    while (text.size() % 4 != 0)
+        text += '=';
+    return text;
+}
+
+std::string as_data_url(const FrameImage& frame) {
+    constexpr double most_pixels = 900.0;
+    cv::Mat picture = picture_from(frame);
+    const double shrink = most_pixels / std::max(frame.width, frame.height);
+    if (shrink < 1.0)
+        cv::resize(picture, picture, {}, shrink, shrink, cv::INTER_AREA);
+    std::vector<std::uint8_t> bytes;
+    cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, 85});
+    return "data:image/jpeg;base64," + base64(bytes);
+}
+
+json frames_json(const FrameSource& source, const std::vector<ShownFrame>& shown) {
+    std::vector<std::size_t> wanted;
+    json frames = json::array();
+    for (const auto& [index, caption, axis] : shown) {
+        wanted.push_back(index);
+        frames.push_back({{"number", source.numbers()[index]},
+                          {"caption", caption},
+                          {"image", nullptr},
+                          {"axis", axis}});
+    }
+    source.for_each(wanted, 1, [&frames](std::size_t k, const FrameImage& frame) {
+        frames[k]["image"] = as_data_url(frame);
+    });
+    return frames;
+}
+
+json limit_json(const core::Interval& range, double unit = 1.0) {
+    return {{"from", range.low / unit}, {"to", range.high / unit}, {"open", range.low_open}};
+}
+
+json limits_json() {
+    return {{"fps", limit_json(TrackLimits::fps)},
+            {"mm_per_px", limit_json(TrackLimits::mm_per_px)},
+            {"length_mm", limit_json(StemLimits::length, 1e-3)},
+            {"diameter_mm", limit_json(StemLimits::width, 1e-3)},
+            {"density_kg_m3", limit_json(StemLimits::density)},
+            {"exposure_ms", limit_json(StemLimits::frame_time_ms)},
+            {"clamp", limit_json(TrackLimits::coordinates)},
+            {"release_frame", limit_json(TrackLimits::frame_numbers)}};
+}
+
+json checks_json() {
+    using Tolerances = TrackTolerances;
+    return {{"length_note", Tolerances::noted_length},
+            {"length_refusal", Tolerances::refused_length},
+            {"pixels_of_length", Tolerances::length_pixels},
+            {"width_smallest", Tolerances::smallest_width},
+            {"width_largest", Tolerances::largest_width},
+            {"width_pixels", Tolerances::width_pixels},
+            {"cycles_per_frame_largest", Tolerances::cycles_per_frame},
+            {"modulus_smallest", Tolerances::softest},
+            {"modulus_largest", Tolerances::stiffest},
+            // A chain of touching spheres has two thirds of the mass of the cylinder around it.
+            {"mass_per_length_over_density_area", 2.0 / 3.0}};
 }
 
 } // namespace
 
-VideoSurvey survey_video(const FrameSource& source, int threads) {
-    VideoSurvey survey;
-    constexpr std::array<std::size_t, 1> first{0};
-    source.for_each(first, 1, [&survey](std::size_t, const FrameImage& frame) {
-        survey.width = frame.width;
-        survey.height = frame.height;
-        survey.bands = frame.bands;
-    });
+json survey_video(const FrameSource& source, int threads) {
+    FrameImage first;
+    source.for_each(std::array<std::size_t, 1>{0}, 1,
+                    [&first](std::size_t, const FrameImage& frame) { first = frame; });
+    json out{{"frame_width", first.width},
+             {"frame_height", first.height},
+             {"bands", first.bands},
+             {"frame_count", source.numbers().size()},
+             {"first_number", source.numbers().front()},
+             {"last_number", source.numbers().back()},
+             {"stated_fps", nullptr},
+             {"rate_is_the_cameras", source.states_camera_rate()},
+             {"detected", nullptr},
+             {"remark", ""},
+             {"frames", nullptr},
+             {"limits", limits_json()},
+             {"checks", checks_json()}};
+    if (source.stated_fps())
+        out["stated_fps"] = *source.stated_fps();
+    std::vector<ShownFrame> shown;
     try {
         const auto [stem, width] = clearest_stem(source, threads);
         const std::vector<std::size_t> frames = frames_to_trace(source, stem, width, threads);
         Track track = traced(source, frames, stem, width, threads);
-        survey.remark = find_motion(track);
-        const bool has_motion = survey.remark.empty();
-        survey.stem = stem_of(track, has_motion);
-        for (const auto& [position, caption] : shown_positions(track, has_motion))
-            survey.frames.push_back({frames[position], track.rows.numbers[position], caption,
-                                     axis_of(track, position)});
+        const std::string remark = find_motion(track);
+        out["remark"] = remark;
+        out["detected"] = stem_json(track, remark.empty());
+        for (const auto& [position, caption] : shown_positions(track, remark.empty()))
+            shown.push_back({frames[position], caption, axis_json(track, position)});
     } catch (const core::InputError& error) {
-        survey.remark = fmt::format("The stem was not found: {}", error.what());
+        out["remark"] = fmt::format("The stem was not found: {}", error.what());
         for (const std::size_t index : evenly_spaced(first_frames(source.numbers().size()), 16))
-            survey.frames.push_back({index, source.numbers()[index], "", {}});
+            shown.push_back({index, "", json::array()});
     }
-    return survey;
+    out["frames"] = frames_json(source, shown);
+    return out;
 }
 
 } // namespace culm::measure
