@@ -44,60 +44,44 @@ void write_text(cv::Mat& picture, const std::string& text, cv::Point place, doub
                 cv::LINE_AA);
 }
 
-/// One frame, enlarged, with the tracked axis.
-class FramePainter {
-  public:
-    FramePainter(const Track& track, double enlargement)
-        : track_(track), enlargement_(enlargement) {}
-
-    [[nodiscard]] cv::Mat paint(const FrameImage& frame, std::size_t k) const {
-        cv::Mat picture = picture_from(frame);
-        cv::resize(picture, picture, {}, enlargement_, enlargement_,
-                   enlargement_ > 1.0 ? cv::INTER_LINEAR : cv::INTER_AREA);
-        draw_clamp(picture);
-        const RingDownWindow& window = track_.window;
-        for (std::size_t h = 0; h < track_.heights.places.size(); ++h)
-            if (!std::isnan(window.rest[h]))
-                cv::circle(
-                    picture,
-                    place(window.rest[h], track_.survey.clamp_row - track_.heights.places[h]), 14,
-                    ink(rest_colour), cv::FILLED, cv::LINE_AA, shift_bits);
-        for (std::size_t r = 1; r < track_.rows.places.size(); ++r) {
-            const double upper = track_.rows.at(k, r - 1);
-            const double lower = track_.rows.at(k, r);
-            if (!std::isnan(upper) && !std::isnan(lower))
-                cv::line(picture, place(upper, double(r) - 1.0), place(lower, double(r)),
-                         ink(axis_colour), 1, cv::LINE_AA, shift_bits);
-        }
-        for (std::size_t h = 0; h < track_.heights.places.size(); ++h)
-            if (const double column = track_.heights.at(k, h); !std::isnan(column))
-                cv::circle(picture,
-                           place(column, track_.survey.clamp_row - track_.heights.places[h]), 48,
-                           ink(axis_colour), 1, cv::LINE_AA, shift_bits);
-        return picture;
-    }
-
-  private:
-    /// Position of a point of the upright picture; pixel centres are whole numbers in both.
-    [[nodiscard]] cv::Point place(double column, double row) const {
-        const PixelPoint point = in_frame({column, row}, track_.survey.frame_width,
-                                          track_.survey.frame_height, track_.survey.view.up);
+/// Frame k of the record, enlarged, with the tracked axis.
+cv::Mat paint_frame(const FrameImage& frame, std::size_t k, const Track& track,
+                    double enlargement) {
+    cv::Mat picture = picture_from(frame);
+    cv::resize(picture, picture, {}, enlargement, enlargement,
+               enlargement > 1.0 ? cv::INTER_LINEAR : cv::INTER_AREA);
+    const StemSurvey& survey = track.survey;
+    // Position of a point of the upright picture; pixel centres are whole numbers in both.
+    const auto place = [&](double column, double row) {
+        const PixelPoint point =
+            in_frame({column, row}, survey.frame_width, survey.frame_height, survey.view.up);
         // cv::resize enlarges about the corner of the first pixel; coordinates count from its
         // centre.
-        return fine_point((point.column + 0.5) * enlargement_ - 0.5,
-                          (point.row + 0.5) * enlargement_ - 0.5);
+        return fine_point((point.column + 0.5) * enlargement - 0.5,
+                          (point.row + 0.5) * enlargement - 0.5);
+    };
+    const double axis = survey.trace.axis_column;
+    const double reach = 3.0 * survey.trace.stem_width;
+    cv::line(picture, place(axis - reach, survey.clamp_row), place(axis + reach, survey.clamp_row),
+             ink(clamp_colour), 1, cv::LINE_AA, shift_bits);
+    const std::vector<double>& heights = track.heights.places;
+    for (std::size_t h = 0; h < heights.size(); ++h)
+        if (const double rest = track.window.rest[h]; !std::isnan(rest))
+            cv::circle(picture, place(rest, survey.clamp_row - heights[h]), 14, ink(rest_colour),
+                       cv::FILLED, cv::LINE_AA, shift_bits);
+    for (std::size_t r = 1; r < track.rows.places.size(); ++r) {
+        const double upper = track.rows.at(k, r - 1);
+        const double lower = track.rows.at(k, r);
+        if (!std::isnan(upper) && !std::isnan(lower))
+            cv::line(picture, place(upper, double(r) - 1.0), place(lower, double(r)),
+                     ink(axis_colour), 1, cv::LINE_AA, shift_bits);
     }
-    void draw_clamp(cv::Mat& picture) const {
-        const double axis = track_.survey.trace.axis_column;
-        const double reach = 3.0 * track_.survey.trace.stem_width;
-        cv::line(picture, place(axis - reach, track_.survey.clamp_row),
-                 place(axis + reach, track_.survey.clamp_row), ink(clamp_colour), 1, cv::LINE_AA,
-                 shift_bits);
-    }
-
-    const Track& track_;
-    double enlargement_;
-};
+    for (std::size_t h = 0; h < heights.size(); ++h)
+        if (const double column = track.heights.at(k, h); !std::isnan(column))
+            cv::circle(picture, place(column, survey.clamp_row - heights[h]), 48, ink(axis_colour),
+                       1, cv::LINE_AA, shift_bits);
+    return picture;
+}
 
 /// Deflections over time, one line per height, from blue (low) to red (high).
 cv::Mat paint_histories(const Measurement& measurement, int width) {
@@ -180,14 +164,13 @@ void write_contact_sheet(const std::filesystem::path& file, const Track& track) 
     const std::vector<std::size_t> chosen = frames_of_sheet(track);
     // A column of the sheet is some 240 pixels wide.
     const double enlargement = std::clamp(240.0 / track.survey.frame_width, 0.1, 3.0);
-    const FramePainter painter(track, enlargement);
     std::vector<cv::Mat> tiles(chosen.size());
     std::vector<std::size_t> unique = chosen;
     // With a short record some frames are repeated; each is read once.
     unique.erase(std::unique(unique.begin(), unique.end()), unique.end());
     source->for_each(
         source_positions(*source, track, unique), 1, [&](std::size_t i, const FrameImage& frame) {
-            cv::Mat tile = painter.paint(frame, unique[i]);
+            cv::Mat tile = paint_frame(frame, unique[i], track, enlargement);
             const double time = (track.rows.numbers[unique[i]] - track.window.release_number) /
                                 track.frames_per_second;
             write_text(tile,
@@ -218,14 +201,13 @@ void write_contact_sheet(const std::filesystem::path& file, const Track& track) 
 void write_overlay_video(const std::filesystem::path& file, const Track& track) {
     const auto source = open_frames(track.settings.file.parent_path(), track.settings.frames);
     const double enlargement = std::clamp(std::floor(800.0 / track.survey.frame_height), 1.0, 3.0);
-    const FramePainter painter(track, enlargement);
     std::vector<std::size_t> chosen;
     for (std::size_t k = track.first_kept; k <= track.last_kept; ++k)
         chosen.push_back(k);
     cv::VideoWriter video;
     source->for_each(
         source_positions(*source, track, chosen), 1, [&](std::size_t i, const FrameImage& frame) {
-            const cv::Mat picture = painter.paint(frame, chosen[i]);
+            const cv::Mat picture = paint_frame(frame, chosen[i], track, enlargement);
             if (!video.isOpened())
                 video.open(file.string(), cv::CAP_OPENCV_MJPEG,
                            cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25.0, picture.size());

@@ -84,20 +84,13 @@ struct SwingModel {
                                                   const std::vector<double>& history,
                                                   const SwingModel& model, double rest);
 
-/// Properties of the swing that find_jumps() uses.
-struct SwingOfPlace {
-    double rest = 0.0;             ///< column
-    double relative_height = 1.0;  ///< of the location, over the stem's length
-    double decay_per_cycle = 0.0;  ///< 2πζ
-    std::size_t settled_frame = 0; ///< index from which on the first mode swings alone
-};
-
 /// Remarks about frames before which some were lost or doubled. While higher modes are present, a
 /// jump changes the times between passages through the rest by 4 % of a period. Later, the residual
-/// of the recurrence `model` (lag 1) is an eighth of the amplitude or more.
+/// of the recurrence `model` (lag 1) is an eighth of the amplitude or more. `settled` is the index
+/// of the frame from which on the first mode swings alone.
 [[nodiscard]] std::vector<std::string> find_jumps(const WatchedHistory& history,
                                                   const ReleaseMoment& release,
                                                   const SwingModel& model,
-                                                  const SwingOfPlace& swing);
+                                                  const ReleaseClues& clues, std::size_t settled);
 
 } // namespace culm::measure

@@ -51,10 +51,7 @@ double quietest_spread(const std::vector<double>& column) {
 }
 
 void refuse_still_stem(const WatchedHistory& history, const std::string& source) {
-    std::vector<double> seen;
-    for (const double column : history.column)
-        if (!std::isnan(column))
-            seen.push_back(column);
+    const std::vector<double> seen = known(history.column);
     if (seen.size() < 12)
         throw core::InputError(
             fmt::format("{}: the stem is seen in {} of {} frames only; 12 at least are needed",
@@ -106,11 +103,8 @@ std::vector<double> spread(const AxisRecord& record, std::size_t begin, std::siz
     std::vector<double> result;
     for (std::size_t h = 0; h < record.places.size(); ++h) {
         const std::vector<double> history = record.history(h);
-        const auto seen = std::count_if(history.begin() + std::ptrdiff_t(begin),
-                                        history.begin() + std::ptrdiff_t(end),
-                                        [](double value) { return !std::isnan(value); });
-        result.push_back(
-            std::size_t(seen) >= fewest_still_frames ? deviation_of(history, begin, end) : nothing);
+        const std::size_t seen = known(std::span(history).subspan(begin, end - begin)).size();
+        result.push_back(seen >= fewest_still_frames ? deviation_of(history, begin, end) : nothing);
     }
     return result;
 }
@@ -145,10 +139,6 @@ std::optional<double> correlation_while_still(const AxisRecord& record, std::siz
                                          : 0.0;
 }
 
-bool is_any_known(const std::vector<double>& values) {
-    return std::ranges::any_of(values, [](double value) { return !std::isnan(value); });
-}
-
 /// Standard deviations from few frames are inaccurate: each variance is averaged with that of all
 /// locations, which has the weight of 20 frames.
 void draw_together(std::vector<double>& deviations, std::size_t frames) {
@@ -176,11 +166,9 @@ std::vector<double> spread_about(const SwingModel& swing, const AxisRecord& reco
     for (std::size_t h = 0; h < record.places.size(); ++h) {
         const std::vector<double> surprises =
             swing_surprises(record.numbers, record.history(h), swing, swing.rest[h]);
-        std::vector<double> known;
-        for (std::size_t k = begin; k < surprises.size(); ++k)
-            if (!std::isnan(surprises[k]))
-                known.push_back(surprises[k]);
-        result.push_back(known.empty() ? nothing : core::robust_deviation(known) / amplification);
+        // NaN if none is known
+        result.push_back(core::robust_deviation(known(std::span(surprises).subspan(begin))) /
+                         amplification);
     }
     return result;
 }
@@ -214,7 +202,7 @@ void find_noise(RingDownWindow& window, const AxisRecord& record,
         draw_together(window.noise, at_rest);
         window.noise_source = fmt::format("{} frames after rest", at_rest);
     }
-    if (is_any_known(window.noise) || spread_about_swing.empty())
+    if (!known(window.noise).empty() || spread_about_swing.empty())
         return;
     window.noise = spread_about_swing;
     window.noise_source = "residual of a damped swing between neighbouring frames";
@@ -231,10 +219,7 @@ WatchedPlace watch(const AxisRecord& record, std::size_t place, const WindowOpti
     WatchedPlace watched{place, {record.numbers, record.history(place)}, {}};
     const std::vector<double>& column = watched.history.column;
     refuse_still_stem(watched.history, options.source);
-    std::vector<double> late;
-    for (std::size_t k = column.size() * 3 / 4; k < column.size(); ++k)
-        if (!std::isnan(column[k]))
-            late.push_back(column[k]);
+    const std::vector<double> late = known(std::span(column).subspan(column.size() * 3 / 4));
     if (late.empty())
         throw core::InputError(fmt::format(
             "{}: the stem is not seen in the last quarter of the recording", options.source));
@@ -311,11 +296,8 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
     if (is_rest_seen) {
         for (std::size_t h = 0; h < record.places.size(); ++h) {
             const std::vector<double> columns = record.history(h);
-            std::vector<double> still;
-            for (std::size_t k = *window.rest_begin; k < columns.size(); ++k)
-                if (!std::isnan(columns[k]))
-                    still.push_back(columns[k]);
-            window.rest.push_back(core::median(std::move(still)));
+            window.rest.push_back(
+                core::median(known(std::span(columns).subspan(*window.rest_begin))));
         }
     } else if (swing) {
         window.rest_source = RestSource::DecayingSwing;
@@ -326,8 +308,7 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
             "to determine the rest position",
             options.source));
     }
-    const double rest = window.rest[watched];
-    const ReleaseClues clues{.rest = rest,
+    const ReleaseClues clues{.rest = window.rest[watched],
                              .relative_height = record.places[watched] / options.length,
                              .decay_per_cycle =
                                  swing ? swing->decay_per_frame() * release.period : 0.0,
@@ -344,9 +325,7 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
     find_noise(window, record, swing, about_swing);
     if (const auto step = fit_swing(record, after_first_swings, history.column.size(), 1.0);
         step && step->cycles_per_frame() > 0.0)
-        window.remarks =
-            find_jumps(history, release, *step,
-                       {rest, clues.relative_height, clues.decay_per_cycle, after_first_swings});
+        window.remarks = find_jumps(history, release, *step, clues, after_first_swings);
     // Blur, large deflections and the noise of a reading contribute 1 % at most.
     if (release.misfit > 0.04 + 4.0 * release.held_noise / release.pull)
         window.remarks.push_back(fmt::format(

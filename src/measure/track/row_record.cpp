@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace culm::measure {
@@ -76,10 +77,14 @@ std::vector<double> AxisRecord::history(std::size_t place) const {
 }
 
 double AxisRecord::seen(std::size_t place) const {
-    std::size_t count = 0;
-    for (std::size_t k = 0; k < numbers.size(); ++k)
-        count += std::isnan(at(k, place)) ? 0 : 1;
-    return double(count) / double(std::max<std::size_t>(1, numbers.size()));
+    return double(known(history(place)).size()) / double(std::max<std::size_t>(1, numbers.size()));
+}
+
+std::vector<double> known(std::span<const double> values) {
+    std::vector<double> result;
+    std::ranges::copy_if(values, std::back_inserter(result),
+                         [](double value) { return !std::isnan(value); });
+    return result;
 }
 
 std::vector<double> spaced_heights(const AxisRecord& rows, double clamp_row, double step,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 namespace culm::measure {
@@ -22,6 +23,9 @@ struct AxisRecord {
     /// Fraction of the frames in which the location was seen.
     [[nodiscard]] double seen(std::size_t place) const;
 };
+
+/// The values that are not NaN.
+[[nodiscard]] std::vector<double> known(std::span<const double> values);
 
 /// Heights, in pixels above the clamp, from a step up to the highest row that was seen in nine of
 /// ten frames. `step` in pixels; 0: about 20 heights, a whole number of millimetres (or 1, 2, 5 of

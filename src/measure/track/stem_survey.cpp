@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include <fmt/core.h>
@@ -23,7 +25,16 @@ TraceOptions first_trace_options(const BandImage& contrast, double noise, double
     return options;
 }
 
-/// A chain and the width of the picture in which it was found.
+/// Median of a property of the runs.
+template <class Property>
+double median_of(std::span<const RowRun> runs, const Property& property) {
+    std::vector<double> values;
+    for (const RowRun& run : runs)
+        values.push_back(std::invoke(property, run));
+    return core::median(std::move(values));
+}
+
+/// A chain and the noise of the contrast in which it was found.
 struct Sighting {
     StemChain chain;
     double noise = 0.0;
@@ -43,41 +54,29 @@ double view_score(const std::vector<FrameImage>& frames, const StemView& view, d
         const Sighting sighting = look(frame, view, stem_width);
         if (sighting.chain.runs.empty())
             continue;
-        std::vector<float> peaks;
-        for (const RowRun& run : sighting.chain.runs)
-            peaks.push_back(run.peak);
-        score += sighting.chain.score * double(core::median(std::move(peaks))) / sighting.noise;
+        score +=
+            sighting.chain.score * median_of(sighting.chain.runs, &RowRun::peak) / sighting.noise;
     }
     return score;
 }
 
-/// How far the stem's lowest and highest tenth move between the frames.
-struct EndMotion {
-    double bottom = 0.0;
-    double top = 0.0;
-};
-
-EndMotion end_motion(const std::vector<FrameImage>& frames, const StemView& view,
-                     double stem_width) {
+/// Does the stem's lowest tenth move farther between the frames than its highest?
+bool is_upside_down(const std::vector<FrameImage>& frames, const StemView& view,
+                    double stem_width) {
     std::vector<double> bottoms;
     std::vector<double> tops;
     for (const FrameImage& frame : frames) {
         const std::vector<RowRun> runs = look(frame, view, stem_width).chain.runs;
         if (runs.empty())
             continue;
-        std::vector<double> low;
-        std::vector<double> high;
-        for (std::size_t i = 0; i < runs.size() / 10 + 1; ++i) {
-            low.push_back(runs[i].median_column());
-            high.push_back(runs[runs.size() - 1 - i].median_column());
-        }
-        bottoms.push_back(core::median(std::move(low)));
-        tops.push_back(core::median(std::move(high)));
+        const std::size_t tenth = runs.size() / 10 + 1;
+        bottoms.push_back(median_of(std::span(runs).first(tenth), &RowRun::median_column));
+        tops.push_back(median_of(std::span(runs).last(tenth), &RowRun::median_column));
     }
     const auto spread = [](const std::vector<double>& values) {
         return values.empty() ? 0.0 : std::ranges::max(values) - std::ranges::min(values);
     };
-    return {spread(bottoms), spread(tops)};
+    return spread(bottoms) > spread(tops);
 }
 
 /// Expected width of the stem in the picture, pixels: its depth over the scale, at least 2.
@@ -119,11 +118,8 @@ StemView choose_view(const std::vector<FrameImage>& frames, const TrackSettings&
             "{}: no stem is visible: in none of {} frames looked at does a line about {:.1f} "
             "pixels wide (the stem's width over mm_per_px) differ from the noise",
             source, frames.size(), width));
-    if (!settings.up) {
-        const EndMotion motion = end_motion(frames, best, width);
-        if (motion.bottom > motion.top)
-            best.up = best.up == Up::DecreasingRow ? Up::IncreasingRow : Up::IncreasingColumn;
-    }
+    if (!settings.up && is_upside_down(frames, best, width))
+        best.up = best.up == Up::DecreasingRow ? Up::IncreasingRow : Up::IncreasingColumn;
     return best;
 }
 
@@ -158,57 +154,37 @@ std::vector<float> smoothed(std::vector<float> values) {
     return result;
 }
 
-/// Common properties of the chains of the sampled frames.
-class ChainStatistics {
-  public:
-    ChainStatistics(const std::vector<BandImage>& contrasts, const TraceOptions& options)
-        : height_(contrasts.front().height) {
-        for (const BandImage& contrast : contrasts)
-            if (StemChain chain = trace_stem(contrast, options); !chain.runs.empty())
-                chains_.push_back(std::move(chain));
-    }
-    [[nodiscard]] std::size_t count() const { return chains_.size(); }
-
-    /// Stem's contrast in every row, smoothed over rows.
-    [[nodiscard]] std::vector<float> contrast_by_row() const {
-        std::vector<std::vector<float>> peaks(std::size_t(height_), std::vector<float>{});
-        for (const StemChain& chain : chains_)
-            for (const RowRun& run : chain.runs)
-                peaks[std::size_t(run.row)].push_back(run.peak);
-        std::vector<float> medians;
-        medians.reserve(peaks.size());
-        for (std::vector<float>& row : peaks)
-            medians.push_back(core::median(std::move(row)));
-        return smoothed(std::move(medians));
-    }
-    [[nodiscard]] double bottom_row() const {
-        std::vector<double> rows;
-        for (const StemChain& chain : chains_)
-            rows.push_back(chain.runs.front().row);
-        return core::median(std::move(rows));
-    }
-    [[nodiscard]] double bottom_column() const {
-        std::vector<double> columns;
-        for (const StemChain& chain : chains_)
-            columns.push_back(chain.runs.front().median_column());
-        return core::median(std::move(columns));
-    }
-    [[nodiscard]] double width() const {
-        std::vector<double> widths;
-        for (const StemChain& chain : chains_)
-            for (const RowRun& run : chain.runs)
-                widths.push_back(run.width());
-        return core::median(std::move(widths));
-    }
-
-  private:
-    int height_;
-    std::vector<StemChain> chains_;
+/// The runs of the chains in all pictures.
+struct ChainRuns {
+    std::vector<RowRun> lowest; ///< of each chain
+    std::vector<RowRun> all;
 };
 
-void set_thresholds(StemSurvey& survey, const ChainStatistics& chains,
-                    const TrackSettings& settings) {
-    const std::vector<float> contrast = chains.contrast_by_row();
+ChainRuns trace_all(const std::vector<BandImage>& contrasts, const TraceOptions& options) {
+    ChainRuns found;
+    for (const BandImage& contrast : contrasts)
+        if (const StemChain chain = trace_stem(contrast, options); !chain.runs.empty()) {
+            found.lowest.push_back(chain.runs.front());
+            found.all.insert(found.all.end(), chain.runs.begin(), chain.runs.end());
+        }
+    return found;
+}
+
+/// The stem's contrast in every row, smoothed over rows.
+std::vector<float> contrast_by_row(const std::vector<RowRun>& runs, std::size_t rows) {
+    std::vector<std::vector<float>> peaks(rows);
+    for (const RowRun& run : runs)
+        peaks[std::size_t(run.row)].push_back(run.peak);
+    std::vector<float> medians;
+    medians.reserve(rows);
+    for (std::vector<float>& row : peaks)
+        medians.push_back(core::median(std::move(row)));
+    return smoothed(std::move(medians));
+}
+
+void set_thresholds(StemSurvey& survey, const ChainRuns& runs, const TrackSettings& settings) {
+    const std::vector<float> contrast =
+        contrast_by_row(runs.all, survey.trace.threshold_by_row.size());
     survey.contrast = core::median(contrast);
     for (std::size_t r = 0; r < contrast.size(); ++r)
         survey.trace.threshold_by_row[r] =
@@ -217,21 +193,23 @@ void set_thresholds(StemSurvey& survey, const ChainStatistics& chains,
                 : std::max(0.5F * contrast[r], static_cast<float>(4.0 * survey.noise));
 }
 
-void find_clamp(StemSurvey& survey, const ChainStatistics& chains, const TrackSettings& settings,
-                int upright_height) {
+void find_clamp(StemSurvey& survey, const std::vector<RowRun>& lowest,
+                const TrackSettings& settings, int upright_height) {
+    const double bottom_row = median_of(lowest, &RowRun::row);
     const double clamp = settings.clamp.value_or(0.0);
     const double axis = settings.axis.value_or(0.0);
     const PixelPoint given =
         in_upright(is_sideways(survey.view.up) ? PixelPoint{clamp, axis} : PixelPoint{axis, clamp},
                    survey.frame_width, survey.frame_height, survey.view.up);
     survey.clamp_is_detected = !settings.clamp;
-    survey.clamp_row = settings.clamp ? given.row : chains.bottom_row() + 0.5;
-    if (!settings.clamp && chains.bottom_row() + 2 >= upright_height)
+    survey.clamp_row = settings.clamp ? given.row : bottom_row + 0.5;
+    if (!settings.clamp && bottom_row + 2 >= upright_height)
         survey.remarks.emplace_back(
             "the stem reaches the picture's border: where it is clamped is not seen; heights count "
             "from that border unless clamp_row (clamp_column) is given");
     survey.trace.bottom_row = std::clamp(int(std::ceil(survey.clamp_row)), 1, upright_height);
-    survey.trace.axis_column = settings.axis ? given.column : chains.bottom_column();
+    survey.trace.axis_column =
+        settings.axis ? given.column : median_of(lowest, &RowRun::median_column);
 }
 
 } // namespace
@@ -276,14 +254,14 @@ StemSurvey survey_stem(const FrameSource& source, std::span<const std::size_t> w
     survey.trace = first_trace_options(contrasts.front(), survey.noise, width);
     survey.trace.clutter = find_still_clutter(contrasts, survey.trace);
 
-    set_thresholds(survey, ChainStatistics(contrasts, survey.trace), settings);
-    const ChainStatistics chains(contrasts, survey.trace);
-    if (chains.count() == 0)
+    set_thresholds(survey, trace_all(contrasts, survey.trace), settings);
+    const ChainRuns runs = trace_all(contrasts, survey.trace);
+    if (runs.all.empty())
         throw core::InputError(fmt::format(
             "{}: no stem exceeds the threshold {:.3g}; the contrast is {:.3g} grey values",
             source.name(), survey.trace.threshold_by_row.front(), survey.contrast));
-    find_clamp(survey, chains, settings, contrasts.front().height);
-    survey.apparent_width = chains.width();
+    find_clamp(survey, runs.lowest, settings, contrasts.front().height);
+    survey.apparent_width = median_of(runs.all, &RowRun::width);
     return survey;
 }
 

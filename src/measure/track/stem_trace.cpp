@@ -17,64 +17,50 @@ namespace {
 constexpr double steepest_slope = 1.0; // columns per row: 45°
 constexpr std::size_t runs_per_row = 8;
 
-class RunFinder {
-  public:
-    RunFinder(const BandImage& contrast, const TraceOptions& options)
-        : contrast_(contrast), options_(options),
-          narrowest_(std::max(1.0, 0.35 * options.stem_width)),
-          widest_(4.0 * options.stem_width + 2.0) {}
+/// Does the pixel exceed the threshold, and is it not clutter?
+bool is_logical(const BandImage& contrast, const TraceOptions& options, int r, int c) {
+    return contrast.row(r)[c] > options.threshold_by_row[std::size_t(r)] &&
+           (options.clutter.empty() ||
+            options.clutter[std::size_t(r) * std::size_t(contrast.width) + std::size_t(c)] == 0);
+}
 
-    /// Candidates of one row; if there are many, the highest.
-    [[nodiscard]] std::vector<RowRun> in_row(int r) const {
-        std::vector<RowRun> runs;
-        const float* row = contrast_.row(r);
-        const float threshold = options_.threshold_by_row[std::size_t(r)];
-        for (int c = 0; c < contrast_.width; ++c) {
-            if (!is_logical(r, c, row[c], threshold))
-                continue;
-            RowRun run{r, c, c, 0.0F};
-            // One dark pixel, of noise or dust, does not end a run.
-            while (run.end < contrast_.width &&
-                   (is_logical(r, run.end, row[run.end], threshold) ||
-                    (run.end + 1 < contrast_.width &&
-                     is_logical(r, run.end + 1, row[run.end + 1], threshold)))) {
-                run.peak = std::max(run.peak, row[run.end]);
-                ++run.end;
-            }
-            c = run.end;
-            if (can_be_stem(run))
-                runs.push_back(run);
+bool can_be_stem(const RowRun& run, int picture_width, const TraceOptions& options) {
+    if (run.begin == 0 || run.end >= picture_width ||
+        run.width() < std::max(1.0, 0.35 * options.stem_width) ||
+        run.width() > 4.0 * options.stem_width + 2.0)
+        return false;
+    if (std::isnan(options.axis_column))
+        return true;
+    const double reach =
+        3.0 * options.stem_width + steepest_slope * std::max(0, options.bottom_row - run.row);
+    return std::abs(run.median_column() - options.axis_column) <= reach;
+}
+
+/// Candidates of one row; if there are many, the highest.
+std::vector<RowRun> runs_in_row(const BandImage& contrast, const TraceOptions& options, int r) {
+    std::vector<RowRun> runs;
+    const auto is_bright = [&](int c) {
+        return c < contrast.width && is_logical(contrast, options, r, c);
+    };
+    for (int c = 0; c < contrast.width; ++c) {
+        if (!is_bright(c))
+            continue;
+        RowRun run{r, c, c, 0.0F};
+        // One dark pixel, of noise or dust, does not end a run.
+        while (run.end < contrast.width && (is_bright(run.end) || is_bright(run.end + 1))) {
+            run.peak = std::max(run.peak, contrast.row(r)[run.end]);
+            ++run.end;
         }
-        if (runs.size() > runs_per_row) {
-            std::ranges::stable_sort(runs, std::ranges::greater{}, &RowRun::peak);
-            runs.resize(runs_per_row);
-        }
-        return runs;
+        c = run.end;
+        if (can_be_stem(run, contrast.width, options))
+            runs.push_back(run);
     }
-
-  private:
-    [[nodiscard]] bool is_logical(int r, int c, float value, float threshold) const {
-        return value > threshold &&
-               (options_.clutter.empty() ||
-                options_.clutter[std::size_t(r) * std::size_t(contrast_.width) + std::size_t(c)] ==
-                    0);
+    if (runs.size() > runs_per_row) {
+        std::ranges::stable_sort(runs, std::ranges::greater{}, &RowRun::peak);
+        runs.resize(runs_per_row);
     }
-    [[nodiscard]] bool can_be_stem(const RowRun& run) const {
-        if (run.begin == 0 || run.end >= contrast_.width || run.width() < narrowest_ ||
-            run.width() > widest_)
-            return false;
-        if (std::isnan(options_.axis_column))
-            return true;
-        const double reach =
-            3.0 * options_.stem_width + steepest_slope * std::max(0, options_.bottom_row - run.row);
-        return std::abs(run.median_column() - options_.axis_column) <= reach;
-    }
-
-    const BandImage& contrast_;
-    const TraceOptions& options_;
-    double narrowest_;
-    double widest_;
-};
+    return runs;
+}
 
 /// A run with the best chain that ends in it.
 struct Node {
@@ -110,7 +96,6 @@ double step_score(const RowRun& below, const RowRun& above, const Gaps& gaps) {
 } // namespace
 
 StemChain trace_stem(const BandImage& contrast, const TraceOptions& options) {
-    const RunFinder finder(contrast, options);
     const Gaps gaps(options.stem_width);
     std::vector<Node> nodes;
     std::vector<std::size_t> first_of_row; // of the rows done so far, from the lowest up
@@ -121,7 +106,7 @@ StemChain trace_stem(const BandImage& contrast, const TraceOptions& options) {
         const std::size_t reach = std::min<std::size_t>(rows_done, std::size_t(gaps.largest) + 1);
         const std::size_t reachable = first_of_row[rows_done - reach];
         const std::size_t this_row = nodes.size();
-        for (const RowRun& run : finder.in_row(r)) {
+        for (const RowRun& run : runs_in_row(contrast, options, r)) {
             Node node{run, 0.0, -1};
             for (std::size_t k = reachable; k < this_row; ++k) {
                 const double score = nodes[k].score + step_score(nodes[k].run, run, gaps);

@@ -128,15 +128,15 @@ double usual_period(const std::vector<double>& passages, double otherwise) {
 
 /// Reports passages through the rest that are too early or too late, until the swing has settled.
 void judge_passages(const WatchedHistory& history, const ReleaseMoment& release,
-                    const SwingModel& model, const SwingOfPlace& swing,
+                    const SwingModel& model, const ReleaseClues& clues, std::size_t settled,
                     std::vector<std::string>& remarks) {
     const double period = usual_period(release.passages, 1.0 / model.cycles_per_frame());
-    const ReleaseCurve curve{swing.relative_height, period, swing.decay_per_cycle};
+    const ReleaseCurve curve{clues.relative_height, period, clues.decay_per_cycle};
     const double tolerance = (0.04 + 2.0 * release.held_noise / release.pull) * period;
     double before = release.number;
     double expected = curve.first_passage();
     for (const double passage : release.passages) {
-        if (before > history.numbers[std::min(swing.settled_frame, history.numbers.size() - 1)])
+        if (before > history.numbers[std::min(settled, history.numbers.size() - 1)])
             break;
         if (std::abs(passage - before - expected) > tolerance)
             remarks.push_back(jump_between(int(std::floor(before)), int(std::ceil(passage))));
@@ -156,20 +156,17 @@ double amplitude_at(const WatchedHistory& history, std::size_t frame, std::size_
     return amplitude;
 }
 
-void judge_surprises(const WatchedHistory& history, const SwingModel& model,
-                     const SwingOfPlace& swing, std::vector<std::string>& remarks) {
+void judge_surprises(const WatchedHistory& history, const SwingModel& model, double rest,
+                     std::size_t settled, std::vector<std::string>& remarks) {
     const std::vector<double> surprises =
-        swing_surprises(history.numbers, history.column, model, swing.rest);
-    std::vector<double> usual;
-    for (std::size_t k = swing.settled_frame; k < surprises.size(); ++k)
-        if (!std::isnan(surprises[k]))
-            usual.push_back(surprises[k]);
+        swing_surprises(history.numbers, history.column, model, rest);
+    const std::vector<double> usual = known(std::span(surprises).subspan(settled));
     if (usual.size() < 12)
         return;
     const double deviation = std::max(core::robust_deviation(usual), 0.01);
     const auto period = std::size_t(std::ceil(1.0 / std::max(1e-3, model.cycles_per_frame())));
-    for (std::size_t k = swing.settled_frame; k < surprises.size(); ++k) {
-        const double amplitude = amplitude_at(history, k, period, swing.rest);
+    for (std::size_t k = settled; k < surprises.size(); ++k) {
+        const double amplitude = amplitude_at(history, k, period, rest);
         if (std::abs(surprises[k]) > std::max(10.0 * deviation, 0.12 * amplitude)) {
             remarks.push_back(jump_between(history.numbers[k - 1], history.numbers[k]));
             k += 2; // one lost frame also disturbs the prediction of the next one
@@ -180,10 +177,11 @@ void judge_surprises(const WatchedHistory& history, const SwingModel& model,
 } // namespace
 
 std::vector<std::string> find_jumps(const WatchedHistory& history, const ReleaseMoment& release,
-                                    const SwingModel& model, const SwingOfPlace& swing) {
+                                    const SwingModel& model, const ReleaseClues& clues,
+                                    std::size_t settled) {
     std::vector<std::string> remarks;
-    judge_passages(history, release, model, swing, remarks);
-    judge_surprises(history, model, swing, remarks);
+    judge_passages(history, release, model, clues, settled, remarks);
+    judge_surprises(history, model, clues.rest, settled, remarks);
     return remarks;
 }
 
