@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The examples in config/measurements are valid.
-#include "measure/import/import_mapping.hpp"
+#include "measure/import/import_recording.hpp"
 #include "measure/track/track.hpp"
 #include "support/temporary_folder.hpp"
 

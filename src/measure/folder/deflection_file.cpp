@@ -7,7 +7,6 @@
 #include "measure/folder/measurement_files.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -56,9 +55,7 @@ std::optional<HeightName> split_height(std::string_view name) {
 std::string column_hint(std::string_view name) {
     if (name.find(',') != std::string_view::npos)
         return "has a decimal comma; write a decimal point";
-    std::string lower = without_spaces(name);
-    std::ranges::transform(lower, lower.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string lower = lower_case(without_spaces(name));
     if (core::parse_decimal(lower))
         return fmt::format("must be a height with its unit: write \"h={}mm\"", lower);
     if (lower.starts_with("h="))

@@ -73,9 +73,7 @@ bool has_letters(std::string_view text) {
 bool looks_like_date(std::string_view cell) {
     constexpr std::array<std::string_view, 12> months{"jan", "feb", "mar", "apr", "may", "jun",
                                                       "jul", "aug", "sep", "oct", "nov", "dec"};
-    std::string lower(cell);
-    std::ranges::transform(lower, lower.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string lower = lower_case(cell);
     const bool has_digit = std::ranges::any_of(lower, is_digit);
     for (const std::string_view month : months)
         if (has_digit && lower.find(month) != std::string::npos)
@@ -97,6 +95,13 @@ std::size_t length_of_number(std::string_view cell) {
 }
 
 } // namespace
+
+std::string lower_case(std::string_view text) {
+    std::string result(text);
+    std::ranges::transform(result, result.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return result;
+}
 
 std::string read_text_file(const std::filesystem::path& file) {
     std::string text = core::file_text(file, core::largest_recording);

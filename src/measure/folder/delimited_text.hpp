@@ -15,6 +15,8 @@ struct DelimitedLine {
     std::vector<std::string> cells;
 };
 
+[[nodiscard]] std::string lower_case(std::string_view text);
+
 /// The text of a file, without a UTF-8 byte order mark. Throws core::InputError if the file cannot
 /// be read, is empty, is UTF-16, or is not text (a workbook, for example).
 [[nodiscard]] std::string read_text_file(const std::filesystem::path& file);

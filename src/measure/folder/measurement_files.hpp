@@ -24,6 +24,9 @@ struct StemLimits {
 /// measurement.
 void read_stem_tables(const core::TomlTable& root, Measurement& measurement);
 
+/// Adds a fault if the height in the table, m, lies above the stem.
+void check_is_on_stem(const core::TomlTable& table, double height, const MeasuredStem& stem);
+
 /// Reads stem.toml (format: docs/measurements.md): all fields of the measurement except times,
 /// heights and deflections. Throws core::InputError with every fault.
 [[nodiscard]] Measurement read_stem_file(const std::filesystem::path& file);

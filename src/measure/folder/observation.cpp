@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 namespace culm::measure {
 
@@ -33,13 +34,30 @@ std::array<double, 4> lagrange_weights(std::span<const double> nodes, double pla
 
 constexpr double unseen = std::numeric_limits<double>::quiet_NaN();
 
-/// Sum of the lateral positions from sphere `first` on, times the weights.
-double weighted_deflection(std::span<const double> positions, std::size_t stride, std::size_t first,
-                           std::size_t spheres, const std::array<double, 4>& weights) {
+/// Lateral position at `place` of the curve through the spheres about it. `above` is the first
+/// sphere at or beyond it, and node(i) the place of sphere i.
+template <class Node>
+double lateral_position(std::span<const double> positions, std::size_t stride, std::size_t above,
+                        double place, const Node& node) {
+    const std::size_t count = positions.size() / stride;
+    const std::size_t spheres = std::min<std::size_t>(4, count);
+    const std::size_t first = first_of_stencil(above, spheres, count);
+    std::array<double, 4> nodes{};
+    for (std::size_t k = 0; k < spheres; ++k)
+        nodes[k] = node(first + k);
+    const std::array<double, 4> weights = lagrange_weights({nodes.data(), spheres}, place);
     double sum = 0.0;
     for (std::size_t k = 0; k < spheres; ++k)
         sum += weights[k] * positions[(first + k) * stride + 1];
     return sum;
+}
+
+/// First of `count` spheres at or beyond a place on the undeformed stem, in bonds, but not the one
+/// in the clamp; empty if the place is outside the chain.
+std::optional<std::size_t> sphere_above(double place, std::size_t count) {
+    if (!(place >= 0.0) || place > static_cast<double>(count) - 0.5)
+        return std::nullopt;
+    return std::clamp(static_cast<std::size_t>(std::ceil(place)), std::size_t{1}, count - 1);
 }
 
 double weighted_sum(const TimeStencil& stencil, const std::array<double, 4>& weights,
@@ -78,33 +96,20 @@ double deflection_in_row(std::span<const double> positions, int dimensions, doub
     std::size_t above = 1;
     while (above + 1 < count && positions[above * stride] < height)
         ++above;
-    const std::size_t spheres = std::min<std::size_t>(4, count);
-    const std::size_t first = first_of_stencil(above, spheres, count);
     // The nodes are the spheres' current heights: the row is fixed, the material is not.
-    std::array<double, 4> nodes{};
-    for (std::size_t k = 0; k < spheres; ++k)
-        nodes[k] = positions[(first + k) * stride];
-    return weighted_deflection(positions, stride, first, spheres,
-                               lagrange_weights(std::span(nodes.data(), spheres), height));
+    return lateral_position(positions, stride, above, height,
+                            [&](std::size_t i) { return positions[i * stride]; });
 }
 
 double deflection_of_mark(std::span<const double> positions, int dimensions, double bond_length,
                           double height) {
     const auto stride = static_cast<std::size_t>(dimensions);
-    const std::size_t count = positions.size() / stride;
     const double place = height / bond_length;
-    if (!(place >= 0.0) || place > static_cast<double>(count) - 0.5)
-        return unseen;
-    const auto above =
-        std::clamp(static_cast<std::size_t>(std::ceil(place)), std::size_t{1}, count - 1);
-    const std::size_t spheres = std::min<std::size_t>(4, count);
-    const std::size_t first = first_of_stencil(above, spheres, count);
+    const std::optional<std::size_t> above = sphere_above(place, positions.size() / stride);
     // The nodes are the spheres' positions along the undeformed stem, in bonds.
-    std::array<double, 4> nodes{};
-    for (std::size_t k = 0; k < spheres; ++k)
-        nodes[k] = static_cast<double>(first + k);
-    return weighted_deflection(positions, stride, first, spheres,
-                               lagrange_weights(std::span(nodes.data(), spheres), place));
+    return above ? lateral_position(positions, stride, *above, place,
+                                    [](std::size_t i) { return static_cast<double>(i); })
+                 : unseen;
 }
 
 namespace {
@@ -162,11 +167,10 @@ double reading_of_sensor(const Sensor& sensor, const ChainSample& chain, int dim
     const auto stride = static_cast<std::size_t>(dimensions);
     const std::size_t count = chain.positions.size() / stride;
     const double place = height / bond_length;
-    if (count < 4 || !(place >= 0.0) || place > static_cast<double>(count) - 0.5)
+    const auto above = count < 4 ? std::nullopt : sphere_above(place, count);
+    if (!above)
         return unseen;
-    const auto above =
-        std::clamp(static_cast<std::size_t>(std::ceil(place)), std::size_t{1}, count - 1);
-    const std::size_t first = first_of_stencil(above, 4, count);
+    const std::size_t first = first_of_stencil(*above, 4, count);
     const CubicWeights weights = cubic_weights(place - static_cast<double>(first));
     const auto sum = [&](std::span<const double> values, const std::array<double, 4>& by,
                          std::size_t axis) {
@@ -236,7 +240,7 @@ TimeStencil time_stencil(std::span<const double> sample_times, double time) {
     const auto found = std::ranges::lower_bound(sample_times, time);
     const auto above = std::min(static_cast<std::size_t>(found - sample_times.begin()), count - 1);
     stencil.samples = std::min<std::size_t>(4, count);
-    stencil.first = std::min(above >= 2 ? above - 2 : 0, count - stencil.samples);
+    stencil.first = first_of_stencil(above, stencil.samples, count);
     const auto nodes = sample_times.subspan(stencil.first, stencil.samples);
     for (std::size_t i = 0; i < stencil.samples; ++i)
         set_weight(nodes, time, i, stencil);

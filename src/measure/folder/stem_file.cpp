@@ -21,9 +21,14 @@ constexpr core::Interval masses{0.0, 1e3, true}; // kg
 constexpr double largest_start = 1e6;            // s
 constexpr core::Interval longest_hold{0.0, 1e7}; // s, that of the effect relaxation
 
-template <std::size_t N>
-std::vector<std::string> words(const std::array<std::string_view, N>& names) {
-    return {names.begin(), names.end()};
+/// The one of these values whose word the key has; empty if it has none.
+template <class Value, std::size_t N>
+std::optional<Value> read_choice(const core::TomlTable& table, const std::string& key,
+                                 const std::array<Value, N>& values) {
+    std::array<std::string, N> words;
+    std::ranges::transform(values, words.begin(), [](Value each) { return to_string(each); });
+    const auto index = table.word(key, words);
+    return index ? std::optional(values[*index]) : std::nullopt;
 }
 
 /// A quantity's standard uncertainty in SI units, in one of three forms (JCGM 100 and 101): u
@@ -170,10 +175,7 @@ AddedMass read_added_mass(const core::TomlTable& table, const MeasuredStem& stem
     added.mass_last_digit = table.last_digit_of("mass", core::mass_unit);
     added.mass_uncertainty =
         read_uncertainty(table, "mass", core::mass_unit, added.mass, masses.high);
-    if (stem.length > 0.0 && added.height > stem.length)
-        table.fault(table.key_of("height", core::length_unit),
-                    fmt::format("lies above the stem, which is {} mm long",
-                                core::decimal_text(stem.length, 3)));
+    check_is_on_stem(table, added.height, stem);
     return added;
 }
 
@@ -184,23 +186,15 @@ void read_added_masses(const core::TomlTable& root, MeasuredStem& stem) {
     std::ranges::stable_sort(stem.added_masses, {}, &AddedMass::height);
 }
 
-std::optional<Quantity> read_quantity(const core::TomlTable& table) {
-    constexpr std::array quantities{Quantity::Displacement, Quantity::Velocity,
-                                    Quantity::Acceleration, Quantity::Strain};
-    std::array<std::string, quantities.size()> names;
-    std::ranges::transform(quantities, names.begin(),
-                           [](Quantity each) { return to_string(each); });
-    const auto index = table.word("quantity", names);
-    table.missing("quantity", "\"displacement\", \"velocity\", \"acceleration\" or \"strain\"");
-    return index ? std::optional(quantities[*index]) : std::nullopt;
-}
-
 /// Numbers of `noise`, `offset_uncertainty` and `drift_uncertainty_per_s` are in the column's unit.
 Sensor read_sensor(const core::TomlTable& table, Measurement& measurement) {
     Sensor sensor;
     sensor.column = table.text("column").value_or("");
     table.missing("column", "the name of its column in the table");
-    const std::optional<Quantity> quantity = read_quantity(table);
+    constexpr std::array quantities{Quantity::Displacement, Quantity::Velocity,
+                                    Quantity::Acceleration, Quantity::Strain};
+    const std::optional<Quantity> quantity = read_choice(table, "quantity", quantities);
+    table.missing("quantity", "\"displacement\", \"velocity\", \"acceleration\" or \"strain\"");
     sensor.quantity = quantity.value_or(Quantity::Displacement);
     sensor.unit = table.text("unit").value_or("");
     const std::string units = unit_names(sensor.quantity);
@@ -231,10 +225,8 @@ Sensor read_sensor(const core::TomlTable& table, Measurement& measurement) {
         AddedMass mass = read_added_mass(table, stem);
         mass.sensor = sensor.column;
         stem.added_masses.push_back(mass);
-    } else if (stem.length > 0.0 && sensor.height > stem.length) {
-        table.fault(table.key_of("height", core::length_unit),
-                    fmt::format("lies above the stem, which is {} mm long",
-                                core::decimal_text(stem.length, 3)));
+    } else {
+        check_is_on_stem(table, sensor.height, stem);
     }
     return sensor;
 }
@@ -279,12 +271,10 @@ void read_measurement_table(const core::TomlTable& table, Measurement& measureme
     measurement.uncertainties.row = table.length("row_uncertainty", noise);
     constexpr std::array directions{GravityDirection::None, GravityDirection::Axial,
                                     GravityDirection::Transverse};
-    const std::array<std::string, 3> direction_words{"none", "axial", "transverse"};
-    if (const auto index = table.word("gravity_direction", direction_words))
-        measurement.gravity_direction = directions[*index];
-    const std::array<std::string, 2> readings{"row", "material"};
-    if (const auto index = table.word("reading", readings))
-        measurement.reading = *index == 0 ? Reading::Row : Reading::Material;
+    measurement.gravity_direction =
+        read_choice(table, "gravity_direction", directions).value_or(measurement.gravity_direction);
+    constexpr std::array readings{Reading::Row, Reading::Material};
+    measurement.reading = read_choice(table, "reading", readings).value_or(measurement.reading);
     measurement.hold_time = table.number("hold_time_s", longest_hold);
 }
 
@@ -365,6 +355,10 @@ std::string quoted(const std::string& text) {
     return result + '"';
 }
 
+std::string text_line(const std::string& key, const std::string& text) {
+    return text.empty() ? "" : key + " = " + quoted(text) + "\n";
+}
+
 std::string mass_text(const AddedMass& mass) {
     return mass_line(mass) + uncertainty_line("mass", mass.mass_uncertainty, core::mass_unit);
 }
@@ -404,11 +398,8 @@ std::string stem_text(const Measurement& measurement) {
             number_line("poissons_ratio", stem.poissons_ratio);
     if (stem.spheres)
         text += fmt::format("spheres = {}\n", *stem.spheres);
-    if (!measurement.specimen.empty())
-        text += "specimen = " + quoted(measurement.specimen) + "\n";
-    if (!measurement.rig.empty())
-        text += "rig = " + quoted(measurement.rig) + "\n";
-    text += section_text(stem.section, stated);
+    text += text_line("specimen", measurement.specimen) + text_line("rig", measurement.rig) +
+            section_text(stem.section, stated);
     for (const AddedMass& mass : stem.added_masses)
         if (mass.sensor.empty())
             text += "\n[[added_mass]]\n" + line("height", mass.height) + mass_text(mass);
@@ -431,12 +422,9 @@ std::string camera_text(const Measurement& measurement) {
 }
 
 void read_release(const core::TomlTable& table, Measurement& measurement) {
-    const std::array<ReleaseKind, 3> kinds{ReleaseKind::TipPull, ReleaseKind::HeldStraight,
-                                           ReleaseKind::Moving};
-    std::array<std::string, 3> words;
-    std::ranges::transform(kinds, words.begin(), [](ReleaseKind kind) { return to_string(kind); });
-    if (const auto index = table.word("kind", words))
-        measurement.release = kinds[*index];
+    constexpr std::array kinds{ReleaseKind::TipPull, ReleaseKind::HeldStraight,
+                               ReleaseKind::Moving};
+    measurement.release = read_choice(table, "kind", kinds).value_or(measurement.release);
     if (const auto uncertainty = table.number("time_uncertainty_ms", {0.0, 1e6, true}))
         measurement.release_uncertainty = core::with_point_moved(*uncertainty, -3);
     if (measurement.release_uncertainty && measurement.release == ReleaseKind::Moving)
@@ -448,6 +436,13 @@ void read_release(const core::TomlTable& table, Measurement& measurement) {
 }
 
 } // namespace
+
+void check_is_on_stem(const core::TomlTable& table, double height, const MeasuredStem& stem) {
+    if (stem.length > 0.0 && height > stem.length)
+        table.fault(table.key_of("height", core::length_unit),
+                    fmt::format("lies above the stem, which is {} mm long",
+                                core::decimal_text(stem.length, 3)));
+}
 
 void read_stem_tables(const core::TomlTable& root, Measurement& measurement) {
     const core::TomlTable section = root.table("section");
@@ -486,15 +481,12 @@ std::string stem_file_text(const Measurement& measurement) {
         text += line("noise", *measurement.noise);
     if (!measurement.noise_by_height.empty())
         text += noise_line(measurement.noise_by_height);
-    if (!measurement.noise_source.empty())
-        text += "noise_source = " + quoted(measurement.noise_source) + "\n";
-    text += number_line("noise_correlation", measurement.noise_correlation);
-    text += uncertainty_line("row", measurement.uncertainties.row);
+    text += text_line("noise_source", measurement.noise_source) +
+            number_line("noise_correlation", measurement.noise_correlation) +
+            uncertainty_line("row", measurement.uncertainties.row);
     text += fmt::format("gravity_direction = \"{}\"\nreading = \"{}\"\n",
                         to_string(measurement.gravity_direction), to_string(measurement.reading));
-    if (measurement.hold_time)
-        text += fmt::format("hold_time_s = {}\n", core::decimal_text(*measurement.hold_time));
-    return text;
+    return text + number_line("hold_time_s", measurement.hold_time);
 }
 
 } // namespace culm::measure

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/import/import_mapping.hpp"
-
-#include "core/decimal_text.hpp"
 #include "core/toml/table.hpp"
 #include "core/user_files.hpp"
+#include "measure/folder/delimited_text.hpp"
 #include "measure/folder/measurement_files.hpp"
+#include "measure/import/import_recording.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -19,13 +17,6 @@ namespace {
 constexpr core::Interval any_time{-1e9, 1e9};
 /// Largest number of columns or markers whose mean is one height.
 constexpr std::size_t most_names = 1000;
-
-std::string lower_extension(const std::filesystem::path& file) {
-    std::string extension = file.extension().string();
-    std::ranges::transform(extension, extension.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension;
-}
 
 /// "tip" and ["tip", "top"] are both lists of names. `key` is "markers" or "columns".
 std::vector<std::string> names(const core::TomlTable& table, const std::string& key) {
@@ -128,10 +119,7 @@ MappedHeight read_height(const core::TomlTable& table, const std::string& key,
     if (mapped.names.size() > most_names)
         table.fault(
             key, fmt::format("{} names; at most {} are allowed", mapped.names.size(), most_names));
-    if (mapping.measurement.stem.length > 0.0 && mapped.height > mapping.measurement.stem.length)
-        table.fault(table.key_of("height", core::length_unit),
-                    fmt::format("lies above the stem, which is {} mm long",
-                                core::decimal_text(mapping.measurement.stem.length, 3)));
+    check_is_on_stem(table, mapped.height, mapping.measurement.stem);
     for (const MappedHeight& other : mapping.heights)
         if (other.height == mapped.height)
             table.fault(table.key_of("height", core::length_unit), "is given twice");
@@ -158,7 +146,7 @@ void read_heights(const core::TomlTable& root, const std::string& key, ImportMap
 
 bool needs_conversion(const std::filesystem::path& recording) {
     constexpr std::array<std::string_view, 5> formats{".c3d", ".trk", ".mat", ".npy", ".npz"};
-    return std::ranges::find(formats, lower_extension(recording)) != formats.end();
+    return std::ranges::find(formats, lower_case(recording.extension().string())) != formats.end();
 }
 
 ImportMapping read_import_mapping(const std::filesystem::path& file,
@@ -171,8 +159,8 @@ ImportMapping read_import_mapping(const std::filesystem::path& file,
     if (source.empty())
         root.missing("source", "write a table [source] with file");
     read_source(root.table("source"), file.parent_path(), !source.empty(), mapping);
-    mapping.has_markers =
-        lower_extension(mapping.source) == ".c3d" || root.table("motion").has("axis");
+    mapping.has_markers = lower_case(mapping.source.extension().string()) == ".c3d" ||
+                          root.table("motion").has("axis");
     root.missing("time", "write a table [time] with release_s (and column for a table)");
     read_time(root.table("time"), mapping);
     if (mapping.measurement.sensors.empty() || root.has("height"))

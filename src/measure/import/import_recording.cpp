@@ -3,7 +3,6 @@
 
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"
-#include "measure/import/recorded_series.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -143,11 +142,6 @@ ReleaseOnset detected_release(const ImportMapping& mapping, const std::vector<do
     return *onset;
 }
 
-/// The index of the first time at or after `time`.
-std::size_t index_at(const std::vector<double>& times, double time) {
-    return static_cast<std::size_t>(std::ranges::lower_bound(times, time) - times.begin());
-}
-
 double zero_of(const ImportMapping& mapping, const std::vector<double>& history,
                std::size_t release) {
     if (mapping.zero == ZeroDeflection::AsGiven)
@@ -265,7 +259,8 @@ Measurement import_recording(const ImportMapping& mapping) {
             fmt::format("the release was found at {:.6g} s ± {:.2g} ms (standard uncertainty)",
                         onset.time, 1e3 * onset.uncertainty));
     }
-    const std::size_t first_after = is_recorded ? index_at(series.times, release) : 0;
+    const auto after = std::ranges::lower_bound(series.times, release) - series.times.begin();
+    const std::size_t first_after = is_recorded ? static_cast<std::size_t>(after) : 0;
     for (std::size_t j = 0; j < rows.sensors.size(); ++j) {
         if (!rows.sensors[j].is_camera())
             continue; // the zero of a sensor is a parameter of every fit

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/import/recorded_series.hpp"
-
 #include "core/decimal_text.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
 #include "core/user_files.hpp"
 #include "measure/folder/delimited_text.hpp"
+#include "measure/import/import_recording.hpp"
 
 #include <algorithm>
 #include <array>

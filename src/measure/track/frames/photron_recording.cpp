@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
 #include "core/user_files.hpp"
+#include "measure/folder/delimited_text.hpp"
 #include "measure/track/frames/frame_source.hpp"
 #include "measure/track/frames/parallel_frames.hpp"
 
@@ -25,13 +26,6 @@ std::string_view trimmed(std::string_view text) {
     while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())) != 0)
         text.remove_suffix(1);
     return text;
-}
-
-std::string lower_case(std::string_view text) {
-    std::string result(text);
-    std::ranges::transform(result, result.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return result;
 }
 
 /// Entries by their name in a .cih file.
@@ -95,10 +89,10 @@ class HeaderReader {
     }
     /// Required unless `otherwise` is given.
     [[nodiscard]] double number(const char* name, double lowest, double highest,
-                                const double* otherwise = nullptr) const {
+                                std::optional<double> otherwise = std::nullopt) const {
         const auto found = entries_.find(name);
         if (found == entries_.end()) {
-            if (otherwise != nullptr)
+            if (otherwise)
                 return *otherwise;
             throw core::InputError(fmt::format("{}: has no entry \"{}\"", file_, name));
         }
@@ -113,15 +107,11 @@ class HeaderReader {
         return result;
     }
     [[nodiscard]] int whole(const char* name, int lowest, int highest,
-                            const double* otherwise = nullptr) const {
+                            std::optional<double> otherwise = std::nullopt) const {
         const double value = number(name, lowest, highest, otherwise);
         if (value != std::floor(value))
             refuse(name, fmt::format("must be a whole number from {} to {}", lowest, highest));
         return static_cast<int>(value);
-    }
-    [[nodiscard]] int whole(const char* name, int lowest, int highest, int otherwise) const {
-        const double value = otherwise;
-        return whole(name, lowest, highest, &value);
     }
     [[noreturn]] void refuse(const char* name, const std::string& allowed) const {
         throw core::InputError(
