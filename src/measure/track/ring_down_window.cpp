@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"
-#include "measure/track/ring_down.hpp"
 #include "measure/track/track.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/track/row_record.hpp"
+#include "measure/track/ring_down.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/track/stem_contrast.hpp"
+#include "measure/track/stem_trace.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"
-#include "measure/track/stem_contrast.hpp"
 #include "measure/track/track.hpp"
 
 #include <algorithm>
@@ -201,7 +200,6 @@ void find_clamp(StemSurvey& survey, const std::vector<RowRun>& lowest,
     const PixelPoint given =
         in_upright(is_sideways(survey.view.up) ? PixelPoint{clamp, axis} : PixelPoint{axis, clamp},
                    survey.frame_width, survey.frame_height, survey.view.up);
-    survey.clamp_is_detected = !settings.clamp;
     survey.clamp_row = settings.clamp ? given.row : bottom_row + 0.5;
     if (!settings.clamp && bottom_row + 2 >= upright_height)
         survey.remarks.emplace_back(
@@ -234,7 +232,6 @@ StemSurvey survey_stem(const FrameSource& source, std::span<const std::size_t> w
     survey.frame_height = frames.front().height;
     survey.bands = frames.front().bands;
     survey.view = choose_view(frames, settings, source.name());
-    survey.up_is_detected = !settings.up;
     frames.clear();
 
     const double width = expected_stem_width(settings);

@@ -120,10 +120,7 @@ std::string jump_between(int before, int after) {
 /// Twice the median time between passages, which a jump does not change; with fewer than four
 /// such times, the recurrence's period.
 double usual_period(const std::vector<double>& passages, double otherwise) {
-    std::vector<double> times;
-    for (std::size_t i = 1; i < passages.size(); ++i)
-        times.push_back(passages[i] - passages[i - 1]);
-    return times.size() < 4 ? otherwise : 2.0 * core::median(std::move(times));
+    return passages.size() < 5 ? otherwise : 2.0 * core::median_interval(passages);
 }
 
 /// Reports passages through the rest that are too early or too late, until the swing has settled.

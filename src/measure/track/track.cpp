@@ -3,8 +3,6 @@
 
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"
-#include "measure/track/stem_contrast.hpp"
-#include "measure/track/stem_trace.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -119,8 +117,7 @@ void drop_unseen_heights(Track& track) {
                         track.settings.file.string(), dropped));
     track.remarks.push_back(
         fmt::format("heights at which the stem is not seen are left out: {} mm", dropped));
-    track.heights =
-        at_heights(track.rows, track.survey.clamp_row, kept, track.settings.rows_per_height);
+    set_heights(track, kept);
 }
 
 /// Writes the exposure determined from the fastest frames (in frames) into the description.
@@ -254,6 +251,11 @@ WindowOptions window_options(const Track& track) {
 
 } // namespace
 
+void set_heights(Track& track, const std::vector<double>& heights) {
+    track.heights =
+        at_heights(track.rows, track.survey.clamp_row, heights, track.settings.rows_per_height);
+}
+
 std::vector<bool> track_rows(Track& track, const FrameSource& source,
                              std::span<const std::size_t> wanted, int threads) {
     const StemSurvey& survey = track.survey;
@@ -295,14 +297,12 @@ Track track_video(const TrackSettings& settings, int threads) {
     track.survey = survey_stem(*source, wanted, settings, threads);
     track.rows.numbers = true_numbers(*source, wanted, settings);
     const std::vector<bool> repeats = track_rows(track, *source, wanted, threads);
-    track.heights = at_heights(track.rows, track.survey.clamp_row, heights_in_pixels(track),
-                               settings.rows_per_height);
+    set_heights(track, heights_in_pixels(track));
     drop_unseen_heights(track);
     // The second pass needs the time of the release, which the first one determines.
     track.window = find_ring_down(track.heights, window_options(track));
     state_exposure(track, match_rows(track, *source, wanted, threads));
-    track.heights = at_heights(track.rows, track.survey.clamp_row, track.heights.places,
-                               settings.rows_per_height);
+    set_heights(track, track.heights.places);
     track.window = find_ring_down(track.heights, window_options(track));
     drop_repeated_frames(track, repeats);
     choose_frames(track);

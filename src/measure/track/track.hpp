@@ -6,7 +6,7 @@
 #include "measure/folder/measurement.hpp"
 #include "measure/track/frames/frame_image.hpp"
 #include "measure/track/frames/frame_source.hpp"
-#include "measure/track/row_record.hpp"
+#include "measure/track/ring_down.hpp"
 #include "measure/track/stem_trace.hpp"
 
 #include <cstddef>
@@ -74,10 +74,8 @@ struct StemSurvey {
     int bands = 1;
     TraceOptions trace;
     double clamp_row = 0.0; ///< where the height is 0
-    bool clamp_is_detected = false;
-    bool up_is_detected = false;
-    double noise = 0.0;    ///< of the contrast, grey values
-    double contrast = 0.0; ///< of the stem against its background, median over rows, grey values
+    double noise = 0.0;     ///< of the contrast, grey values
+    double contrast = 0.0;  ///< of the stem against its background, median over rows, grey values
     double apparent_width = 0.0; ///< of the stem, pixels
     std::vector<std::string> remarks;
 };
@@ -173,6 +171,9 @@ struct TrackTolerances {
 /// `track.rows`, as `track.survey` says. Returns which frames repeat the previous one.
 std::vector<bool> track_rows(Track& track, const FrameSource& source,
                              std::span<const std::size_t> wanted, int threads);
+
+/// Sets the columns of `track` at these heights, pixels above the clamp, from those of its rows.
+void set_heights(Track& track, const std::vector<double>& heights);
 
 /// Row of the tip while the stem is still and straight: the highest row seen in most frames.
 [[nodiscard]] std::optional<double> tip_row(const Track& track);

@@ -63,7 +63,7 @@ void doubt_scale(Track& track) {
                     "is the scale, the clamp's row or the length wrong?",
                     length * 1e3, stated * 1e3);
     // Heights count from the clamp where the stem seems to begin, which is wrong if much is hidden.
-    if (survey.clamp_is_detected && off > TrackTolerances::refused_length * stated)
+    if (!track.settings.clamp && off > TrackTolerances::refused_length * stated)
         throw core::InputError(fmt::format(
             "{}: {} Say where the clamp is (up, and clamp_row or clamp_column) if the stem is "
             "partly hidden",

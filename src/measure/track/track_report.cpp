@@ -32,8 +32,8 @@ nlohmann::ordered_json places_json(const Track& track) {
     json["up"] = up_name(survey.view.up);
     json[sideways ? "clamp_column" : "clamp_row"] = sideways ? point.column : point.row;
     json[sideways ? "axis_row" : "axis_column"] = sideways ? point.row : point.column;
-    json["clamp_detected"] = survey.clamp_is_detected;
-    json["up_detected"] = survey.up_is_detected;
+    json["clamp_detected"] = !track.settings.clamp;
+    json["up_detected"] = !track.settings.up;
     json["pull_side"] = positive_side(track);
     json["best_channel"] = band_name(survey);
     json["stem"] = survey.view.sign > 0 ? "bright" : "dark";
@@ -41,10 +41,7 @@ nlohmann::ordered_json places_json(const Track& track) {
 }
 
 double seen_fraction(const Measurement& measurement) {
-    std::size_t seen = 0;
-    for (const double value : measurement.deflections)
-        seen += std::isnan(value) ? 0 : 1;
-    return double(seen) / double(measurement.deflections.size());
+    return double(known(measurement.deflections).size()) / double(measurement.deflections.size());
 }
 
 } // namespace

@@ -13,9 +13,7 @@
 namespace culm::measure {
 namespace {
 
-constexpr core::Interval frame_numbers = TrackLimits::frame_numbers;
 constexpr core::Interval pixels{1.0, 1e5};
-constexpr core::Interval coordinates = TrackLimits::coordinates;
 
 std::optional<int> whole(const core::TomlTable& table, const std::string& key,
                          const core::Interval& range) {
@@ -39,10 +37,10 @@ void read_place(const core::TomlTable& video, TrackSettings& settings) {
                                               "decreasing_column", "increasing_column", "auto"};
     if (const auto index = choice(video, "up", up_words))
         settings.up = ups.at(*index);
-    const auto clamp_row = video.number("clamp_row", coordinates);
-    const auto clamp_column = video.number("clamp_column", coordinates);
-    const auto axis_column = video.number("axis_column", coordinates);
-    const auto axis_row = video.number("axis_row", coordinates);
+    const auto clamp_row = video.number("clamp_row", TrackLimits::coordinates);
+    const auto clamp_column = video.number("clamp_column", TrackLimits::coordinates);
+    const auto axis_column = video.number("axis_column", TrackLimits::coordinates);
+    const auto axis_row = video.number("axis_row", TrackLimits::coordinates);
     for (const auto& [key, is_for_sideways] :
          {std::pair{"clamp_row", false}, std::pair{"axis_column", false},
           std::pair{"clamp_column", true}, std::pair{"axis_row", true}})
@@ -89,7 +87,7 @@ void read_frames(const core::TomlTable& video, TrackSettings& settings) {
         video.fault("frames", fault);
     video.missing("frames", "an image sequence like \"frames/%05d.png\", a video file, or a "
                             "Photron header (.cih)");
-    settings.first_frame = whole(video, "first_frame", frame_numbers);
+    settings.first_frame = whole(video, "first_frame", TrackLimits::frame_numbers);
     settings.frame_count = whole(video, "frame_count", {1.0, 1e9});
     settings.fps = video.number("fps", TrackLimits::fps);
     settings.metres_per_pixel =
@@ -97,7 +95,7 @@ void read_frames(const core::TomlTable& video, TrackSettings& settings) {
     video.missing("mm_per_px", "the picture's scale at the stem");
     settings.width = whole(video, "width_px", pixels);
     settings.height = whole(video, "height_px", pixels);
-    for (const double number : video.numbers("missing_frames", frame_numbers))
+    for (const double number : video.numbers("missing_frames", TrackLimits::frame_numbers))
         settings.missing_frames.push_back(static_cast<int>(std::lround(number)));
 }
 
@@ -119,8 +117,9 @@ void read_output(const core::TomlTable& video, TrackSettings& settings) {
         settings.rows_per_height = *rows;
     if (settings.rows_per_height % 2 == 0)
         video.fault("rows_per_height", "must be odd: as many rows above as below");
-    settings.release_frame = whole(video, "release_frame", frame_numbers);
-    settings.frames_before_release = whole(video, "frames_before_release", frame_numbers);
+    settings.release_frame = whole(video, "release_frame", TrackLimits::frame_numbers);
+    settings.frames_before_release =
+        whole(video, "frames_before_release", TrackLimits::frame_numbers);
     const std::array<std::string, 2> ends{"rest", "end"};
     if (const auto index = video.word("until", ends))
         settings.trim_after_rest = *index == 0;

@@ -3,7 +3,6 @@
 
 #include "core/error.hpp"
 
-#include <algorithm>
 #include <array>
 
 #include <fmt/core.h>
@@ -36,18 +35,13 @@ FrameImage frame_from(const cv::Mat& picture, const std::string& name) {
     frame.width = scaled.cols;
     frame.height = scaled.rows;
     frame.bands = channels <= 2 ? 1 : 3;
-    std::vector<cv::Mat> planes;
-    cv::split(scaled, planes);
     const std::size_t area = std::size_t(frame.width) * std::size_t(frame.height);
     frame.values.resize(area * std::size_t(frame.bands));
     for (int band = 0; band < frame.bands; ++band) {
+        cv::Mat plane(frame.height, frame.width, CV_32F,
+                      frame.values.data() + std::size_t(band) * area);
         // OpenCV orders colours blue, green, red.
-        const cv::Mat& plane = planes[frame.bands == 1 ? 0U : std::size_t(2 - band)];
-        for (int r = 0; r < frame.height; ++r)
-            std::copy_n(plane.ptr<float>(r), frame.width,
-                        frame.values.begin() +
-                            std::ptrdiff_t(std::size_t(band) * area +
-                                           std::size_t(r) * std::size_t(frame.width)));
+        cv::extractChannel(scaled, plane, frame.bands == 1 ? 0 : 2 - band);
     }
     return frame;
 }

@@ -73,26 +73,24 @@ NumberedName parse_name(const std::string& name, const std::string& pattern) {
 class ImageSequence final : public FrameSource {
   public:
     explicit ImageSequence(const std::filesystem::path& pattern)
-        : pattern_(pattern.string()), folder_(pattern.parent_path()),
-          name_(parse_name(pattern.filename().string(), pattern_)) {
+        : folder_(pattern.parent_path()),
+          names_(parse_name(pattern.filename().string(), pattern.string())) {
+        name_ = pattern.string();
         std::error_code error;
         for (const auto& entry : std::filesystem::directory_iterator(folder_, error))
-            if (const int number = name_.number_in(entry.path().filename().string()); number >= 0)
+            if (const int number = names_.number_in(entry.path().filename().string()); number >= 0)
                 numbers_.push_back(number);
         if (error)
             throw core::InputError(
                 fmt::format("{}: cannot be read: {}", folder_.string(), error.message()));
         if (numbers_.empty())
-            throw core::InputError(fmt::format("{}: no file has a name of this form", pattern_));
+            throw core::InputError(fmt::format("{}: no file has a name of this form", name_));
         std::ranges::sort(numbers_);
     }
 
-    [[nodiscard]] const std::vector<int>& numbers() const override { return numbers_; }
-    [[nodiscard]] std::string name() const override { return pattern_; }
-
     void for_each(std::span<const std::size_t> wanted, int threads, const Use& use) const override {
         for_each_index(wanted.size(), threads, [&](std::size_t i) {
-            const std::string file = (folder_ / name_.file(numbers_.at(wanted[i]))).string();
+            const std::string file = (folder_ / names_.file(numbers_.at(wanted[i]))).string();
             const cv::Mat picture = cv::imread(file, cv::IMREAD_UNCHANGED);
             if (picture.empty())
                 throw core::InputError(fmt::format("{}: is not a readable picture", file));
@@ -101,10 +99,8 @@ class ImageSequence final : public FrameSource {
     }
 
   private:
-    std::string pattern_;
     std::filesystem::path folder_;
-    NumberedName name_;
-    std::vector<int> numbers_;
+    NumberedName names_;
 };
 
 /// A damaged container may state any time; with more lost frames a recording is unusable.
@@ -120,8 +116,9 @@ cv::VideoCapture open(const std::string& file) {
 /// Any video file that OpenCV reads.
 class VideoFile final : public FrameSource {
   public:
-    explicit VideoFile(const std::filesystem::path& file) : file_(file.string()) {
-        cv::VideoCapture video = open(file_);
+    explicit VideoFile(const std::filesystem::path& file) {
+        name_ = file.string();
+        cv::VideoCapture video = open(name_);
         if (const double fps = video.get(cv::CAP_PROP_FPS); fps > 0.0 && std::isfinite(fps))
             stated_fps_ = fps;
         // The number of frames that a container states is often an estimate.
@@ -131,18 +128,13 @@ class VideoFile final : public FrameSource {
             stamps.push_back(video.get(cv::CAP_PROP_POS_MSEC));
         }
         if (numbers_.empty())
-            throw core::InputError(fmt::format("{}: holds no frame", file_));
+            throw core::InputError(fmt::format("{}: holds no frame", name_));
         find_missing_frames(stamps);
     }
 
-    [[nodiscard]] const std::vector<int>& numbers() const override { return numbers_; }
-    [[nodiscard]] std::string name() const override { return file_; }
-    [[nodiscard]] std::optional<double> stated_fps() const override { return stated_fps_; }
-    [[nodiscard]] std::vector<std::string> remarks() const override { return remarks_; }
-
     /// A video is decoded in order: the threads decode in turn and track their own frames.
     void for_each(std::span<const std::size_t> wanted, int threads, const Use& use) const override {
-        cv::VideoCapture video = open(file_);
+        cv::VideoCapture video = open(name_);
         std::mutex turn;
         std::size_t next = 0;
         std::size_t position = 0; // of the decoder
@@ -168,8 +160,8 @@ class VideoFile final : public FrameSource {
                 try {
                     if (picture.empty())
                         throw core::InputError(
-                            fmt::format("{}: frame {} cannot be decoded", file_, wanted[i]));
-                    use(i, frame_from(picture, file_));
+                            fmt::format("{}: frame {} cannot be decoded", name_, wanted[i]));
+                    use(i, frame_from(picture, name_));
                 } catch (...) {
                     error.keep(i);
                 }
@@ -181,25 +173,21 @@ class VideoFile final : public FrameSource {
   private:
     /// If time stamps skip a frame time, frames were lost: the numbers get a gap.
     void find_missing_frames(const std::vector<double>& stamps) {
-        std::vector<double> steps;
-        for (std::size_t i = 1; i < stamps.size(); ++i)
-            steps.push_back(stamps[i] - stamps[i - 1]);
-        if (steps.size() < 4)
-            return;
-        const double usual = core::median(steps);
-        if (!(usual > 0.0))
+        const double usual = core::median_interval(stamps);
+        if (stamps.size() < 5 || !(usual > 0.0))
             return;
         int shift = 0;
         for (std::size_t i = 1; i < stamps.size(); ++i) {
             // Containers round time stamps, often to a millisecond.
-            const double skipped = std::round(steps[i - 1] / usual) - 1.0;
+            const double step = stamps[i] - stamps[i - 1];
+            const double skipped = std::round(step / usual) - 1.0;
             if (!(skipped <= most_missing - double(shift)))
                 throw core::InputError(fmt::format(
                     "{}: the time stamps skip {:g} frames after frame {}; at most {:g} may be "
                     "missing",
-                    file_, skipped, numbers_[i - 1], most_missing));
+                    name_, skipped, numbers_[i - 1], most_missing));
             const int missing = static_cast<int>(std::max(-1.0, skipped));
-            if (missing > 0 && steps[i - 1] > 1.5 * usual + 1.0) {
+            if (missing > 0 && step > 1.5 * usual + 1.0) {
                 remarks_.push_back(
                     fmt::format("the time stamps skip {} frame time{} after frame {}", missing,
                                 missing == 1 ? "" : "s", numbers_[i - 1]));
@@ -208,11 +196,6 @@ class VideoFile final : public FrameSource {
             numbers_[i] += shift;
         }
     }
-
-    std::string file_;
-    std::vector<int> numbers_;
-    std::optional<double> stated_fps_;
-    std::vector<std::string> remarks_;
 };
 
 } // namespace

@@ -30,21 +30,28 @@ class FrameSource {
 
     /// Numbers of the frames in the recording, ascending. A gap means that the recording reports a
     /// missing frame.
-    [[nodiscard]] virtual const std::vector<int>& numbers() const = 0;
+    [[nodiscard]] const std::vector<int>& numbers() const { return numbers_; }
     /// Name of the recording in messages.
-    [[nodiscard]] virtual std::string name() const = 0;
+    [[nodiscard]] const std::string& name() const { return name_; }
     /// Frames per second as the recording states them; empty if it does not.
-    [[nodiscard]] virtual std::optional<double> stated_fps() const { return std::nullopt; }
+    [[nodiscard]] std::optional<double> stated_fps() const { return stated_fps_; }
     /// Whether stated_fps() is the camera's rate. A video file often states its playback rate.
-    [[nodiscard]] virtual bool states_camera_rate() const { return false; }
+    [[nodiscard]] bool states_camera_rate() const { return states_camera_rate_; }
     /// Remarks on the recording for the user, one sentence each.
-    [[nodiscard]] virtual std::vector<std::string> remarks() const { return {}; }
+    [[nodiscard]] const std::vector<std::string>& remarks() const { return remarks_; }
 
     /// Calls `use` once for every position of `wanted`, which lists indices into numbers() in
     /// ascending order, from `threads` threads in any order. Throws core::InputError if a frame
     /// cannot be read, and any exception of `use`; of several errors, that of the first frame.
     virtual void for_each(std::span<const std::size_t> wanted, int threads,
                           const Use& use) const = 0;
+
+  protected:
+    std::string name_;
+    std::vector<int> numbers_;
+    std::optional<double> stated_fps_;
+    bool states_camera_rate_ = false;
+    std::vector<std::string> remarks_;
 };
 
 /// Opens the recording `location`, relative to `folder`: a pattern with %d or %05d for the number

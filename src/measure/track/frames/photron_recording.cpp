@@ -165,22 +165,16 @@ class PhotronRecording final : public FrameSource {
                 "{}: holds {} whole frames of {} x {} pixels with {} bits; {} promises {}",
                 raw_.string(), whole, header_.width, header_.height, header_.bits_per_pixel,
                 header_file.filename().string(), header_.frames));
+        name_ = raw_.string();
         for (int i = 0; i < header_.frames; ++i)
             numbers_.push_back(i);
-    }
-
-    [[nodiscard]] const std::vector<int>& numbers() const override { return numbers_; }
-    [[nodiscard]] std::string name() const override { return raw_.string(); }
-    [[nodiscard]] std::optional<double> stated_fps() const override {
-        return header_.frames_per_second();
-    }
-    [[nodiscard]] bool states_camera_rate() const override { return true; }
-    [[nodiscard]] std::vector<std::string> remarks() const override {
-        if (header_.save_step == 1)
-            return {};
-        return {fmt::format("the header says that one in {} frames recorded at {} frames/s was "
+        stated_fps_ = header_.frames_per_second();
+        states_camera_rate_ = true;
+        if (header_.save_step != 1)
+            remarks_.push_back(
+                fmt::format("the header says that one in {} frames recorded at {} frames/s was "
                             "saved: {} frames/s",
-                            header_.save_step, header_.record_rate, header_.frames_per_second())};
+                            header_.save_step, header_.record_rate, header_.frames_per_second()));
     }
 
     void for_each(std::span<const std::size_t> wanted, int threads, const Use& use) const override {
@@ -210,7 +204,6 @@ class PhotronRecording final : public FrameSource {
 
     PhotronHeader header_;
     std::filesystem::path raw_;
-    std::vector<int> numbers_;
 };
 
 } // namespace

@@ -148,8 +148,7 @@ std::string find_motion(Track& track) {
             spaced_heights(track.rows, track.survey.clamp_row, 0.0, 1.0);
         if (heights.empty())
             return "No row shows the stem in nine of ten frames, so the release was not detected.";
-        track.heights =
-            at_heights(track.rows, track.survey.clamp_row, heights, track.settings.rows_per_height);
+        set_heights(track, heights);
         track.window = find_ring_down(
             track.heights,
             {track.source, track.survey.clamp_row - visible_tip(track), std::nullopt});

@@ -138,22 +138,11 @@ StemProfile::Point StemProfile::at(double distance, const Path& path) const {
     return sum;
 }
 
-namespace {
-
-// The axis, the stem's brightness, the background's and its slope.
-using Values = Eigen::Vector4d;
-
-/// Derivatives of a pixel's grey value by each value.
-Values derivatives(const StemProfile& profile, const Values& values, const Path& path,
-                   double distance, double from_start) {
-    const StemProfile::Point point = profile.at(distance, path);
-    return {-values[1] * point.slope, point.value, 1.0, from_start};
-}
-
-} // namespace
-
 std::optional<RowMatch> match_row(const StemProfile& profile, const PixelRow& row, double axis,
                                   const Path& path, double noise) {
+    // The axis, the stem's brightness, the background's and its slope; and the derivatives of a
+    // pixel's grey value by each.
+    using Values = Eigen::Vector4d;
     constexpr int most_iterations = 20;
     constexpr double close = 1e-4; // pixels
     const Pixels around = row.within(axis, profile.beside() + 0.5 * path.extent());
@@ -166,7 +155,8 @@ std::optional<RowMatch> match_row(const StemProfile& profile, const PixelRow& ro
         for (int c = around.begin; c < around.end; ++c) {
             if (!row.counts(c))
                 continue;
-            const Values by = derivatives(profile, values, path, c - values[0], c - axis);
+            const StemProfile::Point point = profile.at(c - values[0], path);
+            const Values by(-values[1] * point.slope, point.value, 1.0, c - axis);
             const double left = row.values[c] - values.tail<3>().dot(by.tail<3>());
             const double weight =
                 k < 3 ? 1.0 : std::min(1.0, largest_noise * noise / std::abs(left));
@@ -189,6 +179,75 @@ std::optional<RowMatch> match_row(const StemProfile& profile, const PixelRow& ro
             return found.variance > 0.0 ? std::optional(found) : std::nullopt;
     }
     return std::nullopt;
+}
+
+void GroundRow::add(const PixelRow& row, double axis, double hidden) {
+    sums_.resize(std::size_t(row.width));
+    counts_.resize(std::size_t(row.width));
+    if (std::isnan(axis) || std::isnan(hidden))
+        return;
+    for (int c = 0; c < row.width; ++c)
+        if (std::abs(c - axis) > hidden) {
+            sums_[std::size_t(c)] += row.values[c];
+            ++counts_[std::size_t(c)];
+        }
+}
+
+std::vector<float> GroundRow::mean(double noise) const {
+    std::vector<double> known = between_well_seen();
+    const double texture = texture_of(noise);
+    std::vector<float> mean;
+    for (std::size_t c = 0; c < sums_.size(); ++c) {
+        const double count = counts_[c];
+        const double share = count < fewest ? count * texture / (count * texture + noise) : 0.0;
+        mean.push_back(static_cast<float>(share > 0.0 ? std::lerp(known[c], sums_[c] / count, share)
+                                                      : known[c]));
+    }
+    return mean;
+}
+
+std::vector<double> GroundRow::between_well_seen() const {
+    std::vector<double> mean(sums_.size(), 0.0);
+    std::optional<std::size_t> last;
+    for (std::size_t c = 0; c < sums_.size(); ++c) {
+        if (counts_[c] < fewest)
+            continue;
+        mean[c] = sums_[c] / counts_[c];
+        const std::size_t before = last.value_or(c);
+        for (std::size_t k = last ? before + 1 : 0; k < c; ++k)
+            mean[k] = std::lerp(mean[before], mean[c],
+                                c == before ? 1.0 : double(k - before) / double(c - before));
+        last = c;
+    }
+    if (last)
+        std::fill(mean.begin() + std::ptrdiff_t(*last), mean.end(), mean[*last]);
+    return mean;
+}
+
+double GroundRow::texture_of(double noise) const {
+    const std::size_t reach = widest_gap() / 2 + 1;
+    double sum = 0.0;
+    double count = 0.0;
+    for (std::size_t c = reach; c + reach < sums_.size(); ++c) {
+        if (std::min({counts_[c - reach], counts_[c], counts_[c + reach]}) < fewest)
+            continue;
+        const auto mean = [&](std::size_t k) { return sums_[k] / counts_[k]; };
+        sum += std::pow(mean(c) - 0.5 * (mean(c - reach) + mean(c + reach)), 2) -
+               1.5 * noise / counts_[c];
+        count += 1.0;
+    }
+    return count > 0.0 ? std::max(0.0, sum / count) : 0.0;
+}
+
+std::size_t GroundRow::widest_gap() const {
+    std::size_t widest = 0;
+    std::optional<std::size_t> last;
+    for (std::size_t c = 0; c < counts_.size(); ++c)
+        if (counts_[c] >= fewest) {
+            widest = std::max(widest, c - last.value_or(c - 1) - 1);
+            last = c;
+        }
+    return widest;
 }
 
 } // namespace culm::measure
