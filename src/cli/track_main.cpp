@@ -5,7 +5,6 @@
 #include "cli/progress.hpp"
 #include "farm/item_map.hpp"
 #include "measure/track/frames/frame_source.hpp"
-#include "measure/track/setup/video_survey.hpp"
 #include "measure/track/track_report.hpp"
 #include "present/text.hpp"
 

@@ -2,8 +2,11 @@
 #include "measure/folder/measurement.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+
+#include <fmt/core.h>
 
 namespace culm::measure {
 
@@ -12,6 +15,34 @@ namespace {
 double inner_diameter(const CircularSection& circle) {
     return circle.wall ? circle.diameter - 2.0 * *circle.wall : 0.0;
 }
+
+struct UnitSize {
+    Quantity quantity;
+    std::string_view name;
+    double size;
+};
+
+/// The SI unit is the first one of each quantity.
+constexpr std::array<UnitSize, 10> units{{{Quantity::Displacement, "m", 1.0},
+                                          {Quantity::Displacement, "mm", 1e-3},
+                                          {Quantity::Displacement, "um", 1e-6},
+                                          {Quantity::Velocity, "m/s", 1.0},
+                                          {Quantity::Velocity, "mm/s", 1e-3},
+                                          {Quantity::Acceleration, "m/s2", 1.0},
+                                          {Quantity::Acceleration, "mm/s2", 1e-3},
+                                          {Quantity::Acceleration, "g", 9.80665},
+                                          {Quantity::Strain, "m/m", 1.0},
+                                          {Quantity::Strain, "um/m", 1e-6}}};
+
+struct Description {
+    std::string_view name;
+    ReadingUnit printed;
+};
+/// In the order of Quantity.
+constexpr std::array<Description, 4> descriptions{{{"displacement", {1e3, "mm"}},
+                                                   {"velocity", {1e3, "mm/s"}},
+                                                   {"acceleration", {1.0, "m/s²"}},
+                                                   {"strain", {1e6, "µm/m"}}}};
 
 } // namespace
 
@@ -79,31 +110,55 @@ std::optional<double> Measurement::noise_at(std::size_t height) const {
 }
 
 std::string_view to_string(ReleaseKind kind) {
-    switch (kind) {
-    case ReleaseKind::TipPull:
-        return "tip_pull";
-    case ReleaseKind::HeldStraight:
-        return "held_straight";
-    case ReleaseKind::Moving:
-        break;
-    }
-    return "moving";
+    constexpr std::array<std::string_view, 3> words{"tip_pull", "held_straight", "moving"};
+    return words.at(static_cast<std::size_t>(kind));
 }
 
 std::string_view to_string(GravityDirection direction) {
-    switch (direction) {
-    case GravityDirection::None:
-        return "none";
-    case GravityDirection::Axial:
-        return "axial";
-    case GravityDirection::Transverse:
-        break;
-    }
-    return "transverse";
+    constexpr std::array<std::string_view, 3> words{"none", "axial", "transverse"};
+    return words.at(static_cast<std::size_t>(direction));
 }
 
 std::string_view to_string(Reading reading) {
     return reading == Reading::Row ? "row" : "material";
+}
+
+std::string ReadingUnit::text(double value, int decimals) const {
+    return std::isfinite(value) ? fmt::format("{:.{}f} {}", factor * value, decimals, name)
+                                : fmt::format("- {}", name);
+}
+
+ReadingUnit reading_unit(std::span<const Sensor> sensors) {
+    if (sensors.empty())
+        return {};
+    const Quantity first = sensors.front().quantity;
+    const bool is_one =
+        std::ranges::all_of(sensors, [&](const Sensor& each) { return each.quantity == first; });
+    return is_one ? descriptions.at(static_cast<std::size_t>(first)).printed
+                  : ReadingUnit{1.0, "SI units"};
+}
+
+std::optional<double> unit_size(Quantity quantity, std::string_view unit) {
+    const auto found = std::ranges::find_if(units, [&](const UnitSize& each) {
+        return each.quantity == quantity && each.name == unit;
+    });
+    return found == units.end() ? std::nullopt : std::optional(found->size);
+}
+
+std::string_view si_unit(Quantity quantity) {
+    return std::ranges::find(units, quantity, &UnitSize::quantity)->name;
+}
+
+std::string unit_names(Quantity quantity) {
+    std::string text;
+    for (const UnitSize& each : units)
+        if (each.quantity == quantity)
+            text += (text.empty() ? "" : ", ") + std::string(each.name);
+    return text;
+}
+
+std::string_view to_string(Quantity quantity) {
+    return descriptions.at(static_cast<std::size_t>(quantity)).name;
 }
 
 } // namespace culm::measure

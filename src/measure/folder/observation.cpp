@@ -125,9 +125,10 @@ struct CubicWeights {
 CubicWeights cubic_weights(double place) {
     CubicWeights weights;
     for (int i = 0; i < 4; ++i) {
-        double value = 1.0;
-        double slope = 0.0;
-        double bend = 0.0;
+        const auto at = static_cast<std::size_t>(i);
+        double& value = weights.value[at] = 1.0;
+        double& slope = weights.slope[at];
+        double& bend = weights.bend[at];
         for (int j = 0; j < 4; ++j) {
             if (j == i)
                 continue;
@@ -137,10 +138,6 @@ CubicWeights cubic_weights(double place) {
             slope = slope * factor + value / distance;
             value *= factor;
         }
-        const auto at = static_cast<std::size_t>(i);
-        weights.value[at] = value;
-        weights.slope[at] = slope;
-        weights.bend[at] = bend;
     }
     return weights;
 }

@@ -3,7 +3,7 @@
 // of the measurement.
 #pragma once
 
-#include "measure/folder/sensor.hpp"
+#include "measure/folder/measurement.hpp"
 
 #include <array>
 #include <cstddef>

@@ -87,51 +87,46 @@ std::string name_without_unit(const Sensor& sensor) {
     return sensor.column;
 }
 
-/// The rows of the measurement, from the lowest height up.
-struct MeasuredRows {
-    std::vector<Sensor> sensors; ///< (rows)
-    std::vector<std::vector<double>> histories;
-
-    void add(Sensor sensor, std::vector<double> history) {
-        const auto above = std::ranges::upper_bound(sensors, sensor.height, {}, &Sensor::height);
-        histories.insert(histories.begin() + (above - sensors.begin()), std::move(history));
-        sensors.insert(above, std::move(sensor));
-    }
-    [[nodiscard]] bool has_sensors() const {
-        return !std::ranges::all_of(sensors, &Sensor::is_camera);
-    }
+/// One height or sensor of the measurement.
+struct MeasuredRow {
+    Sensor sensor;
+    std::vector<double> history;
 };
 
-MeasuredRows measured_rows(const ImportMapping& mapping, const RecordedSeries& series) {
-    MeasuredRows rows;
+bool has_sensors(const std::vector<MeasuredRow>& rows) {
+    return std::ranges::any_of(rows, [](const auto& row) { return !row.sensor.is_camera(); });
+}
+
+/// The rows of the measurement, from the lowest height up.
+std::vector<MeasuredRow> measured_rows(const ImportMapping& mapping, const RecordedSeries& series) {
+    std::vector<MeasuredRow> rows;
     const std::vector<double> clamp = motion_of_clamp(mapping, series);
     for (const MappedHeight& height : mapping.heights) {
-        std::vector<double> history = mean_of(series, height.names);
+        MeasuredRow& row = rows.emplace_back();
+        row.sensor.height = height.height;
+        row.history = mean_of(series, height.names);
         for (std::size_t i = 0; i < clamp.size(); ++i)
-            history[i] -= clamp[i];
-        Sensor row;
-        row.height = height.height;
-        rows.add(row, std::move(history));
+            row.history[i] -= clamp[i];
     }
-    for (Sensor sensor : mapping.measurement.sensors) {
-        std::vector<double> history = series.of(sensor.column);
-        sensor.column = name_without_unit(sensor);
-        rows.add(std::move(sensor), std::move(history));
+    for (const Sensor& sensor : mapping.measurement.sensors) {
+        rows.push_back({sensor, series.of(sensor.column)});
+        rows.back().sensor.column = name_without_unit(sensor);
     }
+    std::ranges::stable_sort(rows, {}, [](const MeasuredRow& row) { return row.sensor.height; });
     return rows;
 }
 
 /// The onset of the mean of the rows that are positions.
 ReleaseOnset detected_release(const ImportMapping& mapping, const std::vector<double>& times,
-                              const MeasuredRows& rows) {
+                              const std::vector<MeasuredRow>& rows) {
     std::vector<double> mean(times.size(), 0.0);
     std::size_t count = 0;
-    for (std::size_t j = 0; j < rows.sensors.size(); ++j) {
-        if (rows.sensors[j].quantity != Quantity::Displacement)
+    for (const auto& [sensor, history] : rows) {
+        if (sensor.quantity != Quantity::Displacement)
             continue;
         ++count;
         for (std::size_t i = 0; i < mean.size(); ++i)
-            mean[i] += rows.histories[j][i];
+            mean[i] += history[i];
     }
     if (count == 0)
         refuse(mapping, "a release is detected in displacements only; set release_s");
@@ -176,11 +171,10 @@ bool moves_before(const std::vector<double>& history, std::size_t release) {
 }
 
 /// Returns whether the frames before the release are unusable; if so, adds a remark.
-bool is_moving_before(const ImportMapping& mapping,
-                      const std::vector<std::vector<double>>& histories, std::size_t release,
-                      Measurement& measurement) {
+bool is_moving_before(const ImportMapping& mapping, const std::vector<MeasuredRow>& rows,
+                      std::size_t release, Measurement& measurement) {
     if (std::ranges::none_of(
-            histories, [release](const auto& history) { return moves_before(history, release); }))
+            rows, [release](const auto& row) { return moves_before(row.history, release); }))
         return false;
     measurement.remarks.push_back(fmt::format(
         "the stem moves in the {} frames before the release: the recording begins in the middle of "
@@ -193,15 +187,14 @@ bool is_moving_before(const ImportMapping& mapping,
     return true;
 }
 
-void estimate_noise(MeasuredRows& rows, std::size_t release, Measurement& measurement) {
+void estimate_noise(std::vector<MeasuredRow>& rows, std::size_t release, Measurement& measurement) {
     if (measurement.noise || !measurement.noise_by_height.empty() ||
-        std::ranges::all_of(rows.sensors,
-                            [](const Sensor& sensor) { return sensor.noise.has_value(); }))
+        std::ranges::all_of(rows, [](const auto& row) { return row.sensor.noise.has_value(); }))
         return;
     std::vector<double> noise;
     std::size_t fewest = release;
-    for (const std::vector<double>& history : rows.histories) {
-        const Level level = level_of(history, 0, release);
+    for (const MeasuredRow& row : rows) {
+        const Level level = level_of(row.history, 0, release);
         fewest = std::min(fewest, level.count);
         noise.push_back(level.deviation);
     }
@@ -212,9 +205,9 @@ void estimate_noise(MeasuredRows& rows, std::size_t release, Measurement& measur
                         release));
         return;
     }
-    if (rows.has_sensors()) { // each states its own; camera rows between them have one noise
+    if (has_sensors(rows)) { // each states its own; camera rows between them have one noise
         for (std::size_t j = 0; j < noise.size(); ++j)
-            if (Sensor& sensor = rows.sensors[j]; sensor.is_camera())
+            if (Sensor& sensor = rows[j].sensor; sensor.is_camera())
                 measurement.noise = std::max(measurement.noise.value_or(0.0), noise[j]);
             else
                 sensor.noise = sensor.noise.value_or(noise[j]);
@@ -230,14 +223,14 @@ double rounded(double value) {
 }
 
 void keep_frames(const ImportMapping& mapping, const RecordedSeries& series, double release,
-                 const std::vector<std::vector<double>>& histories, Measurement& measurement) {
+                 const std::vector<MeasuredRow>& rows, Measurement& measurement) {
     for (std::size_t i = 0; i < series.times.size(); ++i) {
         const double time = rounded(series.times[i] - release);
         if ((mapping.before && time < -*mapping.before) || (mapping.after && time > *mapping.after))
             continue;
         measurement.times.push_back(time);
-        for (const std::vector<double>& history : histories)
-            measurement.deflections.push_back(rounded(history[i]));
+        for (const MeasuredRow& row : rows)
+            measurement.deflections.push_back(rounded(row.history[i]));
     }
     if (measurement.times.empty() || measurement.times.back() <= 0.0)
         refuse(mapping, fmt::format("nothing was recorded after the release at {:g} s", release));
@@ -247,7 +240,7 @@ void keep_frames(const ImportMapping& mapping, const RecordedSeries& series, dou
 
 Measurement import_recording(const ImportMapping& mapping) {
     const RecordedSeries series = read_recorded_table(mapping);
-    MeasuredRows rows = measured_rows(mapping, series);
+    std::vector<MeasuredRow> rows = measured_rows(mapping, series);
     Measurement measurement = mapping.measurement;
     const bool is_recorded = measurement.release != ReleaseKind::Moving;
     double release = mapping.release.value_or(0.0);
@@ -261,26 +254,30 @@ Measurement import_recording(const ImportMapping& mapping) {
     }
     const auto after = std::ranges::lower_bound(series.times, release) - series.times.begin();
     const std::size_t first_after = is_recorded ? static_cast<std::size_t>(after) : 0;
-    for (std::size_t j = 0; j < rows.sensors.size(); ++j) {
-        if (!rows.sensors[j].is_camera())
+    for (auto& [sensor, history] : rows) {
+        if (!sensor.is_camera())
             continue; // the zero of a sensor is a parameter of every fit
-        const double zero = zero_of(mapping, rows.histories[j], first_after);
-        for (double& value : rows.histories[j])
+        const double zero = zero_of(mapping, history, first_after);
+        for (double& value : history)
             value -= zero;
     }
-    if (is_recorded && !is_moving_before(mapping, rows.histories, first_after, measurement))
+    if (is_recorded && !is_moving_before(mapping, rows, first_after, measurement))
         estimate_noise(rows, first_after, measurement);
-    for (const Sensor& sensor : rows.sensors)
-        measurement.heights.push_back(sensor.height);
+    measurement.sensors.clear();
+    const bool lists_sensors = has_sensors(rows);
+    for (const MeasuredRow& row : rows) {
+        measurement.heights.push_back(row.sensor.height);
+        if (lists_sensors)
+            measurement.sensors.push_back(row.sensor);
+    }
     if (!measurement.frames_per_second && mapping.has_markers && series.times.size() > 1)
         measurement.frames_per_second = rounded(static_cast<double>(series.times.size() - 1) /
                                                 (series.times.back() - series.times.front()));
-    keep_frames(mapping, series, release, rows.histories, measurement);
+    keep_frames(mapping, series, release, rows, measurement);
     for (AddedMass& mass : measurement.stem.added_masses)
         for (const Sensor& sensor : mapping.measurement.sensors)
             if (mass.sensor == sensor.column)
                 mass.sensor = name_without_unit(sensor);
-    measurement.sensors = rows.has_sensors() ? std::move(rows.sensors) : std::vector<Sensor>();
     return measurement;
 }
 
@@ -288,18 +285,14 @@ TimeGaps time_gaps(std::span<const double> times) {
     TimeGaps gaps;
     if (times.size() < 3)
         return gaps;
-    std::vector<double> steps;
-    steps.reserve(times.size());
-    for (std::size_t i = 1; i < times.size(); ++i)
-        steps.push_back(times[i] - times[i - 1]);
-    const double usual = core::median(steps); // a few gaps do not change it
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-        if (!(steps[i] > 1.5 * usual))
-            continue;
-        ++gaps.count;
-        if (steps[i] > gaps.longest) {
-            gaps.longest = steps[i];
-            gaps.begin_of_longest = times[i];
+    // A few gaps do not change the median.
+    const double usual = core::median_interval({times.begin(), times.end()});
+    for (std::size_t i = 1; i < times.size(); ++i) {
+        const double step = times[i] - times[i - 1];
+        gaps.count += step > 1.5 * usual ? 1 : 0;
+        if (step > std::max(1.5 * usual, gaps.longest)) {
+            gaps.longest = step;
+            gaps.begin_of_longest = times[i - 1];
         }
     }
     return gaps;

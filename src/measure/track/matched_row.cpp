@@ -63,9 +63,9 @@ void StemProfile::add(const PixelRow& row, double axis) {
     }
 }
 
-bool StemProfile::close() {
+void StemProfile::close() {
     if (pixels_ < 4 * knots_)
-        return false;
+        return;
     const auto size = static_cast<Eigen::Index>(knots_);
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     RowMajor normal = Eigen::Map<const RowMajor>(normal_.data(), size, size);
@@ -85,7 +85,6 @@ bool StemProfile::close() {
         values_.push_back(spline(static_cast<double>(k) * table_step / spacing_));
     for (std::size_t k = 1; k < values_.size(); ++k)
         integrals_.push_back(integrals_.back() + 0.5 * table_step * (values_[k - 1] + values_[k]));
-    return true;
 }
 
 double StemProfile::spline(double place) const {

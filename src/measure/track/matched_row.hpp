@@ -45,8 +45,9 @@ class StemProfile {
     /// pixels next to the stem.
     void add(const PixelRow& row, double axis);
 
-    /// Least squares for a cubic spline through the added pixels. False if they are too few.
-    [[nodiscard]] bool close();
+    /// Least squares for a cubic spline through the added pixels, unless they are too few.
+    void close();
+    [[nodiscard]] bool is_known() const { return !values_.empty(); }
 
     struct Point {
         double value; ///< grey values

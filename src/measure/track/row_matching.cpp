@@ -272,9 +272,8 @@ class RowMatcher {
             for (std::size_t u = 0; u < used_.size(); ++u)
                 if (const double axis = track_.rows.at(frames[i], used_[u].row); !std::isnan(axis))
                     profiles_[used_[u].height].add(pixels(rows[i], u), axis);
-        known_.clear();
         for (StemProfile& profile : profiles_)
-            known_.push_back(profile.close() ? 1 : 0);
+            profile.close();
     }
 
     [[nodiscard]] std::optional<RowMatch> matched(std::size_t frame, std::size_t u,
@@ -285,7 +284,7 @@ class RowMatcher {
             const Motion of = motion(frame, used_[u].row);
             path = {exposure * of.speed, 0.5 * exposure * exposure * of.acceleration};
         }
-        if (std::isnan(axis) || std::isnan(path.length) || known_[used_[u].height] == 0)
+        if (std::isnan(axis) || std::isnan(path.length) || !profiles_[used_[u].height].is_known())
             return std::nullopt;
         return match_row(profiles_[used_[u].height], pixels(rows, u), axis, path,
                          track_.survey.noise);
@@ -299,7 +298,7 @@ class RowMatcher {
         for (std::size_t u = 0; u < used_.size(); ++u) {
             const std::size_t at = frame * track_.rows.places.size() + used_[u].row;
             const std::optional<RowMatch> found = matched(frame, u, rows, exposure_);
-            if (known_[used_[u].height] == 0)
+            if (!profiles_[used_[u].height].is_known())
                 continue; // keeps the first pass
             track_.rows.columns[at] = found ? found->axis : no_match;
             track_.rows.uncertainties[at] =
@@ -339,7 +338,6 @@ class RowMatcher {
     std::size_t held_;                       ///< frames before the release; 0: it was not seen
     std::vector<std::vector<float>> ground_; ///< (used rows, columns); empty: not known yet
     std::vector<StemProfile> profiles_;
-    std::vector<char> known_;
     const AxisRecord* speeds_of_ = &track_.rows;
     double exposure_ = 0.0; ///< frames
 };

@@ -12,55 +12,43 @@ namespace {
 
 constexpr double window_in_stem_widths = 8.0;
 
-/// Median of a row around nodes that are `spacing` apart, linear in between.
-class RowBackground {
-  public:
-    RowBackground(int width, double stem_width)
-        : width_(width), window_(std::clamp(int(std::lround(window_in_stem_widths * stem_width)), 3,
-                                            std::max(3, width))),
-          spacing_(std::max(2, int(stem_width / 2.0))), stride_(std::max(1, int(stem_width / 5.0))),
-          nodes_(std::size_t((width - 1) / spacing_ + 2)) {}
-
-    void find(const float* row) {
-        for (std::size_t k = 0; k < nodes_.size(); ++k) {
-            // At the border the window keeps its size: a narrower one would hold too much stem.
-            const int centre = std::min(int(k) * spacing_, width_ - 1);
-            const int begin = std::clamp(centre - window_ / 2, 0, std::max(0, width_ - window_));
-            const int end = std::min(width_, begin + window_);
-            sample_.clear();
-            for (int c = begin; c < end; c += stride_)
-                sample_.push_back(row[c]);
-            const auto middle = sample_.begin() + std::ptrdiff_t(sample_.size() / 2);
-            std::nth_element(sample_.begin(), middle, sample_.end());
-            nodes_[k] = *middle;
-        }
+/// Median of a row in a window around nodes that are `spacing` pixels apart; the last node is
+/// beyond the last pixel.
+std::vector<float> background_nodes(const float* row, int width, double stem_width, int spacing) {
+    const int window =
+        std::clamp(int(std::lround(window_in_stem_widths * stem_width)), 3, std::max(3, width));
+    const int stride = std::max(1, int(stem_width / 5.0));
+    std::vector<float> nodes(std::size_t((width - 1) / spacing + 2));
+    std::vector<float> sample;
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        // At the border the window keeps its size: a narrower one would hold too much stem.
+        const int centre = std::min(int(k) * spacing, width - 1);
+        const int begin = std::clamp(centre - window / 2, 0, std::max(0, width - window));
+        sample.clear();
+        for (int c = begin; c < std::min(width, begin + window); c += stride)
+            sample.push_back(row[c]);
+        const auto middle = sample.begin() + std::ptrdiff_t(sample.size() / 2);
+        std::nth_element(sample.begin(), middle, sample.end());
+        nodes[k] = *middle;
     }
-    [[nodiscard]] float at(int column) const {
-        const auto k = std::size_t(column / spacing_);
-        const float fraction = float(column % spacing_) / float(spacing_);
-        return nodes_[k] + fraction * (nodes_[k + 1] - nodes_[k]);
-    }
-
-  private:
-    int width_;
-    int window_;
-    int spacing_;
-    int stride_;
-    std::vector<float> nodes_;
-    std::vector<float> sample_;
-};
+    return nodes;
+}
 
 } // namespace
 
 BandImage stem_contrast(const BandImage& image, int sign, double stem_width) {
     BandImage contrast(image.width, image.height);
-    RowBackground background(image.width, stem_width);
+    const int spacing = std::max(2, int(stem_width / 2.0));
     const auto factor = static_cast<float>(sign);
     for (int r = 0; r < image.height; ++r) {
         const float* row = image.row(r);
-        background.find(row);
-        for (int c = 0; c < image.width; ++c)
-            contrast.row(r)[c] = factor * (row[c] - background.at(c));
+        const std::vector<float> nodes = background_nodes(row, image.width, stem_width, spacing);
+        for (int c = 0; c < image.width; ++c) {
+            const auto k = std::size_t(c / spacing);
+            const float fraction = float(c % spacing) / float(spacing);
+            const float background = nodes[k] + fraction * (nodes[k + 1] - nodes[k]);
+            contrast.row(r)[c] = factor * (row[c] - background);
+        }
     }
     return contrast;
 }

@@ -215,16 +215,16 @@ void fill_measurement(Track& track) {
                 rounded_length(sign * (track.heights.at(k, h) - window.rest[h]) * scale));
     }
     // Heights that were never seen at rest get the mean noise of the others.
-    std::vector<double> known;
+    double squares = 0.0;
+    double count = 0.0;
     for (const double noise : window.noise)
-        if (!std::isnan(noise) && noise > 0.0)
-            known.push_back(noise);
-    if (known.empty())
+        if (noise > 0.0) { // false for NaN
+            squares += noise * noise;
+            count += 1.0;
+        }
+    if (count == 0.0)
         return;
-    double sum = 0.0;
-    for (const double noise : known)
-        sum += noise * noise;
-    measurement.noise = rounded_length(std::sqrt(sum / double(known.size())) * scale);
+    measurement.noise = rounded_length(std::sqrt(squares / count) * scale);
     for (const double noise : window.noise)
         measurement.noise_by_height.push_back(
             noise > 0.0 ? std::max(1e-8, rounded_length(noise * scale)) : *measurement.noise);

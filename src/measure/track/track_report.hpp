@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Output of `culm track` in addition to the measurement: a report, a contact sheet, an overlay.
+// Output of `culm track` in addition to the measurement (a report, a contact sheet, an overlay),
+// and a first look at a recording without scale and specimen for `culm setup`.
 #pragma once
 
 #include "measure/track/track.hpp"
@@ -33,5 +34,14 @@ void write_contact_sheet(const std::filesystem::path& file, const Track& track);
 
 /// Writes a video (Motion JPEG in AVI, 25 frames/s) of all kept frames with the tracked axis.
 void write_overlay_video(const std::filesystem::path& file, const Track& track);
+
+/// Finds the stem with the tracker's own survey and first pass. The stem's width, which the tracker
+/// computes from the scale, is the one of some widths at which the stem is clearest. In a
+/// long recording only the part about the release is searched: as many frames as are read in some
+/// tens of seconds. The result is for the page of `culm setup` (postprocess/setup.py): what was
+/// found, in pixels of the frames as recorded, some frames as JPEG of at most 900 pixels, the
+/// allowed numbers of video.toml, and the thresholds of the tracker's checks. Throws
+/// core::InputError if frames cannot be read.
+[[nodiscard]] nlohmann::ordered_json survey_video(const FrameSource& source, int threads);
 
 } // namespace culm::measure

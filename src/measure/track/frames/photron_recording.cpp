@@ -102,8 +102,7 @@ class HeaderReader {
             std::from_chars(value.data(), value.data() + value.size(), result);
         if (error != std::errc{} || end != value.data() + value.size() || !(result >= lowest) ||
             !(result <= highest))
-            throw core::InputError(fmt::format("{}: {} : {}: must be a number from {} to {}", file_,
-                                               name, value, lowest, highest));
+            refuse(name, fmt::format("must be a number from {} to {}", lowest, highest));
         return result;
     }
     [[nodiscard]] int whole(const char* name, int lowest, int highest,

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "measure/track/setup/video_survey.hpp"
-
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"
 #include "measure/folder/measurement_files.hpp"
