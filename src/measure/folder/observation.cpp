@@ -86,34 +86,6 @@ void set_weight(std::span<const double> nodes, double time, std::size_t i, TimeS
     stencil.rates[i] = rate;
 }
 
-} // namespace
-
-double deflection_in_row(std::span<const double> positions, int dimensions, double height) {
-    const auto stride = static_cast<std::size_t>(dimensions);
-    const std::size_t count = positions.size() / stride;
-    if (height < positions[0] || height > positions[(count - 1) * stride])
-        return unseen;
-    std::size_t above = 1;
-    while (above + 1 < count && positions[above * stride] < height)
-        ++above;
-    // The nodes are the spheres' current heights: the row is fixed, the material is not.
-    return lateral_position(positions, stride, above, height,
-                            [&](std::size_t i) { return positions[i * stride]; });
-}
-
-double deflection_of_mark(std::span<const double> positions, int dimensions, double bond_length,
-                          double height) {
-    const auto stride = static_cast<std::size_t>(dimensions);
-    const double place = height / bond_length;
-    const std::optional<std::size_t> above = sphere_above(place, positions.size() / stride);
-    // The nodes are the spheres' positions along the undeformed stem, in bonds.
-    return above ? lateral_position(positions, stride, *above, place,
-                                    [](std::size_t i) { return static_cast<double>(i); })
-                 : unseen;
-}
-
-namespace {
-
 /// Weights of the values at four nodes, 0 … 3, in their interpolating cubic at `place`, and in its
 /// first two derivatives.
 struct CubicWeights {
@@ -157,6 +129,30 @@ void smooth(double lag, double interval, std::span<double> samples) {
 }
 
 } // namespace
+
+double deflection_in_row(std::span<const double> positions, int dimensions, double height) {
+    const auto stride = static_cast<std::size_t>(dimensions);
+    const std::size_t count = positions.size() / stride;
+    if (height < positions[0] || height > positions[(count - 1) * stride])
+        return unseen;
+    std::size_t above = 1;
+    while (above + 1 < count && positions[above * stride] < height)
+        ++above;
+    // The nodes are the spheres' current heights: the row is fixed, the material is not.
+    return lateral_position(positions, stride, above, height,
+                            [&](std::size_t i) { return positions[i * stride]; });
+}
+
+double deflection_of_mark(std::span<const double> positions, int dimensions, double bond_length,
+                          double height) {
+    const auto stride = static_cast<std::size_t>(dimensions);
+    const double place = height / bond_length;
+    const std::optional<std::size_t> above = sphere_above(place, positions.size() / stride);
+    // The nodes are the spheres' positions along the undeformed stem, in bonds.
+    return above ? lateral_position(positions, stride, *above, place,
+                                    [](std::size_t i) { return static_cast<double>(i); })
+                 : unseen;
+}
 
 double reading_of_sensor(const Sensor& sensor, const ChainSample& chain, int dimensions,
                          double bond_length, double height,

@@ -42,47 +42,6 @@ double free_motion(double angle, double damping_ratio) {
     return (fast * std::exp(-slow * angle) - slow * std::exp(-fast * angle)) / (fast - slow);
 }
 
-} // namespace
-
-double ReleaseCurve::at(double frames) const {
-    if (frames <= 0.0)
-        return 1.0;
-    const double s = std::clamp(relative_height, 0.05, 1.0);
-    const double damping = decay_per_cycle / (2.0 * std::numbers::pi);
-    // Superposition: the held shape is the static deflection under a force at the tip, the sum of
-    // the modes at time zero.
-    double sum = 0.0;
-    double held = 0.0;
-    double tip = 2.0;
-    for (const double root : roots) {
-        // f ∝ (kL)². A force at the tip deflects a mode in proportion to its value there over its
-        // stiffness, which is ∝ (kL)⁴.
-        const double ratio = std::pow(root / roots.front(), 2);
-        const double share = tip * shape(root, s) / std::pow(root, 4);
-        held += share;
-        // Stiffness-proportional damping, as in the chain's bonds: the damping ratio grows with the
-        // frequency.
-        sum +=
-            share * free_motion(2.0 * std::numbers::pi * ratio * frames / period, damping * ratio);
-        // Neighbouring modes have opposite signs at the tip.
-        tip = -tip;
-    }
-    return sum / held;
-}
-
-double ReleaseCurve::first_passage() const {
-    // Bisection: the first mode crosses zero at a quarter period, which the others shift little.
-    double before = 0.05 * period;
-    double after = 0.45 * period;
-    while (after - before > 1e-4 * period) {
-        const double middle = 0.5 * (before + after);
-        (at(middle) > 0.0 ? before : after) = middle;
-    }
-    return before;
-}
-
-namespace {
-
 /// Deflections in the direction of the pull, without the frames in which the stem was not seen.
 struct Deflections {
     std::vector<std::size_t> frame;
@@ -224,6 +183,43 @@ void refuse_unheld(const Hold& hold, double least, const std::string& source) {
 }
 
 } // namespace
+
+double ReleaseCurve::at(double frames) const {
+    if (frames <= 0.0)
+        return 1.0;
+    const double s = std::clamp(relative_height, 0.05, 1.0);
+    const double damping = decay_per_cycle / (2.0 * std::numbers::pi);
+    // Superposition: the held shape is the static deflection under a force at the tip, the sum of
+    // the modes at time zero.
+    double sum = 0.0;
+    double held = 0.0;
+    double tip = 2.0;
+    for (const double root : roots) {
+        // f ∝ (kL)². A force at the tip deflects a mode in proportion to its value there over its
+        // stiffness, which is ∝ (kL)⁴.
+        const double ratio = std::pow(root / roots.front(), 2);
+        const double share = tip * shape(root, s) / std::pow(root, 4);
+        held += share;
+        // Stiffness-proportional damping, as in the chain's bonds: the damping ratio grows with the
+        // frequency.
+        sum +=
+            share * free_motion(2.0 * std::numbers::pi * ratio * frames / period, damping * ratio);
+        // Neighbouring modes have opposite signs at the tip.
+        tip = -tip;
+    }
+    return sum / held;
+}
+
+double ReleaseCurve::first_passage() const {
+    // Bisection: the first mode crosses zero at a quarter period, which the others shift little.
+    double before = 0.05 * period;
+    double after = 0.45 * period;
+    while (after - before > 1e-4 * period) {
+        const double middle = 0.5 * (before + after);
+        (at(middle) > 0.0 ? before : after) = middle;
+    }
+    return before;
+}
 
 ReleaseMoment find_release(const WatchedHistory& history, const ReleaseClues& clues,
                            const std::string& source) {

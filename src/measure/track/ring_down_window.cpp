@@ -290,16 +290,15 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
     // reading's deviation; a swing that adds as much has an amplitude of 1.8 deviations.
     window.rest_begin =
         find_rest(history, release.last_held + 1, release.period, 1.6 * std::max(reading, 0.02));
-    const bool is_rest_seen =
+    window.is_rest_seen =
         window.rest_begin && history.column.size() - *window.rest_begin >= fewest_still_frames;
-    if (is_rest_seen) {
+    if (window.is_rest_seen) {
         for (std::size_t h = 0; h < record.places.size(); ++h) {
             const std::vector<double> columns = record.history(h);
             window.rest.push_back(
                 core::median(known(std::span(columns).subspan(*window.rest_begin))));
         }
     } else if (swing) {
-        window.rest_source = RestSource::DecayingSwing;
         window.rest = swing->rest;
     } else {
         throw core::InputError(fmt::format(

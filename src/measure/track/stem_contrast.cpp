@@ -34,44 +34,6 @@ std::vector<float> background_nodes(const float* row, int width, double stem_wid
     return nodes;
 }
 
-} // namespace
-
-BandImage stem_contrast(const BandImage& image, int sign, double stem_width) {
-    BandImage contrast(image.width, image.height);
-    const int spacing = std::max(2, int(stem_width / 2.0));
-    const auto factor = static_cast<float>(sign);
-    for (int r = 0; r < image.height; ++r) {
-        const float* row = image.row(r);
-        const std::vector<float> nodes = background_nodes(row, image.width, stem_width, spacing);
-        for (int c = 0; c < image.width; ++c) {
-            const auto k = std::size_t(c / spacing);
-            const float fraction = float(c % spacing) / float(spacing);
-            const float background = nodes[k] + fraction * (nodes[k + 1] - nodes[k]);
-            contrast.row(r)[c] = factor * (row[c] - background);
-        }
-    }
-    return contrast;
-}
-
-double contrast_noise(const BandImage& contrast) {
-    // A sample is sufficient: every seventh pixel, which is a stride that no column width repeats.
-    std::vector<float> sizes;
-    sizes.reserve(contrast.values.size() / 7 + 1);
-    for (std::size_t i = 0; i < contrast.values.size(); i += 7)
-        sizes.push_back(std::abs(contrast.values[i]));
-    const std::size_t kept = sizes.size() * 9 / 10;
-    if (kept == 0)
-        return 0.25;
-    std::nth_element(sizes.begin(), sizes.begin() + std::ptrdiff_t(kept), sizes.end());
-    double sum = 0.0;
-    for (std::size_t i = 0; i < kept; ++i)
-        sum += double(sizes[i]) * double(sizes[i]);
-    // A normal law cut at ±1.645 standard deviations has 0.789 of its standard deviation.
-    return std::max(0.25, std::sqrt(sum / double(kept)) / 0.789);
-}
-
-namespace {
-
 /// Connected regions of high contrast in all pictures.
 struct StillPieces {
     cv::Mat labels; ///< 32-bit, 0 = nothing
@@ -169,6 +131,40 @@ bool continues_stem(const StemChain& moving, const StemChain& with_piece, const 
 }
 
 } // namespace
+
+BandImage stem_contrast(const BandImage& image, int sign, double stem_width) {
+    BandImage contrast(image.width, image.height);
+    const int spacing = std::max(2, int(stem_width / 2.0));
+    const auto factor = static_cast<float>(sign);
+    for (int r = 0; r < image.height; ++r) {
+        const float* row = image.row(r);
+        const std::vector<float> nodes = background_nodes(row, image.width, stem_width, spacing);
+        for (int c = 0; c < image.width; ++c) {
+            const auto k = std::size_t(c / spacing);
+            const float fraction = float(c % spacing) / float(spacing);
+            const float background = nodes[k] + fraction * (nodes[k + 1] - nodes[k]);
+            contrast.row(r)[c] = factor * (row[c] - background);
+        }
+    }
+    return contrast;
+}
+
+double contrast_noise(const BandImage& contrast) {
+    // A sample is sufficient: every seventh pixel, which is a stride that no column width repeats.
+    std::vector<float> sizes;
+    sizes.reserve(contrast.values.size() / 7 + 1);
+    for (std::size_t i = 0; i < contrast.values.size(); i += 7)
+        sizes.push_back(std::abs(contrast.values[i]));
+    const std::size_t kept = sizes.size() * 9 / 10;
+    if (kept == 0)
+        return 0.25;
+    std::nth_element(sizes.begin(), sizes.begin() + std::ptrdiff_t(kept), sizes.end());
+    double sum = 0.0;
+    for (std::size_t i = 0; i < kept; ++i)
+        sum += double(sizes[i]) * double(sizes[i]);
+    // A normal law cut at ±1.645 standard deviations has 0.789 of its standard deviation.
+    return std::max(0.25, std::sqrt(sum / double(kept)) / 0.789);
+}
 
 std::vector<std::uint8_t> find_still_clutter(const std::vector<BandImage>& contrasts,
                                              const TraceOptions& options) {

@@ -93,48 +93,6 @@ double step_score(const RowRun& below, const RowRun& above, const Gaps& gaps) {
     return -0.1 * sideways / rows - 0.05 * (rows - 1) - 0.3 * std::max(0.0, rows - gaps.small);
 }
 
-} // namespace
-
-StemChain trace_stem(const BandImage& contrast, const TraceOptions& options) {
-    const Gaps gaps(options.stem_width);
-    std::vector<Node> nodes;
-    std::vector<std::size_t> first_of_row; // of the rows done so far, from the lowest up
-    std::ptrdiff_t best = -1;
-    for (int r = std::min(options.bottom_row, contrast.height) - 1; r >= 0; --r) {
-        first_of_row.push_back(nodes.size());
-        const std::size_t rows_done = first_of_row.size();
-        const std::size_t reach = std::min<std::size_t>(rows_done, std::size_t(gaps.largest) + 1);
-        const std::size_t reachable = first_of_row[rows_done - reach];
-        const std::size_t this_row = nodes.size();
-        for (const RowRun& run : runs_in_row(contrast, options, r)) {
-            Node node{run, 0.0, -1};
-            for (std::size_t k = reachable; k < this_row; ++k) {
-                const double score = nodes[k].score + step_score(nodes[k].run, run, gaps);
-                if (score > node.score) {
-                    node.score = score;
-                    node.below = static_cast<std::ptrdiff_t>(k);
-                }
-            }
-            node.score += own_score(run, options);
-            nodes.push_back(node);
-            if (best < 0 || node.score > nodes[std::size_t(best)].score)
-                best = static_cast<std::ptrdiff_t>(nodes.size()) - 1;
-        }
-    }
-    StemChain chain;
-    if (best >= 0)
-        chain.score = nodes[std::size_t(best)].score;
-    for (std::ptrdiff_t k = best; k >= 0; k = nodes[std::size_t(k)].below)
-        chain.runs.push_back(nodes[std::size_t(k)].run);
-    std::ranges::reverse(chain.runs);
-    const double shortest = std::max(8.0, 2.0 * options.stem_width);
-    if (chain.score < shortest)
-        return {};
-    return chain;
-}
-
-namespace {
-
 constexpr double not_seen = std::numeric_limits<double>::quiet_NaN();
 
 /// column = a[0] + a[1] t + a[2] t², t = (row − middle)/scale: the paper's preliminary smoothing.
@@ -236,6 +194,44 @@ void remove_lone_rows(std::vector<double>& rows, const HeightQuadratic& quadrati
 }
 
 } // namespace
+
+StemChain trace_stem(const BandImage& contrast, const TraceOptions& options) {
+    const Gaps gaps(options.stem_width);
+    std::vector<Node> nodes;
+    std::vector<std::size_t> first_of_row; // of the rows done so far, from the lowest up
+    std::ptrdiff_t best = -1;
+    for (int r = std::min(options.bottom_row, contrast.height) - 1; r >= 0; --r) {
+        first_of_row.push_back(nodes.size());
+        const std::size_t rows_done = first_of_row.size();
+        const std::size_t reach = std::min<std::size_t>(rows_done, std::size_t(gaps.largest) + 1);
+        const std::size_t reachable = first_of_row[rows_done - reach];
+        const std::size_t this_row = nodes.size();
+        for (const RowRun& run : runs_in_row(contrast, options, r)) {
+            Node node{run, 0.0, -1};
+            for (std::size_t k = reachable; k < this_row; ++k) {
+                const double score = nodes[k].score + step_score(nodes[k].run, run, gaps);
+                if (score > node.score) {
+                    node.score = score;
+                    node.below = static_cast<std::ptrdiff_t>(k);
+                }
+            }
+            node.score += own_score(run, options);
+            nodes.push_back(node);
+            if (best < 0 || node.score > nodes[std::size_t(best)].score)
+                best = static_cast<std::ptrdiff_t>(nodes.size()) - 1;
+        }
+    }
+    StemChain chain;
+    if (best >= 0)
+        chain.score = nodes[std::size_t(best)].score;
+    for (std::ptrdiff_t k = best; k >= 0; k = nodes[std::size_t(k)].below)
+        chain.runs.push_back(nodes[std::size_t(k)].run);
+    std::ranges::reverse(chain.runs);
+    const double shortest = std::max(8.0, 2.0 * options.stem_width);
+    if (chain.score < shortest)
+        return {};
+    return chain;
+}
 
 int oblique_rows(double stem_width) {
     return int(std::ceil(0.3 * stem_width)) + 1;

@@ -93,19 +93,15 @@ struct StemSurvey {
 [[nodiscard]] StemSurvey survey_stem(const FrameSource& source, std::span<const std::size_t> wanted,
                                      const TrackSettings& settings, int threads);
 
-/// How the rest position was found.
-enum class RestSource {
-    FramesAtRest, ///< median of the frames after the motion has died down
-    DecayingSwing ///< the recording ends before: the centre of the decaying swing
-};
-
 struct RingDownWindow {
     std::size_t last_held = 0;   ///< index of the last frame in which the stem is held still
     std::size_t held_frames = 0; ///< up to and including it, held at the same position
     double release_number = 0.0; ///< frame number, with fraction, at which it was let go
     std::optional<std::size_t> rest_begin; ///< index of the first frame at rest
-    RestSource rest_source = RestSource::FramesAtRest;
-    std::vector<double> rest;      ///< (places) column, pixels
+    /// (places) column, pixels: the median of the frames after the motion has died down or, if the
+    /// recording ends before, the centre of the decaying swing.
+    std::vector<double> rest;
+    bool is_rest_seen = false;
     double sign = 1.0;             ///< −1 if it was pulled toward smaller columns
     std::size_t watched = 0;       ///< the place
     double pull = 0.0;             ///< deflection while held, at the place watched, pixels, > 0

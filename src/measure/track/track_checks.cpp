@@ -160,7 +160,7 @@ void add_doubts(Track& track) {
     doubt_scale(track);
     doubt_rate(track);
     doubt_places(track);
-    if (track.window.rest_source == RestSource::DecayingSwing)
+    if (!track.window.is_rest_seen)
         track.remarks.emplace_back(
             "the recording ends before the stem is at rest: the rest position "
             "is the centre of the decaying swing");

@@ -86,8 +86,7 @@ nlohmann::ordered_json to_json(const Track& track) {
                        {"pull_at_height_mm", track.measurement.heights[window.watched] * 1e3}};
     json["swing_hz"] = window.cycles_per_frame * track.frames_per_second;
     json["modulus_of_bare_beam_pa"] = modulus_of_swing(track);
-    json["rest"] = {{"from", window.rest_source == RestSource::FramesAtRest ? "frames at rest"
-                                                                            : "decaying swing"},
+    json["rest"] = {{"from", window.is_rest_seen ? "frames at rest" : "decaying swing"},
                     {"first_frame", window.rest_begin ? nlohmann::ordered_json(
                                                             track.rows.numbers[*window.rest_begin])
                                                       : nlohmann::ordered_json(nullptr)}};

@@ -122,37 +122,6 @@ class HeaderReader {
     Entries entries_;
 };
 
-} // namespace
-
-PhotronHeader read_photron_header(const std::filesystem::path& file) {
-    const std::string text = core::file_text(file);
-    const bool is_xml = lower_case(file.extension().string()) == ".cihx";
-    const HeaderReader reader(file.string(), is_xml ? entries_of_cihx(text) : entries_of_cih(text));
-
-    PhotronHeader header;
-    header.width = reader.whole("Image Width", 1, 1 << 16);
-    header.height = reader.whole("Image Height", 1, 1 << 16);
-    header.frames = reader.whole("Total Frame", 1, 1 << 30);
-    header.record_rate = reader.number("Record Rate(fps)", 1e-3, 1e8);
-    header.save_step = reader.whole("Save Step", 1, 1 << 30, 1);
-    header.bits_per_pixel = reader.whole("Color Bit", 1, 64);
-    header.effective_bits = reader.whole("EffectiveBit Depth", 1, 16, header.bits_per_pixel);
-    const std::string side = lower_case(reader.text("EffectiveBit Side", "Lower"));
-    if (side != "lower" && side != "higher")
-        reader.refuse("EffectiveBit Side", "must be Lower or Higher");
-    header.is_high_aligned = side == "higher";
-    if (lower_case(reader.text("File Format", "MRaw")) != "mraw")
-        reader.refuse("File Format", "must be MRaw (of an image sequence, give the pictures)");
-    if (lower_case(reader.text("Color Type", "Mono")).starts_with("color"))
-        reader.refuse("Color Type", "must be Mono; export colour recordings as PNG or TIFF");
-    if (header.bits_per_pixel != 8 && header.bits_per_pixel != 10 && header.bits_per_pixel != 12 &&
-        header.bits_per_pixel != 16)
-        reader.refuse("Color Bit", "must be 8, 10, 12 or 16");
-    return header;
-}
-
-namespace {
-
 class PhotronRecording final : public FrameSource {
   public:
     explicit PhotronRecording(const std::filesystem::path& header_file)
@@ -206,6 +175,33 @@ class PhotronRecording final : public FrameSource {
 };
 
 } // namespace
+
+PhotronHeader read_photron_header(const std::filesystem::path& file) {
+    const std::string text = core::file_text(file);
+    const bool is_xml = lower_case(file.extension().string()) == ".cihx";
+    const HeaderReader reader(file.string(), is_xml ? entries_of_cihx(text) : entries_of_cih(text));
+
+    PhotronHeader header;
+    header.width = reader.whole("Image Width", 1, 1 << 16);
+    header.height = reader.whole("Image Height", 1, 1 << 16);
+    header.frames = reader.whole("Total Frame", 1, 1 << 30);
+    header.record_rate = reader.number("Record Rate(fps)", 1e-3, 1e8);
+    header.save_step = reader.whole("Save Step", 1, 1 << 30, 1);
+    header.bits_per_pixel = reader.whole("Color Bit", 1, 64);
+    header.effective_bits = reader.whole("EffectiveBit Depth", 1, 16, header.bits_per_pixel);
+    const std::string side = lower_case(reader.text("EffectiveBit Side", "Lower"));
+    if (side != "lower" && side != "higher")
+        reader.refuse("EffectiveBit Side", "must be Lower or Higher");
+    header.is_high_aligned = side == "higher";
+    if (lower_case(reader.text("File Format", "MRaw")) != "mraw")
+        reader.refuse("File Format", "must be MRaw (of an image sequence, give the pictures)");
+    if (lower_case(reader.text("Color Type", "Mono")).starts_with("color"))
+        reader.refuse("Color Type", "must be Mono; export colour recordings as PNG or TIFF");
+    if (header.bits_per_pixel != 8 && header.bits_per_pixel != 10 && header.bits_per_pixel != 12 &&
+        header.bits_per_pixel != 16)
+        reader.refuse("Color Bit", "must be 8, 10, 12 or 16");
+    return header;
+}
 
 std::size_t PhotronHeader::bytes_per_frame() const {
     const std::size_t bits = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
