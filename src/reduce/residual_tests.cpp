@@ -12,15 +12,6 @@ namespace culm::reduce {
 
 namespace {
 
-double chi_squared_tail(double value, double degrees_of_freedom) {
-    if (!(value > 0.0))
-        return 1.0;
-    if (std::isinf(value))
-        return 0.0;
-    const boost::math::chi_squared distribution(degrees_of_freedom);
-    return boost::math::cdf(boost::math::complement(distribution, value));
-}
-
 /// For many lags the statistic is wider and more skewed than χ² with `lags` degrees of freedom: for
 /// 220 values and 40 lags, p-values below 1e-4 by χ² occur twenty times too often. Its mean is
 /// `lags`; its variance and skewness were fitted to simulations of white noise (60 to 800 values,
@@ -89,8 +80,13 @@ double runs_p_value(std::span<const double> residuals) {
 }
 
 double chi_squared_p_value(double sum_of_squares, double sigma, std::size_t degrees_of_freedom) {
-    return chi_squared_tail(sum_of_squares / (sigma * sigma),
-                            static_cast<double>(degrees_of_freedom));
+    const double value = sum_of_squares / (sigma * sigma);
+    if (!(value > 0.0))
+        return 1.0;
+    if (std::isinf(value))
+        return 0.0;
+    const boost::math::chi_squared distribution(static_cast<double>(degrees_of_freedom));
+    return boost::math::cdf(boost::math::complement(distribution, value));
 }
 
 } // namespace culm::reduce

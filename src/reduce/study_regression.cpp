@@ -32,36 +32,21 @@ std::vector<Term> droppable(const std::vector<Term>& terms) {
     return without(terms, Term::Intercept);
 }
 
-} // namespace
-
+/// "intercept", a predictor's name, or both names joined by ':'.
 std::string term_name(Term term, const PredictorPair& predictors) {
-    switch (term) {
-    case Term::Intercept:
-        return "intercept";
-    case Term::First:
-        return predictors.first_name;
-    case Term::Second:
-        return predictors.second_name;
-    case Term::Interaction:
-        break;
-    }
-    return predictors.first_name + ":" + predictors.second_name;
+    const std::array<std::string, 4> names = {"intercept", predictors.first_name,
+                                              predictors.second_name,
+                                              predictors.first_name + ":" + predictors.second_name};
+    return names[static_cast<std::size_t>(term)];
 }
 
+/// The regressor of a term at one point.
 double term_value(Term term, double first, double second) {
-    switch (term) {
-    case Term::Intercept:
-        return 1.0;
-    case Term::First:
-        return first;
-    case Term::Second:
-        return second;
-    case Term::Interaction:
-        break;
-    }
-    return first * second;
+    const std::array values = {1.0, first, second, first * second};
+    return values[static_cast<std::size_t>(term)];
 }
 
+/// Least squares of the response on the given terms. Errors as of `regress`.
 LinearRegression regress_on_terms(const PredictorPair& predictors, std::span<const double> response,
                                   std::span<const Term> terms) {
     if (predictors.first.size() != response.size() || predictors.second.size() != response.size())
@@ -81,20 +66,22 @@ LinearRegression regress_on_terms(const PredictorPair& predictors, std::span<con
     return regress(design, response, names);
 }
 
-LinearRegression regress_full(const PredictorPair& predictors, std::span<const double> response) {
-    return regress_on_terms(predictors, response, all_terms);
-}
-
-InteractionModel reduce_interaction_model(const PredictorPair& predictors,
-                                          std::span<const double> response, double significance) {
+void check_significance(double significance) {
     if (!(significance > 0.0 && significance < 1.0))
         throw core::NumericalError(
             core::FailureKind::FitFailed,
             fmt::format("the significance of the F-tests is {:g}, it must lie between 0 and 1",
                         significance));
+}
+
+} // namespace
+
+InteractionModel reduce_interaction_model(const PredictorPair& predictors,
+                                          std::span<const double> response, double significance) {
+    check_significance(significance);
     InteractionModel model;
     model.terms.assign(all_terms.begin(), all_terms.end());
-    model.regression = regress_full(predictors, response);
+    model.regression = regress_on_terms(predictors, response, all_terms);
     model.full_adjusted_r_squared = model.regression.adjusted_r_squared;
     // Backward elimination: drop the term with the largest p-value until all are significant. A
     // main effect stays as long as the interaction that contains it (droppable()).
@@ -220,8 +207,8 @@ ResponseRegression regress_response(const ResponseTask& task, const PredictorPai
     try {
         ReducedModel reduced;
         reduced.model = reduce_interaction_model(predictors, task.values, significance);
-        reduced.single_predictor_against_full =
-            nested_f_test(result.single.regression, regress_full(predictors, task.values));
+        reduced.single_predictor_against_full = nested_f_test(
+            result.single.regression, regress_on_terms(predictors, task.values, all_terms));
         reduced.residuals = summarise(reduced.model.regression, task.values);
         result.reduced = std::move(reduced);
     } catch (const core::NumericalError& error) {
@@ -242,11 +229,7 @@ RegressionOutcome regress_if_possible(const ResponseTask& task, const PredictorP
 } // namespace
 
 StudyRegression regress_study(const StudyPoints& points, double significance) {
-    if (!(significance > 0.0 && significance < 1.0))
-        throw core::NumericalError(
-            core::FailureKind::FitFailed,
-            fmt::format("the significance of the F-tests is {:g}, it must lie between 0 and 1",
-                        significance));
+    check_significance(significance);
     const UsablePoints usable = usable_points(points);
     const PredictorPair predictors{decay_predictor_name, frequency_predictor_name,
                                    usable.decay_per_cycle, usable.frequency};

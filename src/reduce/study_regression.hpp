@@ -42,21 +42,6 @@ struct InteractionModel {
     double full_adjusted_r_squared = 0.0; ///< of the model with all four terms
 };
 
-/// Name of a term: "intercept", a predictor's name, or both names joined by ':'.
-[[nodiscard]] std::string term_name(Term term, const PredictorPair& predictors);
-
-/// The regressor of a term at one point.
-[[nodiscard]] double term_value(Term term, double first, double second);
-
-/// Least squares of the response on the given terms. Errors as of `regress`.
-[[nodiscard]] LinearRegression regress_on_terms(const PredictorPair& predictors,
-                                                std::span<const double> response,
-                                                std::span<const Term> terms);
-
-/// All four terms.
-[[nodiscard]] LinearRegression regress_full(const PredictorPair& predictors,
-                                            std::span<const double> response);
-
 /// Backward elimination from the full model (Schramm et al. 2019, section on the DOE): among the
 /// removable terms, the one with the largest p is dropped as long as p >= significance, that is,
 /// while the model without it is not rejected. The intercept stays, and a predictor stays with its

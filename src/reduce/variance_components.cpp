@@ -19,11 +19,6 @@ namespace {
 constexpr double no_estimate = std::numeric_limits<double>::quiet_NaN();
 constexpr double tail = 0.5 * (1.0 - confidence_level);
 
-struct MeanSquares {
-    double between = 0.0; ///< of the stems' means, times the harmonic mean of their tests
-    double within = 0.0;
-};
-
 double mean_of(const std::vector<double>& values) {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
@@ -59,7 +54,7 @@ double means_sum_of_squares(std::span<const StemTests> stems, std::size_t& freed
 
 /// Ting et al. (1990), as in Burdick & Graybill (1992), Confidence Intervals on Variance
 /// Components, section 3.3: (MS_between − MS_within)/tests.
-Bounds between_interval(const VarianceComponents& c, const MeanSquares& squares) {
+Bounds between_interval(const VarianceComponents& c, double between_square) {
     // The bounds of a difference p − q of mean squares, exact where either variance is zero; the
     // mixed coefficients g12 and h12 make them exact where both are equal.
     const auto a = static_cast<double>(c.between_degrees_of_freedom);
@@ -74,8 +69,8 @@ Bounds between_interval(const VarianceComponents& c, const MeanSquares& squares)
     const double h1 = 1.0 / chi_squared_ratio(c.between_degrees_of_freedom, tail) - 1.0;
     const double g2 = 1.0 - 1.0 / chi_squared_ratio(c.within_degrees_of_freedom, 1.0 - tail);
     const double h12 = ((1.0 - f_low) * (1.0 - f_low) - h1 * h1 * f_low * f_low - g2 * g2) / f_low;
-    const double p = squares.between;
-    const double q = squares.within;
+    const double p = between_square;
+    const double q = c.within;
     const double below = g1 * g1 * p * p + h2 * h2 * q * q + g12 * p * q;
     const double above = h1 * h1 * p * p + g2 * g2 * q * q + h12 * p * q;
     const double difference = p - q;
@@ -83,12 +78,13 @@ Bounds between_interval(const VarianceComponents& c, const MeanSquares& squares)
             std::max(0.0, (difference + std::sqrt(std::max(0.0, above))) / c.tests_per_stem)};
 }
 
-void tell_between(VarianceComponents& c, const MeanSquares& squares) {
-    c.between = std::max(0.0, (squares.between - squares.within) / c.tests_per_stem);
-    c.between_interval = between_interval(c, squares);
+/// `between_square` is the mean square of the stems' means, times the harmonic mean of their tests.
+void tell_between(VarianceComponents& c, double between_square) {
+    c.between = std::max(0.0, (between_square - c.within) / c.tests_per_stem);
+    c.between_interval = between_interval(c, between_square);
     // Share of the variance that lies between stems.
     c.intraclass_correlation = c.between / (c.between + c.within);
-    c.f_statistic = squares.between / squares.within;
+    c.f_statistic = between_square / c.within;
     c.p_value =
         fisher_f_p_value(c.f_statistic, c.between_degrees_of_freedom, c.within_degrees_of_freedom);
     const boost::math::fisher_f f(static_cast<double>(c.between_degrees_of_freedom),
@@ -126,10 +122,8 @@ VarianceComponents variance_components(std::span<const StemTests> stems) {
     // Unweighted means (Thomas & Hultquist 1978): stems with different numbers of tests count as if
     // each had their harmonic mean.
     c.tests_per_stem = static_cast<double>(c.stems) / reciprocals;
-    MeanSquares squares;
-    squares.within = squares_within / static_cast<double>(c.within_degrees_of_freedom);
-    c.within = squares.within;
     const double f = static_cast<double>(c.within_degrees_of_freedom);
+    c.within = squares_within / f;
     const boost::math::chi_squared distribution(f);
     c.within_interval = {squares_within / boost::math::quantile(distribution, 1.0 - tail),
                          squares_within / boost::math::quantile(distribution, tail)};
@@ -138,14 +132,13 @@ VarianceComponents variance_components(std::span<const StemTests> stems) {
         c.reason = "no two stems are of the same design point";
         return c;
     }
-    squares.between =
-        c.tests_per_stem * of_means / static_cast<double>(c.between_degrees_of_freedom);
-    if (!(squares.within > 0.0)) {
+    if (!(c.within > 0.0)) {
         c.reason = "the tests of each stem agree exactly";
         c.between = of_means / static_cast<double>(c.between_degrees_of_freedom);
         return c;
     }
-    tell_between(c, squares);
+    tell_between(c,
+                 c.tests_per_stem * of_means / static_cast<double>(c.between_degrees_of_freedom));
     return c;
 }
 

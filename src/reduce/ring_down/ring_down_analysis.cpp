@@ -28,7 +28,11 @@ struct FitCovariances {
     Eigen::MatrixXd newey_west;  ///< any weak correlation and any variance (Newey & West 1987)
 
     /// Largest variance of the linear combination `direction` of the parameters.
-    [[nodiscard]] double variance(const Eigen::VectorXd& direction) const;
+    [[nodiscard]] double variance(const Eigen::VectorXd& direction) const {
+        return std::max({direction.dot(independent * direction),
+                         direction.dot(stationary * direction),
+                         direction.dot(newey_west * direction)});
+    }
 };
 
 /// Σ w(lag) Σ_t (a_t b_{t+lag}ᵀ + transpose) over the rows of `rows`; lag 0 once.
@@ -44,11 +48,6 @@ Eigen::MatrixXd lagged_sum(const Eigen::MatrixXd& rows, std::span<const double> 
         sum += weights[lag] * (product + product.transpose());
     }
     return sum;
-}
-
-double FitCovariances::variance(const Eigen::VectorXd& direction) const {
-    return std::max({direction.dot(independent * direction), direction.dot(stationary * direction),
-                     direction.dot(newey_west * direction)});
 }
 
 /// `jacobian` has the shape (samples, parameters), `residuals` (samples). Correlations are used
@@ -94,14 +93,9 @@ struct Model {
     }
 };
 
-struct Samples {
-    std::vector<double> times;
-    std::vector<double> values;
-};
-
-Samples samples_used(std::span<const double> times, std::span<const double> deflections,
-                     const std::optional<double>& window) {
-    Samples used;
+RingDownSamples samples_used(std::span<const double> times, std::span<const double> deflections,
+                             const std::optional<double>& window) {
+    RingDownSamples used;
     for (std::size_t i = 0; i < times.size(); ++i)
         if (times[i] >= 0.0 && (!window || times[i] <= *window) && !std::isnan(deflections[i])) {
             used.times.push_back(times[i]);
@@ -116,7 +110,8 @@ struct Linearisation {
     Eigen::MatrixXd jacobian;
 };
 
-Linearisation linearise(const Samples& samples, const Model& model, const Eigen::VectorXd& p) {
+Linearisation linearise(const RingDownSamples& samples, const Model& model,
+                        const Eigen::VectorXd& p) {
     const auto n = static_cast<Eigen::Index>(samples.times.size());
     Linearisation result{Eigen::VectorXd(n), Eigen::MatrixXd(n, model.size())};
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -139,7 +134,8 @@ Linearisation linearise(const Samples& samples, const Model& model, const Eigen:
 }
 
 /// Levenberg-Marquardt with the scaling of Moré (1978), from a start near the minimum.
-Eigen::VectorXd minimised(const Samples& samples, const Model& model, Eigen::VectorXd parameters) {
+Eigen::VectorXd minimised(const RingDownSamples& samples, const Model& model,
+                          Eigen::VectorXd parameters) {
     double damping = 1e-3;
     Linearisation now = linearise(samples, model, parameters);
     constexpr int most_steps = 200;
@@ -178,7 +174,7 @@ double rest_level(const std::vector<double>& values) {
     return sum / static_cast<double>(tail);
 }
 
-Eigen::VectorXd fitted(const Samples& samples, const Model& model) {
+Eigen::VectorXd fitted(const RingDownSamples& samples, const Model& model) {
     const double offset =
         model.has_offset && !samples.values.empty() ? rest_level(samples.values) : 0.0;
     std::vector<double> values = samples.values;
@@ -222,7 +218,7 @@ void set_estimates(const Eigen::VectorXd& p, const Model& model, const FitCovari
 }
 
 /// Lags of the correlation: one period, but at most a fifth of the record.
-std::size_t lags_of(const Samples& samples, double frequency) {
+std::size_t lags_of(const RingDownSamples& samples, double frequency) {
     const double period = 1.0 / (frequency * core::median_interval(samples.times));
     const auto n = static_cast<double>(samples.times.size());
     const double automatic = 4.0 * std::pow(n / 100.0, 2.0 / 9.0); // Newey & West (1994)
@@ -272,7 +268,7 @@ double variation(const std::vector<double>& values) {
 RingDownAnalysis analyse_ring_down(std::span<const double> times,
                                    std::span<const double> deflections,
                                    const RingDownAnalysisOptions& options) {
-    const Samples samples = samples_used(times, deflections, options.window);
+    const RingDownSamples samples = samples_used(times, deflections, options.window);
     const Model model{options.has_offset, options.has_phase};
     const auto needed = static_cast<std::size_t>(model.size()) + 2;
     if (samples.times.size() < needed)
