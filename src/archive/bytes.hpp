@@ -44,10 +44,6 @@ class ByteWriter {
     /// Count (u64) and the values (IEEE 754 binary64).
     void put_doubles(std::span<const double> values) {
         put(static_cast<std::uint64_t>(values.size()));
-        put_values(values);
-    }
-    /// The values without their count.
-    void put_values(std::span<const double> values) {
         if constexpr (std::endian::native == std::endian::little) {
             put_bytes(std::as_bytes(values));
         } else {
@@ -55,7 +51,6 @@ class ByteWriter {
                 put(std::bit_cast<std::uint64_t>(value));
         }
     }
-    void clear() { bytes_.clear(); }
     /// Reserves memory for `size` more bytes.
     void reserve(std::size_t size) { bytes_.reserve(bytes_.size() + size); }
     [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }

@@ -13,6 +13,12 @@ namespace culm::archive {
 /// State of a point, with the numbers used in the journal and in the study file.
 enum class PointStatus : std::uint8_t { Completed = 0, Failed = 1, Missing = 2 };
 
+[[nodiscard]] constexpr const char* to_string(PointStatus status) {
+    return status == PointStatus::Completed ? "completed"
+           : status == PointStatus::Failed  ? "failed"
+                                            : "missing";
+}
+
 /// Kind of failure of a point whose process died in every attempt to compute it.
 inline constexpr std::string_view rank_died = "rank_died";
 

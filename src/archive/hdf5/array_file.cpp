@@ -25,11 +25,16 @@ class Groups {
         const auto known = groups_.find(path);
         if (known != groups_.end())
             return known->second.get();
-        const std::size_t slash = path.rfind('/');
-        const bool is_nested = slash != std::string::npos;
-        const hid_t parent = at(is_nested ? path.substr(0, slash) : std::string());
-        const std::string name = is_nested ? path.substr(slash + 1) : path;
+        const auto [parent, name] = place_of(path);
         return groups_.emplace(path, output_.create_group(parent, name)).first->second.get();
+    }
+
+    /// The group above the path, and the last name of the path.
+    [[nodiscard]] std::pair<hid_t, std::string> place_of(const std::string& path) {
+        const std::size_t slash = path.rfind('/');
+        if (slash == std::string::npos)
+            return {output_.root(), path};
+        return {at(path.substr(0, slash)), path.substr(slash + 1)};
     }
 
   private:
@@ -38,17 +43,14 @@ class Groups {
 };
 
 void write_array(const Hdf5Output& output, Groups& groups, const NamedArray& array) {
-    const std::size_t slash = array.path.rfind('/');
-    const bool is_nested = slash != std::string::npos;
-    const hid_t parent = groups.at(is_nested ? array.path.substr(0, slash) : std::string());
+    const auto [parent, name] = groups.place_of(array.path);
     const std::vector<hsize_t> shape(array.shape.begin(), array.shape.end());
     std::vector<hsize_t> chunk = shape;
     chunk.front() = table_chunk_rows(shape.front());
     for (hsize_t& length : chunk) // an empty dataset has chunks too
         length = std::max<hsize_t>(length, 1);
-    const DatasetHandle dataset =
-        output.create_dataset(parent, is_nested ? array.path.substr(slash + 1) : array.path,
-                              {H5T_IEEE_F64LE, shape, chunk, 1, array.unit, array.description});
+    const DatasetHandle dataset = output.create_dataset(
+        parent, name, {H5T_IEEE_F64LE, shape, chunk, 1, array.unit, array.description});
     if (array.values.empty())
         return;
     const std::vector<hsize_t> start(shape.size(), 0);

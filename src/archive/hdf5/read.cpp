@@ -187,10 +187,6 @@ std::vector<double> Hdf5Input::doubles(const std::string& dataset) const {
     return values;
 }
 
-std::vector<double> Hdf5Input::doubles_at(const std::string& dataset, hsize_t row) const {
-    return doubles_at(dataset, row, 1);
-}
-
 std::vector<double> Hdf5Input::doubles_at(const std::string& dataset, hsize_t row,
                                           hsize_t rows) const {
     const std::string action = "read " + dataset;

@@ -42,11 +42,9 @@ class Hdf5Input {
     [[nodiscard]] std::string text_at(const std::string& dataset, hsize_t row) const;
     /// All of a dataset of doubles.
     [[nodiscard]] std::vector<double> doubles(const std::string& dataset) const;
-    /// The slice [row] along the first axis of a dataset of doubles.
-    [[nodiscard]] std::vector<double> doubles_at(const std::string& dataset, hsize_t row) const;
-    /// The slices [row], … [row + rows − 1].
+    /// The slices [row], … [row + rows − 1] along the first axis of a dataset of doubles.
     [[nodiscard]] std::vector<double> doubles_at(const std::string& dataset, hsize_t row,
-                                                 hsize_t rows) const;
+                                                 hsize_t rows = 1) const;
     /// All of a dataset of PointStatus.
     [[nodiscard]] std::vector<std::uint8_t> statuses(const std::string& dataset) const;
 

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 #include <span>
 
 #include <hdf5.h>
@@ -236,12 +237,9 @@ DatatypeHandle fixed_text_type(std::size_t bytes) {
 
 DatatypeHandle status_type() {
     DatatypeHandle type(H5Tenum_create(H5T_STD_U8LE));
-    const auto insert = [&type](const char* name, PointStatus status) {
-        H5Tenum_insert(type.get(), name, &status);
-    };
-    insert("completed", PointStatus::Completed);
-    insert("failed", PointStatus::Failed);
-    insert("missing", PointStatus::Missing);
+    for (const PointStatus status :
+         {PointStatus::Completed, PointStatus::Failed, PointStatus::Missing})
+        H5Tenum_insert(type.get(), to_string(status), &status);
     return type;
 }
 
@@ -284,21 +282,21 @@ void Hdf5Output::link(const std::string& target, hid_t parent, const std::string
             "link " + name + " to " + target, path_);
 }
 
-void Hdf5Output::write_attribute_values(hid_t object, const std::string& name,
-                                        const AttributeTypes& types, const DataspaceHandle& space,
+void Hdf5Output::write_attribute_values(hid_t object, const std::string& name, hid_t file_type,
+                                        hid_t memory_type, const DataspaceHandle& space,
                                         const void* values) const {
     const std::string action = "write the attribute " + name;
     const AttributeHandle attribute(
-        checked(H5Acreate2(object, name.c_str(), types.file, space.get(), H5P_DEFAULT, H5P_DEFAULT),
+        checked(H5Acreate2(object, name.c_str(), file_type, space.get(), H5P_DEFAULT, H5P_DEFAULT),
                 action, path_));
-    checked(H5Awrite(attribute.get(), types.memory, values), action, path_);
+    checked(H5Awrite(attribute.get(), memory_type, values), action, path_);
 }
 
 void Hdf5Output::write_attribute(hid_t object, const std::string& name,
                                  const std::string& text) const {
     const char* pointer = text.c_str();
     const DatatypeHandle type = variable_text_type();
-    write_attribute_values(object, name, {type.get(), type.get()}, scalar_space(), &pointer);
+    write_attribute_values(object, name, type.get(), type.get(), scalar_space(), &pointer);
 }
 
 void Hdf5Output::write_attribute(hid_t object, const std::string& name,
@@ -307,18 +305,18 @@ void Hdf5Output::write_attribute(hid_t object, const std::string& name,
     for (const std::string& text : texts)
         pointers.push_back(text.c_str());
     const DatatypeHandle type = variable_text_type();
-    write_attribute_values(object, name, {type.get(), type.get()}, list_space(pointers.size()),
+    write_attribute_values(object, name, type.get(), type.get(), list_space(pointers.size()),
                            pointers.data());
 }
 
 void Hdf5Output::write_attribute(hid_t object, const std::string& name, std::int64_t value) const {
-    write_attribute_values(object, name, {H5T_STD_I64LE, H5T_NATIVE_INT64}, scalar_space(), &value);
+    write_attribute_values(object, name, H5T_STD_I64LE, H5T_NATIVE_INT64, scalar_space(), &value);
 }
 
 void Hdf5Output::write_attribute(hid_t object, const std::string& name,
                                  std::span<const std::int32_t> values) const {
-    write_attribute_values(object, name, {H5T_STD_I32LE, H5T_NATIVE_INT32},
-                           list_space(values.size()), values.data());
+    write_attribute_values(object, name, H5T_STD_I32LE, H5T_NATIVE_INT32, list_space(values.size()),
+                           values.data());
 }
 
 void Hdf5Output::write_text(hid_t parent, const std::string& name, const std::string& text) const {
@@ -353,13 +351,27 @@ void Hdf5Output::write_block(const DatasetHandle& dataset, std::span<const hsize
     checked(result, "write a dataset", path_);
 }
 
+void Hdf5Output::write_dataset(hid_t parent, const std::string& name, const DatasetLayout& layout,
+                               hid_t memory_type, const void* values) const {
+    const DatasetHandle dataset = create_dataset(parent, name, layout);
+    const std::vector<hsize_t> start(layout.shape.size(), 0);
+    write_block(dataset, start, layout.shape, memory_type, values);
+}
+
 void Hdf5Output::write_series(hid_t parent, const std::string& name, const std::string& unit,
                               std::span<const double> values) const {
-    const std::vector<hsize_t> shape{values.size()};
-    const DatasetHandle dataset = create_dataset(
-        parent, name, {H5T_IEEE_F64LE, shape, {table_chunk_rows(shape[0])}, 1, unit, {}});
-    const std::vector<hsize_t> start{0};
-    write_block(dataset, start, shape, H5T_NATIVE_DOUBLE, values.data());
+    const hsize_t rows = values.size();
+    write_dataset(parent, name, {H5T_IEEE_F64LE, {rows}, {table_chunk_rows(rows)}, 1, unit, {}},
+                  H5T_NATIVE_DOUBLE, values.data());
+}
+
+void Hdf5Output::write_numbering(hid_t parent, const std::string& name, std::size_t count,
+                                 const std::string& description) const {
+    std::vector<std::int64_t> numbers(count);
+    std::iota(numbers.begin(), numbers.end(), 0);
+    write_dataset(parent, name,
+                  {H5T_STD_I64LE, {count}, {table_chunk_rows(count)}, 1, "1", description},
+                  H5T_NATIVE_INT64, numbers.data());
 }
 
 void Hdf5Output::close() {

@@ -86,20 +86,23 @@ class Hdf5Output {
     /// The block [start, start + count) of a dataset from memory of the type `memory_type`.
     void write_block(const DatasetHandle& dataset, std::span<const hsize_t> start,
                      std::span<const hsize_t> count, hid_t memory_type, const void* values) const;
-    /// All of a one-dimensional dataset of doubles, created and written.
+    /// A whole dataset, created and written from memory of the type `memory_type`.
+    void write_dataset(hid_t parent, const std::string& name, const DatasetLayout& layout,
+                       hid_t memory_type, const void* values) const;
+    /// The same for a one-dimensional dataset of doubles.
     void write_series(hid_t parent, const std::string& name, const std::string& unit,
                       std::span<const double> values) const;
+    /// The numbers 0 … count − 1 as a dataset.
+    void write_numbering(hid_t parent, const std::string& name, std::size_t count,
+                         const std::string& description) const;
 
     /// Writes the remaining data, synchronises and closes.
     void close();
 
   private:
-    struct AttributeTypes {
-        hid_t file;
-        hid_t memory;
-    };
-    void write_attribute_values(hid_t object, const std::string& name, const AttributeTypes& types,
-                                const DataspaceHandle& space, const void* values) const;
+    void write_attribute_values(hid_t object, const std::string& name, hid_t file_type,
+                                hid_t memory_type, const DataspaceHandle& space,
+                                const void* values) const;
 
     std::filesystem::path path_;
     Hdf5WriteDriver driver_; // before file_: closing the file still writes

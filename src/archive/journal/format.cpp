@@ -12,8 +12,8 @@ namespace {
 
 /// Header and payload have a checksum each. An intact header locates the next record even if its
 /// payload is damaged, so that one flipped bit destroys only one record.
-void put_header(ByteWriter& writer, std::int64_t point, RecordKind kind,
-                std::span<const std::byte> payload) {
+std::vector<std::byte> encoded_header(std::int64_t point, RecordKind kind,
+                                      std::span<const std::byte> payload) {
     ByteWriter header;
     header.put_bytes(record_magic);
     header.put(static_cast<std::uint64_t>(payload.size()));
@@ -22,7 +22,7 @@ void put_header(ByteWriter& writer, std::int64_t point, RecordKind kind,
     header.put(std::uint32_t{0});
     header.put(crc32(payload));
     header.put(crc32(header.bytes()));
-    writer.put_bytes(header.bytes());
+    return header.take();
 }
 
 bool is_known_kind(std::uint32_t number) {
@@ -38,7 +38,7 @@ std::vector<std::byte> encode_journal_header(std::string_view identity, std::uin
     writer.put(version);
     writer.put_text(identity);
     writer.put(crc32(writer.bytes()));
-    return {writer.bytes().begin(), writer.bytes().end()};
+    return writer.take();
 }
 
 void encode_record(const PointRecord& record, std::vector<std::byte>& bytes) {
@@ -50,10 +50,10 @@ void encode_record(const PointRecord& record, std::vector<std::byte>& bytes) {
     bytes = payload.take();
     const auto content = std::span<const std::byte>(bytes).subspan(record_header_size);
 
-    ByteWriter header;
-    put_header(header, record.point, record.completed ? RecordKind::Completed : RecordKind::Failed,
-               content);
-    std::copy(header.bytes().begin(), header.bytes().end(), bytes.begin());
+    std::ranges::copy(encoded_header(record.point,
+                                     record.completed ? RecordKind::Completed : RecordKind::Failed,
+                                     content),
+                      bytes.begin());
 }
 
 void encode_marks(std::span<const std::int64_t> points, RecordKind kind,
@@ -61,7 +61,7 @@ void encode_marks(std::span<const std::int64_t> points, RecordKind kind,
     bytes.clear();
     ByteWriter marks(std::move(bytes));
     for (const std::int64_t point : points)
-        put_header(marks, point, kind, {});
+        marks.put_bytes(encoded_header(point, kind, {}));
     bytes = marks.take();
 }
 

@@ -53,8 +53,4 @@ struct StudyDescription {
     bool operator==(const StudyDescription&) const = default;
 };
 
-/// InputError if a column, a name or a number in the description cannot be stored; the message
-/// names it and the allowed values.
-void validate(const StudyDescription& description);
-
 } // namespace culm::archive

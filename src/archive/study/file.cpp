@@ -114,18 +114,6 @@ std::vector<PointStatus> read_statuses(const Hdf5Input& input, std::int64_t poin
     return statuses;
 }
 
-const char* name_of(PointStatus status) {
-    switch (status) {
-    case PointStatus::Completed:
-        return "completed";
-    case PointStatus::Failed:
-        return "failed";
-    case PointStatus::Missing:
-        return "missing";
-    }
-    return "of unknown status";
-}
-
 } // namespace
 
 StudyFile::StudyFile(const std::filesystem::path& path) : input_(open_input(path)) {
@@ -149,15 +137,6 @@ void StudyFile::require_point(std::int64_t point) const {
                                            path().string(), point, description_.points - 1));
 }
 
-void StudyFile::require_history(bool stored, const char* what, std::int64_t point) const {
-    if (!stored)
-        throw core::InputError(
-            fmt::format("{}: this study does not store {}", path().string(), what));
-    if (status(point) != PointStatus::Completed)
-        throw core::InputError(fmt::format("{}: point {} is {}; it has no {}", path().string(),
-                                           point, name_of(status(point)), what));
-}
-
 PointStatus StudyFile::status(std::int64_t point) const {
     require_point(point);
     return statuses_[static_cast<std::size_t>(point)];
@@ -169,18 +148,6 @@ std::vector<double> StudyFile::require_size(const std::string& dataset, std::vec
         throw core::StorageError(fmt::format("{}: {} has {} numbers instead of {}", path().string(),
                                              dataset, values.size(), size));
     return values;
-}
-
-std::vector<double> StudyFile::require_history_of_size(const std::string& dataset,
-                                                       std::vector<double> values,
-                                                       std::size_t size) const {
-    if (!values.empty() &&
-        std::ranges::all_of(values, [](double value) { return std::isnan(value); }))
-        throw core::StorageError(
-            fmt::format("{}: {} is absent for a completed point; `culm archive verify` lists what "
-                        "is damaged",
-                        path().string(), dataset));
-    return require_size(dataset, std::move(values), size);
 }
 
 std::vector<double> StudyFile::column(const std::string& table, const std::vector<Column>& columns,
@@ -220,44 +187,49 @@ std::vector<double> StudyFile::design() const {
     return table;
 }
 
-std::vector<double> StudyFile::tip_deflection(std::int64_t point) const {
-    require_history(description_.stored.tip, "tip histories", point);
+std::vector<double> StudyFile::history(bool stored, const char* what, std::int64_t point,
+                                       const std::string& dataset, std::size_t size) const {
+    if (!stored)
+        throw core::InputError(
+            fmt::format("{}: this study does not store {}", path().string(), what));
+    if (status(point) != PointStatus::Completed)
+        throw core::InputError(fmt::format("{}: point {} is {}; it has no {}", path().string(),
+                                           point, to_string(status(point)), what));
     const Hdf5Silence silence;
-    const std::string dataset = "/histories/tip_deflection";
-    return require_history_of_size(dataset,
-                                   input_->doubles_at(dataset, static_cast<hsize_t>(point)),
-                                   description_.times.size());
+    std::vector<double> values = dataset.starts_with("/histories/")
+                                     ? input_->doubles_at(dataset, static_cast<hsize_t>(point))
+                                     : input_->doubles(dataset);
+    // A NaN is HDF5's fill value for an absent chunk: a completed point's history has none.
+    if (!values.empty() &&
+        std::ranges::all_of(values, [](double value) { return std::isnan(value); }))
+        throw core::StorageError(
+            fmt::format("{}: {} is absent for a completed point; `culm archive verify` lists what "
+                        "is damaged",
+                        path().string(), dataset));
+    return require_size(dataset, std::move(values), size);
+}
+
+std::vector<double> StudyFile::tip_deflection(std::int64_t point) const {
+    return history(description_.stored.tip, "tip histories", point, "/histories/tip_deflection",
+                   description_.times.size());
 }
 
 std::vector<double> StudyFile::height_deflection(std::int64_t point) const {
-    require_history(description_.stored.heights, "height histories", point);
-    const Hdf5Silence silence;
-    const std::string dataset = "/histories/height_deflection";
-    return require_history_of_size(dataset,
-                                   input_->doubles_at(dataset, static_cast<hsize_t>(point)),
-                                   description_.times.size() * description_.heights.size());
+    return history(description_.stored.heights, "height histories", point,
+                   "/histories/height_deflection",
+                   description_.times.size() * description_.heights.size());
 }
 
 std::vector<double> StudyFile::positions(std::int64_t point) const {
-    require_history(description_.stored.positions, "positions", point);
-    const Hdf5Silence silence;
-    const std::string dataset =
-        fmt::format("/particles/{}/position/value", particle_group_name(point));
-    return require_history_of_size(dataset, input_->doubles(dataset),
-                                   description_.times.size() *
-                                       static_cast<std::size_t>(description_.spheres) * 3);
+    return history(description_.stored.positions, "positions", point,
+                   fmt::format("/particles/{}/position/value", particle_group_name(point)),
+                   description_.times.size() * static_cast<std::size_t>(description_.spheres) * 3);
 }
 
-std::string StudyFile::failure_kind(std::int64_t point) const {
+std::string StudyFile::text_of_failure(const std::string& dataset, std::int64_t point) const {
     require_point(point);
     const Hdf5Silence silence;
-    return input_->text_at("/results/failure_kind", static_cast<hsize_t>(point));
-}
-
-std::string StudyFile::failure_reason(std::int64_t point) const {
-    require_point(point);
-    const Hdf5Silence silence;
-    return input_->text_at("/results/failure_reason", static_cast<hsize_t>(point));
+    return input_->text_at(dataset, static_cast<hsize_t>(point));
 }
 
 std::vector<double> StudyFile::result_values(std::int64_t point) const {

@@ -54,8 +54,12 @@ class StudyFile {
     [[nodiscard]] std::vector<double> positions(std::int64_t point) const;
 
     /// Why a failed point has no answer; both empty for others.
-    [[nodiscard]] std::string failure_kind(std::int64_t point) const;
-    [[nodiscard]] std::string failure_reason(std::int64_t point) const;
+    [[nodiscard]] std::string failure_kind(std::int64_t point) const {
+        return text_of_failure("/results/failure_kind", point);
+    }
+    [[nodiscard]] std::string failure_reason(std::int64_t point) const {
+        return text_of_failure("/results/failure_reason", point);
+    }
 
     /// All stored data of a point; nothing if it is missing. Reading neighbouring points in order
     /// is fast, because results are read a chunk at a time.
@@ -63,15 +67,14 @@ class StudyFile {
 
   private:
     void require_point(std::int64_t point) const;
-    void require_history(bool stored, const char* what, std::int64_t point) const;
     /// The values, or StorageError if there are more or fewer.
     [[nodiscard]] std::vector<double>
     require_size(const std::string& dataset, std::vector<double> values, std::size_t size) const;
-    /// The same for a completed point's history, which never contains NaN: a NaN is HDF5's fill
-    /// value for an absent chunk.
-    [[nodiscard]] std::vector<double> require_history_of_size(const std::string& dataset,
-                                                              std::vector<double> values,
-                                                              std::size_t size) const;
+    /// The `size` numbers of a completed point's history: its row of a table in /histories, or a
+    /// dataset of its own. `what` names the history in messages.
+    [[nodiscard]] std::vector<double> history(bool stored, const char* what, std::int64_t point,
+                                              const std::string& dataset, std::size_t size) const;
+    [[nodiscard]] std::string text_of_failure(const std::string& dataset, std::int64_t point) const;
     /// All results of a point.
     [[nodiscard]] std::vector<double> result_values(std::int64_t point) const;
     [[nodiscard]] std::vector<double> column(const std::string& table,

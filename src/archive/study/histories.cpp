@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <numeric>
 
 #include <fmt/format.h>
 
@@ -45,19 +44,8 @@ HistoriesWriter::HistoriesWriter(const Hdf5Output& output, const StudyDescriptio
         return;
     particles_ = output.create_group(output.root(), "particles");
     // H5MD requires step numbers and times for every trajectory; all share this one dataset.
-    const std::vector<hsize_t> shape{description.times.size()};
-    std::vector<std::int64_t> steps(description.times.size());
-    std::iota(steps.begin(), steps.end(), 0);
-    const DatasetHandle step =
-        output.create_dataset(histories_.get(), "step",
-                              {H5T_STD_I64LE,
-                               shape,
-                               {table_chunk_rows(shape[0])},
-                               1,
-                               "1",
-                               "number of the sample, for the H5MD trajectories"});
-    const std::vector<hsize_t> start{0};
-    output.write_block(step, start, shape, H5T_NATIVE_INT64, steps.data());
+    output.write_numbering(histories_.get(), "step", description.times.size(),
+                           "number of the sample, for the H5MD trajectories");
 }
 
 void HistoriesWriter::create_tables() {
@@ -123,17 +111,14 @@ void HistoriesWriter::write_trajectory(const PointRecord& record) {
     output_.link("/histories/time", position.get(), "time");
     const hsize_t samples = description_.times.size();
     const auto spheres = static_cast<hsize_t>(description_.spheres);
-    const std::vector<hsize_t> shape{samples, spheres, 3};
-    const DatasetHandle value =
-        output_.create_dataset(position.get(), "value",
-                               {H5T_IEEE_F64LE,
-                                shape,
-                                {chunk_samples(samples, 3 * spheres), spheres, 3},
-                                description_.trajectory_compression,
-                                "m",
-                                "centres of the spheres: axial, lateral, out of plane"});
-    const std::vector<hsize_t> start{0, 0, 0};
-    output_.write_block(value, start, shape, H5T_NATIVE_DOUBLE, record.positions.data());
+    output_.write_dataset(position.get(), "value",
+                          {H5T_IEEE_F64LE,
+                           {samples, spheres, 3},
+                           {chunk_samples(samples, 3 * spheres), spheres, 3},
+                           description_.trajectory_compression,
+                           "m",
+                           "centres of the spheres: axial, lateral, out of plane"},
+                          H5T_NATIVE_DOUBLE, record.positions.data());
 }
 
 } // namespace culm::archive

@@ -11,8 +11,9 @@
 #include <array>
 #include <limits>
 #include <map>
-#include <numeric>
+#include <set>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -27,13 +28,42 @@ class TableWriter {
   public:
     /// Creates the datasets, and the attribute `columns` that lists their names in order.
     TableWriter(const Hdf5Output& output, const GroupHandle& group, std::span<const Column> columns,
-                hsize_t rows);
+                hsize_t rows)
+        : output_(output), rows_(rows), chunk_rows_(table_chunk_rows(rows)),
+          buffers_(columns.size()) {
+        std::vector<std::string> names;
+        for (const Column& column : columns) {
+            names.push_back(column.name);
+            datasets_.push_back(output.create_dataset(
+                group.get(), column.name,
+                {H5T_IEEE_F64LE, {rows}, {chunk_rows_}, 1, column.unit, column.description}));
+        }
+        if (!names.empty()) // an attribute cannot be empty in a way that every reader understands
+            output.write_attribute(group.get(), "columns", names);
+    }
 
-    /// One value per column.
-    void append(std::span<const double> row);
+    /// One value per column. Rows are collected until a chunk of each column is full: a chunk that
+    /// is written in parts would be decompressed and compressed again for each part.
+    void append(std::span<const double> row) {
+        for (std::size_t column = 0; column < buffers_.size(); ++column)
+            buffers_[column].push_back(row[column]);
+        ++buffered_;
+        if (buffered_ == chunk_rows_ || written_ + buffered_ == rows_)
+            flush();
+    }
 
   private:
-    void flush();
+    void flush() {
+        const std::vector<hsize_t> start{written_};
+        const std::vector<hsize_t> count{buffered_};
+        for (std::size_t column = 0; column < buffers_.size(); ++column) {
+            output_.write_block(datasets_[column], start, count, H5T_NATIVE_DOUBLE,
+                                buffers_[column].data());
+            buffers_[column].clear();
+        }
+        written_ += buffered_;
+        buffered_ = 0;
+    }
 
     const Hdf5Output& output_;
     hsize_t rows_;
@@ -44,68 +74,8 @@ class TableWriter {
     std::vector<std::vector<double>> buffers_; ///< (columns, rows of a chunk)
 };
 
-TableWriter::TableWriter(const Hdf5Output& output, const GroupHandle& group,
-                         std::span<const Column> columns, hsize_t rows)
-    : output_(output), rows_(rows), chunk_rows_(table_chunk_rows(rows)), buffers_(columns.size()) {
-    std::vector<std::string> names;
-    for (const Column& column : columns) {
-        names.push_back(column.name);
-        datasets_.push_back(output.create_dataset(
-            group.get(), column.name,
-            {H5T_IEEE_F64LE, {rows}, {chunk_rows_}, 1, column.unit, column.description}));
-    }
-    if (!names.empty()) // an attribute cannot be empty in a way that every reader understands
-        output.write_attribute(group.get(), "columns", names);
-}
-
-/// Rows are collected until a chunk of each column is full: a chunk that is written in parts would
-/// be decompressed and compressed again for each part.
-void TableWriter::append(std::span<const double> row) {
-    for (std::size_t column = 0; column < buffers_.size(); ++column)
-        buffers_[column].push_back(row[column]);
-    ++buffered_;
-    if (buffered_ == chunk_rows_ || written_ + buffered_ == rows_)
-        flush();
-}
-
-void TableWriter::flush() {
-    const std::vector<hsize_t> start{written_};
-    const std::vector<hsize_t> count{buffered_};
-    for (std::size_t column = 0; column < buffers_.size(); ++column) {
-        output_.write_block(datasets_[column], start, count, H5T_NATIVE_DOUBLE,
-                            buffers_[column].data());
-        buffers_[column].clear();
-    }
-    written_ += buffered_;
-    buffered_ = 0;
-}
-
 /// Longest failure text that is stored, in bytes; a longer one ends with "…".
 constexpr std::size_t longest_failure_text = 1024;
-
-/// Writes the points in order of their ids. Keeps states and reasons of failure in memory.
-class ResultsWriter {
-  public:
-    ResultsWriter(const Hdf5Output& output, const StudyDescription& description);
-
-    /// The next point; nullptr if it is missing.
-    void append(const PointRecord* record);
-    /// After the last point.
-    void finish();
-
-  private:
-    using Texts = std::map<std::size_t, std::string>; ///< by row; the other rows are empty
-
-    void write_texts(const std::string& name, const Texts& texts, const std::string& description);
-
-    const Hdf5Output& output_;
-    GroupHandle group_;
-    TableWriter table_;
-    std::vector<double> no_values_; ///< a row of NaN
-    std::vector<std::uint8_t> statuses_;
-    Texts failure_kinds_;
-    Texts failure_reasons_;
-};
 
 /// The text in at most longest_failure_text bytes, never cut inside a UTF-8 character.
 std::string shortened(const std::string& text) {
@@ -121,40 +91,59 @@ std::string shortened(const std::string& text) {
     return text.substr(0, end) + ellipsis;
 }
 
-ResultsWriter::ResultsWriter(const Hdf5Output& output, const StudyDescription& description)
-    : output_(output), group_(output.create_group(output.root(), "results")),
-      table_(output, group_, description.results, static_cast<hsize_t>(description.points)),
-      no_values_(description.results.size(), std::numeric_limits<double>::quiet_NaN()) {}
+/// Writes the points in order of their ids. Keeps states and reasons of failure in memory.
+class ResultsWriter {
+  public:
+    ResultsWriter(const Hdf5Output& output, const StudyDescription& description)
+        : output_(output), group_(output.create_group(output.root(), "results")),
+          table_(output, group_, description.results, static_cast<hsize_t>(description.points)),
+          no_values_(description.results.size(), std::numeric_limits<double>::quiet_NaN()) {}
 
-void ResultsWriter::append(const PointRecord* record) {
-    const PointStatus status = record == nullptr ? PointStatus::Missing : record->status();
-    statuses_.push_back(static_cast<std::uint8_t>(status));
-    if (status == PointStatus::Failed) {
-        failure_kinds_.emplace(statuses_.size() - 1, shortened(record->failure_kind));
-        failure_reasons_.emplace(statuses_.size() - 1, shortened(record->failure_reason));
+    /// The next point; nullptr if it is missing.
+    void append(const PointRecord* record) {
+        const PointStatus status = record == nullptr ? PointStatus::Missing : record->status();
+        statuses_.push_back(static_cast<std::uint8_t>(status));
+        if (status == PointStatus::Failed) {
+            failure_kinds_.emplace(statuses_.size() - 1, shortened(record->failure_kind));
+            failure_reasons_.emplace(statuses_.size() - 1, shortened(record->failure_reason));
+        }
+        table_.append(status == PointStatus::Completed ? record->values : no_values_);
     }
-    table_.append(status == PointStatus::Completed ? record->values : no_values_);
-}
 
-void ResultsWriter::finish() {
-    const std::vector<hsize_t> shape{statuses_.size()};
-    const std::vector<hsize_t> start{0};
-    const DatatypeHandle type = status_type();
-    const DatasetHandle status =
-        output_.create_dataset(group_.get(), "status",
-                               {type.get(),
-                                shape,
-                                {table_chunk_rows(shape[0])},
-                                1,
-                                "1",
-                                "0: completed, 1: failed, 2: missing (not computed)"});
-    output_.write_block(status, start, shape, type.get(), statuses_.data());
-    write_texts("failure_kind", failure_kinds_, "short name of the kind of failure, else empty");
-    write_texts("failure_reason", failure_reasons_, "why the point has no answer, else empty");
-}
+    /// After the last point.
+    void finish() {
+        const hsize_t rows = statuses_.size();
+        const DatatypeHandle type = status_type();
+        output_.write_dataset(group_.get(), "status",
+                              {type.get(),
+                               {rows},
+                               {table_chunk_rows(rows)},
+                               1,
+                               "1",
+                               "0: completed, 1: failed, 2: missing (not computed)"},
+                              type.get(), statuses_.data());
+        write_texts("failure_kind", failure_kinds_,
+                    "short name of the kind of failure, else empty");
+        write_texts("failure_reason", failure_reasons_, "why the point has no answer, else empty");
+    }
+
+  private:
+    using Texts = std::map<std::size_t, std::string>; ///< by row; the other rows are empty
+
+    void write_texts(const std::string& name, const Texts& texts,
+                     const std::string& description) const;
+
+    const Hdf5Output& output_;
+    GroupHandle group_;
+    TableWriter table_;
+    std::vector<double> no_values_; ///< a row of NaN
+    std::vector<std::uint8_t> statuses_;
+    Texts failure_kinds_;
+    Texts failure_reasons_;
+};
 
 void ResultsWriter::write_texts(const std::string& name, const Texts& texts,
-                                const std::string& description) {
+                                const std::string& description) const {
     std::size_t width = 1;
     for (const auto& [row, text] : texts)
         width = std::max(width, text.size());
@@ -253,16 +242,10 @@ GroupHandle write_provenance(const Hdf5Output& output, const StudyDescription& d
 void write_design(const Hdf5Output& output, const StudyDescription& description,
                   std::span<const double> design) {
     const GroupHandle group = output.create_group(output.root(), "design");
-    const std::vector<hsize_t> shape{static_cast<hsize_t>(description.points)};
-    const std::vector<hsize_t> start{0};
-    std::vector<std::int64_t> points(static_cast<std::size_t>(description.points));
-    std::iota(points.begin(), points.end(), 0);
-    const DatasetHandle dataset = output.create_dataset(
-        group.get(), "point",
-        {H5T_STD_I64LE, shape, {table_chunk_rows(shape[0])}, 1, "1", "place in the design"});
-    output.write_block(dataset, start, shape, H5T_NATIVE_INT64, points.data());
-    TableWriter table(output, group, description.factors, shape[0]);
-    for (std::size_t row = 0; row < points.size(); ++row)
+    const auto points = static_cast<std::size_t>(description.points);
+    output.write_numbering(group.get(), "point", points, "place in the design");
+    TableWriter table(output, group, description.factors, points);
+    for (std::size_t row = 0; row < points; ++row)
         table.append(design.subspan(row * description.factors.size(), description.factors.size()));
 }
 
@@ -303,6 +286,51 @@ void write_points(const Hdf5Output& output, const StudyDescription& description,
         histories.append(record && record->completed ? &*record : nullptr);
     }
     results.finish();
+}
+
+void validate_names(std::span<const Column> columns, const std::string& table,
+                    std::set<std::string, std::less<>> taken) {
+    for (const Column& column : columns) {
+        // The rules of HDF5: '/' separates groups and "." is the group itself.
+        if (column.name.empty() || column.name == "." ||
+            column.name.find('/') != std::string::npos ||
+            column.name.find('\0') != std::string::npos)
+            throw core::InputError(
+                fmt::format("{} column \"{}\": a name must not be empty, \".\", or contain '/'",
+                            table, column.name));
+        if (!taken.insert(column.name).second)
+            throw core::InputError(fmt::format(
+                "{} column \"{}\": the name is used twice or reserved", table, column.name));
+    }
+}
+
+void require(bool condition, std::string_view text) {
+    if (!condition)
+        throw core::InputError(fmt::format("study description: {}", text));
+}
+
+/// InputError if a column, a name or a number in the description cannot be stored; the message
+/// names it and the allowed values.
+void validate(const StudyDescription& description) {
+    validate_names(description.factors, "design", {"point"});
+    validate_names(description.results, "results", {"status", "failure_kind", "failure_reason"});
+    std::vector<Column> texts;
+    for (const auto& [name, text] : description.provenance)
+        texts.push_back({name, {}, {}});
+    validate_names(texts, "provenance", {"identity", "entries"});
+
+    const StoredHistories& stored = description.stored;
+    require(description.points > 0,
+            fmt::format("{} points; at least 1 is needed", description.points));
+    require(!(stored.tip || stored.heights || stored.positions) || !description.times.empty(),
+            "histories are stored, but there are no sample times");
+    require(!stored.heights || !description.heights.empty(),
+            "height histories are stored, but there are no heights");
+    require(!stored.positions || description.spheres > 0,
+            "positions are stored, but the number of spheres is not positive");
+    require(description.trajectory_compression >= 0 && description.trajectory_compression <= 9,
+            fmt::format("trajectory compression {}; allowed are 0 to 9",
+                        description.trajectory_compression));
 }
 
 } // namespace
