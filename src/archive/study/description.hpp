@@ -2,6 +2,7 @@
 // The description of a study in its file: everything except the points.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -15,6 +16,15 @@ inline constexpr std::string_view study_format_name = "culm-study";
 /// A reader refuses another major version; a minor version only adds.
 inline constexpr int study_format_major = 1;
 inline constexpr int study_format_minor = 0;
+
+/// Names and texts, in the order given.
+using Texts = std::vector<std::pair<std::string, std::string>>;
+
+/// The text of that name; empty if there is none.
+[[nodiscard]] inline std::string text_named(std::string_view name, const Texts& texts) {
+    const auto found = std::ranges::find(texts, name, &Texts::value_type::first);
+    return found == texts.end() ? std::string() : found->second;
+}
 
 /// One column of a table.
 struct Column {
@@ -47,7 +57,7 @@ struct StudyDescription {
     std::string version;         ///< of culm
     /// Name and text, in the order given: compiler, libraries, hosts, ranks, seed, start, end …
     /// "identity" and "entries" are reserved; "config" and texts above 8 KiB become datasets.
-    std::vector<std::pair<std::string, std::string>> provenance;
+    Texts provenance;
     int trajectory_compression = 0; ///< deflate level 0 … 9 for positions
 
     bool operator==(const StudyDescription&) const = default;

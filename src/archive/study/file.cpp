@@ -66,9 +66,9 @@ std::vector<Column> read_columns(const Hdf5Input& input, const std::string& tabl
     return columns;
 }
 
-std::vector<std::pair<std::string, std::string>> read_provenance(const Hdf5Input& input) {
+Texts read_provenance(const Hdf5Input& input) {
     const std::string group = "/provenance";
-    std::vector<std::pair<std::string, std::string>> entries;
+    Texts entries;
     if (!input.has_attribute(group, "entries"))
         return entries;
     for (const std::string& name : input.text_list_attribute(group, "entries")) {

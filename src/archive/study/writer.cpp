@@ -128,9 +128,9 @@ class ResultsWriter {
     }
 
   private:
-    using Texts = std::map<std::size_t, std::string>; ///< by row; the other rows are empty
+    using TextsByRow = std::map<std::size_t, std::string>; ///< the other rows are empty
 
-    void write_texts(const std::string& name, const Texts& texts,
+    void write_texts(const std::string& name, const TextsByRow& texts,
                      const std::string& description) const;
 
     const Hdf5Output& output_;
@@ -138,11 +138,11 @@ class ResultsWriter {
     TableWriter table_;
     std::vector<double> no_values_; ///< a row of NaN
     std::vector<std::uint8_t> statuses_;
-    Texts failure_kinds_;
-    Texts failure_reasons_;
+    TextsByRow failure_kinds_;
+    TextsByRow failure_reasons_;
 };
 
-void ResultsWriter::write_texts(const std::string& name, const Texts& texts,
+void ResultsWriter::write_texts(const std::string& name, const TextsByRow& texts,
                                 const std::string& description) const {
     std::size_t width = 1;
     for (const auto& [row, text] : texts)

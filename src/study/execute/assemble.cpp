@@ -8,6 +8,7 @@
 #include "study/config/study_config.hpp"
 #include "study/execute/folder_state.hpp"
 #include "study/execute/point_results.hpp"
+#include "study/summary/summary.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -20,9 +21,7 @@
 
 namespace culm::study {
 
-archive::StudyDescription
-description_of(const Study& study,
-               const std::vector<std::pair<std::string, std::string>>& provenance) {
+archive::StudyDescription description_of(const Study& study, const archive::Texts& provenance) {
     const run::CaseSpec& base = study.config.base;
     archive::StudyDescription description;
     description.points = study.design.point_count();
@@ -43,12 +42,20 @@ description_of(const Study& study,
     description.spheres = base.stem.sphere_count;
     description.identity = study.config.identity();
     description.author = "culm";
-    for (const auto& [name, text] : provenance)
-        if (name == "version")
-            description.version = text;
+    description.version = archive::text_named("version", provenance);
     description.provenance = provenance;
     description.trajectory_compression = study.config.trajectory_compression;
     return description;
+}
+
+archive::Texts provenance_of(const StudyConfig& config, archive::Texts facts) {
+    facts.emplace_back("config", config.text);
+    facts.emplace_back("config_file", config.file);
+    if (!config.files.empty())
+        facts.emplace_back("config_files", to_text(config.files));
+    facts.emplace_back("study_name", config.name);
+    facts.emplace_back("seed", std::to_string(config.seed));
+    return facts;
 }
 
 std::vector<double> design_in_config_units(const Design& design) {
@@ -87,7 +94,7 @@ class WorkSum {
 } // namespace
 
 bool assemble_archive(const Study& study, const StudyFolder& folder,
-                      const std::vector<std::pair<std::string, std::string>>& provenance) {
+                      const archive::Texts& provenance) {
     const std::string identity = study.config.identity();
     archive::JournalIndex index(archive::scan_journal_folder(folder.journals(), identity));
     std::optional<archive::StudyFile> older;
@@ -224,15 +231,6 @@ void require_same_study(const StudyFolder& first, const FolderState& one, const 
                                            difference(one.identity, other.identity)));
 }
 
-using Texts = std::vector<std::pair<std::string, std::string>>;
-
-std::string text_of(const Texts& texts, const std::string& name) {
-    for (const auto& [key, text] : texts)
-        if (key == name)
-            return text;
-    return {};
-}
-
 /// The study as described by the first folder that contains its configuration, and where it ran.
 struct Origin {
     Study study;
@@ -242,10 +240,9 @@ struct Origin {
 Origin origin_of(const std::vector<FolderState>& states, const StudyFolder& first) {
     for (const FolderState& state : states) {
         if (state.archive) {
-            const Texts& texts = state.archive->provenance;
-            return {parse_study(text_of(texts, "config"), text_of(texts, "config_file"),
-                                files_from_text(text_of(texts, "config_files"))),
-                    text_of(texts, "ranks"), text_of(texts, "start")};
+            const archive::Texts& texts = state.archive->provenance;
+            return {archived_study(texts), archive::text_named("ranks", texts),
+                    archive::text_named("start", texts)};
         }
         if (state.note)
             return {parse_study(state.note->config, state.note->config_file, state.note->files),
@@ -260,7 +257,7 @@ Origin origin_of(const std::vector<FolderState>& states, const StudyFolder& firs
 } // namespace
 
 MergeOutcome merge_folders(const std::vector<StudyFolder>& sources, const StudyFolder& target,
-                           const Texts& provenance) {
+                           const archive::Texts& provenance) {
     if (is_there(target.archive()))
         throw core::InputError(fmt::format("{} is there already; choose another folder with -o",
                                            target.archive().string()));
@@ -271,26 +268,14 @@ MergeOutcome merge_folders(const std::vector<StudyFolder>& sources, const StudyF
         states.push_back(sound_state(source));
         require_same_study(sources.front(), states.front(), source, states.back());
         merger.add(source, states.back());
-        if (!names.empty())
-            names += '\n';
-        names += source.path().string();
+        names += (names.empty() ? "" : "\n") + source.path().string();
     }
     const Origin origin = origin_of(states, sources.front());
-    Texts texts = provenance;
-    texts.emplace_back("config", origin.study.config.text);
-    texts.emplace_back("config_file", origin.study.config.file);
-    if (!origin.study.config.files.empty())
-        texts.emplace_back("config_files", to_text(origin.study.config.files));
-    texts.emplace_back("study_name", origin.study.config.name);
-    texts.emplace_back("seed", std::to_string(origin.study.config.seed));
+    archive::Texts texts = provenance_of(origin.study.config, provenance);
     texts.emplace_back("ranks", origin.ranks);
     texts.emplace_back("start", origin.start);
     texts.emplace_back("merged_from", names);
-    std::error_code error;
-    std::filesystem::create_directories(target.path(), error);
-    if (error)
-        throw core::StorageError(fmt::format("cannot create the folder {}: {}",
-                                             target.path().string(), error.message()));
+    create_folder(target.path());
     WorkSum work(origin.study.config);
     archive::write_study_file(
         target.archive(), description_of(origin.study, texts),

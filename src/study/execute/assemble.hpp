@@ -14,19 +14,19 @@
 namespace culm::study {
 
 /// Contents of the study file besides the points; its version is the entry of that name.
-[[nodiscard]] archive::StudyDescription
-description_of(const Study& study,
-               const std::vector<std::pair<std::string, std::string>>& provenance);
+[[nodiscard]] archive::StudyDescription description_of(const Study& study,
+                                                       const archive::Texts& provenance);
 
 /// (points, factors), row-major, in the units of the factors' keys.
 [[nodiscard]] std::vector<double> design_in_config_units(const Design& design);
+/// `facts` about this program, and what describes the study: its configuration, files, name, seed.
+[[nodiscard]] archive::Texts provenance_of(const StudyConfig& config, archive::Texts facts);
 
 /// Writes the study file if the journals (and an older study file) contain every point, and then
 /// removes the journals. Returns false and changes nothing if points are missing. Throws
 /// core::StorageError; the journals remain in that case.
-[[nodiscard]] bool
-assemble_archive(const Study& study, const StudyFolder& folder,
-                 const std::vector<std::pair<std::string, std::string>>& provenance);
+[[nodiscard]] bool assemble_archive(const Study& study, const StudyFolder& folder,
+                                    const archive::Texts& provenance);
 
 struct MergeOutcome {
     std::int64_t points = 0;
@@ -42,8 +42,8 @@ struct MergeOutcome {
 /// failed one; otherwise the folder named first does. `provenance` are facts about this program.
 /// InputError: a source contains no study or another one, is being written, does not describe its
 /// design, or the target exists already. StorageError: damage, disk full.
-[[nodiscard]] MergeOutcome
-merge_folders(const std::vector<StudyFolder>& sources, const StudyFolder& target,
-              const std::vector<std::pair<std::string, std::string>>& provenance);
+[[nodiscard]] MergeOutcome merge_folders(const std::vector<StudyFolder>& sources,
+                                         const StudyFolder& target,
+                                         const archive::Texts& provenance);
 
 } // namespace culm::study

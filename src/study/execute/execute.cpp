@@ -112,14 +112,11 @@ class PointWorker {
 
 /// The record of a point that is no longer tried.
 archive::PointRecord given_up_record(std::int64_t point, int crash_limit) {
-    archive::PointRecord record;
-    record.point = point;
-    record.failure_kind = archive::rank_died;
-    record.failure_reason =
+    return failed_record(
+        point, archive::rank_died,
         fmt::format("the process that computed this point died {} time{} (--crash-limit {}); "
                     "--retry-failed tries it again",
-                    crash_limit, crash_limit == 1 ? "" : "s", crash_limit);
-    return record;
+                    crash_limit, crash_limit == 1 ? "" : "s", crash_limit));
 }
 
 void compute(const Study& study, const FolderContent& content, const StudyFolder& folder,
@@ -147,9 +144,7 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
     const std::vector<farm::Batch> batches =
         make_batches(study, content.pending_points, content.suspect_points);
     PointWorker worker(study, *journal, options.compute_point);
-    const auto work = [&worker](const farm::Batch& batch, farm::Heartbeat& heartbeat) {
-        return worker(batch, heartbeat);
-    };
+    const auto work = std::ref(worker);
     farm::FarmOptions farm_options = options.farm;
     farm_options.seconds_per_cost = 1.0; // make_batches plans in seconds
     // An earlier job on this study has measured the times that are otherwise estimated; a deadline
@@ -225,13 +220,7 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
         leave_note(folder, note_of(study, start, communicator, options));
     compute(study, content, folder, communicator, options, outcome);
 
-    std::vector<std::pair<std::string, std::string>> provenance = options.provenance;
-    provenance.emplace_back("config", study.config.text);
-    provenance.emplace_back("config_file", study.config.file);
-    if (!study.config.files.empty())
-        provenance.emplace_back("config_files", to_text(study.config.files));
-    provenance.emplace_back("study_name", study.config.name);
-    provenance.emplace_back("seed", std::to_string(study.config.seed));
+    archive::Texts provenance = provenance_of(study.config, options.provenance);
     provenance.emplace_back("hosts", distinct_hosts(communicator));
     provenance.emplace_back("ranks", std::to_string(outcome.farm.ranks));
     provenance.emplace_back("start", start);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "archive/point_record.hpp"
+#include "archive/study/description.hpp"
 #include "farm/farm.hpp"
 #include "study/execute/plan.hpp"
 #include "study/execute/study_folder.hpp"
@@ -24,7 +25,7 @@ struct ExecuteOptions {
     /// it by seconds.
     archive::LockWait lock_wait;
     /// Facts about this program for the archive's provenance: name and text.
-    std::vector<std::pair<std::string, std::string>> provenance;
+    archive::Texts provenance;
     /// Called on rank 0 before the first point is started, with the plan of the run and the pace
     /// that earlier runs in the folder measured; may be empty.
     std::function<void(const Estimate& plan, const farm::Pace& pace)> announce;

@@ -53,26 +53,39 @@ StudyNote from_json(const nlohmann::ordered_json& json) {
     return note;
 }
 
+/// Replaces a file atomically. Throws StorageError if it cannot be written; `error` is that of the
+/// renaming.
+void replace_json(const fs::path& file, const nlohmann::ordered_json& json,
+                  std::error_code& error) {
+    const fs::path temporary = file.string() + ".tmp";
+    std::ofstream out(temporary);
+    out << json.dump(1) << '\n';
+    out.flush();
+    if (!out) {
+        const int reason = errno;
+        out.close();
+        fs::remove(temporary, error);
+        throw core::StorageError(fmt::format("cannot write {}: {}", temporary.string(),
+                                             std::generic_category().message(reason)));
+    }
+    out.close();
+    fs::rename(temporary, file, error);
+}
+
+constexpr const char* pace_format = "culm-pace";
+
+bool is_sound(const farm::Pace& pace) {
+    return std::isfinite(pace.cost) && std::isfinite(pace.seconds) && std::isfinite(pace.squares) &&
+           pace.cost > 0.0 && pace.seconds > 0.0 && pace.squares > 0.0;
+}
+
 } // namespace
 
 void write_note(const StudyFolder& folder, const StudyNote& note) {
-    const fs::path temporary = folder.note().string() + ".tmp";
     std::error_code error;
     fs::create_directories(folder.journals(), error);
-    if (!error) {
-        std::ofstream out(temporary);
-        out << to_json(note).dump(1) << '\n';
-        out.flush();
-        if (!out) {
-            const int reason = errno;
-            out.close();
-            fs::remove(temporary, error);
-            throw core::StorageError(fmt::format("cannot write {}: {}", temporary.string(),
-                                                 std::generic_category().message(reason)));
-        }
-        out.close();
-        fs::rename(temporary, folder.note(), error);
-    }
+    if (!error)
+        replace_json(folder.note(), to_json(note), error);
     if (error)
         throw core::StorageError(
             fmt::format("cannot write {}: {}", folder.note().string(), error.message()));
@@ -89,19 +102,6 @@ std::optional<StudyNote> read_note(const StudyFolder& folder) {
             fmt::format("{} cannot be read: {}", folder.note().string(), error.what()));
     }
 }
-
-namespace {
-
-namespace fs = std::filesystem;
-
-constexpr const char* pace_format = "culm-pace";
-
-bool is_sound(const farm::Pace& pace) {
-    return std::isfinite(pace.cost) && std::isfinite(pace.seconds) && std::isfinite(pace.squares) &&
-           pace.cost > 0.0 && pace.seconds > 0.0 && pace.squares > 0.0;
-}
-
-} // namespace
 
 farm::Pace read_pace(const StudyFolder& folder) {
     std::ifstream in(folder.pace());
@@ -122,19 +122,17 @@ void write_pace(const StudyFolder& folder, const farm::Pace& pace) {
     // The pace only improves an estimate, so a failure to store it is not reported.
     if (!is_sound(pace) || !fs::is_directory(folder.journals(), error))
         return;
-    const fs::path temporary = folder.pace().string() + ".tmp";
-    const nlohmann::ordered_json json = {{"format", pace_format},
-                                         {"format_version", "1.0"},
-                                         {"estimated_seconds", pace.cost},
-                                         {"seconds", pace.seconds},
-                                         {"seconds_squared_per_estimated_second", pace.squares}};
-    std::ofstream out(temporary);
-    out << json.dump(1) << '\n';
-    out.close();
-    if (out)
-        fs::rename(temporary, folder.pace(), error);
-    else
-        fs::remove(temporary, error);
+    try {
+        replace_json(folder.pace(),
+                     {{"format", pace_format},
+                      {"format_version", "1.0"},
+                      {"estimated_seconds", pace.cost},
+                      {"seconds", pace.seconds},
+                      {"seconds_squared_per_estimated_second", pace.squares}},
+                     error);
+    } catch (const core::StorageError&) {
+        return;
+    }
 }
 
 farm::Pace earlier_pace(const StudyFolder& folder, const std::vector<farm::Batch>& batches,

@@ -2,6 +2,7 @@
 // Files next to the journals: the study that they belong to, and the times of its points so far.
 #pragma once
 
+#include "archive/study/description.hpp"
 #include "farm/batch.hpp"
 #include "farm/communicator.hpp"
 #include "farm/pace.hpp"
@@ -24,7 +25,7 @@ struct StudyNote {
     std::string start;       ///< of the latest run, UTC
     int ranks = 1;           ///< of the latest run
     /// Facts about the program that computes: name and text.
-    std::vector<std::pair<std::string, std::string>> provenance;
+    archive::Texts provenance;
     StudyFiles files; ///< that the study names
 
     bool operator==(const StudyNote&) const = default;

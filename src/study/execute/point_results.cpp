@@ -51,16 +51,16 @@ std::span<const WorkColumn> work_of(run::IntegrationMethod method) {
                                                       : std::span(columns).first(2);
 }
 
-archive::PointRecord failed_record(std::int64_t point, core::FailureKind kind,
+} // namespace
+
+archive::PointRecord failed_record(std::int64_t point, std::string_view kind,
                                    const std::string& reason) {
     archive::PointRecord record;
     record.point = point;
-    record.failure_kind = core::to_string(kind);
+    record.failure_kind = kind;
     record.failure_reason = reason;
     return record;
 }
-
-} // namespace
 
 std::vector<archive::Column> result_columns(const StudyConfig& config) {
     if (config.kind == StudyKind::Timestep)
@@ -107,7 +107,7 @@ std::vector<double> sample_times(const run::CaseSpec& spec) {
 archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome outcome,
                                  const ReduceOptions& options) {
     if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
-        return failed_record(spec.point, failure->kind, failure->reason);
+        return failed_record(spec.point, core::to_string(failure->kind), failure->reason);
     run::CaseResult& result = std::get<run::CaseResult>(outcome);
 
     archive::PointRecord record;
@@ -121,7 +121,7 @@ archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome out
         // A point without a fit and without a history has no result, which is a failure. A stored
         // history is a result, and can be fitted again with other options.
         if (spec.store == run::StoreLevel::Fit)
-            return failed_record(spec.point, error.kind(), error.what());
+            return failed_record(spec.point, core::to_string(error.kind()), error.what());
         record.values.assign(fit_columns, std::numeric_limits<double>::quiet_NaN());
     }
     for (const WorkColumn& work : work_of(spec.integrator.method))
@@ -259,12 +259,10 @@ archive::PointRecord compute_timestep_point(const StudyConfig& config, const run
             append_comparison(config, spec, limits.linearised(), heartbeat, simulator,
                               record.values);
         record.completed = true;
+        return record;
     } catch (const core::NumericalError& error) {
-        record.values.clear();
-        record.failure_kind = core::to_string(error.kind());
-        record.failure_reason = error.what();
+        return failed_record(spec.point, core::to_string(error.kind()), error.what());
     }
-    return record;
 }
 
 double explicit_steps_of_point(const StudyConfig& config, const run::CaseSpec& spec) {

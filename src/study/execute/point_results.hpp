@@ -24,6 +24,10 @@ namespace culm::study {
 /// Sample times of a study's histories, s.
 [[nodiscard]] std::vector<double> sample_times(const run::CaseSpec& spec);
 
+/// The record of a point without an answer; `kind` is the short name of the failure.
+[[nodiscard]] archive::PointRecord failed_record(std::int64_t point, std::string_view kind,
+                                                 const std::string& reason);
+
 /// Fits Eq. 1 to the tip's history and keeps what the study stores. A computed case whose history
 /// cannot be fitted fails when nothing but the fit is stored; else its histories are kept and the
 /// fit's columns are NaN. `wall_seconds` of the case is not recorded: it differs between runs.

@@ -141,6 +141,14 @@ bool is_there(const fs::path& path) {
     return exists;
 }
 
+void create_folder(const fs::path& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error)
+        throw core::StorageError(
+            fmt::format("cannot create the folder {}: {}", folder.string(), error.message()));
+}
+
 void make_writable(const StudyFolder& folder) {
     const std::string name = folder.path().string();
     std::error_code error;
@@ -198,19 +206,15 @@ archive::FileDescriptor locked(const std::filesystem::path& path, const archive:
     return file;
 }
 
-/// Does the path still refer to that file? The previous job may have removed it meanwhile.
-bool is_at(const std::filesystem::path& path, const archive::FileDescriptor& file) {
-    struct stat named {};
-    return ::stat(path.c_str(), &named) == 0 && file.is_same_file(named.st_dev, named.st_ino);
-}
-
-archive::FileDescriptor hold(const std::filesystem::path& path, const archive::LockWait& wait) {
-    archive::FileDescriptor file = locked(path, wait);
-    // The previous job may have removed the file between opening and locking; the lock would then
-    // be on a file that no other process can find.
-    while (!is_at(path, file))
-        file = locked(path, wait);
-    return file;
+archive::FileDescriptor hold(const fs::path& path, const archive::LockWait& wait) {
+    while (true) {
+        archive::FileDescriptor file = locked(path, wait);
+        struct stat named {};
+        // The previous job may have removed the file between opening and locking; the lock would
+        // then be on a file that no other process can find.
+        if (::stat(path.c_str(), &named) == 0 && file.is_same_file(named.st_dev, named.st_ino))
+            return file;
+    }
 }
 
 } // namespace

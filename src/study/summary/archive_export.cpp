@@ -3,14 +3,13 @@
 
 #include "archive/study/description.hpp"
 #include "archive/study/file.hpp"
-#include "archive/study/histories.hpp"
 #include "core/error.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <fstream>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include <fmt/format.h>
@@ -22,22 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 using archive::PointStatus;
 using archive::StudyFile;
-
-/// A file that is written completely; otherwise it throws.
-class TextFile {
-  public:
-    explicit TextFile(fs::path path) : path_(std::move(path)), out_(path_) {}
-    std::ofstream& stream() { return out_; }
-    void finish() {
-        out_.close();
-        if (!out_)
-            throw core::StorageError(fmt::format("{}: cannot be written", path_.string()));
-    }
-
-  private:
-    fs::path path_;
-    std::ofstream out_;
-};
 
 /// RFC 4180: in quotes if it needs them, quotes doubled.
 std::string csv_text(const std::string& text) {
@@ -62,36 +45,33 @@ std::string heading(const archive::Column& column) {
                                        : fmt::format("{} [{}]", column.name, column.unit));
 }
 
-const char* name_of(PointStatus status) {
-    return status == PointStatus::Completed ? "completed"
-           : status == PointStatus::Failed  ? "failed"
-                                            : "missing";
-}
-
 void write_points(const StudyFile& file, const fs::path& target) {
     const archive::StudyDescription& description = file.description();
-    TextFile table(target / "points.csv");
+    const fs::path path = target / "points.csv";
+    std::ofstream table(path);
     std::vector<std::vector<double>> columns;
-    fmt::print(table.stream(), "point,status");
+    fmt::print(table, "point,status");
     for (const archive::Column& column : description.factors) {
-        fmt::print(table.stream(), ",{}", heading(column));
+        fmt::print(table, ",{}", heading(column));
         columns.push_back(file.factor(column.name));
     }
     for (const archive::Column& column : description.results) {
-        fmt::print(table.stream(), ",{}", heading(column));
+        fmt::print(table, ",{}", heading(column));
         columns.push_back(file.result(column.name));
     }
-    fmt::print(table.stream(), ",failure_kind,failure_reason\n");
+    fmt::print(table, ",failure_kind,failure_reason\n");
     for (std::int64_t point = 0; point < file.point_count(); ++point) {
-        fmt::print(table.stream(), "{},{}", point, name_of(file.status(point)));
+        fmt::print(table, "{},{}", point, to_string(file.status(point)));
         for (const std::vector<double>& column : columns)
-            fmt::print(table.stream(), ",{}", cell(column[static_cast<std::size_t>(point)]));
+            fmt::print(table, ",{}", cell(column[static_cast<std::size_t>(point)]));
         const bool is_failed = file.status(point) == PointStatus::Failed;
-        fmt::print(table.stream(), ",{},{}\n",
+        fmt::print(table, ",{},{}\n",
                    is_failed ? csv_text(file.failure_kind(point)) : std::string(),
                    is_failed ? csv_text(file.failure_reason(point)) : std::string());
     }
-    table.finish();
+    table.close();
+    if (!table)
+        throw core::StorageError(fmt::format("{}: cannot be written", path.string()));
 }
 
 } // namespace
@@ -107,16 +87,11 @@ ExportOutcome export_archive(const StudyFolder& folder, const fs::path& target) 
             fmt::format("{} is there already; choose another folder with -o or remove it",
                         (target / "points.csv").string()));
     const StudyFile file(folder.archive());
-    std::error_code error;
-    fs::create_directories(target, error);
-    if (error)
-        throw core::StorageError(
-            fmt::format("cannot create the folder {}: {}", target.string(), error.message()));
+    create_folder(target);
     write_points(file, target);
     ExportOutcome outcome;
     outcome.points = file.point_count();
-    for (std::int64_t point = 0; point < file.point_count(); ++point)
-        outcome.missing += file.status(point) == PointStatus::Missing ? 1 : 0;
+    outcome.missing = std::ranges::count(file.statuses(), PointStatus::Missing);
     return outcome;
 }
 

@@ -20,16 +20,6 @@ struct FittedPoint {
     double frequency = std::numeric_limits<double>::quiet_NaN(); ///< Hz
 };
 
-/// The fits as archived: (points).
-std::vector<FittedPoint> archived_fits(const archive::StudyFile& file) {
-    const std::vector<double> decay_per_cycle = file.result("decay_per_cycle");
-    const std::vector<double> frequency = file.result("frequency");
-    std::vector<FittedPoint> fits;
-    for (std::size_t k = 0; k < frequency.size(); ++k)
-        fits.push_back({decay_per_cycle[k], frequency[k]});
-    return fits;
-}
-
 /// Failed and missing points have no number.
 double sum_of_numbers(const std::vector<double>& values) {
     double sum = 0.0;
@@ -53,11 +43,10 @@ FittedPoint fit_again(const archive::StudyFile& file, std::int64_t point,
 
 } // namespace
 
-std::string provenance_text(const archive::StudyFile& file, const std::string& name) {
-    for (const auto& [key, text] : file.description().provenance)
-        if (key == name)
-            return text;
-    return {};
+Study archived_study(const archive::Texts& provenance) {
+    return parse_study(archive::text_named("config", provenance),
+                       archive::text_named("config_file", provenance),
+                       files_from_text(archive::text_named("config_files", provenance)));
 }
 
 ArchivedStudy open_archive(const StudyFolder& folder) {
@@ -72,10 +61,8 @@ ArchivedStudy open_archive(const StudyFolder& folder) {
                               folder.path().string()));
     }
     archive::StudyFile file(folder.archive());
-    const std::string config = provenance_text(file, "config");
-    const std::string name = provenance_text(file, "config_file");
-    const StudyFiles files = files_from_text(provenance_text(file, "config_files"));
-    return {std::move(file), parse_study(config, name, files)};
+    Study study = archived_study(file.description().provenance);
+    return {std::move(file), std::move(study)};
 }
 
 StudySummary reduce_study(const ArchivedStudy& archived, const std::optional<ReduceOptions>& refit,
@@ -99,11 +86,13 @@ StudySummary reduce_study(const ArchivedStudy& archived, const std::optional<Red
         summary.work.emplace_back(name, sum_of_numbers(file.result(name)));
     summary.reduce = refit.value_or(archived.study.config.reduce);
     summary.reduce.significance = significance.value_or(summary.reduce.significance);
-    const std::vector<FittedPoint> stored = archived_fits(file);
+    const std::vector<double> stored_decays = file.result("decay_per_cycle");
+    const std::vector<double> stored_frequencies = file.result("frequency");
     for (std::int64_t point = 0; point < summary.points; ++point) {
         const run::CaseSpec spec =
             case_of_point(archived.study.config, archived.study.design, point);
-        FittedPoint fit = stored[static_cast<std::size_t>(point)];
+        const auto k = static_cast<std::size_t>(point);
+        FittedPoint fit{stored_decays[k], stored_frequencies[k]};
         if (file.status(point) == archive::PointStatus::Completed) {
             std::string reason;
             // An archived history without a fit is fitted again to obtain the reason.

@@ -49,8 +49,13 @@ struct ArchivedStudy {
 /// Throws core::InputError when the folder holds no complete archive (and says what to do).
 [[nodiscard]] ArchivedStudy open_archive(const StudyFolder& folder);
 
+/// The study that an archive with this provenance describes.
+[[nodiscard]] Study archived_study(const archive::Texts& provenance);
 /// A text of the archive's provenance; empty if there is none of that name.
-[[nodiscard]] std::string provenance_text(const archive::StudyFile& file, const std::string& name);
+[[nodiscard]] inline std::string provenance_text(const archive::StudyFile& file,
+                                                 std::string_view name) {
+    return archive::text_named(name, file.description().provenance);
+}
 
 /// Reduces a study of kind Vibration (core::InputError for another). With `refit` the stored tip
 /// histories are fitted again under these options (core::InputError when the study stores none);

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <limits>
 #include <map>
 #include <string>
@@ -18,20 +19,8 @@ namespace {
 
 constexpr std::size_t richardson_steps = 3;
 
-/// The result table, read once.
-class Results {
-  public:
-    explicit Results(const archive::StudyFile& file) {
-        for (const archive::Column& column : file.description().results)
-            columns_[column.name] = file.result(column.name);
-    }
-    [[nodiscard]] double at(const std::string& name, std::int64_t point) const {
-        return columns_.at(name)[static_cast<std::size_t>(point)];
-    }
-
-  private:
-    std::map<std::string, std::vector<double>> columns_;
-};
+/// Gives a result of a point by the name of its column.
+using Results = std::function<double(const std::string& name, std::int64_t point)>;
 
 void read_steps(const Results& results, const std::vector<double>& fractions, TimestepStem& stem) {
     std::vector<double> steps;
@@ -39,7 +28,7 @@ void read_steps(const Results& results, const std::vector<double>& fractions, Ti
     std::vector<double> frequencies;
     for (const double fraction : fractions) {
         const auto at = [&](const char* quantity) {
-            return results.at(column_at(quantity, fraction), stem.point);
+            return results(column_at(quantity, fraction), stem.point);
         };
         StepResult step;
         step.step = at("timestep");
@@ -67,15 +56,15 @@ TimestepStem read_stem(const Results& results, const run::CaseSpec& spec,
     stem.point = spec.point;
     stem.youngs_modulus = spec.stem.bond_youngs_modulus;
     stem.bond_damping = spec.stem.bond_damping;
-    stem.stable = results.at("limit_stable", spec.point);
-    stem.unstable = results.at("limit_unstable", spec.point);
-    stem.transverse = results.at("limit_transverse", spec.point);
-    stem.axial = results.at("limit_axial", spec.point);
-    stem.rule = results.at("limit_rule", spec.point);
-    stem.bond_time = results.at("bond_time", spec.point);
+    stem.stable = results("limit_stable", spec.point);
+    stem.unstable = results("limit_unstable", spec.point);
+    stem.transverse = results("limit_transverse", spec.point);
+    stem.axial = results("limit_axial", spec.point);
+    stem.rule = results("limit_rule", spec.point);
+    stem.bond_time = results("bond_time", spec.point);
     if (!options.fractions.empty()) {
-        stem.reference_decay = results.at("reference_decay_per_cycle", spec.point);
-        stem.reference_frequency = results.at("reference_frequency", spec.point);
+        stem.reference_decay = results("reference_decay_per_cycle", spec.point);
+        stem.reference_frequency = results("reference_frequency", spec.point);
         read_steps(results, options.fractions, stem);
     }
     return stem;
@@ -133,7 +122,12 @@ TimestepSummary reduce_timestep_study(const ArchivedStudy& archived) {
     summary.ranks = std::atoi(provenance_text(file, "ranks").c_str());
     summary.wall_s = std::atof(provenance_text(file, "wall_s").c_str());
     summary.options = config.timestep;
-    const Results results(file);
+    std::map<std::string, std::vector<double>> columns; // read once
+    for (const archive::Column& column : file.description().results)
+        columns[column.name] = file.result(column.name);
+    const auto results = [&](const std::string& name, std::int64_t point) {
+        return columns.at(name)[static_cast<std::size_t>(point)];
+    };
     for (std::int64_t point = 0; point < summary.points; ++point) {
         if (file.status(point) == archive::PointStatus::Completed)
             summary.stems.push_back(read_stem(
