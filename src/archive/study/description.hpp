@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace culm::archive {
 
 /// Name and version of the study file's format (docs/archive-format.md).
@@ -24,6 +26,11 @@ using Texts = std::vector<std::pair<std::string, std::string>>;
 [[nodiscard]] inline std::string text_named(std::string_view name, const Texts& texts) {
     const auto found = std::ranges::find(texts, name, &Texts::value_type::first);
     return found == texts.end() ? std::string() : found->second;
+}
+
+/// Name of a point's particle group, "point_000012".
+[[nodiscard]] inline std::string particle_group_name(std::int64_t point) {
+    return fmt::format("point_{:06}", point);
 }
 
 /// One column of a table.

@@ -5,7 +5,6 @@
 #include "archive/hdf5/read.hpp"
 #include "archive/hdf5/write.hpp"
 #include "archive/study/description.hpp"
-#include "archive/study/histories.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
 

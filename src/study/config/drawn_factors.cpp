@@ -333,7 +333,7 @@ void read_correlation(ConfigContext& context) {
     const toml::table* table = context.section("correlation");
     if (table == nullptr)
         return;
-    const TableReader reader(table, "correlation", "correlation", context.errors);
+    const TableReader reader = context.reader("correlation");
     reader.refuse_unknown_keys();
     const toml::node* factors = table->get("factors");
     const toml::node* rank = table->get("rank");

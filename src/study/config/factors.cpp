@@ -13,7 +13,23 @@
 
 namespace culm::study {
 
+std::string parameter_allowed(const Parameter& parameter) {
+    for (const ConfigKey& key : config_keys_of(parameter.section))
+        if (key.key == parameter.key)
+            return "must be " + key.allowed();
+    return {};
+}
+
 namespace {
+
+/// The value in SI if the node is a number that the parameter allows.
+std::optional<double> parameter_value(const toml::node& node, const Parameter& parameter) {
+    const bool right_type = parameter.is_whole_number ? node.is_integer() : node.is_number();
+    const auto value = node.value<double>();
+    if (right_type && value && parameter.range.contains(*value))
+        return parameter.unit.to_si(*value);
+    return std::nullopt;
+}
 
 /// Levels must be whole for whole-number parameters, and each must occur once.
 bool check_levels(const Levels& levels, const core::TomlEntry& entry, const Parameter& parameter,
@@ -136,23 +152,7 @@ std::optional<Factor> read_range(const FactorTable& table, const core::TomlEntry
     return Factor{&table.parameter, std::move(levels)};
 }
 
-} // namespace
-
-std::optional<double> parameter_value(const toml::node& node, const Parameter& parameter) {
-    const bool right_type = parameter.is_whole_number ? node.is_integer() : node.is_number();
-    const auto value = node.value<double>();
-    if (right_type && value && parameter.range.contains(*value))
-        return parameter.unit.to_si(*value);
-    return std::nullopt;
-}
-
-std::string parameter_allowed(const Parameter& parameter) {
-    for (const ConfigKey& key : config_keys_of(parameter.section))
-        if (key.key == parameter.key)
-            return "must be " + key.allowed();
-    return {};
-}
-
+/// The factor of one entry of [factors], or nothing with the errors recorded.
 std::optional<Factor> read_factor(const core::TomlEntry& entry, const Parameter& parameter,
                                   ConfigContext& context) {
     const toml::table* table = entry.node->as_table();
@@ -178,8 +178,6 @@ std::optional<Factor> read_factor(const core::TomlEntry& entry, const Parameter&
     factor.reader.refuse_unknown_keys();
     return is_distribution ? read_distribution(factor) : read_range(factor, entry);
 }
-
-namespace {
 
 std::vector<std::string> parameter_keys(const StudyEffects& effects) {
     std::vector<std::string> keys = effects.keys();
@@ -272,13 +270,13 @@ void check_shared_rows(ConfigContext& context) {
 /// Records an error if the design would be empty, pointless or too large.
 void check_design(ConfigContext& context) {
     const StudyConfig& config = context.config;
-    const TableReader reader(context.section("design"), "design", "design", context.errors);
+    const TableReader reader = context.reader("design");
     const bool is_sampled =
         config.design.type == DesignType::LatinHypercube || config.design.type == DesignType::Sobol;
     if (is_sampled && config.factors.empty())
         reader.error("type", "needs at least one factor in [factors]");
     const char* section = context.section("replicates") != nullptr ? "replicates" : "design";
-    const TableReader replicates(context.section(section), section, section, context.errors);
+    const TableReader replicates = context.reader(section);
     const bool draws = std::ranges::any_of(config.factors, &Factor::is_redrawn);
     if (config.design.replicates > 1 && !draws)
         replicates.error(replicates.has("stems") ? "stems" : "replicates",

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Reads a whole study file: section by section, then the constraints between sections.
 #include "study/config/sections.hpp"
 
 #include "core/error.hpp"
 #include "core/user_files.hpp"
+#include "study/config/case_constraints.hpp"
+#include "study/config/keys.hpp"
 #include "study/config/reader.hpp"
+#include "study/config/study_config.hpp"
 #include "study/config/study_effects.hpp"
 
 #include <algorithm>
@@ -16,6 +20,24 @@
 #include <fmt/ranges.h>
 
 namespace culm::study {
+
+void ConfigContext::note_given(const std::string& key, const GivenPlace& place) {
+    const auto [earlier, is_new] = places.try_emplace(key, place);
+    if (!is_new)
+        errors.add(place.line,
+                   fmt::format("{}.{}: may be given once only; it is in [{}] too, line {}",
+                               place.section, key, earlier->second.section, earlier->second.line));
+}
+
+const std::string& text_of_named_file(ConfigContext& context, const std::string& name) {
+    StudyFiles& used = context.config.files;
+    // A study from an archive brings its files along; the disk is not read.
+    const auto given = context.files.find(name);
+    if (given != context.files.end())
+        return used.insert_or_assign(name, given->second).first->second;
+    std::string text = core::file_text(core::path_named_in(context.config.file, name));
+    return used.insert_or_assign(name, std::move(text)).first->second;
+}
 
 namespace {
 
@@ -57,7 +79,7 @@ void read_heights(const TableReader& reader, ConfigContext& context) {
 }
 
 void read_parameters(const std::string& section, ConfigContext& context) {
-    const TableReader reader(context.section(section), section, section, context.errors);
+    const TableReader reader = context.reader(section);
     reader.refuse_unknown_keys();
     for (const Parameter& parameter : parameters()) {
         if (parameter.section != section || !reader.has(parameter.key))
@@ -68,18 +90,8 @@ void read_parameters(const std::string& section, ConfigContext& context) {
     }
 }
 
-} // namespace
-
-void ConfigContext::note_given(const std::string& key, const GivenPlace& place) {
-    const auto [earlier, is_new] = places.try_emplace(key, place);
-    if (!is_new)
-        errors.add(place.line,
-                   fmt::format("{}.{}: may be given once only; it is in [{}] too, line {}",
-                               place.section, key, earlier->second.section, earlier->second.line));
-}
-
 void read_study(ConfigContext& context) {
-    const TableReader reader(context.section("study"), "study", "study", context.errors);
+    const TableReader reader = context.reader("study");
     reader.refuse_unknown_keys();
     StudyConfig& config = context.config;
     config.name = reader.text("name").value_or(std::filesystem::path(config.file).stem().string());
@@ -125,14 +137,9 @@ void read_effects(ConfigContext& context) {
                            "the published chain");
 }
 
-void read_stem_and_release(ConfigContext& context) {
-    read_parameters("stem", context);
-    read_parameters("release", context);
-}
-
 void read_law(ConfigContext& context) {
     const toml::table* table = context.section("law");
-    const TableReader reader(table, "law", "law", context.errors);
+    const TableReader reader = context.reader("law");
     reader.refuse_unknown_keys();
     physics::BondLawOptions& law = context.config.base.law;
     if (const auto named = physics::law_by_name(reader.word("name").value_or("schramm2019")))
@@ -148,8 +155,7 @@ void read_law(ConfigContext& context) {
 }
 
 void read_integrator(ConfigContext& context) {
-    const TableReader reader(context.section("integrator"), "integrator", "integrator",
-                             context.errors);
+    const TableReader reader = context.reader("integrator");
     reader.refuse_unknown_keys();
     run::Integrator& integrator = context.config.base.integrator;
     context.config.base.dimensions =
@@ -181,8 +187,7 @@ void read_integrator(ConfigContext& context) {
 }
 
 void read_vibration(ConfigContext& context) {
-    const TableReader reader(context.section("vibration"), "vibration", "vibration",
-                             context.errors);
+    const TableReader reader = context.reader("vibration");
     reader.refuse_unknown_keys();
     run::CaseSpec& base = context.config.base;
     const std::size_t errors_before = context.errors.count();
@@ -203,13 +208,13 @@ void read_vibration(ConfigContext& context) {
     // The explicit method has no interpolation: every sample must fall on a step.
     if (base.integrator.method == run::IntegrationMethod::Explicit && step > 0.0 &&
         !is_multiple(base.sample_interval, step))
-        TableReader(context.section("integrator"), "integrator", "integrator", context.errors)
+        context.reader("integrator")
             .error("timestep_s", fmt::format("must divide vibration.sample_interval_s = {}",
                                              base.sample_interval));
 }
 
 void read_reduce(ConfigContext& context) {
-    const TableReader reader(context.section("reduce"), "reduce", "reduce", context.errors);
+    const TableReader reader = context.reader("reduce");
     reader.refuse_unknown_keys();
     ReduceOptions& reduce = context.config.reduce;
     reduce.window = reader.number("window_s");
@@ -221,15 +226,14 @@ void read_reduce(ConfigContext& context) {
 }
 
 void read_archive(ConfigContext& context) {
-    const TableReader reader(context.section("archive"), "archive", "archive", context.errors);
+    const TableReader reader = context.reader("archive");
     reader.refuse_unknown_keys();
     context.config.trajectory_compression =
         static_cast<int>(reader.whole_number("trajectory_compression").value_or(0));
 }
 
 void read_replicates(ConfigContext& context) {
-    const toml::table* table = context.section("replicates");
-    const TableReader reader(table, "replicates", "replicates", context.errors);
+    const TableReader reader = context.reader("replicates");
     reader.refuse_unknown_keys();
     DesignOptions& design = context.config.design;
     const toml::table* of_design = context.section("design");
@@ -240,7 +244,7 @@ void read_replicates(ConfigContext& context) {
 }
 
 void read_design(ConfigContext& context) {
-    const TableReader reader(context.section("design"), "design", "design", context.errors);
+    const TableReader reader = context.reader("design");
     reader.refuse_unknown_keys();
     DesignOptions& design = context.config.design;
     const std::string type = reader.word("type").value_or("factorial");
@@ -267,8 +271,6 @@ void read_design(ConfigContext& context) {
         reader.error("point", "only with type = \"list\"");
 }
 
-namespace {
-
 struct KeyPlace {
     const char* section;
     const char* key;
@@ -287,23 +289,19 @@ constexpr std::array keys_of_vibrations{KeyPlace{"study", "heights_mm"},
 constexpr std::array keys_of_comparisons{"record_cycles", "samples_per_cycle",
                                          "reference_tolerance"};
 
-TableReader reader_of(const char* section, ConfigContext& context) {
-    return {context.section(section), section, section, context.errors};
-}
-
 void refuse_keys_of_vibrations(ConfigContext& context) {
     for (const KeyPlace& place : keys_of_vibrations) {
-        const TableReader reader = reader_of(place.section, context);
+        const TableReader reader = context.reader(place.section);
         if (reader.has(place.key))
             reader.error(place.key, "only with study.kind = \"vibration\"");
     }
     if (context.config.base.integrator.method == run::IntegrationMethod::Explicit)
-        reader_of("integrator", context)
+        context.reader("integrator")
             .error("method", "of a time-step study it is that of the reference run: \"implicit\" "
                              "or \"sundials\"");
     if (context.config.base.store != run::StoreLevel::Fit)
-        reader_of("study", context)
-            .error("store", "study.kind = \"timestep\" keeps no histories: \"fit\" or nothing");
+        context.reader("study").error(
+            "store", "study.kind = \"timestep\" keeps no histories: \"fit\" or nothing");
 }
 
 void read_fractions(const TableReader& reader, ConfigContext& context) {
@@ -317,10 +315,8 @@ void read_fractions(const TableReader& reader, ConfigContext& context) {
             reader.error(key, "only with timestep.fractions");
 }
 
-} // namespace
-
 void read_timestep(ConfigContext& context) {
-    const TableReader reader = reader_of("timestep", context);
+    const TableReader reader = context.reader("timestep");
     reader.refuse_unknown_keys();
     if (context.config.kind != StudyKind::Timestep) {
         for (const ConfigKey& key : config_keys_of("timestep"))
@@ -347,14 +343,100 @@ void read_timestep(ConfigContext& context) {
         reader.number("reference_tolerance").value_or(options.reference_tolerance);
 }
 
-const std::string& text_of_named_file(ConfigContext& context, const std::string& name) {
-    StudyFiles& used = context.config.files;
-    // A study from an archive brings its files along; the disk is not read.
-    const auto given = context.files.find(name);
-    if (given != context.files.end())
-        return used.insert_or_assign(name, given->second).first->second;
-    std::string text = core::file_text(core::path_named_in(context.config.file, name));
-    return used.insert_or_assign(name, std::move(text)).first->second;
+void check_sections(const ConfigContext& context) {
+    const auto& sections = config_sections();
+    for (const core::TomlEntry& entry : entries_in_order(context.root)) {
+        const bool is_section = std::ranges::find(sections, entry.key) != sections.end();
+        if (is_section && !entry.node->is_table())
+            context.errors.add(entry.line, entry.key, value_text(*entry.node),
+                               fmt::format("must be a table [{}]", entry.key));
+        else if (!is_section && entry.node->is_table())
+            context.errors.add(entry.line, fmt::format("[{}]: unknown section{}", entry.key,
+                                                       did_you_mean(entry.key, sections)));
+        else if (!is_section)
+            context.errors.add(
+                entry.line, entry.key, value_text(*entry.node),
+                unknown_key_hint({"", entry.key, entry.node->value<double>()}, sections));
+    }
+}
+
+/// Records an error for every pair of which both are given; true if there is none.
+bool check_exclusive_keys(const ConfigContext& context) {
+    const std::size_t errors_before = context.errors.count();
+    for (const ExclusiveKeys& pair : exclusive_keys()) {
+        const auto first = context.places.find(pair.first);
+        const auto second = context.places.find(pair.second);
+        if (first != context.places.end() && second != context.places.end())
+            context.errors.add(second->second.line,
+                               fmt::format("{}.{}: not together with {}.{}, line {}",
+                                           second->second.section, second->first,
+                                           first->second.section, first->first,
+                                           first->second.line));
+    }
+    return context.errors.count() == errors_before;
+}
+
+/// Checks the constraints that no factor influences; plan.hpp checks the others.
+void check_base(const ConfigContext& context) {
+    for (const CaseConstraint& constraint : case_constraints()) {
+        const auto place_of = [&](std::string_view key) { return context.places.find(key); };
+        const bool is_varied = std::ranges::any_of(constraint.keys, [&](std::string_view key) {
+            const auto place = place_of(key);
+            return place != context.places.end() &&
+                   (place->second.section == "factors" || place->second.section == "design.point");
+        });
+        const auto violation = constraint.violation(context.config.base);
+        if (is_varied || !violation)
+            continue;
+        const auto given = std::ranges::find_if(constraint.keys, [&](std::string_view key) {
+            return place_of(key) != context.places.end();
+        });
+        // A constraint may be broken by defaults alone; then no key of the file is to blame.
+        const std::size_t line = given != constraint.keys.end() ? place_of(*given)->second.line : 1;
+        context.errors.add(line, violation->key, violation->value, violation->allowed);
+    }
+}
+
+} // namespace
+
+StudyConfig load_config(const std::filesystem::path& file) {
+    return parse_config(core::file_text(file), file.string());
+}
+
+StudyConfig parse_config(std::string_view text, const std::string& file, const StudyFiles& files) {
+    const toml::table root = core::parse_toml_text(text, file);
+    StudyConfig config;
+    config.file = file;
+    config.text = std::string(text);
+    core::FileFaults errors(file);
+    ConfigContext context{root, config, errors, {}, files};
+    // Each reader continues after an error, so that one run reports all of them. The order matters
+    // only where a section refers to another: the design decides how factors are read.
+    check_sections(context);
+    read_study(context);
+    read_effects(context); // after the study's kind, before the factors
+    const std::size_t errors_before_stem = errors.count();
+    read_parameters("stem", context);
+    read_parameters("release", context);
+    const bool is_stem_known = errors.count() == errors_before_stem;
+    read_law(context);
+    read_integrator(context);
+    read_vibration(context); // after the integrator, whose step must fit
+    read_reduce(context);    // after the vibration, whose duration it needs
+    read_archive(context);
+    read_timestep(context);   // after the study, whose kind decides
+    read_design(context);     // before the factors
+    read_replicates(context); // after the design, before the factors
+    read_factors(context);
+    read_correlation(context); // after the factors
+    const bool is_given_twice = !check_exclusive_keys(context);
+    config.given.apply_to(config.base);
+    config.base.effects = config.effects.with_defaults(config.base.stem);
+    // Otherwise the default of a value that could not be read would be checked here.
+    if (is_stem_known && !is_given_twice)
+        check_base(context);
+    errors.throw_if_any();
+    return config;
 }
 
 } // namespace culm::study

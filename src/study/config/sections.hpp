@@ -37,23 +37,15 @@ struct ConfigContext {
         const toml::node* node = root.get(name);
         return node != nullptr ? node->as_table() : nullptr;
     }
+    /// The reader of a section whose keys the catalogue lists under the same name.
+    [[nodiscard]] TableReader reader(const std::string& name) const {
+        return {section(name), name, name, errors};
+    }
     /// Notes that `key` is given there; records an error if it was given before.
     void note_given(const std::string& key, const GivenPlace& place);
 };
 
-// The sections, one function each (sections.cpp, factors.cpp). Every function
-// records what is wrong and continues.
-void read_study(ConfigContext& context);
-void read_effects(ConfigContext& context); ///< after the study's kind, before the factors
-void read_stem_and_release(ConfigContext& context);
-void read_law(ConfigContext& context);
-void read_integrator(ConfigContext& context);
-void read_vibration(ConfigContext& context); ///< after the integrator, whose step must fit
-void read_reduce(ConfigContext& context);    ///< after the vibration, whose duration it needs
-void read_archive(ConfigContext& context);
-void read_timestep(ConfigContext& context);    ///< after the study, whose kind decides
-void read_design(ConfigContext& context);      ///< before the factors
-void read_replicates(ConfigContext& context);  ///< after the design, before the factors
+// Parts of the reader in other files; each records what is wrong and continues.
 void read_factors(ConfigContext& context);     ///< the [[design.point]] tables included
 void read_correlation(ConfigContext& context); ///< after the factors
 
@@ -62,14 +54,6 @@ void read_correlation(ConfigContext& context); ///< after the factors
 /// archive can repeat the study without the disk. Throws core::InputError.
 [[nodiscard]] const std::string& text_of_named_file(ConfigContext& context,
                                                     const std::string& name);
-
-/// The factor of one entry of [factors], or nothing with the errors recorded.
-[[nodiscard]] std::optional<Factor> read_factor(const core::TomlEntry& entry,
-                                                const Parameter& parameter, ConfigContext& context);
-
-/// The value in SI if the node is a number that the parameter allows.
-[[nodiscard]] std::optional<double> parameter_value(const toml::node& node,
-                                                    const Parameter& parameter);
 
 /// The allowed values of the parameter, for messages: "must be a number in (0, 1000] mm".
 [[nodiscard]] std::string parameter_allowed(const Parameter& parameter);
