@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The scan that provides starting values for the fit of Eq. 1.
 #include "core/order_statistics.hpp"
-#include "reduce/ring_down/ring_down_start.hpp"
+#include "reduce/ring_down/ring_down_model.hpp"
 #include "ring_down_signal.hpp"
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include "core/order_statistics.hpp"
 #include "reduce/distributions.hpp"
 #include "reduce/residual_tests.hpp"
-#include "reduce/ring_down/ring_down_start.hpp"
+#include "reduce/ring_down/ring_down_model.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,6 @@
 #include "core/order_statistics.hpp"
 #include "reduce/distributions.hpp"
 #include "reduce/ring_down/ring_down_model.hpp"
-#include "reduce/ring_down/ring_down_start.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "reduce/ring_down/ring_down_start.hpp"
-
+// Starts for the fit of Eq. 1: the best peaks of a scan over frequency and decay.
 #include "core/order_statistics.hpp"
+#include "reduce/ring_down/ring_down_model.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -69,39 +69,6 @@ HeightRingDown fit_height(const StemHistories& stem, std::size_t index,
     return result;
 }
 
-} // namespace
-
-StemRingDowns fit_stem(const StemHistories& stem, const RingDownAnalysisOptions& options) {
-    StemRingDowns result;
-    result.id = stem.id;
-    result.unit = stem.unit;
-    result.length = stem.length;
-    result.aspect_ratio = stem.length / stem.depth;
-    std::vector<Estimate> frequencies;
-    std::vector<Estimate> decays;
-    for (std::size_t j = 0; j < stem.heights.size(); ++j) {
-        for (const double deflection : stem.histories[j])
-            if (!std::isnan(deflection))
-                result.largest_deflection =
-                    std::max(result.largest_deflection, std::abs(deflection));
-        result.heights.push_back(fit_height(stem, j, options));
-        const HeightRingDown& height = result.heights.back();
-        if (!height.fit)
-            continue;
-        frequencies.push_back(height.fit->frequency);
-        decays.push_back(height.fit->decay_per_cycle);
-        result.adequate_heights += height.fit->adequacy.is_adequate ? 1U : 0U;
-    }
-    if (!frequencies.empty()) {
-        result.frequency = weighted_mean(frequencies);
-        result.decay_per_cycle = weighted_mean(decays);
-    }
-    result.banding = banding_of(result);
-    return result;
-}
-
-namespace {
-
 void adjust_banding(std::vector<StemRingDowns>& stems, PopulationSummary& summary) {
     std::vector<double> p_values;
     std::vector<double> slopes;
@@ -141,6 +108,35 @@ LineFit pooled_decay_against_height(const std::vector<StemRingDowns>& stems) {
 }
 
 } // namespace
+
+StemRingDowns fit_stem(const StemHistories& stem, const RingDownAnalysisOptions& options) {
+    StemRingDowns result;
+    result.id = stem.id;
+    result.unit = stem.unit;
+    result.length = stem.length;
+    result.aspect_ratio = stem.length / stem.depth;
+    std::vector<Estimate> frequencies;
+    std::vector<Estimate> decays;
+    for (std::size_t j = 0; j < stem.heights.size(); ++j) {
+        for (const double deflection : stem.histories[j])
+            if (!std::isnan(deflection))
+                result.largest_deflection =
+                    std::max(result.largest_deflection, std::abs(deflection));
+        result.heights.push_back(fit_height(stem, j, options));
+        const HeightRingDown& height = result.heights.back();
+        if (!height.fit)
+            continue;
+        frequencies.push_back(height.fit->frequency);
+        decays.push_back(height.fit->decay_per_cycle);
+        result.adequate_heights += height.fit->adequacy.is_adequate ? 1U : 0U;
+    }
+    if (!frequencies.empty()) {
+        result.frequency = weighted_mean(frequencies);
+        result.decay_per_cycle = weighted_mean(decays);
+    }
+    result.banding = banding_of(result);
+    return result;
+}
 
 PopulationSummary summarise_population(std::vector<StemRingDowns>& stems) {
     PopulationSummary summary;

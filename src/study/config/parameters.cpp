@@ -164,12 +164,6 @@ constexpr std::array<Parameter, parameter_count> parameter_rows{{
      [](CaseSpec& c, double v) { c.tip_deflection = v; }},
 }};
 
-constexpr std::array exclusive{
-    ExclusiveKeys{"length_mm", "bond_length_mm"},
-    ExclusiveKeys{"bond_wall_mm", "bond_inner_diameter_mm"},
-    ExclusiveKeys{"wall_density_kg_m3", "density_kg_m3"},
-};
-
 std::size_t index_of(const Parameter& parameter) {
     return static_cast<std::size_t>(&parameter - parameter_rows.data());
 }
@@ -187,10 +181,6 @@ const Parameter* find_parameter(std::string_view key) {
 
 std::string config_text(const Parameter& parameter, double value_in_si) {
     return fmt::format("{}", parameter.unit.from_si(value_in_si));
-}
-
-std::span<const ExclusiveKeys> exclusive_keys() {
-    return exclusive;
 }
 
 void ParameterValues::set(const Parameter& parameter, double value_in_si) {

@@ -96,7 +96,11 @@ struct ExclusiveKeys {
     std::string_view second;
 };
 
-[[nodiscard]] std::span<const ExclusiveKeys> exclusive_keys();
+inline constexpr std::array exclusive_keys{
+    ExclusiveKeys{"length_mm", "bond_length_mm"},
+    ExclusiveKeys{"bond_wall_mm", "bond_inner_diameter_mm"},
+    ExclusiveKeys{"wall_density_kg_m3", "density_kg_m3"},
+};
 
 /// Which parameters are given, and their values in SI.
 class ParameterValues {

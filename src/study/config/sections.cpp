@@ -363,7 +363,7 @@ void check_sections(const ConfigContext& context) {
 /// Records an error for every pair of which both are given; true if there is none.
 bool check_exclusive_keys(const ConfigContext& context) {
     const std::size_t errors_before = context.errors.count();
-    for (const ExclusiveKeys& pair : exclusive_keys()) {
+    for (const ExclusiveKeys& pair : exclusive_keys) {
         const auto first = context.places.find(pair.first);
         const auto second = context.places.find(pair.second);
         if (first != context.places.end() && second != context.places.end())

@@ -43,7 +43,7 @@ void add_parameters(const StudyConfig& config, Lines& lines) {
     };
     // If two keys define the same quantity, only the one in force is included.
     std::set<std::string_view> left_out;
-    for (const ExclusiveKeys& pair : exclusive_keys())
+    for (const ExclusiveKeys& pair : exclusive_keys)
         left_out.insert(by_rule && is_present(pair.first) ? pair.second : pair.first);
     for (const Parameter& p : parameters()) {
         if (left_out.contains(p.key) || is_factor(config, p.key))

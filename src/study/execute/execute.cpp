@@ -119,6 +119,29 @@ archive::PointRecord given_up_record(std::int64_t point, int crash_limit) {
                     crash_limit, crash_limit == 1 ? "" : "s", crash_limit));
 }
 
+/// Times of these batches that earlier runs measured, the same on every rank. Their weight is at
+/// most one batch for each rank, because the machine may be another one. Collective.
+farm::Pace earlier_pace(const StudyFolder& folder, const std::vector<farm::Batch>& batches,
+                        const farm::Communicator* communicator) {
+    const farm::Pace pace = farm::on_root(communicator, [&] { return read_pace(folder); });
+    double longest = 0.0;
+    for (const farm::Batch& batch : batches)
+        longest = std::max(longest, batch.cost);
+    const int ranks = communicator == nullptr ? 1 : communicator->size();
+    // This run's first batch of every rank counts as much as all earlier runs together, which may
+    // have been on another machine.
+    return pace.with_weight_up_to(longest * ranks);
+}
+
+/// Expected time of the cheapest batch, s; that of make_batches if no times are known.
+double shortest_expected_time(const std::vector<farm::Batch>& batches, const farm::Pace& pace) {
+    if (batches.empty())
+        return 0.0;
+    const double cost =
+        std::ranges::min(batches, {}, [](const farm::Batch& batch) { return batch.cost; }).cost;
+    return cost * (pace.is_known() ? pace.cautious() : 1.0);
+}
+
 void compute(const Study& study, const FolderContent& content, const StudyFolder& folder,
              const farm::Communicator* communicator, const ExecuteOptions& options,
              ExecuteOutcome& outcome) {

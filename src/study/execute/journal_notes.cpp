@@ -135,24 +135,4 @@ void write_pace(const StudyFolder& folder, const farm::Pace& pace) {
     }
 }
 
-farm::Pace earlier_pace(const StudyFolder& folder, const std::vector<farm::Batch>& batches,
-                        const farm::Communicator* communicator) {
-    const farm::Pace pace = farm::on_root(communicator, [&] { return read_pace(folder); });
-    double longest = 0.0;
-    for (const farm::Batch& batch : batches)
-        longest = std::max(longest, batch.cost);
-    const int ranks = communicator == nullptr ? 1 : communicator->size();
-    // This run's first batch of every rank counts as much as all earlier runs together, which may
-    // have been on another machine.
-    return pace.with_weight_up_to(longest * ranks);
-}
-
-double shortest_expected_time(const std::vector<farm::Batch>& batches, const farm::Pace& pace) {
-    if (batches.empty())
-        return 0.0;
-    const double cost =
-        std::ranges::min(batches, {}, [](const farm::Batch& batch) { return batch.cost; }).cost;
-    return cost * (pace.is_known() ? pace.cautious() : 1.0);
-}
-
 } // namespace culm::study

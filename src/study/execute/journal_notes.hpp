@@ -3,8 +3,6 @@
 #pragma once
 
 #include "archive/study/description.hpp"
-#include "farm/batch.hpp"
-#include "farm/communicator.hpp"
 #include "farm/pace.hpp"
 #include "study/execute/plan.hpp"
 #include "study/execute/study_folder.hpp"
@@ -45,15 +43,5 @@ void write_note(const StudyFolder& folder, const StudyNote& note);
 /// Replaces the file atomically if the folder has journals. A failure is ignored: points do not
 /// depend on it.
 void write_pace(const StudyFolder& folder, const farm::Pace& pace);
-
-/// Times of these batches that earlier runs measured, the same on every rank. Their weight is at
-/// most one batch for each rank, because the machine may be another one. Collective.
-[[nodiscard]] farm::Pace earlier_pace(const StudyFolder& folder,
-                                      const std::vector<farm::Batch>& batches,
-                                      const farm::Communicator* communicator);
-
-/// Expected time of the cheapest batch, s; that of make_batches if no times are known.
-[[nodiscard]] double shortest_expected_time(const std::vector<farm::Batch>& batches,
-                                            const farm::Pace& pace);
 
 } // namespace culm::study

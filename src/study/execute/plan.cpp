@@ -13,7 +13,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include <fmt/core.h>
@@ -133,7 +132,7 @@ class StabilityCheck {
     std::optional<std::string> operator()(const run::CaseSpec& spec) {
         if (spec.integrator.method != run::IntegrationMethod::Explicit)
             return std::nullopt;
-        const double limit = spec.effects.empty() ? limit_of(spec) : limit_with_effects(spec);
+        const double limit = limit_of(spec);
         smallest_limit_ = std::min(smallest_limit_, limit);
         if (spec.integrator.timestep <= limit)
             return std::nullopt;
@@ -146,40 +145,28 @@ class StabilityCheck {
     [[nodiscard]] double smallest_limit() const { return smallest_limit_; }
 
   private:
-    /// The limit scales with √(1/Y): only the other parameters distinguish chains.
     double limit_of(const run::CaseSpec& spec) {
-        run::CaseSpec unit = spec;
-        unit.stem.bond_youngs_modulus = 1e9;
-        const auto& stem = unit.stem;
-        // Without Y: a study that varies stiffness alone solves one eigenvalue problem.
-        const auto key =
-            std::tuple{stem.sphere_count,        stem.sphere_diameter,     stem.bond_length,
-                       stem.bond_outer_diameter, stem.bond_inner_diameter, stem.density,
-                       stem.poissons_ratio,      stem.bond_damping};
-        const auto [entry, is_new] = limits_.try_emplace(key, 0.0);
-        if (is_new)
-            entry->second = run::largest_stable_timestep(unit);
-        return entry->second * std::sqrt(1e9 / spec.stem.bond_youngs_modulus);
-    }
-
-    /// Effects do not scale with Y: the limit is computed for every case with other values.
-    double limit_with_effects(const run::CaseSpec& spec) {
-        std::vector<double> key{double(spec.stem.sphere_count), spec.stem.sphere_diameter,
-                                spec.stem.bond_length,          spec.stem.bond_outer_diameter,
-                                spec.stem.bond_inner_diameter,  spec.stem.density,
-                                spec.stem.poissons_ratio,       spec.stem.bond_damping,
-                                spec.stem.bond_youngs_modulus};
+        // The limit scales with √(1/Y), unless there are effects. Without Y in the key a study that
+        // varies stiffness alone solves one eigenvalue problem.
+        const bool scales = spec.effects.empty();
+        run::CaseSpec solved = spec;
+        if (scales)
+            solved.stem.bond_youngs_modulus = 1e9;
+        const auto& stem = solved.stem;
+        std::vector<double> key{
+            double(stem.sphere_count), stem.sphere_diameter,     stem.bond_length,
+            stem.bond_outer_diameter,  stem.bond_inner_diameter, stem.density,
+            stem.poissons_ratio,       stem.bond_damping,        stem.bond_youngs_modulus};
         for (const physics::ActiveEffect& active : spec.effects)
             key.insert(key.end(), active.values.begin(), active.values.end());
-        const auto [entry, is_new] = limits_with_effects_.try_emplace(std::move(key), 0.0);
+        const auto [entry, is_new] = limits_.try_emplace(std::move(key), 0.0);
         if (is_new)
-            entry->second = run::largest_stable_timestep(spec);
-        return entry->second;
+            entry->second = run::largest_stable_timestep(solved);
+        return scales ? entry->second * std::sqrt(1e9 / spec.stem.bond_youngs_modulus)
+                      : entry->second;
     }
 
-    std::map<std::tuple<int, double, double, double, double, double, double, double>, double>
-        limits_;
-    std::map<std::vector<double>, double> limits_with_effects_;
+    std::map<std::vector<double>, double> limits_; ///< by what distinguishes chains
     double smallest_limit_ = std::numeric_limits<double>::infinity();
 };
 
@@ -188,8 +175,7 @@ Study checked(StudyConfig config) {
     study.design = make_design(study.config);
     StabilityCheck stability;
     try {
-        check_points(study.config, study.design,
-                     [&stability](const run::CaseSpec& spec) { return stability(spec); });
+        check_points(study.config, study.design, std::ref(stability));
     } catch (const core::InputError& error) {
         // The step is not the cause of the fault; advice about it would mislead.
         if (study.config.base.integrator.timestep <= stability.smallest_limit())

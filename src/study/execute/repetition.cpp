@@ -25,38 +25,28 @@ bool is_same(double a, double b) {
            (std::isnan(a) && std::isnan(b));
 }
 
-/// Collects the differences of one column or one kind of history.
-class Comparison {
-  public:
-    Comparison(std::string name, std::string unit) {
-        numbers_.name = std::move(name);
-        numbers_.unit = std::move(unit);
+/// Notes the differences of one point's numbers; relative ones refer to `size`.
+void compare_numbers(std::int64_t point, std::span<const double> archived,
+                     std::span<const double> now, double size, DifferingNumbers& numbers) {
+    bool is_differing = archived.size() != now.size();
+    for (std::size_t k = 0; k < std::min(archived.size(), now.size()); ++k) {
+        if (is_same(archived[k], now[k]))
+            continue;
+        is_differing = true;
+        const double gap = std::abs(now[k] - archived[k]);
+        numbers.largest = std::max(numbers.largest, gap);
+        if (size > 0.0)
+            numbers.largest_relative = std::max(numbers.largest_relative, gap / size);
     }
-    /// The numbers of one point; relative differences refer to `size`.
-    void add(std::int64_t point, std::span<const double> archived, std::span<const double> now,
-             double size) {
-        bool is_differing = archived.size() != now.size();
-        for (std::size_t k = 0; k < std::min(archived.size(), now.size()); ++k) {
-            if (is_same(archived[k], now[k]))
-                continue;
-            is_differing = true;
-            const double gap = std::abs(now[k] - archived[k]);
-            numbers_.largest = std::max(numbers_.largest, gap);
-            if (size > 0.0)
-                numbers_.largest_relative = std::max(numbers_.largest_relative, gap / size);
-        }
-        if (is_differing && numbers_.points++ == 0)
-            numbers_.first_point = point;
-    }
-    void finish(Repetition& repetition) const {
-        ++repetition.datasets;
-        if (numbers_.points > 0)
-            repetition.differing.push_back(numbers_);
-    }
+    if (is_differing && numbers.points++ == 0)
+        numbers.first_point = point;
+}
 
-  private:
-    DifferingNumbers numbers_;
-};
+void note(const DifferingNumbers& numbers, Repetition& repetition) {
+    ++repetition.datasets;
+    if (numbers.points > 0)
+        repetition.differing.push_back(numbers);
+}
 
 using Points = std::vector<std::int64_t>;
 
@@ -83,41 +73,40 @@ Points compare_outcomes(const StudyFile& archived, const StudyFile& now, Repetit
 }
 
 void compare_columns(const std::vector<double>& archived, const std::vector<double>& now,
-                     const Points& points, Comparison comparison, Repetition& repetition) {
+                     const Points& points, DifferingNumbers numbers, Repetition& repetition) {
     for (const std::int64_t point : points) {
         const auto k = static_cast<std::size_t>(point);
-        comparison.add(point, std::span(archived).subspan(k, 1), std::span(now).subspan(k, 1),
-                       std::abs(archived[k]));
+        compare_numbers(point, std::span(archived).subspan(k, 1), std::span(now).subspan(k, 1),
+                        std::abs(archived[k]), numbers);
     }
-    comparison.finish(repetition);
+    note(numbers, repetition);
 }
 
 /// `read` gives the history of a point.
 template <class Read>
 void compare_histories(const StudyFile& archived, const StudyFile& now, const Points& points,
                        const std::string& name, const Read& read, Repetition& repetition) {
-    Comparison comparison(name, "m");
+    DifferingNumbers numbers{.name = name, .unit = "m"};
     for (const std::int64_t point : points) {
         const std::vector<double> before = read(archived, point);
         double size = 0.0;
         for (const double value : before)
             size = std::isfinite(value) ? std::max(size, std::abs(value)) : size;
-        comparison.add(point, before, read(now, point), size);
+        compare_numbers(point, before, read(now, point), size, numbers);
     }
-    comparison.finish(repetition);
+    note(numbers, repetition);
 }
 
 void compare_tables(const StudyFile& archived, const StudyFile& now, const Points& completed,
                     Repetition& repetition) {
     Points all(static_cast<std::size_t>(archived.point_count()));
-    for (std::size_t k = 0; k < all.size(); ++k)
-        all[k] = static_cast<std::int64_t>(k);
+    std::iota(all.begin(), all.end(), std::int64_t{0});
     for (const archive::Column& column : archived.description().factors)
         compare_columns(archived.factor(column.name), now.factor(column.name), all,
-                        {"design/" + column.name, column.unit}, repetition);
+                        {.name = "design/" + column.name, .unit = column.unit}, repetition);
     for (const archive::Column& column : archived.description().results)
         compare_columns(archived.result(column.name), now.result(column.name), completed,
-                        {"results/" + column.name, column.unit}, repetition);
+                        {.name = "results/" + column.name, .unit = column.unit}, repetition);
 }
 
 void compare_stored_histories(const StudyFile& archived, const StudyFile& now,
