@@ -36,6 +36,17 @@ double suitable_width(const std::vector<double>& sorted) {
     return round_up(std::max(width, range / (most_bins - 2.0)));
 }
 
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+/// (n − 1)s²/σ² is χ² of n − 1 degrees of freedom for a normal sample.
+Bounds deviation_interval(double deviation, std::size_t freedom) {
+    const boost::math::chi_squared distribution(static_cast<double>(freedom));
+    const double tail = 0.5 * (1.0 - confidence_level);
+    const double sum = deviation * deviation * static_cast<double>(freedom);
+    return {std::sqrt(sum / boost::math::quantile(boost::math::complement(distribution, tail))),
+            std::sqrt(sum / boost::math::quantile(distribution, tail))};
+}
+
 } // namespace
 
 Histogram make_histogram(std::span<const double> values) {
@@ -64,21 +75,6 @@ Histogram make_histogram(std::span<const double> values) {
     }
     return histogram;
 }
-
-namespace {
-
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-
-/// (n − 1)s²/σ² is χ² of n − 1 degrees of freedom for a normal sample.
-Bounds deviation_interval(double deviation, std::size_t freedom) {
-    const boost::math::chi_squared distribution(static_cast<double>(freedom));
-    const double tail = 0.5 * (1.0 - confidence_level);
-    const double sum = deviation * deviation * static_cast<double>(freedom);
-    return {std::sqrt(sum / boost::math::quantile(boost::math::complement(distribution, tail))),
-            std::sqrt(sum / boost::math::quantile(distribution, tail))};
-}
-
-} // namespace
 
 double quantile(std::span<const double> ascending, double share) {
     // Linear between order statistics (type 7 of Hyndman & Fan 1996, the default of NumPy and R).

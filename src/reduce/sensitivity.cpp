@@ -99,35 +99,6 @@ Eigen::MatrixXd GroupPolynomials::at(const Eigen::MatrixXd& places) const {
 
 namespace {
 
-/// Products of the polynomials of several independent groups of inputs, up to a total degree.
-class ChaosBasis {
-  public:
-    /// The largest total degree (at most 12) with at most `most_terms` terms.
-    ChaosBasis(const std::vector<InputGroup>& groups, std::size_t most_terms);
-
-    [[nodiscard]] std::size_t terms() const { return terms_.size(); }
-    [[nodiscard]] int degree() const { return static_cast<int>(terms_up_to_.size()) - 1; }
-    /// Terms of total degree 0 … d; they come first.
-    [[nodiscard]] std::size_t terms_up_to(int d) const {
-        return terms_up_to_[static_cast<std::size_t>(d)];
-    }
-    /// Does the term contain the group? Does it contain no other?
-    [[nodiscard]] bool contains(std::size_t term, std::size_t group) const {
-        return terms_[term][group] > 0;
-    }
-    [[nodiscard]] bool is_of_one_group(std::size_t term) const;
-
-    /// Values at points first … first + count − 1 of the groups: (count, terms).
-    [[nodiscard]] Eigen::MatrixXd at_points(Eigen::Index first, Eigen::Index count) const;
-
-  private:
-    const std::vector<InputGroup>& groups_;
-    std::vector<GroupPolynomials> polynomials_;
-    /// For each term the function of each group, counted from 1; 0 is the constant.
-    std::vector<std::vector<std::size_t>> terms_;
-    std::vector<std::size_t> terms_up_to_;
-};
-
 constexpr int most_degrees = 12;
 
 using Degrees = std::vector<std::size_t>;
@@ -152,52 +123,74 @@ void append_terms(const std::vector<GroupPolynomials>& polynomials, std::size_t 
     term[group] = 0;
 }
 
-ChaosBasis::ChaosBasis(const std::vector<InputGroup>& groups, std::size_t most_terms)
-    : groups_(groups) {
-    // A single group of several inputs must not have more functions than terms are allowed.
-    for (const InputGroup& group : groups) {
-        const auto inputs = static_cast<std::size_t>(group.nodes.cols());
-        int degree = 0;
-        std::size_t functions = 1; // binomial(degree + inputs, inputs)
-        while (degree < most_degrees) {
-            const auto next = static_cast<std::size_t>(degree) + 1;
-            functions = functions * (next + inputs) / next;
-            if (functions > most_terms)
-                break;
-            ++degree;
+/// Products of the polynomials of several independent groups of inputs, up to a total degree.
+class ChaosBasis {
+  public:
+    /// The largest total degree (at most 12) with at most `most_terms` terms.
+    ChaosBasis(const std::vector<InputGroup>& groups, std::size_t most_terms) : groups_(groups) {
+        // A single group of several inputs must not have more functions than terms are allowed.
+        for (const InputGroup& group : groups) {
+            const auto inputs = static_cast<std::size_t>(group.nodes.cols());
+            int degree = 0;
+            std::size_t functions = 1; // binomial(degree + inputs, inputs)
+            while (degree < most_degrees) {
+                const auto next = static_cast<std::size_t>(degree) + 1;
+                functions = functions * (next + inputs) / next;
+                if (functions > most_terms)
+                    break;
+                ++degree;
+            }
+            polynomials_.emplace_back(group.nodes, group.weights, degree);
         }
-        polynomials_.emplace_back(group.nodes, group.weights, degree);
+        for (int degree = 0; degree <= most_degrees; ++degree) {
+            std::vector<Degrees> more = terms_;
+            Degrees term(groups.size(), 0);
+            append_terms(polynomials_, 0, degree, most_terms, term, more);
+            if (more.size() > most_terms || (degree > 0 && more.size() == terms_.size()))
+                break;
+            terms_ = std::move(more);
+            terms_up_to_.push_back(terms_.size());
+        }
     }
-    for (int degree = 0; degree <= most_degrees; ++degree) {
-        std::vector<Degrees> more = terms_;
-        Degrees term(groups.size(), 0);
-        append_terms(polynomials_, 0, degree, most_terms, term, more);
-        if (more.size() > most_terms || (degree > 0 && more.size() == terms_.size()))
-            break;
-        terms_ = std::move(more);
-        terms_up_to_.push_back(terms_.size());
+
+    [[nodiscard]] std::size_t terms() const { return terms_.size(); }
+    [[nodiscard]] int degree() const { return static_cast<int>(terms_up_to_.size()) - 1; }
+    /// Terms of total degree 0 … d; they come first.
+    [[nodiscard]] std::size_t terms_up_to(int d) const {
+        return terms_up_to_[static_cast<std::size_t>(d)];
     }
-}
+    /// Does the term contain the group? Does it contain no other?
+    [[nodiscard]] bool contains(std::size_t term, std::size_t group) const {
+        return terms_[term][group] > 0;
+    }
+    [[nodiscard]] bool is_of_one_group(std::size_t term) const {
+        return std::ranges::count_if(terms_[term], [](std::size_t k) { return k > 0; }) == 1;
+    }
 
-bool ChaosBasis::is_of_one_group(std::size_t term) const {
-    return std::ranges::count_if(terms_[term], [](std::size_t k) { return k > 0; }) == 1;
-}
-
-Eigen::MatrixXd ChaosBasis::at_points(Eigen::Index first, Eigen::Index count) const {
-    std::vector<Eigen::MatrixXd> functions;
-    functions.reserve(groups_.size());
-    for (std::size_t g = 0; g < groups_.size(); ++g)
-        functions.push_back(polynomials_[g].at(groups_[g].values.middleRows(first, count)));
-    Eigen::MatrixXd values = Eigen::MatrixXd::Ones(count, static_cast<Eigen::Index>(terms_.size()));
-    for (std::size_t k = 0; k < terms_.size(); ++k)
+    /// Values at points first … first + count − 1 of the groups: (count, terms).
+    [[nodiscard]] Eigen::MatrixXd at_points(Eigen::Index first, Eigen::Index count) const {
+        std::vector<Eigen::MatrixXd> functions;
+        functions.reserve(groups_.size());
         for (std::size_t g = 0; g < groups_.size(); ++g)
-            if (terms_[k][g] > 0)
-                values.col(static_cast<Eigen::Index>(k)).array() *=
-                    functions[g].col(static_cast<Eigen::Index>(terms_[k][g] - 1)).array();
-    return values;
-}
+            functions.push_back(polynomials_[g].at(groups_[g].values.middleRows(first, count)));
+        Eigen::MatrixXd values =
+            Eigen::MatrixXd::Ones(count, static_cast<Eigen::Index>(terms_.size()));
+        for (std::size_t k = 0; k < terms_.size(); ++k)
+            for (std::size_t g = 0; g < groups_.size(); ++g)
+                if (terms_[k][g] > 0)
+                    values.col(static_cast<Eigen::Index>(k)).array() *=
+                        functions[g].col(static_cast<Eigen::Index>(terms_[k][g] - 1)).array();
+        return values;
+    }
 
-using Eigen::Index;
+  private:
+    const std::vector<InputGroup>& groups_;
+    std::vector<GroupPolynomials> polynomials_;
+    /// For each term the function of each group, counted from 1; 0 is the constant.
+    std::vector<std::vector<std::size_t>> terms_;
+    std::vector<std::size_t> terms_up_to_;
+};
+
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 

@@ -231,8 +231,8 @@ RegressionOutcome regress_if_possible(const ResponseTask& task, const PredictorP
 StudyRegression regress_study(const StudyPoints& points, double significance) {
     check_significance(significance);
     const UsablePoints usable = usable_points(points);
-    const PredictorPair predictors{decay_predictor_name, frequency_predictor_name,
-                                   usable.decay_per_cycle, usable.frequency};
+    const PredictorPair predictors{"decay_per_cycle", "frequency", usable.decay_per_cycle,
+                                   usable.frequency};
     StudyRegression study;
     study.points_used = usable.frequency.size();
     study.points_excluded = points.frequency.size() - study.points_used;

@@ -110,10 +110,6 @@ struct StudyRegression {
     PredictorRange frequency; ///< Hz
 };
 
-/// Names of the predictors as they appear in terms and coefficients.
-inline constexpr const char* decay_predictor_name = "decay_per_cycle";
-inline constexpr const char* frequency_predictor_name = "frequency";
-
 /// Regresses √Y and β on the fitted decay per cycle and frequency, each by its single-predictor law
 /// and by the full interaction model reduced with nested F-tests at `significance`. Designs that
 /// do not determine a law give a reason instead: fewer than 3 usable points, one value only of the

@@ -6,18 +6,11 @@
 #include "archive/hdf5/write.hpp"
 #include "core/error.hpp"
 
-#include <functional>
-#include <numeric>
-
 #include <fmt/format.h>
 
 namespace culm::archive {
 
 namespace {
-
-hsize_t product(std::span<const hsize_t> shape) {
-    return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>());
-}
 
 void strip_padding(std::string& text) {
     text.erase(text.find_last_not_of('\0') + 1);

@@ -6,10 +6,17 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <numeric>
 #include <string>
 #include <vector>
 
 namespace culm::archive {
+
+/// Number of elements of a shape.
+[[nodiscard]] inline hsize_t product(const std::vector<hsize_t>& shape) {
+    return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>());
+}
 
 /// An HDF5 file opened for reading. Objects are named by their absolute paths. Every failure is a
 /// StorageError with the file's path and the object's name. An object is refused if culm does not

@@ -11,8 +11,6 @@
 #include <cmath>
 #include <cstddef>
 #include <exception>
-#include <functional>
-#include <numeric>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -25,10 +23,6 @@ namespace culm::archive {
 namespace {
 
 using Extent = std::vector<hsize_t>;
-
-hsize_t product(const Extent& extent) {
-    return std::accumulate(extent.begin(), extent.end(), hsize_t{1}, std::multiplies<>());
-}
 
 /// Moves `start` to the next chunk in row-major order; false behind the last one.
 bool advance(Extent& start, const Extent& shape, const Extent& chunk) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 namespace culm::reduce {
@@ -139,31 +140,28 @@ StemRingDowns fit_stem(const StemHistories& stem, const RingDownAnalysisOptions&
 }
 
 PopulationSummary summarise_population(std::vector<StemRingDowns>& stems) {
+    const auto collect = [&stems](const auto& value_of) {
+        std::vector<double> values;
+        for (const StemRingDowns& stem : stems)
+            if (stem.frequency && stem.decay_per_cycle)
+                values.push_back(std::invoke(value_of, stem));
+        return values;
+    };
+    const auto frequency = [](const StemRingDowns& stem) { return stem.frequency->value; };
+    const auto decay = [](const StemRingDowns& stem) { return stem.decay_per_cycle->value; };
+    // f0 = b2 √(1 + (δ/2π)²), δ = −b1 per cycle.
+    const auto natural_frequency = [&](const StemRingDowns& stem) {
+        return frequency(stem) * std::hypot(1.0, decay(stem) / (2.0 * std::numbers::pi));
+    };
+    const std::vector<double> decays = collect(decay);
+    const std::vector<double> aspect_ratios = collect(&StemRingDowns::aspect_ratio);
     PopulationSummary summary;
-    std::vector<double> frequencies;
-    std::vector<double> decays;
-    std::vector<double> natural_frequencies;
-    std::vector<double> deflections;
-    std::vector<double> lengths;
-    std::vector<double> aspect_ratios;
-    for (const StemRingDowns& stem : stems) {
-        if (!stem.frequency || !stem.decay_per_cycle)
-            continue;
-        frequencies.push_back(stem.frequency->value);
-        decays.push_back(stem.decay_per_cycle->value);
-        // f0 = b2 √(1 + (δ/2π)²), δ = −b1 per cycle.
-        natural_frequencies.push_back(frequencies.back() *
-                                      std::hypot(1.0, decays.back() / (2.0 * std::numbers::pi)));
-        deflections.push_back(stem.largest_deflection);
-        lengths.push_back(stem.length);
-        aspect_ratios.push_back(stem.aspect_ratio);
-    }
-    summary.stems = frequencies.size();
-    summary.frequency = summarise(frequencies);
+    summary.stems = decays.size();
+    summary.frequency = summarise(collect(frequency));
     summary.decay_per_cycle = summarise(decays);
-    summary.natural_frequency = summarise(natural_frequencies);
-    summary.largest_deflection = summarise(deflections);
-    summary.length = summarise(lengths);
+    summary.natural_frequency = summarise(collect(natural_frequency));
+    summary.largest_deflection = summarise(collect(&StemRingDowns::largest_deflection));
+    summary.length = summarise(collect(&StemRingDowns::length));
     summary.aspect_ratio = summarise(aspect_ratios);
     if (!decays.empty())
         summary.decay_against_aspect_ratio = fit_line(aspect_ratios, decays);

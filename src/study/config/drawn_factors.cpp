@@ -2,7 +2,6 @@
 // Factors that are drawn: distributions, columns of measured stems, rank correlations.
 #include "core/decimal_text.hpp"
 #include "core/error.hpp"
-#include "core/nearest_name.hpp"
 #include "measure/folder/delimited_text.hpp"
 #include "study/config/keys.hpp"
 #include "study/config/reader.hpp"
@@ -67,11 +66,9 @@ std::size_t place_of(const measure::DelimitedLine& header, const ColumnRequest& 
     const auto found = std::ranges::find(header.cells, request.column);
     if (found != header.cells.end())
         return static_cast<std::size_t>(found - header.cells.begin());
-    const std::string nearest = core::nearest_name(request.column, header.cells);
     throw core::InputError(fmt::format(
         "{}:{}: no column {}{}; there are {}", request.file, header.number, request.column,
-        nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest),
-        fmt::join(header.cells, ", ")));
+        did_you_mean(request.column, header.cells), fmt::join(header.cells, ", ")));
 }
 
 } // namespace
@@ -246,31 +243,28 @@ namespace {
 /// Indices of the factors named; nothing with the errors recorded.
 std::optional<std::vector<std::size_t>>
 read_members(const TableReader& reader, const toml::node& node, const StudyConfig& config) {
+    const auto refuse = [&reader](const std::string& reason) {
+        reader.error("factors", reason);
+        return std::nullopt;
+    };
     std::vector<std::string> valid;
     for (const Factor& factor : config.factors)
         valid.emplace_back(factor.parameter->key);
     std::vector<std::size_t> members;
     const toml::array* names = node.as_array();
-    if (names == nullptr || names->size() < 2 || !names->is_homogeneous<std::string>()) {
-        reader.error("factors", "must be a list of at least two factors");
-        return std::nullopt;
-    }
+    if (names == nullptr || names->size() < 2 || !names->is_homogeneous<std::string>())
+        return refuse("must be a list of at least two factors");
     for (const toml::node& name : *names) {
         const auto key = name.value_or<std::string>("");
         const auto found = std::ranges::find(valid, key);
-        if (found == valid.end()) {
-            reader.error("factors",
-                         fmt::format("{} is not in [factors]{}", key, did_you_mean(key, valid)));
-            return std::nullopt;
-        }
+        if (found == valid.end())
+            return refuse(fmt::format("{} is not in [factors]{}", key, did_you_mean(key, valid)));
         members.push_back(static_cast<std::size_t>(found - valid.begin()));
     }
     auto sorted = members;
     std::ranges::sort(sorted);
-    if (std::ranges::adjacent_find(sorted) != sorted.end()) {
-        reader.error("factors", "must name each factor once only");
-        return std::nullopt;
-    }
+    if (std::ranges::adjacent_find(sorted) != sorted.end())
+        return refuse("must name each factor once only");
     return members;
 }
 

@@ -4,24 +4,13 @@
 #include "study/config/keys.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
 
 namespace culm::study {
-
-namespace {
-
-std::vector<std::string> names_of(const std::vector<ConfigKey>& keys) {
-    std::vector<std::string> names;
-    names.reserve(keys.size());
-    for (const ConfigKey& key : keys)
-        names.push_back(key.key);
-    return names;
-}
-
-} // namespace
 
 TableReader::TableReader(const toml::table* table, std::string prefix, std::string_view section,
                          core::FileFaults& errors)
@@ -31,7 +20,8 @@ TableReader::TableReader(const toml::table* table, std::string prefix, std::stri
 void TableReader::refuse_unknown_keys() const {
     if (content_ == nullptr)
         return;
-    const std::vector<std::string> valid = names_of(keys_);
+    std::vector<std::string> valid;
+    std::ranges::transform(keys_, std::back_inserter(valid), &ConfigKey::key);
     for (const core::TomlEntry& entry : entries_in_order(*content_))
         if (std::ranges::find(valid, entry.key) == valid.end())
             errors_->add(

@@ -48,16 +48,6 @@ bool is_multiple(double whole, double part) {
     return std::round(quotient) >= 1.0 && std::abs(quotient - std::round(quotient)) <= 1e-6;
 }
 
-run::StoreLevel store_level(const std::string& word) {
-    if (word == "fit")
-        return run::StoreLevel::Fit;
-    if (word == "heights")
-        return run::StoreLevel::Heights;
-    if (word == "full")
-        return run::StoreLevel::Full;
-    return run::StoreLevel::Tip;
-}
-
 void read_heights(const TableReader& reader, ConfigContext& context) {
     const run::StoreLevel store = context.config.base.store;
     const auto heights = reader.numbers("heights_mm");
@@ -99,7 +89,9 @@ void read_study(ConfigContext& context) {
     const bool is_vibration = reader.word("kind").value_or("vibration") == "vibration";
     config.kind = is_vibration ? StudyKind::Vibration : StudyKind::Timestep;
     const auto store = reader.word("store");
-    config.base.store = store_level(store.value_or(is_vibration ? "tip" : "fit"));
+    const auto level =
+        std::ranges::find(store_levels, store.value_or(is_vibration ? "tip" : "fit"));
+    config.base.store = static_cast<run::StoreLevel>(level - store_levels.begin());
     // After a mistyped level of storage the heights would get a second, misleading error.
     if (store || !reader.has("store"))
         read_heights(reader, context);
@@ -249,12 +241,8 @@ void read_design(ConfigContext& context) {
     DesignOptions& design = context.config.design;
     const std::string type = reader.word("type").value_or("factorial");
     const bool is_sampled = type == "latin_hypercube" || type == "sobol";
-    if (type == "latin_hypercube")
-        design.type = DesignType::LatinHypercube;
-    else if (type == "sobol")
-        design.type = DesignType::Sobol;
-    else if (type == "list")
-        design.type = DesignType::List;
+    design.type =
+        static_cast<DesignType>(std::ranges::find(design_types, type) - design_types.begin());
     design.points = reader.whole_number("points").value_or(0);
     design.replicates = reader.whole_number("replicates").value_or(1);
     if (is_sampled && !reader.has("points"))

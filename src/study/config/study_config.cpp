@@ -116,15 +116,13 @@ void add_replicate_options(const StudyConfig& config, Lines& lines) {
                               config.factors[correlation.factors[j]].parameter->key,
                               config.factors[correlation.factors[i]].parameter->key)] =
                 fmt::format("{}", correlation.rank.rank(i, j));
-    std::string order;
+    std::vector<std::string_view> order;
     for (const std::size_t member : correlation.factors)
-        order +=
-            fmt::format("{}{}", order.empty() ? "" : ", ", config.factors[member].parameter->key);
-    lines["correlation.factors"] = order;
+        order.push_back(config.factors[member].parameter->key);
+    lines["correlation.factors"] = fmt::format("{}", fmt::join(order, ", "));
 }
 
 void add_factors_and_design(const StudyConfig& config, Lines& lines) {
-    constexpr const char* types[] = {"factorial", "latin_hypercube", "sobol", "list"};
     std::vector<std::string_view> order;
     for (const Factor& factor : config.factors) {
         order.push_back(factor.parameter->key);
@@ -132,7 +130,7 @@ void add_factors_and_design(const StudyConfig& config, Lines& lines) {
     }
     // The order of the columns counts: a factorial numbers its points by it.
     lines["factors"] = fmt::format("{}", fmt::join(order, ", "));
-    lines["design.type"] = types[static_cast<int>(config.design.type)];
+    lines["design.type"] = design_types[static_cast<std::size_t>(config.design.type)];
     lines["design.replicates"] = fmt::format("{}", config.design.replicates);
     if (config.design.type != DesignType::Factorial)
         lines["design.points"] = fmt::format("{}", config.design.points);
@@ -179,12 +177,11 @@ void add_effects(const StudyConfig& config, Lines& lines) {
 }
 
 void add_outputs(const StudyConfig& config, Lines& lines) {
-    constexpr const char* levels[] = {"fit", "tip", "heights", "full"};
     lines["study.seed"] = fmt::format("{}", config.seed);
     lines["reduce.amplitude"] = config.reduce.is_amplitude_free ? "free" : "fixed";
     if (config.kind == StudyKind::Timestep)
         return;
-    lines["study.store"] = levels[static_cast<int>(config.base.store)];
+    lines["study.store"] = store_levels[static_cast<std::size_t>(config.base.store)];
     if (!config.base.heights.empty()) {
         std::vector<std::string> heights;
         for (const double height : config.base.heights)

@@ -18,7 +18,6 @@ class RankCorrelation {
     /// what factor the correlations must be reduced.
     RankCorrelation(std::size_t variables, std::vector<double> rank);
 
-    [[nodiscard]] std::size_t variables() const { return variables_; }
     [[nodiscard]] double rank(std::size_t i, std::size_t j) const {
         return rank_[i * variables_ + j];
     }

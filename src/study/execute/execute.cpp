@@ -188,22 +188,14 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
         communicator->barrier();
 }
 
-StudyNote note_of(const Study& study, const std::string& start,
-                  const farm::Communicator* communicator, const ExecuteOptions& options) {
-    return {study.config.name,
-            study.design.point_count(),
-            study.config.text,
-            study.config.file,
-            start,
-            communicator == nullptr ? 1 : communicator->size(),
-            options.provenance,
-            study.config.files};
-}
-
 /// The note informs people who watch the study. A full disk is reported by the journals.
-void leave_note(const StudyFolder& folder, const StudyNote& note) {
+void leave_note(const Study& study, const StudyFolder& folder, const std::string& start,
+                const farm::Communicator* communicator, const ExecuteOptions& options) {
     try {
-        write_note(folder, note);
+        write_note(folder,
+                   {study.config.name, study.design.point_count(), study.config.text,
+                    study.config.file, start, communicator == nullptr ? 1 : communicator->size(),
+                    options.provenance, study.config.files});
     } catch (const core::StorageError&) {
         return;
     }
@@ -214,10 +206,7 @@ std::string distinct_hosts(const farm::Communicator* communicator) {
         return host_name();
     const std::vector<std::string> names = communicator->gather(host_name());
     const std::set<std::string> distinct(names.begin(), names.end());
-    std::string text;
-    for (const std::string& name : distinct)
-        text += (text.empty() ? "" : " ") + name;
-    return text;
+    return fmt::format("{}", fmt::join(distinct, " "));
 }
 
 } // namespace
@@ -240,7 +229,7 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
         return outcome;
     }
     if (rank_of(communicator) == 0)
-        leave_note(folder, note_of(study, start, communicator, options));
+        leave_note(study, folder, start, communicator, options);
     compute(study, content, folder, communicator, options, outcome);
 
     archive::Texts provenance = provenance_of(study.config, options.provenance);

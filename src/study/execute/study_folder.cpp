@@ -83,8 +83,7 @@ class KnownPoints {
     void add(std::int64_t point, archive::PointStatus status) {
         if (!is_in_design(point) || status == archive::PointStatus::Missing)
             return;
-        const bool is_failed = status == archive::PointStatus::Failed;
-        if (is_failed)
+        if (status == archive::PointStatus::Failed)
             has_failed_.insert(point);
         else
             settle(point);
