@@ -167,14 +167,6 @@ std::vector<double> StudyFile::column(const std::string& table, const std::vecto
         nearest.empty() ? std::string() : fmt::format("; did you mean \"{}\"?", nearest)));
 }
 
-std::vector<double> StudyFile::factor(const std::string& name) const {
-    return column("/design", description_.factors, name);
-}
-
-std::vector<double> StudyFile::result(const std::string& name) const {
-    return column("/results", description_.results, name);
-}
-
 std::vector<double> StudyFile::design() const {
     const std::size_t columns = description_.factors.size();
     std::vector<double> table(static_cast<std::size_t>(description_.points) * columns);

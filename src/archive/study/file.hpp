@@ -39,9 +39,13 @@ class StudyFile {
 
     /// One column (points), in its unit. InputError if there is no such column; the message names
     /// the nearest one.
-    [[nodiscard]] std::vector<double> factor(const std::string& name) const;
+    [[nodiscard]] std::vector<double> factor(const std::string& name) const {
+        return column("/design", description_.factors, name);
+    }
     /// As factor; NaN where the point failed or is missing.
-    [[nodiscard]] std::vector<double> result(const std::string& name) const;
+    [[nodiscard]] std::vector<double> result(const std::string& name) const {
+        return column("/results", description_.results, name);
+    }
     /// All factor columns: (points, factors), row-major.
     [[nodiscard]] std::vector<double> design() const;
 

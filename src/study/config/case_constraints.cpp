@@ -69,11 +69,4 @@ std::span<const CaseConstraint> case_constraints() {
     return constraints;
 }
 
-std::optional<Violation> first_violation(const run::CaseSpec& spec) {
-    for (const CaseConstraint& constraint : constraints)
-        if (auto violation = constraint.violation(spec))
-            return violation;
-    return std::nullopt;
-}
-
 } // namespace culm::study

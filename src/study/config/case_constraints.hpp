@@ -25,7 +25,4 @@ struct CaseConstraint {
 
 [[nodiscard]] std::span<const CaseConstraint> case_constraints();
 
-/// The first constraint that the case breaks, if any.
-[[nodiscard]] std::optional<Violation> first_violation(const run::CaseSpec& spec);
-
 } // namespace culm::study

@@ -271,9 +271,7 @@ void check_shared_rows(ConfigContext& context) {
 void check_design(ConfigContext& context) {
     const StudyConfig& config = context.config;
     const TableReader reader = context.reader("design");
-    const bool is_sampled =
-        config.design.type == DesignType::LatinHypercube || config.design.type == DesignType::Sobol;
-    if (is_sampled && config.factors.empty())
+    if (config.design.is_sampled() && config.factors.empty())
         reader.error("type", "needs at least one factor in [factors]");
     const char* section = context.section("replicates") != nullptr ? "replicates" : "design";
     const TableReader replicates = context.reader(section);

@@ -240,14 +240,13 @@ void read_design(ConfigContext& context) {
     reader.refuse_unknown_keys();
     DesignOptions& design = context.config.design;
     const std::string type = reader.word("type").value_or("factorial");
-    const bool is_sampled = type == "latin_hypercube" || type == "sobol";
     design.type =
         static_cast<DesignType>(std::ranges::find(design_types, type) - design_types.begin());
     design.points = reader.whole_number("points").value_or(0);
     design.replicates = reader.whole_number("replicates").value_or(1);
-    if (is_sampled && !reader.has("points"))
+    if (design.is_sampled() && !reader.has("points"))
         reader.error("points", fmt::format("type = \"{}\" needs it", type));
-    if (!is_sampled && reader.has("points"))
+    if (!design.is_sampled() && reader.has("points"))
         reader.error("points", "only with type = \"latin_hypercube\" or \"sobol\"");
     if (reader.word("scrambling") == "owen")
         design.scrambling = Scrambling::Owen;

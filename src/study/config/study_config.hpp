@@ -40,6 +40,11 @@ struct DesignOptions {
     std::int64_t replicates = 1;              ///< stems for each design point
     std::int64_t tests = 1;                   ///< of each stem
     Scrambling scrambling = Scrambling::None; ///< of a Sobol sequence
+
+    /// Do points spread over the factors' distributions?
+    [[nodiscard]] bool is_sampled() const {
+        return type == DesignType::LatinHypercube || type == DesignType::Sobol;
+    }
 };
 
 /// Rank correlations between factors.

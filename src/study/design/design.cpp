@@ -29,11 +29,6 @@ struct UnitSamples {
     static constexpr std::size_t none = static_cast<std::size_t>(-1);
 };
 
-bool is_sampled(const StudyConfig& config) {
-    return config.design.type == DesignType::LatinHypercube ||
-           config.design.type == DesignType::Sobol;
-}
-
 std::int64_t draws_of(const Factor& factor, const DesignOptions& design) {
     if (!factor.is_redrawn)
         return 1;
@@ -45,7 +40,7 @@ UnitSamples without_values(const StudyConfig& config) {
     for (const Factor& factor : config.factors) {
         // A factorial and a list enumerate levels; hypercubes and sequences spread over them as
         // over a distribution, so that levels need a coordinate there too.
-        if (!is_sampled(config) && std::holds_alternative<Levels>(factor.values)) {
+        if (!config.design.is_sampled() && std::holds_alternative<Levels>(factor.values)) {
             result.sample_of_factor.push_back(UnitSamples::none);
             continue;
         }
@@ -175,12 +170,6 @@ void fill_column(Design& design, std::size_t column, ValueAt value_at) {
             design.values[row * width + column] = value_at(point, replicate);
 }
 
-/// The scatter of a test about its stem's value.
-double scattered(double value, const WithinStemScatter& scatter, const RandomKey& key) {
-    return Distribution::normal(value, scatter.sd, scatter.min, scatter.max)
-        .quantile(random_uniform(key));
-}
-
 void fill_from_sample(const StudyConfig& config, Design& design, std::size_t column,
                       const UnitSample& sample) {
     const Factor& factor = design.factors[column];
@@ -193,7 +182,9 @@ void fill_from_sample(const StudyConfig& config, Design& design, std::size_t col
             return value;
         key.point = static_cast<std::uint64_t>(point);
         key.replicate = static_cast<std::uint64_t>(replicate);
-        return scattered(value, *factor.within_stem, key);
+        const WithinStemScatter& scatter = *factor.within_stem;
+        return Distribution::normal(value, scatter.sd, scatter.min, scatter.max)
+            .quantile(random_uniform(key));
     });
 }
 

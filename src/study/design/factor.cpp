@@ -10,17 +10,6 @@
 
 namespace culm::study {
 
-Distribution::Distribution(DistributionKind kind, double min, double max)
-    : kind_(kind), min_(min), max_(max) {}
-
-Distribution Distribution::uniform(double min, double max) {
-    return {DistributionKind::Uniform, min, max};
-}
-
-Distribution Distribution::log_uniform(double min, double max) {
-    return {DistributionKind::LogUniform, min, max};
-}
-
 Distribution Distribution::normal(double mean, double sd, double min, double max) {
     Distribution result{DistributionKind::Normal, min, max};
     result.mean_ = mean;

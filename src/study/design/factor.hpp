@@ -21,9 +21,13 @@ enum class DistributionKind { Uniform, LogUniform, Normal, Lognormal, Empirical 
 class Distribution {
   public:
     /// Equal density between min and max.
-    [[nodiscard]] static Distribution uniform(double min, double max);
+    [[nodiscard]] static Distribution uniform(double min, double max) {
+        return {DistributionKind::Uniform, min, max};
+    }
     /// Equal density of the logarithm between min and max; both positive.
-    [[nodiscard]] static Distribution log_uniform(double min, double max);
+    [[nodiscard]] static Distribution log_uniform(double min, double max) {
+        return {DistributionKind::LogUniform, min, max};
+    }
     /// Normal with mean and sd BEFORE it is confined to [min, max].
     [[nodiscard]] static Distribution normal(double mean, double sd, double min, double max);
     /// Lognormal; mean > 0 and sd are those of the quantity itself (not of its logarithm), before
@@ -50,7 +54,8 @@ class Distribution {
     [[nodiscard]] std::span<const double> values() const { return values_; } ///< of the empirical
 
   private:
-    Distribution(DistributionKind kind, double min, double max);
+    Distribution(DistributionKind kind, double min, double max)
+        : kind_(kind), min_(min), max_(max) {}
     void set_normal_core(double location, double scale, double low, double high);
 
     DistributionKind kind_;

@@ -12,7 +12,8 @@
 
 namespace culm::study {
 
-RandomKey random_key(const SampleKey& key, RandomPurpose purpose) {
+/// The key of the sample's first random number for a purpose.
+static RandomKey random_key(const SampleKey& key, RandomPurpose purpose) {
     return {key.seed, purpose, factor_id(key.factor), static_cast<std::uint64_t>(key.replicate), 0};
 }
 

@@ -73,9 +73,6 @@ struct SampleKey {
     std::int64_t replicate = 0;
 };
 
-/// The key of the sample's first random number for a purpose.
-[[nodiscard]] RandomKey random_key(const SampleKey& key, RandomPurpose purpose);
-
 /// One coordinate of a Latin hypercube: the strata 0 … points − 1 in random order.
 [[nodiscard]] std::vector<std::int64_t> latin_hypercube_strata(const SampleKey& key,
                                                                std::int64_t points);

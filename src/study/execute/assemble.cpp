@@ -223,14 +223,6 @@ FolderState sound_state(const StudyFolder& folder) {
     return state;
 }
 
-void require_same_study(const StudyFolder& first, const FolderState& one, const StudyFolder& second,
-                        const FolderState& other) {
-    if (one.identity != other.identity)
-        throw core::InputError(fmt::format("{} and {} hold different studies. What differs:\n{}",
-                                           first.path().string(), second.path().string(),
-                                           difference(one.identity, other.identity)));
-}
-
 /// The study as described by the first folder that contains its configuration, and where it ran.
 struct Origin {
     Study study;
@@ -266,7 +258,11 @@ MergeOutcome merge_folders(const std::vector<StudyFolder>& sources, const StudyF
     std::string names;
     for (const StudyFolder& source : sources) {
         states.push_back(sound_state(source));
-        require_same_study(sources.front(), states.front(), source, states.back());
+        if (states.front().identity != states.back().identity)
+            throw core::InputError(
+                fmt::format("{} and {} hold different studies. What differs:\n{}",
+                            sources.front().path().string(), source.path().string(),
+                            difference(states.front().identity, states.back().identity)));
         merger.add(source, states.back());
         names += (names.empty() ? "" : "\n") + source.path().string();
     }

@@ -136,10 +136,6 @@ PointCounts FolderState::counts() const {
     return counts;
 }
 
-bool FolderState::is_running() const {
-    return std::ranges::any_of(journals, &JournalState::is_locked);
-}
-
 bool FolderState::is_whole() const {
     const bool journals_are_whole = std::ranges::none_of(
         journals, [](const JournalState& journal) { return journal.scan.is_damaged(); });

@@ -9,6 +9,7 @@
 #include "study/execute/journal_notes.hpp"
 #include "study/execute/study_folder.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -45,7 +46,9 @@ struct FolderState {
     std::uint64_t journal_bytes = 0;
 
     [[nodiscard]] PointCounts counts() const;
-    [[nodiscard]] bool is_running() const;
+    [[nodiscard]] bool is_running() const {
+        return std::ranges::any_of(journals, &JournalState::is_locked);
+    }
     /// True if nothing is damaged and nothing is missing.
     [[nodiscard]] bool is_whole() const;
 };

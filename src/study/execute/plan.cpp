@@ -23,8 +23,9 @@ namespace culm::study {
 namespace {
 
 std::optional<std::string> fault_of(const run::CaseSpec& spec, const CaseCheck& further) {
-    if (const auto violation = first_violation(spec))
-        return fmt::format("{} = {}: {}", violation->key, violation->value, violation->allowed);
+    for (const CaseConstraint& constraint : case_constraints())
+        if (const auto violation = constraint.violation(spec))
+            return fmt::format("{} = {}: {}", violation->key, violation->value, violation->allowed);
     return further ? further(spec) : std::nullopt;
 }
 
@@ -111,12 +112,10 @@ std::vector<std::int64_t> in_lane_order(const Study& study,
         by_cost.emplace_back(
             -seconds_of_point(study.config, case_of_point(study.config, study.design, point)),
             point);
-    std::stable_sort(by_cost.begin(), by_cost.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    std::vector<std::int64_t> ordered;
-    ordered.reserve(points.size());
-    for (const auto& [cost, point] : by_cost)
-        ordered.push_back(point);
+    std::ranges::stable_sort(by_cost, {}, [](const auto& entry) { return entry.first; });
+    std::vector<std::int64_t> ordered(points.size());
+    std::ranges::transform(by_cost, ordered.begin(),
+                           [](const auto& entry) { return entry.second; });
     return ordered;
 }
 

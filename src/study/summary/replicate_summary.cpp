@@ -201,24 +201,20 @@ std::vector<double> finite(std::span<const double> values) {
     return kept;
 }
 
-/// Are all stems of one population? In a Latin hypercube or a Sobol sequence without replicates
-/// every design point is a stem of it; elsewhere stems are compared with those of their point.
-bool is_one_population(const StudyConfig& config) {
-    return config.design.replicates == 1 && (config.design.type == DesignType::LatinHypercube ||
-                                             config.design.type == DesignType::Sobol);
-}
-
 reduce::VarianceComponents components_of(const Study& study, std::span<const double> values) {
     const Design& design = study.design;
+    // In a Latin hypercube or a Sobol sequence without replicates every design point is a stem of
+    // one population; elsewhere stems are compared with those of their point.
+    const bool is_one_population =
+        study.config.design.replicates == 1 && study.config.design.is_sampled();
     std::vector<reduce::StemTests> stems;
     for (std::int64_t point = 0; point < design.point_count(); point += design.tests) {
         const auto tests = finite(values.subspan(static_cast<std::size_t>(point),
                                                  static_cast<std::size_t>(design.tests)));
         if (!tests.empty())
-            stems.push_back({is_one_population(study.config)
-                                 ? 0
-                                 : static_cast<std::size_t>(point / design.replicates),
-                             tests});
+            stems.push_back(
+                {is_one_population ? 0 : static_cast<std::size_t>(point / design.replicates),
+                 tests});
     }
     return reduce::variance_components(stems);
 }
