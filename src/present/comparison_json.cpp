@@ -4,6 +4,7 @@
 #include "present/parameters.hpp"
 
 #include <cmath>
+#include <span>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -21,10 +22,7 @@ json millimetres_of(double metres) {
 }
 
 json millimetres_of(const std::vector<double>& metres) {
-    json out = json::array();
-    for (const double value : metres)
-        out.push_back(millimetres_of(value));
-    return out;
+    return array_of(metres, [](double value) { return millimetres_of(value); });
 }
 
 json bare_estimate(const reduce::Estimate& found, double scale = 1.0) {
@@ -43,27 +41,27 @@ json group_json(const fit::ResidualGroup& found) {
 /// `lower` and `upper` are keys; heights have no upper end.
 json groups_json(const std::vector<fit::ResidualGroup>& found, const char* lower, const char* upper,
                  double scale) {
-    json out = json::array();
-    for (const fit::ResidualGroup& each : found) {
-        out.push_back(group_json(each));
-        out.back()[lower] = number(scale * each.lower);
+    return array_of(found, [=](const fit::ResidualGroup& each) {
+        json out = group_json(each);
+        out[lower] = number(scale * each.lower);
         if (*upper != '\0')
-            out.back()[upper] = number(scale * each.upper);
-    }
-    return out;
+            out[upper] = number(scale * each.upper);
+        return out;
+    });
+}
+
+json band_json(const fit::SpectrumBand& band) {
+    return {{"name", band.name},
+            {"lower_hz", band.lower},
+            {"upper_hz", band.upper},
+            {"share", number(band.share)}};
 }
 
 json spectrum_json(const fit::ResidualSpectrum& found) {
-    json bands = json::array();
-    for (const fit::SpectrumBand& band : found.bands)
-        bands.push_back({{"name", band.name},
-                         {"lower_hz", band.lower},
-                         {"upper_hz", band.upper},
-                         {"share", number(band.share)}});
     return {{"frequency_hz", found.frequencies},
             {"power_over_noise", found.power},
             {"mode_frequencies_hz", found.mode_frequencies},
-            {"bands", bands}};
+            {"bands", array_of(found.bands, band_json)}};
 }
 
 json window_fit_json(const std::optional<residuals::WindowFit>& found) {
@@ -77,14 +75,11 @@ json window_fit_json(const std::optional<residuals::WindowFit>& found) {
 
 /// Measured and modelled motion are fitted by Eq. 1 in the same windows, so that deviations from
 /// Eq. 1 affect both alike.
-json windows_json(const std::vector<residuals::SwingWindow>& found) {
-    json out = json::array();
-    for (const residuals::SwingWindow& window : found)
-        out.push_back({{"begin_s", window.begin},
-                       {"end_s", window.end},
-                       {"measured", window_fit_json(window.measured)},
-                       {"modelled", window_fit_json(window.modelled)}});
-    return out;
+json window_json(const residuals::SwingWindow& window) {
+    return {{"begin_s", window.begin},
+            {"end_s", window.end},
+            {"measured", window_fit_json(window.measured)},
+            {"modelled", window_fit_json(window.modelled)}};
 }
 
 json slope_json(const reduce::StemRingDowns& stem) {
@@ -95,35 +90,35 @@ json slope_json(const reduce::StemRingDowns& stem) {
 
 /// b1 per cycle at every height, and its slope along the stem (the paper's "banding").
 json banding_json(const diagnose::Comparison& comparison) {
-    json heights = json::array();
     const auto& measured = comparison.measured_ring_downs.heights;
     const auto& modelled = comparison.modelled_ring_downs.heights;
-    for (std::size_t j = 0; j < measured.size(); ++j) {
-        const auto b1 = [](const reduce::HeightRingDown& height) {
-            return height.fit ? bare_estimate(height.fit->decay_per_cycle) : json(nullptr);
-        };
-        heights.push_back({{"height_mm", millimetres * measured[j].height},
-                           {"measured", b1(measured[j])},
-                           {"modelled", b1(modelled[j])}});
-    }
-    return {{"heights", heights},
+    const auto b1 = [](const reduce::HeightRingDown& height) {
+        return height.fit ? bare_estimate(height.fit->decay_per_cycle) : json(nullptr);
+    };
+    const auto height = [&](std::size_t j) -> json {
+        return {{"height_mm", millimetres * measured[j].height},
+                {"measured", b1(measured[j])},
+                {"modelled", b1(modelled[j])}};
+    };
+    return {{"heights", array_of_count(measured.size(), height)},
             {"measured", slope_json(comparison.measured_ring_downs)},
             {"modelled", slope_json(comparison.modelled_ring_downs)}};
 }
 
+json swing_error_json(const residuals::SwingError& error) {
+    return {{"amplitude", number(error.amplitude)},
+            {"amplitude_stderr", number(error.amplitude_error)},
+            {"lag_rad", number(error.lag)},
+            {"lag_stderr_rad", number(error.lag_error)},
+            {"rest_mm", number(millimetres * error.rest)},
+            {"rest_stderr_mm", number(millimetres * error.rest_error)},
+            {"measured_over_noise", number(error.measured_over_noise)},
+            {"modelled_over_noise", number(error.modelled_over_noise)}};
+}
+
 /// Errors in the thirds of the time: their growth, decay or change of sign indicates the effect.
 json structure_json(const residuals::ResidualStructure& found) {
-    json thirds = json::array();
-    for (const residuals::SwingError& error : found.thirds)
-        thirds.push_back({{"amplitude", number(error.amplitude)},
-                          {"amplitude_stderr", number(error.amplitude_error)},
-                          {"lag_rad", number(error.lag)},
-                          {"lag_stderr_rad", number(error.lag_error)},
-                          {"rest_mm", number(millimetres * error.rest)},
-                          {"rest_stderr_mm", number(millimetres * error.rest_error)},
-                          {"measured_over_noise", number(error.measured_over_noise)},
-                          {"modelled_over_noise", number(error.modelled_over_noise)}});
-    return {{"thirds", thirds},
+    return {{"thirds", array_of(found.thirds, swing_error_json)},
             {"shares",
              {{"amplitude", found.amplitude_share},
               {"phase", found.phase_share},
@@ -133,17 +128,15 @@ json structure_json(const residuals::ResidualStructure& found) {
 }
 
 json residual_map(const fit::RecordingFit& fit) {
-    json heights = json::array();
-    for (const double height : fit.model.spec.heights)
-        heights.push_back(millimetres * height);
-    json rows = json::array();
-    for (std::size_t i = 0; i < fit.times.size(); ++i) {
-        json row = json::array();
-        for (std::size_t j = 0; j < fit.prediction.rows; ++j)
-            row.push_back(millimetres_of(fit.residuals[i * fit.prediction.rows + j]));
-        rows.push_back(std::move(row));
-    }
-    return {{"time_s", fit.times}, {"height_mm", heights}, {"residual_mm", rows}};
+    const std::size_t columns = fit.prediction.rows;
+    const auto row = [&](std::size_t i) {
+        return array_of(std::span(fit.residuals).subspan(i * columns, columns),
+                        [](double residual) { return millimetres_of(residual); });
+    };
+    return {{"time_s", fit.times},
+            {"height_mm",
+             array_of(fit.model.spec.heights, [](double height) { return millimetres * height; })},
+            {"residual_mm", array_of_count(fit.times.size(), row)}};
 }
 
 json verdict_json(const diagnose::Verdict& verdict) {
@@ -220,7 +213,7 @@ json where_json(const diagnose::Comparison& comparison, const fit::RecordingFit&
             {"by_amplitude",
              groups_json(comparison.by_amplitude, "smallest_mm", "largest_mm", millimetres)},
             {"spectrum", spectrum_json(comparison.spectrum)},
-            {"against_amplitude", windows_json(comparison.windows)},
+            {"against_amplitude", array_of(comparison.windows, window_json)},
             {"banding", banding_json(comparison)},
             {"structure", structure_json(comparison.structure)},
             {"pattern_over_heights",
@@ -230,18 +223,17 @@ json where_json(const diagnose::Comparison& comparison, const fit::RecordingFit&
 }
 
 json comparison_json(const diagnose::Ladder& ladder, const measure::Measurement& measurement) {
-    json models = json::array();
-    for (std::size_t k = 0; k < ladder.models.size(); ++k)
-        models.push_back(ladder_model_json(ladder, k));
-    json out{{"format", "culm-comparison"},
-             {"version", 1},
-             {"measurement", measurement.stem.id},
-             {"frames", measurement.times.size()},
-             {"heights", measurement.heights.size()},
-             {"ladder", std::move(models)},
-             {"headline", comparison_headline(ladder, measurement.stem.id)},
-             {"best", best_model(ladder)},
-             {"remarks", measurement.remarks}};
+    json out{
+        {"format", "culm-comparison"},
+        {"version", 1},
+        {"measurement", measurement.stem.id},
+        {"frames", measurement.times.size()},
+        {"heights", measurement.heights.size()},
+        {"ladder", array_of_count(ladder.models.size(),
+                                  [&](std::size_t k) { return ladder_model_json(ladder, k); })},
+        {"headline", comparison_headline(ladder, measurement.stem.id)},
+        {"best", best_model(ladder)},
+        {"remarks", measurement.remarks}};
     for (const diagnose::LadderModel& model : ladder.models)
         if (!model.fit.failed()) {
             out["noise_mm"] = number(1e3 * fit::typical_noise(model.fit.parts.front()));

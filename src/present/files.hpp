@@ -7,7 +7,9 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <system_error>
 
@@ -23,6 +25,26 @@ namespace culm::present {
 
 [[nodiscard]] inline nlohmann::json number(const std::optional<double>& value) {
     return value ? number(*value) : nlohmann::json(nullptr);
+}
+
+/// [lower, upper] of an interval, an estimate or a coefficient, each times `scale`.
+[[nodiscard]] inline nlohmann::json bounds_json(const auto& interval, double scale = 1.0) {
+    return nlohmann::json::array({number(scale * interval.lower), number(scale * interval.upper)});
+}
+
+/// A JSON array of `one(item)` for each item.
+template <class Json = nlohmann::json, class Items, class One>
+[[nodiscard]] Json array_of(const Items& items, const One& one) {
+    Json out = Json::array();
+    for (const auto& item : items)
+        out.push_back(std::invoke(one, item));
+    return out;
+}
+
+/// A JSON array of `one(k)` for k = 0 … count - 1.
+template <class One>
+[[nodiscard]] nlohmann::json array_of_count(std::size_t count, const One& one) {
+    return array_of(std::views::iota(std::size_t{0}, count), one);
 }
 
 /// A cell of a CSV file after its comma; empty for NaN.

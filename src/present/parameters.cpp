@@ -142,12 +142,11 @@ std::string finding_text(diagnose::Finding finding, const TextStyle& style) {
 }
 
 json tests_json(std::span<const residuals::LackOfFitTest> tests) {
-    json out = json::array();
-    for (const residuals::LackOfFitTest& test : tests)
-        out.push_back({{"name", test.name},
-                       {"p_value", number(test.p_value)},
-                       {"adjusted_p_value", number(test.adjusted_p_value)}});
-    return out;
+    return array_of(tests, [](const residuals::LackOfFitTest& test) -> json {
+        return {{"name", test.name},
+                {"p_value", number(test.p_value)},
+                {"adjusted_p_value", number(test.adjusted_p_value)}};
+    });
 }
 
 } // namespace culm::present
