@@ -19,6 +19,13 @@
 
 namespace culm::cli {
 
+/// Adds an option, or an argument if the name has no dash; `type` is what the help calls its value.
+template <class Value>
+CLI::Option* add_option(CLI::App& command, const std::string& name, Value& value, const char* type,
+                        const std::string& description) {
+    return command.add_option(name, value, description)->type_name(type);
+}
+
 /// Refuses values outside of the range, NaN and infinities; CLI11's own checks let NaN pass.
 [[nodiscard]] CLI::Validator number_in(const study::Interval& range);
 

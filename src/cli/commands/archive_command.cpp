@@ -40,11 +40,10 @@ study::FolderState look(const LookArguments& arguments, study::FolderDepth depth
 
 std::shared_ptr<LookArguments> add_look_options(CLI::App& command) {
     auto arguments = std::make_shared<LookArguments>();
-    command.add_option("dir", arguments->folder, "Folder of a study, complete or not")
-        ->required()
-        ->type_name("DIR");
-    command.add_option("--json", arguments->json, "Write it as JSON to this file (- for stdout)")
-        ->type_name("FILE");
+    add_option(command, "dir", arguments->folder, "DIR", "Folder of a study, complete or not")
+        ->required();
+    add_option(command, "--json", arguments->json, "FILE",
+               "Write it as JSON to this file (- for stdout)");
     return arguments;
 }
 
@@ -98,13 +97,12 @@ void add_merge(CLI::App& archive, CommandResult& result) {
     CLI::App* command = archive.add_subcommand(
         "merge", "One study.h5 from the journals and archives of folders of the same study");
     auto arguments = std::make_shared<MergeArguments>();
-    command
-        ->add_option("dirs", arguments->folders, "Folders of the same study; they are not changed")
-        ->required()
-        ->type_name("DIR...");
-    command->add_option("-o,--output", arguments->output, "Folder for the study.h5 to be written")
-        ->required()
-        ->type_name("DIR");
+    add_option(*command, "dirs", arguments->folders, "DIR...",
+               "Folders of the same study; they are not changed")
+        ->required();
+    add_option(*command, "-o,--output", arguments->output, "DIR",
+               "Folder for the study.h5 to be written")
+        ->required();
     command->callback([arguments, &result] { merge(*arguments, result); });
 }
 
@@ -116,12 +114,9 @@ struct ExportArguments {
 void add_export(CLI::App& archive, CommandResult& result) {
     CLI::App* command = archive.add_subcommand("export", "CSV tables of an archive");
     auto arguments = std::make_shared<ExportArguments>();
-    command->add_option("dir", arguments->folder, "Folder with a study.h5")
-        ->required()
-        ->type_name("DIR");
-    command->add_option("-o,--output", arguments->output, "Folder for the tables")
-        ->required()
-        ->type_name("DIR");
+    add_option(*command, "dir", arguments->folder, "DIR", "Folder with a study.h5")->required();
+    add_option(*command, "-o,--output", arguments->output, "DIR", "Folder for the tables")
+        ->required();
     command->callback([arguments, &result] {
         const study::ExportOutcome outcome =
             study::export_archive(study::StudyFolder(arguments->folder), arguments->output);

@@ -157,17 +157,12 @@ void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**
     add_recording_options(*command, *arguments, "A measurement folder",
                           "Folder for comparison.json, comparison.h5 and deflections.csv",
                           "Compare");
-    command
-        ->add_option(
-            "--with", arguments->with,
-            "Add these effects (`culm effects`) to the published chain: "
-            "quadratic_drag,relaxation(hold_time_s=3); parameters without a value are fitted")
-        ->type_name("EFFECT,...")
+    add_option(*command, "--with", arguments->with, "EFFECT,...",
+               "Add these effects (`culm effects`) to the published chain: "
+               "quadratic_drag,relaxation(hold_time_s=3); parameters without a value are fitted")
         ->allow_extra_args(false);
-    command
-        ->add_option("--ladder", arguments->ladder,
-                     "Add these effects one by one and judge each step")
-        ->type_name("EFFECT,...");
+    add_option(*command, "--ladder", arguments->ladder, "EFFECT,...",
+               "Add these effects one by one and judge each step");
     add_chain_options(*command, *arguments);
     run_on_ranks(*command, arguments, result.exit_code, argc, argv, compare_measurements);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm effects [NAME...]
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "physics/effects/library.hpp"
 #include "present/effects.hpp"
@@ -56,12 +57,10 @@ void add_effects_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "effects", "The physical effects that can be added to the model, and their signatures");
     auto arguments = std::make_shared<EffectsArguments>();
-    command
-        ->add_option("names", arguments->names,
-                     "Effects to describe, or TOML files that define one (default: list all)")
-        ->type_name("NAME");
-    command->add_option("--json", arguments->json, "Write them to this file (- for stdout)")
-        ->type_name("FILE");
+    add_option(*command, "names", arguments->names, "NAME",
+               "Effects to describe, or TOML files that define one (default: list all)");
+    add_option(*command, "--json", arguments->json, "FILE",
+               "Write them to this file (- for stdout)");
     command->add_flag("--markdown", arguments->is_markdown,
                       "Print them as the reference in docs/effects.md");
     command->callback([arguments] { show(*arguments); });

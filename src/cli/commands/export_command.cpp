@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm export liggghts|lammps CALIBRATION
 #include "calibrate/bulk_export.hpp"
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
@@ -122,33 +123,26 @@ void add_export_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "export", "Write the input lines of a bulk simulation from a calibration");
     auto arguments = std::make_shared<BulkExportArguments>();
-    command
-        ->add_option("code", arguments->code,
-                     "\"liggghts\" (the authors' flexible fibres; law schramm2019) or \"lammps\" "
-                     "(bond style bpm/rotational; law consistent)")
+    add_option(*command, "code", arguments->code, "CODE",
+               "\"liggghts\" (the authors' flexible fibres; law schramm2019) or \"lammps\" "
+               "(bond style bpm/rotational; law consistent)")
         ->required()
-        ->type_name("CODE")
         ->check(CLI::IsMember({"liggghts", "lammps"}));
-    command
-        ->add_option("calibration", arguments->calibration, "File written by culm calibrate --json")
-        ->required()
-        ->type_name("CALIBRATION.json");
-    command->add_option("--stem", arguments->stem, "Only the stem of this id (default: all)")
-        ->type_name("ID");
-    command
-        ->add_option("--without", arguments->without,
-                     "Leave these effects of the calibration out; \"added_mass\" means the "
-                     "known masses. Without it an effect that CODE cannot express is refused")
-        ->delimiter(',')
-        ->type_name("EFFECT,...");
-    command
-        ->add_option("--lammps-version", arguments->lammps_version,
-                     "4Jul2026 for this and later versions of LAMMPS (default), 30Mar2026 for "
-                     "earlier ones: bond_style bpm/rotational changed in between")
-        ->type_name("VERSION")
+    add_option(*command, "calibration", arguments->calibration, "CALIBRATION.json",
+               "File written by culm calibrate --json")
+        ->required();
+    add_option(*command, "--stem", arguments->stem, "ID",
+               "Only the stem of this id (default: all)");
+    add_option(*command, "--without", arguments->without, "EFFECT,...",
+               "Leave these effects of the calibration out; \"added_mass\" means the "
+               "known masses. Without it an effect that CODE cannot express is refused")
+        ->delimiter(',');
+    add_option(*command, "--lammps-version", arguments->lammps_version, "VERSION",
+               "4Jul2026 for this and later versions of LAMMPS (default), 30Mar2026 for "
+               "earlier ones: bond_style bpm/rotational changed in between")
         ->check(CLI::IsMember({"4Jul2026", "30Mar2026"}));
-    command->add_option("-o,--output", arguments->output, "File to write (default: the screen)")
-        ->type_name("FILE");
+    add_option(*command, "-o,--output", arguments->output, "FILE",
+               "File to write (default: the screen)");
     command->callback([arguments] { export_lines(*arguments); });
 }
 

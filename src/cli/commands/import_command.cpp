@@ -86,19 +86,14 @@ void add_import_command(CLI::App& app, CommandResult&) {
     CLI::App* command = app.add_subcommand(
         "import", "Make a measurement folder from a recording of another program");
     auto arguments = std::make_shared<ImportArguments>();
-    command
-        ->add_option("mapping", arguments->mapping,
-                     "What the recording's columns or markers are (docs/measurements.md); of a "
-                     "recording itself (.csv, .trk, .mat, ...) a mapping is proposed")
-        ->required()
-        ->type_name("MAPPING.toml");
-    command
-        ->add_option("--recording", arguments->recording,
-                     "The recording, instead of the one that the mapping names")
-        ->type_name("FILE");
-    command->add_option("-o,--output", arguments->output, "Measurement folder to write")
-        ->required()
-        ->type_name("DIR");
+    add_option(*command, "mapping", arguments->mapping, "MAPPING.toml",
+               "What the recording's columns or markers are (docs/measurements.md); of a "
+               "recording itself (.csv, .trk, .mat, ...) a mapping is proposed")
+        ->required();
+    add_option(*command, "--recording", arguments->recording, "FILE",
+               "The recording, instead of the one that the mapping names");
+    add_option(*command, "-o,--output", arguments->output, "DIR", "Measurement folder to write")
+        ->required();
     command->callback([arguments] { import_measurement(*arguments); });
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm jobs slurm|pbs STUDY.toml --nodes N
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/provenance.hpp"
 #include "cluster/job_script.hpp"
@@ -97,36 +98,26 @@ void add_system(CLI::App& jobs, cluster::BatchSystem system, const char* name,
     const bool is_slurm = system == cluster::BatchSystem::Slurm;
     CLI::App* command = jobs.add_subcommand(name, description);
     auto arguments = std::make_shared<JobsArguments>();
-    command->add_option("study", arguments->study, "Study file (TOML; docs/config.md)")
+    add_option(*command, "study", arguments->study, "STUDY.toml",
+               "Study file (TOML; docs/config.md)")
+        ->required();
+    add_option(*command, "--nodes", arguments->nodes, "N", "Nodes at most")
         ->required()
-        ->type_name("STUDY.toml");
-    command->add_option("--nodes", arguments->nodes, "Nodes at most")
-        ->required()
-        ->type_name("N")
         ->check(CLI::Range(1, 100'000));
-    command
-        ->add_option("--ranks-per-node", arguments->ranks_per_node,
-                     "Processes on each node (default: the processors of this machine)")
-        ->type_name("R")
+    add_option(*command, "--ranks-per-node", arguments->ranks_per_node, "R",
+               "Processes on each node (default: the processors of this machine)")
         ->check(CLI::Range(1, 10'000));
-    command
-        ->add_option("--walltime", arguments->walltime,
-                     "Time limit of one job, 12h or HH:MM:SS (default: what the study is expected "
-                     "to take, with an allowance)")
-        ->type_name("TIME");
-    command
-        ->add_option(is_slurm ? "--partition" : "--queue", arguments->partition,
-                     is_slurm ? "Partition to run in (default: Slurm's own)"
-                              : "Queue to wait in (default: PBS's own)")
-        ->type_name("NAME");
-    command->add_option("--account", arguments->account, "Account to be charged")
-        ->type_name("NAME");
-    command
-        ->add_option("--study-output", arguments->study_output,
-                     "Folder of the study (default: results/<study name>)")
-        ->type_name("DIR");
-    command->add_option("-o,--output", arguments->script, "Script to write (default: the screen)")
-        ->type_name("FILE");
+    add_option(*command, "--walltime", arguments->walltime, "TIME",
+               "Time limit of one job, 12h or HH:MM:SS (default: what the study is expected "
+               "to take, with an allowance)");
+    add_option(*command, is_slurm ? "--partition" : "--queue", arguments->partition, "NAME",
+               is_slurm ? "Partition to run in (default: Slurm's own)"
+                        : "Queue to wait in (default: PBS's own)");
+    add_option(*command, "--account", arguments->account, "NAME", "Account to be charged");
+    add_option(*command, "--study-output", arguments->study_output, "DIR",
+               "Folder of the study (default: results/<study name>)");
+    add_option(*command, "-o,--output", arguments->script, "FILE",
+               "Script to write (default: the screen)");
     command->callback([arguments, system] { write_script(system, *arguments); });
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm keys [NAME...]
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "present/study/config_reference.hpp"
 #include "study/config/keys.hpp"
@@ -36,10 +37,8 @@ void add_keys_command(CLI::App& app) {
         "keys", "The keys of study files: what is allowed, units, defaults, meaning");
     auto arguments = std::make_shared<KeysArguments>();
     CLI::Option* names =
-        command
-            ->add_option("names", arguments->names,
-                         "Tables (stem) or keys (bond_damping, law.name); default: list all")
-            ->type_name("NAME");
+        add_option(*command, "names", arguments->names, "NAME",
+                   "Tables (stem) or keys (bond_damping, law.name); default: list all");
     command
         ->add_flag("--markdown", arguments->is_markdown,
                    "Print all of them as the reference in docs/config.md")

@@ -93,25 +93,20 @@ void add_reduce_command(CLI::App& app, CommandResult& result) {
         "reduce", "Fit Eq. 1 to the stored histories of a study again, and repeat the regressions "
                   "and the spread of its stems");
     auto arguments = std::make_shared<ReduceArguments>();
-    command->add_option("dir", arguments->folder, "Folder of a completed study")
-        ->required()
-        ->type_name("DIR");
-    command
-        ->add_option("--window", arguments->window_s,
-                     "Fit only the first SECONDS (default: as in the study)")
-        ->type_name("SECONDS");
+    add_option(*command, "dir", arguments->folder, "DIR", "Folder of a completed study")
+        ->required();
+    add_option(*command, "--window", arguments->window_s, "SECONDS",
+               "Fit only the first SECONDS (default: as in the study)");
     command
         ->add_option(
             "--amplitude", arguments->amplitude,
             "b0 \"free\" or \"fixed\" at the initial deflection (default: as in the study)")
         ->check(CLI::IsMember({"free", "fixed"}));
-    command
-        ->add_option("--significance", arguments->significance,
-                     "Significance of the nested F-tests (default: as in the study)")
-        ->type_name("P")
+    add_option(*command, "--significance", arguments->significance, "P",
+               "Significance of the nested F-tests (default: as in the study)")
         ->check(number_in({1e-6, 0.5}));
-    command->add_option("--json", arguments->json, "Write the summary to this file (- for stdout)")
-        ->type_name("FILE");
+    add_option(*command, "--json", arguments->json, "FILE",
+               "Write the summary to this file (- for stdout)");
     command->add_flag("--keep", arguments->keep, "Do not change summary.json and fits.csv");
     command->callback([arguments, &result] { reduce(*arguments, result); });
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm report DIR -o report.html: executes the Python program postprocess/report.py.
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/provenance.hpp"
 
@@ -36,20 +37,14 @@ void add_report_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "report", "Write the results of a folder as one page with figures (docs/report.md)");
     auto arguments = std::make_shared<ReportArguments>();
-    command
-        ->add_option("directory", arguments->directory,
-                     "Folder that culm run, track, fit, calibrate, compare or diagnose wrote with "
-                     "-o, or a folder of such folders")
-        ->required()
-        ->type_name("DIR");
-    command
-        ->add_option("-o,--output", arguments->output,
-                     "The page to write (default: DIR/report.html)")
-        ->type_name("FILE");
-    command
-        ->add_option("--d3-js", arguments->d3_js,
-                     "The drawing library D3 (version 3), if it is not found automatically")
-        ->type_name("FILE");
+    add_option(*command, "directory", arguments->directory, "DIR",
+               "Folder that culm run, track, fit, calibrate, compare or diagnose wrote with "
+               "-o, or a folder of such folders")
+        ->required();
+    add_option(*command, "-o,--output", arguments->output, "FILE",
+               "The page to write (default: DIR/report.html)");
+    add_option(*command, "--d3-js", arguments->d3_js, "FILE",
+               "The drawing library D3 (version 3), if it is not found automatically");
     command->callback([arguments] { hand_over(*arguments); });
 }
 

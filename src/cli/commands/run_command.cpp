@@ -343,18 +343,14 @@ void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& ar
     CLI::App* command = app.add_subcommand(
         "run", "Run a study (alone, or under mpirun or srun), archive and reduce it");
     auto arguments = std::make_shared<RunArguments>();
-    command->add_option("study", arguments->study, "Study file (TOML; docs/config.md)")
-        ->type_name("STUDY.toml");
-    command
-        ->add_option("--from-archive", arguments->archive,
-                     "Repeat the study of this folder's archive in a new folder, without its study "
-                     "file, and compare: exit code 3 if anything differs")
-        ->type_name("DIR");
-    command
-        ->add_option("-o,--output", arguments->output,
-                     "Folder for study.h5 and summary.json (default: results/<study name>, of a "
-                     "repeated study results/<study name>-repeated)")
-        ->type_name("DIR");
+    add_option(*command, "study", arguments->study, "STUDY.toml",
+               "Study file (TOML; docs/config.md)");
+    add_option(*command, "--from-archive", arguments->archive, "DIR",
+               "Repeat the study of this folder's archive in a new folder, without its study "
+               "file, and compare: exit code 3 if anything differs");
+    add_option(*command, "-o,--output", arguments->output, "DIR",
+               "Folder for study.h5 and summary.json (default: results/<study name>, of a "
+               "repeated study results/<study name>-repeated)");
     CLI::Option* resume = command->add_flag(
         "--resume", arguments->folder.resume,
         "Compute only the points that are missing in the folder; refuses a changed study");
@@ -362,18 +358,14 @@ void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& ar
         ->add_flag("--retry-failed", arguments->folder.retry_failed,
                    "With --resume: compute failed points again")
         ->needs(resume);
-    command
-        ->add_option("--crash-limit", arguments->folder.crash_limit,
-                     "A point fails after N processes died while computing it (default 5; 0: no "
-                     "limit)")
-        ->type_name("N")
+    add_option(*command, "--crash-limit", arguments->folder.crash_limit, "N",
+               "A point fails after N processes died while computing it (default 5; 0: no "
+               "limit)")
         ->check(CLI::Range(0, 1'000'000));
-    command
-        ->add_option("--walltime", arguments->walltime,
-                     "End within this time (90s, 45min, HH:MM:SS, D-HH:MM:SS): start no point that "
-                     "would not finish by then; exit code 75 if points are missing (default: the "
-                     "time limit of the batch job)")
-        ->type_name("TIME");
+    add_option(*command, "--walltime", arguments->walltime, "TIME",
+               "End within this time (90s, 45min, HH:MM:SS, D-HH:MM:SS): start no point that "
+               "would not finish by then; exit code 75 if points are missing (default: the "
+               "time limit of the batch job)");
     command->add_flag("--dry-run", arguments->dry_run,
                       "Check everything and print the plan: points, lanes, cost, memory, archive");
     command->add_flag("-q,--quiet", arguments->quiet, "No progress");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm setup VIDEO -o DIR: executes the Python program postprocess/setup.py.
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/provenance.hpp"
 
@@ -33,17 +34,13 @@ void add_setup_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "setup", "Describe a video for culm track: in the browser, or with --text in the terminal");
     auto arguments = std::make_shared<SetupArguments>();
-    command
-        ->add_option("video", arguments->video,
-                     "Video file, Photron header (.cih, .cihx), folder of numbered pictures, or a "
-                     "pattern like frames/%05d.png")
-        ->required()
-        ->type_name("VIDEO");
-    command
-        ->add_option("-o,--output", arguments->output,
-                     "Folder for setup.html and video.toml; a link in it leads to the pictures")
-        ->required()
-        ->type_name("DIR");
+    add_option(*command, "video", arguments->video, "VIDEO",
+               "Video file, Photron header (.cih, .cihx), folder of numbered pictures, or a "
+               "pattern like frames/%05d.png")
+        ->required();
+    add_option(*command, "-o,--output", arguments->output, "DIR",
+               "Folder for setup.html and video.toml; a link in it leads to the pictures")
+        ->required();
     command->add_flag("--text", arguments->is_text,
                       "Ask in the terminal and write video.toml; no page");
     command->callback([arguments] { hand_over(*arguments); });

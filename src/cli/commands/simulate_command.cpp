@@ -168,30 +168,23 @@ void add_simulate_command(CLI::App& app, CommandResult&) {
     CLI::App* command = app.add_subcommand(
         "simulate", "Simulate one stem and fit b1 and b2 to its motion (the paper's closing test)");
     auto arguments = std::make_shared<SimulateArguments>();
-    command->add_option("study", arguments->study, "Study file whose stem and release are used")
-        ->type_name("STUDY.toml");
-    command
-        ->add_option("--via", arguments->via,
-                     "Calibrate Y and beta by this study's regressions, and use its stem")
-        ->type_name("DIR");
-    command
-        ->add_option("--bond-youngs-modulus-gpa", arguments->youngs_modulus_gpa,
-                     "Bond Young's modulus Y, GPa")
-        ->type_name("GPA")
+    add_option(*command, "study", arguments->study, "STUDY.toml",
+               "Study file whose stem and release are used");
+    add_option(*command, "--via", arguments->via, "DIR",
+               "Calibrate Y and beta by this study's regressions, and use its stem");
+    add_option(*command, "--bond-youngs-modulus-gpa", arguments->youngs_modulus_gpa, "GPA",
+               "Bond Young's modulus Y, GPa")
         ->check(range_of("bond_youngs_modulus_gpa"));
-    command->add_option("--bond-damping", arguments->bond_damping, "Local damping beta")
-        ->type_name("BETA")
+    add_option(*command, "--bond-damping", arguments->bond_damping, "BETA", "Local damping beta")
         ->check(range_of("bond_damping"));
-    command->add_option("--frequency-hz", arguments->frequency_hz, "Measured frequency b2, Hz")
-        ->type_name("HZ")
+    add_option(*command, "--frequency-hz", arguments->frequency_hz, "HZ",
+               "Measured frequency b2, Hz")
         ->check(number_in({0.0, 1e6, true, false}));
-    command
-        ->add_option("--decay-per-cycle", arguments->decay_per_cycle,
-                     "Measured damping b1 in normalised time, negative")
-        ->type_name("B1")
+    add_option(*command, "--decay-per-cycle", arguments->decay_per_cycle, "B1",
+               "Measured damping b1 in normalised time, negative")
         ->check(number_in({-10.0, 0.0, false, true}));
-    command->add_option("--json", arguments->json, "Write the results to this file (- for stdout)")
-        ->type_name("FILE");
+    add_option(*command, "--json", arguments->json, "FILE",
+               "Write the results to this file (- for stdout)");
     command->callback([arguments] { simulate(*arguments); });
 }
 

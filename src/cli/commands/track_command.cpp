@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm track VIDEO.toml... -o DIR
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 
 #include <memory>
@@ -12,21 +13,15 @@ void add_track_command(CLI::App& app, CommandResult& result, int& argc, char**& 
     CLI::App* command = app.add_subcommand(
         "track", "Measure a stem's deflections in a high-speed video (docs/tracking.md)");
     auto arguments = std::make_shared<TrackArguments>();
-    command
-        ->add_option("videos", arguments->videos,
-                     "Descriptions of recordings; several are shared among the ranks of mpirun")
-        ->required()
-        ->type_name("VIDEO.toml");
-    command
-        ->add_option("-o,--output", arguments->output,
-                     "Folder for stem.toml, deflection.csv, track.json and contact_sheet.png; of "
-                     "several videos each gets a folder in it, named by its stem's id")
-        ->required()
-        ->type_name("DIR");
-    command
-        ->add_option("--threads", arguments->threads,
-                     "Threads that share the frames of one video (default: all cores)")
-        ->type_name("N")
+    add_option(*command, "videos", arguments->videos, "VIDEO.toml",
+               "Descriptions of recordings; several are shared among the ranks of mpirun")
+        ->required();
+    add_option(*command, "-o,--output", arguments->output, "DIR",
+               "Folder for stem.toml, deflection.csv, track.json and contact_sheet.png; of "
+               "several videos each gets a folder in it, named by its stem's id")
+        ->required();
+    add_option(*command, "--threads", arguments->threads, "N",
+               "Threads that share the frames of one video (default: all cores)")
         ->check(CLI::Range(1, 1024));
     command->add_flag("--overlay", arguments->with_video,
                       "Also write overlay.avi: every kept frame with the tracked axis");
