@@ -3,19 +3,145 @@
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "physics/effects/library.hpp"
-#include "present/effects.hpp"
 #include "present/files.hpp"
+#include "present/text.hpp"
 #include "study/config/study_effects.hpp"
 
+#include <algorithm>
 #include <memory>
+#include <ranges>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 namespace culm::cli {
 namespace {
+
+using nlohmann::json;
+using physics::EffectParameter;
+
+/// A label, then the text in lines that begin below its first word.
+std::string labelled(const std::string& label, const std::string& text) {
+    return present::wrapped(fmt::format("{:<12}", label), text, present::text_width);
+}
+
+std::string unit_of(const EffectParameter& parameter) {
+    return parameter.unit.empty() ? "" : " " + parameter.unit;
+}
+
+std::string how_fitted(const EffectParameter& parameter) {
+    if (!parameter.calibrated)
+        return "known, not fitted";
+    if (parameter.fitted_as == physics::FittedAs::Itself)
+        return "fitted";
+    return fmt::format("fitted {}", physics::to_string(parameter.fitted_as));
+}
+
+std::string parameter_text(const EffectParameter& parameter) {
+    return fmt::format("{} = {}{} ({} to {}; {})\n{}", parameter.name, parameter.default_value,
+                       unit_of(parameter), parameter.lower, parameter.upper, how_fitted(parameter),
+                       labelled("", parameter.meaning));
+}
+
+std::string markdown_parameters(const physics::Effect& effect) {
+    std::string out = "\n| parameter | unit | default | from | to | in a fit | meaning |\n"
+                      "|---|---|---|---|---|---|---|\n";
+    for (const EffectParameter& parameter : effect.parameters())
+        out +=
+            fmt::format("| `{}` | {} | {} | {} | {} | {} | {} |\n", parameter.name,
+                        parameter.unit.empty() ? "1" : parameter.unit, parameter.default_value,
+                        parameter.lower, parameter.upper, how_fitted(parameter), parameter.meaning);
+    return out;
+}
+
+json parameter_json(const EffectParameter& parameter) {
+    return {{"name", parameter.name},
+            {"unit", parameter.unit},
+            {"meaning", parameter.meaning},
+            {"default", parameter.default_value},
+            {"lower", parameter.lower},
+            {"upper", parameter.upper},
+            {"scale", parameter.scale},
+            {"fitted_as", physics::to_string(parameter.fitted_as)},
+            {"calibrated", parameter.calibrated}};
+}
+
+/// One line for each effect, with the names of its parameters.
+std::string effects_list(std::span<const physics::EffectPointer> effects) {
+    std::size_t width = 0;
+    for (const physics::EffectPointer& effect : effects)
+        width = std::max(width, effect->name().size());
+    std::string out;
+    for (const physics::EffectPointer& effect : effects)
+        out += fmt::format(
+            "{:<{}}  {} [{}]\n", effect->name(), width, effect->summary(),
+            fmt::join(effect->parameters() | std::views::transform(&EffectParameter::name), ", "));
+    return out;
+}
+
+/// All properties of one effect, in lines of some 90 characters.
+std::string effect_card(const physics::Effect& effect) {
+    std::string out = fmt::format("{}: {}\n\n", effect.name(), effect.summary());
+    if (effect.family() != physics::Family::Own)
+        out += labelled("family", std::string(physics::to_string(effect.family())));
+    out += labelled("law", effect.law());
+    out += labelled("source", effect.source());
+    out += labelled("signature", effect.signature());
+    out += labelled("remedy", effect.remedy());
+    out += labelled("energy", effect.energy());
+    if (effect.dimensions() == 3)
+        out += labelled("needs", "three dimensions");
+    if (!effect.excludes().empty())
+        out += labelled("contains", fmt::format("{}, which cannot be added as well",
+                                                fmt::join(effect.excludes(), ", ")));
+    for (const EffectParameter& parameter : effect.parameters())
+        out += '\n' + parameter_text(parameter);
+    return out;
+}
+
+/// All properties of each effect as Markdown: the reference in docs/effects.md.
+std::string effects_markdown(std::span<const physics::EffectPointer> effects) {
+    std::string out;
+    for (const physics::EffectPointer& effect : effects) {
+        out +=
+            fmt::format("{}### `{}`\n{}.\n\n* Family: {}.\n* Law: {}.\n* Source: {}.\n* Signature: "
+                        "{}.\n* Remedy: {}.\n* Energy: {}.\n",
+                        out.empty() ? "" : "\n", effect->name(), effect->summary(),
+                        physics::to_string(effect->family()), effect->law(), effect->source(),
+                        effect->signature(), effect->remedy(), effect->energy());
+        if (effect->dimensions() == 3)
+            out += "* Needs three dimensions.\n";
+        if (!effect->excludes().empty())
+            out += fmt::format("* Contains {}, which cannot be added as well.\n",
+                               fmt::join(effect->excludes(), ", "));
+        out += markdown_parameters(*effect);
+    }
+    return out;
+}
+
+/// docs/schemas/effects.schema.json.
+json effects_json(std::span<const physics::EffectPointer> effects) {
+    const auto card = [](const physics::EffectPointer& effect) -> json {
+        return {{"name", effect->name()},
+                {"family", physics::to_string(effect->family())},
+                {"summary", effect->summary()},
+                {"law", effect->law()},
+                {"source", effect->source()},
+                {"signature", effect->signature()},
+                {"remedy", effect->remedy()},
+                {"energy", effect->energy()},
+                {"dimensions", effect->dimensions()},
+                {"excludes", effect->excludes()},
+                {"parameters", present::array_of(effect->parameters(), parameter_json)}};
+    };
+    return {
+        {"format", "culm-effects"}, {"version", 1}, {"effects", present::array_of(effects, card)}};
+}
 
 struct EffectsArguments {
     std::vector<std::string> names;
@@ -36,19 +162,19 @@ std::vector<physics::EffectPointer> chosen(const EffectsArguments& arguments) {
 void show(const EffectsArguments& arguments) {
     const std::vector<physics::EffectPointer> effects = chosen(arguments);
     if (!arguments.json.empty())
-        present::write_json(arguments.json, present::effects_json(effects));
+        present::write_json(arguments.json, effects_json(effects));
     if (arguments.is_markdown)
-        fmt::print("{}", present::effects_markdown(effects));
+        fmt::print("{}", effects_markdown(effects));
     if (!arguments.json.empty() || arguments.is_markdown)
         return;
     if (arguments.names.empty()) {
         fmt::print("{}\n`culm effects NAME` shows the law, the signature, the remedy, and the "
                    "parameters.\n",
-                   present::effects_list(effects));
+                   effects_list(effects));
         return;
     }
     for (std::size_t i = 0; i < effects.size(); ++i)
-        fmt::print("{}{}", i == 0 ? "" : "\n", present::effect_card(*effects[i]));
+        fmt::print("{}{}", i == 0 ? "" : "\n", effect_card(*effects[i]));
 }
 
 } // namespace

@@ -2,7 +2,9 @@
 // culm keys [NAME...]
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "present/study/config_reference.hpp"
+#include "core/error.hpp"
+#include "core/nearest_name.hpp"
+#include "present/text.hpp"
 #include "study/config/keys.hpp"
 
 #include <memory>
@@ -10,10 +12,100 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace culm::cli {
 namespace {
+
+using study::ConfigKey;
+
+/// The tables in the order of the catalogue.
+std::vector<std::string> config_tables() {
+    std::vector<std::string> names;
+    for (const ConfigKey& key : study::config_keys())
+        if (names.empty() || names.back() != key.section)
+            names.push_back(key.section);
+    return names;
+}
+
+/// "a number in (0, 1000] mm; default 2.83".
+std::string key_value(const ConfigKey& key) {
+    std::string text = key.allowed();
+    if (key.unit == "as the parameter")
+        text += ", in the parameter's unit";
+    return key.default_text.empty() ? text : text + "; default " + key.default_text;
+}
+
+/// The key's description, without the Markdown backticks around names of other keys.
+std::string key_meaning(const ConfigKey& key) {
+    std::string text = key.meaning;
+    std::erase(text, '`');
+    return text;
+}
+
+/// The fixed part of a section's name: "factors" of "factors.<parameter>".
+std::string spoken(const std::string& section) {
+    return section.substr(0, section.find(".<"));
+}
+
+bool is_named(const ConfigKey& key, const std::string& name) {
+    return name == key.section || name == spoken(key.section) || name == key.key ||
+           name == spoken(key.section) + "." + key.key;
+}
+
+[[noreturn]] void refuse(const std::string& name) {
+    std::vector<std::string> valid = config_tables();
+    for (const ConfigKey& key : study::config_keys())
+        valid.push_back(key.key);
+    const std::string nearest = core::nearest_name(name, valid);
+    throw core::InputError(fmt::format(
+        "there is no table or key \"{}\" in a study file{}; `culm keys` lists those there are",
+        name, nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest)));
+}
+
+std::string card(const ConfigKey& key) {
+    constexpr std::size_t indent = 4;
+    const std::string margin(indent, ' ');
+    return fmt::format("{}\n{}{}", key.key,
+                       present::wrapped(margin, key_value(key), present::text_width - indent),
+                       present::wrapped(margin, key_meaning(key), present::text_width - indent));
+}
+
+/// Every table with the names of its keys.
+std::string config_key_list() {
+    std::string text;
+    for (const std::string& section : config_tables()) {
+        std::vector<std::string> names;
+        for (const ConfigKey& key : study::config_keys_of(section))
+            names.push_back(key.key);
+        text += fmt::format("[{}]\n{}", section,
+                            present::wrapped("    ", fmt::format("{}", fmt::join(names, ", ")),
+                                             present::text_width));
+    }
+    return text;
+}
+
+/// The allowed values and the default of each of the keys. A name is that of a table ("stem"), of a
+/// key ("bond_damping") or of both ("law.name"). Throws core::InputError for unknown names.
+std::string config_key_cards(const std::vector<std::string>& names) {
+    std::string text;
+    for (const std::string& name : names) {
+        std::string section;
+        for (const ConfigKey& key : study::config_keys()) {
+            if (!is_named(key, name))
+                continue;
+            if (key.section != section) {
+                section = key.section;
+                text += fmt::format("{}[{}]\n", text.empty() ? "" : "\n", section);
+            }
+            text += card(key);
+        }
+        if (section.empty())
+            refuse(name);
+    }
+    return text;
+}
 
 struct KeysArguments {
     std::vector<std::string> names;
@@ -25,9 +117,9 @@ void show(const KeysArguments& arguments) {
         fmt::print("{}", study::config_key_tables());
     else if (arguments.names.empty())
         fmt::print("{}\n`culm keys NAME` describes the keys of a table, or one key.\n",
-                   present::config_key_list());
+                   config_key_list());
     else
-        fmt::print("{}", present::config_key_cards(arguments.names));
+        fmt::print("{}", config_key_cards(arguments.names));
 }
 
 } // namespace
