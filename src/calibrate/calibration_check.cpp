@@ -28,30 +28,34 @@ reduce::StemHistories simulated_histories(fit::StemModel model,
     return stem;
 }
 
-/// Mean of two series with the first one's weights, and the mean's standard error.
-class PairedMean {
-  public:
-    void add(const reduce::Estimate& measured, const reduce::Estimate& simulated) {
+/// Means of a quantity over the heights that both stems' fits have, and the error of the measured
+/// one; the weights are NaN if there are none.
+struct PairedMean {
+    double measured;
+    double simulated;
+    double standard_error;
+};
+
+PairedMean paired_mean(const CalibrationCheck& check,
+                       reduce::Estimate reduce::RingDownAnalysis::*quantity) {
+    double weights = 0.0;
+    double measured_sum = 0.0;
+    double simulated_sum = 0.0;
+    for (std::size_t j = 0; j < check.measured.heights.size(); ++j) {
+        const auto& measured = check.measured.heights[j].fit;
+        const auto& simulated = check.simulated.heights[j].fit;
+        if (!measured || !simulated)
+            continue;
         // Both means use the weights of the measurement: a height where it is uncertain must not
         // change the simulated mean alone.
-        const double weight = 1.0 / (measured.standard_error * measured.standard_error);
-        weights_ += weight;
-        measured_ += weight * measured.value;
-        simulated_ += weight * simulated.value;
+        const double error = (*measured.*quantity).standard_error;
+        const double weight = 1.0 / (error * error);
+        weights += weight;
+        measured_sum += weight * (*measured.*quantity).value;
+        simulated_sum += weight * (*simulated.*quantity).value;
     }
-    [[nodiscard]] bool is_empty() const { return weights_ == 0.0; }
-    [[nodiscard]] double measured() const { return measured_ / weights_; }
-    [[nodiscard]] double simulated() const { return simulated_ / weights_; }
-    [[nodiscard]] double error() const { return simulated_ / measured_ - 1.0; }
-    [[nodiscard]] double resolution() const {
-        return 1.0 / std::sqrt(weights_) / std::abs(measured());
-    }
-
-  private:
-    double weights_ = 0.0;
-    double measured_ = 0.0;
-    double simulated_ = 0.0;
-};
+    return {measured_sum / weights, simulated_sum / weights, 1.0 / std::sqrt(weights)};
+}
 
 } // namespace
 
@@ -63,28 +67,20 @@ CalibrationCheck check_calibration(const fit::RecordingFit& fit,
     check.measured = reduce::fit_stem(residuals::histories_of(measurement), options);
     check.simulated =
         reduce::fit_stem(simulated_histories(fit.model, measurement, integrator), options);
-    PairedMean decay;
-    PairedMean frequency;
-    for (std::size_t j = 0; j < check.measured.heights.size(); ++j) {
-        const auto& measured = check.measured.heights[j].fit;
-        const auto& simulated = check.simulated.heights[j].fit;
-        if (!measured || !simulated)
-            continue;
-        decay.add(measured->decay_per_cycle, simulated->decay_per_cycle);
-        frequency.add(measured->frequency, simulated->frequency);
-    }
-    if (decay.is_empty())
+    const PairedMean decay = paired_mean(check, &reduce::RingDownAnalysis::decay_per_cycle);
+    const PairedMean frequency = paired_mean(check, &reduce::RingDownAnalysis::frequency);
+    if (std::isinf(decay.standard_error))
         throw core::NumericalError(
             core::FailureKind::FitFailed,
             fmt::format("{}: Eq. 1 cannot be fitted at any height", measurement.stem.id));
-    check.measured_decay_per_cycle = decay.measured();
-    check.simulated_decay_per_cycle = decay.simulated();
-    check.decay_error = decay.error();
-    check.decay_resolution = decay.resolution();
-    check.measured_frequency = frequency.measured();
-    check.simulated_frequency = frequency.simulated();
-    check.frequency_error = frequency.error();
-    check.frequency_resolution = frequency.resolution();
+    check.measured_decay_per_cycle = decay.measured;
+    check.simulated_decay_per_cycle = decay.simulated;
+    check.decay_error = decay.simulated / decay.measured - 1.0;
+    check.decay_resolution = decay.standard_error / std::abs(decay.measured);
+    check.measured_frequency = frequency.measured;
+    check.simulated_frequency = frequency.simulated;
+    check.frequency_error = frequency.simulated / frequency.measured - 1.0;
+    check.frequency_resolution = frequency.standard_error / std::abs(frequency.measured);
     return check;
 }
 

@@ -19,33 +19,24 @@ double beam_length(const run::CaseSpec& spec) {
     return spec.stem.free_length() + (spec.stem.tip_mass_share - 0.5) * spec.stem.bond_length;
 }
 
-/// A relative difference of more than `tolerance` is reported. For length, section and mass such a
-/// difference changes Y by 0.4 %, while a larger deflection changes b1 and b2 little.
-struct ComparedNumber {
-    const char* name;
-    const char* unit;
-    double scale;
-    double tolerance;
-    std::function<double(const run::CaseSpec&)> get;
-};
-
 /// The regressions are valid for one stem: b2 scales as √(EI/m')/L², b1 with β and the bond length.
 std::vector<std::string> differences(const run::CaseSpec& measured, const run::CaseSpec& study) {
-    const std::vector<ComparedNumber> numbers{
-        {"length", "mm", 1e3, 1e-3, beam_length},
-        {"section's second moment", "mm^4", 1e12, 4e-3,
-         [](const auto& spec) { return spec.stem.second_moment_of_area(); }},
-        {"mass per length", "g/m", 1e3, 4e-3,
-         [](const auto& spec) { return spec.stem.sphere_mass() / spec.stem.bond_length; }},
-        {"tip deflection", "mm", 1e3, 0.5, [](const auto& spec) { return spec.tip_deflection; }}};
     std::vector<std::string> texts;
-    for (const ComparedNumber& number : numbers) {
-        const double here = number.scale * number.get(measured);
-        const double there = number.scale * number.get(study);
-        if (std::abs(here / there - 1.0) > number.tolerance)
-            texts.push_back(
-                fmt::format("{} {:.4g} {} against {:.4g}", number.name, here, number.unit, there));
-    }
+    // A relative difference of more than `tolerance` is reported. For length, section and mass such
+    // a difference changes Y by 0.4 %, while a larger deflection changes b1 and b2 little.
+    const auto compare = [&](const char* name, const char* unit, double scale, double tolerance,
+                             const auto& get) {
+        const double here = scale * get(measured);
+        const double there = scale * get(study);
+        if (std::abs(here / there - 1.0) > tolerance)
+            texts.push_back(fmt::format("{} {:.4g} {} against {:.4g}", name, here, unit, there));
+    };
+    compare("length", "mm", 1e3, 1e-3, beam_length);
+    compare("section's second moment", "mm^4", 1e12, 4e-3,
+            [](const auto& spec) { return spec.stem.second_moment_of_area(); });
+    compare("mass per length", "g/m", 1e3, 4e-3,
+            [](const auto& spec) { return spec.stem.sphere_mass() / spec.stem.bond_length; });
+    compare("tip deflection", "mm", 1e3, 0.5, std::mem_fn(&run::CaseSpec::tip_deflection));
     if (measured.stem.sphere_count != study.stem.sphere_count)
         texts.push_back(fmt::format("{} spheres against {} (beta goes with their square)",
                                     measured.stem.sphere_count, study.stem.sphere_count));
@@ -86,17 +77,6 @@ RowReading read_highest_row(const measure::Measurement& measurement, double wind
                                            measurement.stem.id, window, reason));
 }
 
-void warn_parameters(const reduce::StemPrediction& prediction, const StudyForCalibration& study,
-                     std::vector<std::string>& warnings) {
-    if (const auto& modulus = prediction.bond_youngs_modulus.by_single_law)
-        warn_outside(
-            "Y", modulus->value * 1e-9,
-            {study.bond_youngs_modulus.lowest * 1e-9, study.bond_youngs_modulus.highest * 1e-9},
-            " GPa", warnings);
-    if (const auto& damping = prediction.bond_damping.by_single_law)
-        warn_outside("beta", damping->value, study.bond_damping, "", warnings);
-}
-
 } // namespace
 
 StudyCalibration calibrate_by_study(const measure::Measurement& measurement,
@@ -113,7 +93,13 @@ StudyCalibration calibrate_by_study(const measure::Measurement& measurement,
                  result.warnings);
     warn_outside("b1 per cycle", result.reading.decay_per_cycle, study.regression.decay_per_cycle,
                  "", result.warnings);
-    warn_parameters(result.prediction, study, result.warnings);
+    if (const auto& modulus = result.prediction.bond_youngs_modulus.by_single_law)
+        warn_outside(
+            "Y", modulus->value * 1e-9,
+            {study.bond_youngs_modulus.lowest * 1e-9, study.bond_youngs_modulus.highest * 1e-9},
+            " GPa", result.warnings);
+    if (const auto& damping = result.prediction.bond_damping.by_single_law)
+        warn_outside("beta", damping->value, study.bond_damping, "", result.warnings);
     run::CaseSpec chain =
         fit::chain_of(measurement, {study.base.stem.sphere_count, study.base.law}).spec;
     chain.tip_deflection = row.fit.largest_deflection;

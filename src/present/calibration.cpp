@@ -52,51 +52,40 @@ Uncertain decay_of(const calibrate::Calibration& calibration) {
     return {decay, std::abs(decay) * calibration.budget.chain_damping};
 }
 
-json bounds_json(double lower, double upper) {
-    return json::array({number(lower), number(upper)});
-}
-
 json stem_parameters_json(const calibrate::Calibration& calibration) {
     json out = json::object();
-    for (std::size_t k = 0; k < calibration.fit.parameters.size(); ++k) {
-        const fit::FittedParameter& parameter = calibration.fit.parameters[k];
-        if (parameter.is_error)
-            continue;
-        json& entry = out[parameter_key(parameter)];
-        entry = estimate_json(parameter.value, calibration.budget.combined[k]);
-        entry["stderr_of_readings"] = number(calibration.budget.from_readings[k]);
+    for (const auto& [key, parameter] : by_key(calibration.fit.parameters)) {
+        const auto k = static_cast<std::size_t>(parameter - calibration.fit.parameters.data());
+        out[key] = estimate_json(parameter->value, calibration.budget.combined[k]);
+        out[key]["stderr_of_readings"] = number(calibration.budget.from_readings[k]);
     }
     return out;
 }
 
 json correlation_json(const fit::RecordingFit& fit) {
-    json names = json::array();
-    json rows = json::array();
-    const auto count = static_cast<Eigen::Index>(fit.model.first_error());
-    for (Eigen::Index a = 0; a < count; ++a) {
-        names.push_back(parameter_key(fit.parameters[static_cast<std::size_t>(a)]));
-        json row = json::array();
-        for (Eigen::Index b = 0; b < count; ++b)
-            row.push_back(number(fit.correlation(a, b)));
-        rows.push_back(row);
-    }
-    return {{"names", names}, {"matrix", rows}};
+    const std::size_t count = fit.model.first_error();
+    const auto row = [&fit, count](std::size_t a) {
+        return array_of_count(count, [&fit, a](std::size_t b) {
+            return number(fit.correlation(Eigen::Index(a), Eigen::Index(b)));
+        });
+    };
+    return {{"names", array_of(std::span(fit.parameters).first(count), parameter_key)},
+            {"matrix", array_of_count(count, row)}};
 }
 
 /// All data that `culm export` needs to write the chain without the recording.
 json chain_json(const fit::RecordingFit& fit, const std::string& law) {
     const physics::StemParameters<double>& stem = fit.model.spec.stem;
-    json effects = json::array();
-    for (const physics::ActiveEffect& active : fit.model.spec.effects) {
+    const auto effect_json = [](const physics::ActiveEffect& active) -> json {
         json values = json::object();
         const auto parameters = active.effect->parameters();
         for (std::size_t k = 0; k < parameters.size(); ++k)
             values[parameters[k].name] = number(active.values[k]);
-        effects.push_back({{"name", active.effect->name()}, {"values", values}});
-    }
-    json masses = json::array();
-    for (const run::PointMass& mass : fit.model.spec.added_masses)
-        masses.push_back({{"height_m", mass.height}, {"mass_kg", mass.mass}});
+        return {{"name", active.effect->name()}, {"values", values}};
+    };
+    const auto mass_json = [](const run::PointMass& mass) -> json {
+        return {{"height_m", mass.height}, {"mass_kg", mass.mass}};
+    };
     const run::CaseSpec computed = fit::case_beside_errors(fit.model);
     return {{"law", law},
             {"bond_youngs_modulus_pa", number(computed.stem.bond_youngs_modulus)},
@@ -109,8 +98,8 @@ json chain_json(const fit::RecordingFit& fit, const std::string& law) {
             {"bond_outer_diameter_m", stem.bond_outer_diameter},
             {"bond_inner_diameter_m", stem.bond_inner_diameter},
             {"poissons_ratio", stem.poissons_ratio},
-            {"added_masses", masses},
-            {"effects", effects}};
+            {"added_masses", array_of(fit.model.spec.added_masses, mass_json)},
+            {"effects", array_of(fit.model.spec.effects, effect_json)}};
 }
 
 /// The first three failed tests and the number of the others; without any the verdict's reason.
@@ -187,7 +176,7 @@ json prediction_json(const std::optional<reduce::Prediction>& found) {
         return nullptr;
     return {{"value", number(found->value)},
             {"stderr", number(found->standard_error)},
-            {"interval", bounds_json(found->lower, found->upper)}};
+            {"interval", bounds_json(*found)}};
 }
 
 /// 5 % and 95 % quantiles, and the bootstrap interval of either end.
@@ -197,11 +186,9 @@ json central_range_json(const calibrate::CentralRange& found) {
             {"median", found.sample.median},
             {"lowest", found.sample.lowest},
             {"highest", found.sample.highest},
-            {"central_90_percent", bounds_json(found.range.lower, found.range.upper)},
-            {"central_90_percent_lower_interval",
-             bounds_json(found.lower_interval.lower, found.lower_interval.upper)},
-            {"central_90_percent_upper_interval",
-             bounds_json(found.upper_interval.lower, found.upper_interval.upper)}};
+            {"central_90_percent", bounds_json(found.range)},
+            {"central_90_percent_lower_interval", bounds_json(found.lower_interval)},
+            {"central_90_percent_upper_interval", bounds_json(found.upper_interval)}};
 }
 
 /// The parameters with the combined uncertainty of the budget, in the order of the JSON's keys, so

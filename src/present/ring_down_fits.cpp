@@ -15,14 +15,10 @@ namespace {
 
 using nlohmann::json;
 
-json scaled_bounds(const reduce::Bounds& interval, double scale = 1.0) {
-    return json::array({number(scale * interval.lower), number(scale * interval.upper)});
-}
-
 json estimate_with_interval(const reduce::Estimate& found, double scale = 1.0) {
     return {{"value", number(scale * found.value)},
             {"stderr", number(scale * found.standard_error)},
-            {"interval", json::array({number(scale * found.lower), number(scale * found.upper)})}};
+            {"interval", bounds_json(found, scale)}};
 }
 
 json adequacy(const reduce::RingDownAdequacy& judged) {
@@ -67,16 +63,16 @@ json line_json(const reduce::LineFit& line) {
             {"intercept", number(line.intercept)},
             {"slope", number(line.slope)},
             {"stderr", number(line.slope_error)},
-            {"interval", scaled_bounds(line.slope_interval)},
+            {"interval", bounds_json(line.slope_interval)},
             {"correlation", number(line.correlation)},
             {"p_value", number(line.p_value)}};
 }
 
 json stem_json(const reduce::StemRingDowns& stem, const std::string& folder, bool has_offset,
                bool has_phase) {
-    json heights = json::array();
-    for (const reduce::HeightRingDown& height : stem.heights)
-        heights.push_back(height_json(height, has_offset, has_phase));
+    const auto one_height = [&](const reduce::HeightRingDown& height) {
+        return height_json(height, has_offset, has_phase);
+    };
     json out{{"measurement", stem.id},
              {"folder", folder},
              {"length_mm", 1e3 * stem.length},
@@ -84,7 +80,7 @@ json stem_json(const reduce::StemRingDowns& stem, const std::string& folder, boo
              {"largest_deflection_mm", number(1e3 * stem.largest_deflection)},
              {"has_offset", has_offset},
              {"adequate_heights", stem.adequate_heights},
-             {"heights", heights}};
+             {"heights", array_of(stem.heights, one_height)}};
     if (!stem.frequency || !stem.decay_per_cycle)
         return out;
     // With δ the logarithmic decrement, ζ/√(1 − ζ²) = δ/2π and ω₀ = ω_d √(1 + (δ/2π)²).
@@ -101,20 +97,19 @@ json stem_json(const reduce::StemRingDowns& stem, const std::string& folder, boo
 }
 
 json sample_json(const reduce::SampleSummary& sample, double scale = 1.0) {
-    json edges = json::array();
-    for (const double edge : sample.histogram.edges)
-        edges.push_back(scale * edge);
     return {
         {"count", sample.count},
         {"mean", number(scale * sample.mean)},
-        {"mean_interval", scaled_bounds(sample.mean_interval, scale)},
+        {"mean_interval", bounds_json(sample.mean_interval, scale)},
         {"standard_deviation", number(scale * sample.standard_deviation)},
-        {"standard_deviation_interval", scaled_bounds(sample.standard_deviation_interval, scale)},
+        {"standard_deviation_interval", bounds_json(sample.standard_deviation_interval, scale)},
         {"lowest", number(scale * sample.lowest)},
         {"median", number(scale * sample.median)},
         {"highest", number(scale * sample.highest)},
-        {"central_90_percent", scaled_bounds(sample.central_90_percent, scale)},
-        {"histogram", {{"edges", edges}, {"counts", sample.histogram.counts}}}};
+        {"central_90_percent", bounds_json(sample.central_90_percent, scale)},
+        {"histogram",
+         {{"edges", array_of(sample.histogram.edges, [=](double edge) { return scale * edge; })},
+          {"counts", sample.histogram.counts}}}};
 }
 
 json laboratory_json(const reduce::PopulationSummary& population) {
@@ -245,16 +240,16 @@ std::string advice(const FitReport& report) {
 } // namespace
 
 json fit_json(const FitReport& report) {
-    json stems = json::array();
-    for (std::size_t i = 0; i < report.stems.size(); ++i)
-        stems.push_back(stem_json(report.stems[i], report.folders[i], report.has_offset[i],
-                                  report.options.has_phase));
+    const auto one_stem = [&report](std::size_t i) {
+        return stem_json(report.stems[i], report.folders[i], report.has_offset[i],
+                         report.options.has_phase);
+    };
     return {{"format", "culm-fit"},
             {"version", 1},
             {"model",
              {{"phase", report.options.has_phase ? "free" : "fixed"},
               {"window_s", number(report.options.window)}}},
-            {"stems", stems},
+            {"stems", array_of_count(report.stems.size(), one_stem)},
             {"population", report.population ? laboratory_json(*report.population) : json(nullptr)},
             {"remarks", report.remarks}};
 }

@@ -26,47 +26,25 @@ struct LookArguments {
 };
 
 using Text = std::function<std::string(const study::StudyFolder&, const study::FolderState&)>;
+using Check = std::function<bool(const study::FolderState&)>;
 
-study::FolderState look(const LookArguments& arguments, study::FolderDepth depth,
-                        const Text& text) {
-    const study::StudyFolder folder(arguments.folder);
-    study::FolderState state = study::read_folder_state(folder, depth);
-    if (!arguments.json.empty())
-        present::write_json(arguments.json, present::to_json(state));
-    if (arguments.json != "-")
-        fmt::print("{}", text(folder, state));
-    return state;
-}
-
-std::shared_ptr<LookArguments> add_look_options(CLI::App& command) {
-    auto arguments = std::make_shared<LookArguments>();
-    add_option(command, "dir", arguments->folder, "DIR", "Folder of a study, complete or not")
-        ->required();
-    add_option(command, "--json", arguments->json, "FILE",
-               "Write it as JSON to this file (- for stdout)");
-    return arguments;
-}
-
-/// Adds `info` or `status`, which summarise the folder without reading the data.
-void add_glance(CLI::App& archive, CommandResult& result, const char* name, const char* description,
-                const Text& text) {
+/// Adds a command that prints the state of a folder; its exit code is 3 if the state `is_bad`.
+void add_look(CLI::App& archive, CommandResult& result, const char* name, const char* description,
+              study::FolderDepth depth, const Text& text, const Check& is_bad) {
     CLI::App* command = archive.add_subcommand(name, description);
-    auto arguments = add_look_options(*command);
-    command->callback([arguments, &result, text] {
-        if (!look(*arguments, study::FolderDepth::Glance, text).problems.empty())
-            result.exit_code = core::ExitCode::PointsFailed;
-    });
-}
-
-void add_verify(CLI::App& archive, CommandResult& result) {
-    CLI::App* command = archive.add_subcommand(
-        "verify", "Check every checksum and list what is damaged or missing (exit code 3)");
-    auto arguments = add_look_options(*command);
-    command->callback([arguments, &result] {
-        const auto state =
-            look(*arguments, study::FolderDepth::Verify,
-                 [](const auto&, const auto& found) { return present::verify_text(found); });
-        if (!state.is_whole())
+    auto arguments = std::make_shared<LookArguments>();
+    add_option(*command, "dir", arguments->folder, "DIR", "Folder of a study, complete or not")
+        ->required();
+    add_option(*command, "--json", arguments->json, "FILE",
+               "Write it as JSON to this file (- for stdout)");
+    command->callback([arguments, &result, depth, text, is_bad] {
+        const study::StudyFolder folder(arguments->folder);
+        const study::FolderState state = study::read_folder_state(folder, depth);
+        if (!arguments->json.empty())
+            present::write_json(arguments->json, present::to_json(state));
+        if (arguments->json != "-")
+            fmt::print("{}", text(folder, state));
+        if (is_bad(state))
             result.exit_code = core::ExitCode::PointsFailed;
     });
 }
@@ -134,13 +112,21 @@ void add_archive_command(CLI::App& app, CommandResult& result) {
     CLI::App* archive =
         app.add_subcommand("archive", "Look at, check, merge and export the folder of a study");
     archive->require_subcommand(1);
-    add_glance(*archive, result, "info",
-               "What is in a study's folder: points, tables, histories, provenance, size",
-               present::info_text);
-    add_glance(*archive, result, "status",
-               "Progress of a study, also while it runs; reads headers only",
-               [](const auto&, const auto& found) { return present::status_text(found); });
-    add_verify(*archive, result);
+    // `info` and `status` summarise the folder without reading the data.
+    const Check has_problems = [](const auto& state) { return !state.problems.empty(); };
+    add_look(*archive, result, "info",
+             "What is in a study's folder: points, tables, histories, provenance, size",
+             study::FolderDepth::Glance, present::info_text, has_problems);
+    add_look(
+        *archive, result, "status", "Progress of a study, also while it runs; reads headers only",
+        study::FolderDepth::Glance,
+        [](const auto&, const auto& state) { return present::status_text(state); }, has_problems);
+    add_look(
+        *archive, result, "verify",
+        "Check every checksum and list what is damaged or missing (exit code 3)",
+        study::FolderDepth::Verify,
+        [](const auto&, const auto& state) { return present::verify_text(state); },
+        [](const auto& state) { return !state.is_whole(); });
     add_merge(*archive, result);
     add_export(*archive, result);
 }

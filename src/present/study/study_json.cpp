@@ -29,10 +29,6 @@ using study::StudySummary;
 using study::TimestepStem;
 using study::TimestepSummary;
 
-json interval(const reduce::Coefficient& coefficient) {
-    return json::array({number(coefficient.lower), number(coefficient.upper)});
-}
-
 json histogram(const reduce::ResidualSummary& residuals) {
     return {{"edges", residuals.histogram.edges}, {"counts", residuals.histogram.counts}};
 }
@@ -41,7 +37,7 @@ json term_json(const reduce::Coefficient& coefficient) {
     return {{"term", coefficient.name},
             {"coefficient", number(coefficient.value)},
             {"standard_error", number(coefficient.standard_error)},
-            {"interval", interval(coefficient)},
+            {"interval", bounds_json(coefficient)},
             {"p_value", number(coefficient.p_value)}};
 }
 
@@ -56,15 +52,14 @@ json to_json(const reduce::RegressionOutcome& outcome, const char* predictor, co
         {"intercept", number(response.single.intercept.value)},
         {"slope", number(response.single.slope.value)},
         {"interval",
-         {{"intercept", interval(response.single.intercept)},
-          {"slope", interval(response.single.slope)}}},
+         {{"intercept", bounds_json(response.single.intercept)},
+          {"slope", bounds_json(response.single.slope)}}},
         {"adjusted_r2", number(response.single.regression.adjusted_r_squared)},
         {"residuals_percent", histogram(response.single.residuals)},
     };
-    json terms = json::array();
+    out["terms"] = json::array();
     if (response.reduced) {
-        for (const auto& coefficient : response.reduced->model.regression.coefficients)
-            terms.push_back(term_json(coefficient));
+        out["terms"] = array_of(response.reduced->model.regression.coefficients, term_json);
         out["terms_adjusted_r2"] = number(response.reduced->model.regression.adjusted_r_squared);
         out["adjusted_r2_full"] = number(response.reduced->model.full_adjusted_r_squared);
         out["terms_residuals_percent"] = histogram(response.reduced->residuals);
@@ -74,22 +69,17 @@ json to_json(const reduce::RegressionOutcome& outcome, const char* predictor, co
     } else {
         out["terms_reason"] = response.no_reduced_reason;
     }
-    out["terms"] = terms;
     return out;
-}
-
-json bounds(const reduce::Bounds& interval) {
-    return json::array({number(interval.lower), number(interval.upper)});
 }
 
 json to_json(const reduce::SampleSummary& population) {
     return {{"points", population.count},
             {"mean", number(population.mean)},
-            {"mean_interval", bounds(population.mean_interval)},
+            {"mean_interval", bounds_json(population.mean_interval)},
             {"standard_deviation", number(population.standard_deviation)},
-            {"standard_deviation_interval", bounds(population.standard_deviation_interval)},
+            {"standard_deviation_interval", bounds_json(population.standard_deviation_interval)},
             {"median", number(population.median)},
-            {"central_90_percent", bounds(population.central_90_percent)},
+            {"central_90_percent", bounds_json(population.central_90_percent)},
             {"lowest", number(population.lowest)},
             {"highest", number(population.highest)}};
 }
@@ -99,15 +89,15 @@ json to_json(const reduce::VarianceComponents& c) {
              {"tests", c.tests},
              {"between",
               {{"variance", number(c.between)},
-               {"interval", bounds(c.between_interval)},
+               {"interval", bounds_json(c.between_interval)},
                {"degrees_of_freedom", c.between_degrees_of_freedom}}},
              {"within",
               {{"variance", number(c.within)},
-               {"interval", bounds(c.within_interval)},
+               {"interval", bounds_json(c.within_interval)},
                {"degrees_of_freedom", c.within_degrees_of_freedom}}},
              {"intraclass_correlation",
               {{"value", number(c.intraclass_correlation)},
-               {"interval", bounds(c.intraclass_interval)}}},
+               {"interval", bounds_json(c.intraclass_interval)}}},
              {"f", number(c.f_statistic)},
              {"p_value", number(c.p_value)}};
     if (!c.reason.empty())
@@ -116,15 +106,15 @@ json to_json(const reduce::VarianceComponents& c) {
 }
 
 json to_json(const reduce::Share& share) {
-    return {{"value", number(share.value)}, {"interval", bounds(share.interval)}};
+    return {{"value", number(share.value)}, {"interval", bounds_json(share.interval)}};
 }
 
 json to_json(const reduce::Sensitivity& sensitivity) {
-    json indices = json::array();
-    for (const reduce::GroupSensitivity& group : sensitivity.groups)
-        indices.push_back({{"group", group.name},
-                           {"first_order", to_json(group.first_order)},
-                           {"total", to_json(group.total)}});
+    const auto indices = [](const reduce::GroupSensitivity& group) -> json {
+        return {{"group", group.name},
+                {"first_order", to_json(group.first_order)},
+                {"total", to_json(group.total)}};
+    };
     return {{"points", sensitivity.points},
             {"degree", sensitivity.degree},
             {"terms", sensitivity.terms},
@@ -132,7 +122,7 @@ json to_json(const reduce::Sensitivity& sensitivity) {
             {"mean", number(sensitivity.mean)},
             {"standard_deviation", number(sensitivity.standard_deviation)},
             {"interactions", number(sensitivity.interactions)},
-            {"indices", indices}};
+            {"indices", array_of(sensitivity.groups, indices)}};
 }
 
 void add_spread(json& out, const ReplicateSummary& summary) {
@@ -155,11 +145,10 @@ void add_spread(json& out, const ReplicateSummary& summary) {
         out["sensitivity"] = {{"reason", summary.no_sensitivity_reason}};
         return;
     }
-    json groups = json::array();
-    for (const FactorGroup& group : summary.groups)
-        groups.push_back({{"name", group.name}, {"factors", group.factors}});
     sensitivity["method"] = "polynomial chaos, degree by leave-one-out error";
-    sensitivity["groups"] = groups;
+    sensitivity["groups"] = array_of(summary.groups, [](const FactorGroup& group) -> json {
+        return {{"name", group.name}, {"factors", group.factors}};
+    });
     out["sensitivity"] = sensitivity;
 }
 
@@ -194,12 +183,9 @@ json limits_json(const TimestepSummary& summary) {
 json law_json(const reduce::TimestepLawOutcome& outcome, const char* form) {
     if (!outcome.law)
         return {{"form", form}, {"reason", outcome.reason}};
-    json coefficients = json::array();
-    for (const reduce::Coefficient& coefficient : outcome.law->regression.coefficients)
-        coefficients.push_back(term_json(coefficient));
     return {{"form", form},
             {"points", outcome.law->residuals.size()},
-            {"coefficients", coefficients},
+            {"coefficients", array_of(outcome.law->regression.coefficients, term_json)},
             {"largest_residual", number(outcome.law->largest_residual)}};
 }
 
@@ -222,13 +208,6 @@ json errors_at_json(const TimestepSummary& summary, std::size_t k) {
             {"frequency_error", of_step(&StepResult::frequency_error)},
             {"predicted_decay_error", of_step(&StepResult::predicted_decay_error)},
             {"predicted_frequency_error", of_step(&StepResult::predicted_frequency_error)}};
-}
-
-json errors_json(const TimestepSummary& summary) {
-    json out = json::array();
-    for (std::size_t k = 0; k < summary.options.fractions.size(); ++k)
-        out.push_back(errors_at_json(summary, k));
-    return out;
 }
 
 void write_limits(std::ostream& csv, const TimestepSummary& summary) {
@@ -257,10 +236,9 @@ void write_step_errors(std::ostream& csv, const TimestepSummary& summary) {
 }
 
 json failed_points(const std::vector<FailedPoint>& failed) {
-    json points = json::array();
-    for (const FailedPoint& point : failed)
-        points.push_back({{"point", point.point}, {"kind", point.kind}, {"reason", point.reason}});
-    return points;
+    return array_of(failed, [](const FailedPoint& point) -> json {
+        return {{"point", point.point}, {"kind", point.kind}, {"reason", point.reason}};
+    });
 }
 
 } // namespace
@@ -305,7 +283,8 @@ nlohmann::json to_json(const TimestepSummary& summary) {
                 law_json(laws.damped_oscillator, "(tau/dt)^2 = A + B beta (tau/dt)")},
                {"rule_form", law_json(laws.rule_form, "dt = tau/(a + b beta)")},
                {"power_law", law_json(laws.power_law, "ln dt = ln_c + p ln Y + q ln beta")}}},
-             {"errors", errors_json(summary)}};
+             {"errors", array_of_count(summary.options.fractions.size(),
+                                       [&](std::size_t k) { return errors_at_json(summary, k); })}};
     if (!summary.missing.empty())
         out["missing"] = summary.missing;
     if (!summary.options.fractions.empty())
@@ -352,6 +331,11 @@ void write_summary(const StudyFolder& folder, const TimestepSummary& summary) {
 }
 
 nlohmann::ordered_json to_json(const Repetition& repetition) {
+    const auto differing = [](const DifferingNumbers& numbers) -> nlohmann::ordered_json {
+        return {{"dataset", numbers.name},    {"unit", numbers.unit},
+                {"points", numbers.points},   {"first_point", numbers.first_point},
+                {"largest", numbers.largest}, {"largest_relative", numbers.largest_relative}};
+    };
     nlohmann::ordered_json json = {{"format", "culm-repetition"},
                                    {"format_version", "1.0"},
                                    {"is_identical", repetition.is_identical()},
@@ -359,14 +343,7 @@ nlohmann::ordered_json to_json(const Repetition& repetition) {
                                    {"missing_points", repetition.missing},
                                    {"datasets", repetition.datasets},
                                    {"other_outcomes", repetition.other_outcomes}};
-    json["differing"] = nlohmann::ordered_json::array();
-    for (const DifferingNumbers& numbers : repetition.differing)
-        json["differing"].push_back({{"dataset", numbers.name},
-                                     {"unit", numbers.unit},
-                                     {"points", numbers.points},
-                                     {"first_point", numbers.first_point},
-                                     {"largest", numbers.largest},
-                                     {"largest_relative", numbers.largest_relative}});
+    json["differing"] = array_of<nlohmann::ordered_json>(repetition.differing, differing);
     json["facts"] = nlohmann::ordered_json::object();
     for (const Repetition::Fact& fact : repetition.facts)
         json["facts"][fact.name] = {{"archived", fact.archived}, {"now", fact.now}};
