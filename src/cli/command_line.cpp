@@ -63,6 +63,21 @@ std::string next_step(const std::string& command) {
     return "\nnext: " + command + '\n';
 }
 
+core::ExitCode with_refusals(bool prints, const std::function<core::ExitCode()>& action) {
+    const auto refuse = [prints](const std::exception& error) {
+        if (prints)
+            print_error(error.what());
+        return core::ExitCode::BadInput;
+    };
+    try {
+        return action();
+    } catch (const core::InputError& error) {
+        return refuse(error);
+    } catch (const core::StorageError& error) {
+        return refuse(error);
+    }
+}
+
 core::ExitCode
 alone_or_under_launcher(int& argc, char**& argv,
                         const std::function<core::ExitCode(const farm::Communicator*)>& action) {
@@ -70,18 +85,7 @@ alone_or_under_launcher(int& argc, char**& argv,
         return action(nullptr);
     const farm::Environment environment(argc, argv);
     const farm::Communicator communicator = environment.world();
-    const auto refuse = [&communicator](const char* reason) {
-        if (is_root(&communicator))
-            print_error(reason);
-        return core::ExitCode::BadInput;
-    };
-    try {
-        return action(&communicator);
-    } catch (const core::InputError& error) {
-        return refuse(error.what());
-    } catch (const core::StorageError& error) {
-        return refuse(error.what());
-    }
+    return with_refusals(is_root(&communicator), [&] { return action(&communicator); });
 }
 
 } // namespace culm::cli

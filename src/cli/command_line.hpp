@@ -47,6 +47,11 @@ void print_warning(std::string_view text);
 /// "next: culm fit DIR" after an empty line.
 [[nodiscard]] std::string next_step(const std::string& command);
 
+/// Calls `action`; prints an InputError or StorageError that it throws if `prints`, and returns the
+/// exit code of bad input then.
+[[nodiscard]] core::ExitCode with_refusals(bool prints,
+                                           const std::function<core::ExitCode()>& action);
+
 /// Calls `action` with the ranks of the launcher, or with null if no launcher started this process.
 /// Under a launcher every rank meets the same InputError or StorageError, and rank 0 prints it.
 [[nodiscard]] core::ExitCode

@@ -97,7 +97,10 @@ int run(int argc, char** argv) {
     culm::cli::add_keys_command(app);
     try {
         std::vector<char*> words = without_help_command(argc, argv);
-        app.parse(static_cast<int>(words.size()), words.data());
+        return static_cast<int>(culm::cli::with_refusals(true, [&] { // `run` answers its own
+            app.parse(static_cast<int>(words.size()), words.data());
+            return result.exit_code;
+        }));
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0)
             return app.exit(error);
@@ -106,17 +109,10 @@ int run(int argc, char** argv) {
         fmt::print(stderr, "{}{}", culm::cli::style_of(stderr).failure(text.substr(0, colon)),
                    text.substr(colon));
         return static_cast<int>(ExitCode::BadInput);
-    } catch (const culm::core::InputError& error) {
-        culm::cli::print_error(error.what());
-        return static_cast<int>(ExitCode::BadInput);
     } catch (const culm::core::NumericalError& error) {
         culm::cli::print_error(error.what());
         return static_cast<int>(ExitCode::PointsFailed);
-    } catch (const culm::core::StorageError& error) { // `run` answers its own
-        culm::cli::print_error(error.what());
-        return static_cast<int>(ExitCode::BadInput);
     }
-    return static_cast<int>(result.exit_code);
 }
 
 } // namespace

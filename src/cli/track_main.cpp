@@ -95,11 +95,10 @@ std::string cost_of(const TrackPlan& plan, int cores) {
     }
     if (frames == 0) // the tracking reports why
         return {};
-    const std::size_t videos = plan.settings.size();
-    return fmt::format("{} frames in {} video{}: about {} of processor time on the reference "
-                       "machine, shared by {} core{}\n",
-                       frames, videos, videos == 1 ? "" : "s", present::estimate_text(seconds),
-                       cores, cores == 1 ? "" : "s");
+    return fmt::format("{} frames in {}: about {} of processor time on the reference machine, "
+                       "shared by {}\n",
+                       frames, present::counted(plan.settings.size(), "video"),
+                       present::estimate_text(seconds), present::counted(cores, "core"));
 }
 
 int threads_per_rank(int wanted, int ranks) {
@@ -122,34 +121,27 @@ VideoOutcome track_one(const TrackPlan& plan, std::size_t index, int threads, bo
     }
 }
 
-std::vector<std::string> tracked_folders(const TrackPlan& plan,
-                                         const std::vector<VideoOutcome>& outcomes) {
-    std::vector<std::string> folders;
-    for (std::size_t i = 0; i < outcomes.size(); ++i)
-        if (outcomes[i].is_tracked)
-            folders.push_back(plan.folders[i].string());
-    return folders;
-}
-
 core::ExitCode print(const TrackPlan& plan, const std::vector<VideoOutcome>& outcomes,
                      const std::vector<std::string>& failures) {
-    std::size_t tracked = 0;
-    for (const VideoOutcome& outcome : outcomes) {
-        tracked += outcome.is_tracked ? 1 : 0;
-        if (outcome.is_tracked)
-            fmt::print("{}", outcome.text);
-        else if (!outcome.text.empty()) // otherwise the failures contain the reason
-            print_error(outcome.text);
+    std::vector<std::string> tracked;
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+        if (outcomes[i].is_tracked) {
+            tracked.push_back(plan.folders[i].string());
+            fmt::print("{}", outcomes[i].text);
+        } else if (!outcomes[i].text.empty()) { // otherwise the failures contain the reason
+            print_error(outcomes[i].text);
+        }
     }
     for (const std::string& failure : failures)
         print_error(failure);
-    if (tracked > 0)
-        fmt::print("{}", next_step("culm fit" + as_words(tracked_folders(plan, outcomes))));
-    if (tracked == outcomes.size())
+    if (!tracked.empty())
+        fmt::print("{}", next_step("culm fit" + as_words(tracked)));
+    if (tracked.size() == outcomes.size())
         return core::ExitCode::Done;
     if (outcomes.size() > 1)
-        print_error(fmt::format("{} of {} videos gave a measurement", tracked, outcomes.size()));
-    return tracked == 0 ? core::ExitCode::BadInput : core::ExitCode::PointsFailed;
+        print_error(
+            fmt::format("{} of {} videos gave a measurement", tracked.size(), outcomes.size()));
+    return tracked.empty() ? core::ExitCode::BadInput : core::ExitCode::PointsFailed;
 }
 
 core::ExitCode track(const TrackArguments& arguments, const farm::Communicator* communicator) {
@@ -193,10 +185,8 @@ void print_survey(const std::string& location) {
 } // namespace
 
 core::ExitCode run_track(const TrackArguments& arguments, int& argc, char**& argv) {
-    return alone_or_under_launcher(argc, argv,
-                                   [&arguments](const farm::Communicator* communicator) {
-                                       return track(arguments, communicator);
-                                   });
+    return alone_or_under_launcher(
+        argc, argv, [&](const auto* communicator) { return track(arguments, communicator); });
 }
 
 } // namespace culm::cli
@@ -215,17 +205,13 @@ ExitCode run(int argc, char** argv) {
     survey->add_option("location", location)->required();
     survey->callback([&location] { culm::cli::print_survey(location); });
     try {
-        app.parse(argc, argv);
+        return culm::cli::with_refusals(true, [&] {
+            app.parse(argc, argv);
+            return result.exit_code;
+        });
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? ExitCode::Done : ExitCode::BadInput;
-    } catch (const culm::core::InputError& error) {
-        culm::cli::print_error(error.what());
-        return ExitCode::BadInput;
-    } catch (const culm::core::StorageError& error) {
-        culm::cli::print_error(error.what());
-        return ExitCode::BadInput;
     }
-    return result.exit_code;
 }
 
 } // namespace

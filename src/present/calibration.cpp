@@ -112,14 +112,10 @@ std::string short_reason(const diagnose::Verdict& verdict) {
 }
 
 std::string adequacy_text(const diagnose::Verdict& verdict) {
-    switch (verdict.finding) {
-    case diagnose::Finding::Adequate:
+    if (verdict.finding == diagnose::Finding::Adequate)
         return "No model deficiency detectable in this recording.";
-    case diagnose::Finding::Inadequate:
+    if (verdict.finding == diagnose::Finding::Inadequate)
         return fmt::format("Model inadequate; failed tests: {}.", short_reason(verdict));
-    case diagnose::Finding::Undecided:
-        break;
-    }
     return fmt::format("Undecided whether the model is adequate: {}.", verdict.reason);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "present/comparison.hpp"
+#include "present/parameters.hpp"
 
 #include <algorithm>
 #include <array>
@@ -38,15 +39,10 @@ std::string whether_it_fits(const Comparison& comparison) {
             ? fmt::format("residual {} (rms); the noise is not stated", unit.text(comparison.rmse))
             : fmt::format("residual {} (rms), noise {}, ratio {:.2f}", unit.text(comparison.rmse),
                           unit.text(comparison.noise), comparison.over_noise);
-    switch (verdict.finding) {
-    case Finding::Adequate:
-        return fmt::format("The model is adequate: {} ({}).", sizes, p_in_words(verdict.p_value));
-    case Finding::Inadequate:
-        return fmt::format("The model is inadequate: {} ({}).", sizes, p_in_words(verdict.p_value));
-    case Finding::Undecided:
-        break;
-    }
-    return fmt::format("Undecided: {}.", verdict.reason);
+    if (verdict.finding == Finding::Undecided)
+        return fmt::format("Undecided: {}.", verdict.reason);
+    return fmt::format("The model is {}: {} ({}).", finding_text(verdict.finding), sizes,
+                       p_in_words(verdict.p_value));
 }
 
 std::string where_it_fails(const Comparison& comparison) {

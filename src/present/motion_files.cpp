@@ -5,6 +5,7 @@
 #include "present/files.hpp"
 #include "present/parameters.hpp"
 
+#include <functional>
 #include <limits>
 #include <string>
 #include <utility>
@@ -58,36 +59,26 @@ void add_predicted(std::vector<NamedArray>& arrays, const std::string& group,
 void add_windows(std::vector<NamedArray>& arrays, const std::string& group,
                  const std::vector<residuals::SwingWindow>& windows,
                  std::optional<residuals::WindowFit> residuals::SwingWindow::*side) {
-    struct Column {
-        const char* name;
-        const char* unit;
-        const char* description;
-        double (*get)(const residuals::WindowFit&);
-    };
-    static constexpr Column columns[]{
-        {"amplitude", "m", "in the middle of the window",
-         [](const residuals::WindowFit& fit) { return fit.amplitude; }},
-        {"frequency", "Hz", "",
-         [](const residuals::WindowFit& fit) { return fit.frequency.value; }},
-        {"frequency_stderr", "Hz", "",
-         [](const residuals::WindowFit& fit) { return fit.frequency.standard_error; }},
-        {"decay_per_cycle", "1", "b1 per cycle",
-         [](const residuals::WindowFit& fit) { return fit.decay_per_cycle.value; }},
-        {"decay_per_cycle_stderr", "1", "",
-         [](const residuals::WindowFit& fit) { return fit.decay_per_cycle.standard_error; }},
-        {"rest", "m", "position of rest",
-         [](const residuals::WindowFit& fit) { return fit.rest.value; }},
-        {"rest_stderr", "m", "",
-         [](const residuals::WindowFit& fit) { return fit.rest.standard_error; }}};
-    for (const Column& column : columns) {
+    using residuals::WindowFit;
+    const auto add = [&](const std::string& name, const char* unit, const char* description,
+                         const auto& get) {
         std::vector<double> values;
-        values.reserve(windows.size());
         for (const residuals::SwingWindow& window : windows)
-            values.push_back(window.*side ? column.get(*(window.*side))
+            values.push_back(window.*side ? get(*(window.*side))
                                           : std::numeric_limits<double>::quiet_NaN());
-        arrays.push_back(series(fmt::format("{}/{}", group, column.name), column.unit,
-                                column.description, std::move(values)));
-    }
+        arrays.push_back(series(group + '/' + name, unit, description, std::move(values)));
+    };
+    const auto add_estimate = [&add](const std::string& name, const char* unit,
+                                     const char* description,
+                                     reduce::Estimate WindowFit::*quantity) {
+        add(name, unit, description, [=](const auto& fit) { return (fit.*quantity).value; });
+        add(name + "_stderr", unit, "",
+            [=](const auto& fit) { return (fit.*quantity).standard_error; });
+    };
+    add("amplitude", "m", "in the middle of the window", std::mem_fn(&WindowFit::amplitude));
+    add_estimate("frequency", "Hz", "", &WindowFit::frequency);
+    add_estimate("decay_per_cycle", "1", "b1 per cycle", &WindowFit::decay_per_cycle);
+    add_estimate("rest", "m", "position of rest", &WindowFit::rest);
 }
 
 /// A group of comparison.h5: the motion of a model, the spectrum of its residuals, and the swing of

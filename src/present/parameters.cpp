@@ -117,28 +117,16 @@ json contradictions_json(std::span<const fit::FittedParameter> parameters) {
 }
 
 std::string_view finding_text(diagnose::Finding finding) {
-    switch (finding) {
-    case diagnose::Finding::Adequate:
-        return "adequate";
-    case diagnose::Finding::Inadequate:
-        return "inadequate";
-    case diagnose::Finding::Undecided:
-        break;
-    }
-    return "undecided";
+    return finding == diagnose::Finding::Adequate     ? "adequate"
+           : finding == diagnose::Finding::Inadequate ? "inadequate"
+                                                      : "undecided";
 }
 
 std::string finding_text(diagnose::Finding finding, const TextStyle& style) {
     const std::string_view text = finding_text(finding);
-    switch (finding) {
-    case diagnose::Finding::Adequate:
-        return style.good(text);
-    case diagnose::Finding::Inadequate:
-        return style.warning(text);
-    case diagnose::Finding::Undecided:
-        break;
-    }
-    return std::string(text);
+    return finding == diagnose::Finding::Adequate     ? style.good(text)
+           : finding == diagnose::Finding::Inadequate ? style.warning(text)
+                                                      : std::string(text);
 }
 
 json tests_json(std::span<const residuals::LackOfFitTest> tests) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <sstream>
 #include <string>
@@ -49,7 +50,7 @@ inline constexpr std::size_t result_width = 98;
 }
 
 /// "1 height", "9 heights".
-[[nodiscard]] inline std::string counted(std::size_t count, const char* noun) {
+[[nodiscard]] inline std::string counted(std::integral auto count, const char* noun) {
     return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 

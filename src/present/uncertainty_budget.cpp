@@ -18,26 +18,18 @@ namespace {
 
 using nlohmann::json;
 
+/// How inputs of a unit are shown, as in stem.toml's keys.
 struct Shown {
+    std::string_view si_unit;
     double scale;
     const char* unit;
 };
 
-/// Scale and unit of an input, as in stem.toml's keys.
 Shown shown(const fit::StatedInput& input) {
-    if (input.unit == "m")
-        return {1e3, " mm"};
-    if (input.unit == "m²")
-        return {1e6, " mm²"};
-    if (input.unit == "m⁴")
-        return {1e12, " mm⁴"};
-    if (input.unit == "kg")
-        return {1e3, " g"};
-    if (input.unit.empty())
-        return {100.0, " %"};
-    if (input.unit == "1")
-        return {1.0, ""};
-    return {1.0, " kg/m³"};
+    static constexpr Shown units[]{{"m", 1e3, " mm"}, {"m²", 1e6, " mm²"}, {"m⁴", 1e12, " mm⁴"},
+                                   {"kg", 1e3, " g"}, {"", 100.0, " %"},   {"1", 1.0, ""}};
+    const auto* found = std::ranges::find(units, input.unit, &Shown::si_unit);
+    return found != std::end(units) ? *found : Shown{input.unit, 1.0, " kg/m³"};
 }
 
 /// "-" for the inputs of picture and clock, which are corrections without a stated value.

@@ -5,6 +5,7 @@
 #include "cli/provenance.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "measure/import/import_recording.hpp"
+#include "present/text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,10 +26,10 @@ struct ImportArguments {
 };
 
 std::string time_gaps_text(const measure::TimeGaps& gaps) {
-    return gaps.count == 0
-               ? "no gap in time"
-               : fmt::format("{} gap{} in time, the longest {:.4g} ms at {:.6g} s", gaps.count,
-                             gaps.count == 1 ? "" : "s", 1e3 * gaps.longest, gaps.begin_of_longest);
+    return gaps.count == 0 ? "no gap in time"
+                           : fmt::format("{} in time, the longest {:.4g} ms at {:.6g} s",
+                                         present::counted(gaps.count, "gap"), 1e3 * gaps.longest,
+                                         gaps.begin_of_longest);
 }
 
 /// Writes the recording as a table into the output folder, and imports that.
@@ -58,10 +59,10 @@ void import_measurement(const ImportArguments& arguments) {
         std::ranges::count_if(measurement.times, [](double time) { return time < 0.0; });
     const auto missing = std::ranges::count_if(measurement.deflections,
                                                [](double value) { return std::isnan(value); });
-    fmt::print("{}: {} height{}, {} frames ({} before the release), {} readings missing; {}\n",
-               arguments.output, measurement.heights.size(),
-               measurement.heights.size() == 1 ? "" : "s", measurement.times.size(), before,
-               missing, time_gaps_text(measure::time_gaps(measurement.times)));
+    fmt::print("{}: {}, {} frames ({} before the release), {} readings missing; {}\n",
+               arguments.output, present::counted(measurement.heights.size(), "height"),
+               measurement.times.size(), before, missing,
+               time_gaps_text(measure::time_gaps(measurement.times)));
     for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
         double largest = 0.0;
         for (const double value : measurement.history(j))

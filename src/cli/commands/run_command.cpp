@@ -8,7 +8,6 @@
 #include "cluster/walltime.hpp"
 #include "farm/batch.hpp"
 #include "farm/communicator.hpp"
-#include "farm/environment.hpp"
 #include "present/files.hpp"
 #include "present/study/study.hpp"
 #include "present/text.hpp"
@@ -22,6 +21,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -110,13 +110,13 @@ std::string plan_text(const study::Study& study, const std::vector<std::int64_t>
         "study          {}\n"
         "points         {} in {} batch{}{}\n"
         "integrator     {}\n"
-        "estimated cost {:.3g} core seconds, {:.3g} s on {} rank{}\n"
+        "estimated cost {:.3g} core seconds, {:.3g} s on {}\n"
         "memory         {} per rank\n"
         "archive        {} before compression\n",
         study.config.name, plan.points, plan.batches, plan.batches == 1 ? "" : "es",
         fills_lanes ? fmt::format(", up to {} SIMD lanes each", lanes) : "",
-        study::integrator_text(study.config), plan.core_seconds, plan.core_seconds / ranks, ranks,
-        ranks == 1 ? "" : "s", present::bytes_text(plan.memory_bytes_per_rank),
+        study::integrator_text(study.config), plan.core_seconds, plan.core_seconds / ranks,
+        present::counted(ranks, "rank"), present::bytes_text(plan.memory_bytes_per_rank),
         present::bytes_text(plan.archive_bytes));
     if (const std::int64_t tests = study.design.tests; tests > 1)
         text += fmt::format("stems          {}, {} tests of each\n",
@@ -128,8 +128,8 @@ std::string plan_text(const study::Study& study, const std::vector<std::int64_t>
 std::string announcement(const study::Estimate& plan, const farm::Pace& pace, int ranks) {
     const double seconds = plan.core_seconds * (pace.is_known() ? pace.mean() : 1.0);
     std::string text = fmt::format(
-        "{} point{} to compute: about {} of processor time {}", plan.points,
-        plan.points == 1 ? "" : "s", present::estimate_text(seconds),
+        "{} to compute: about {} of processor time {}", present::counted(plan.points, "point"),
+        present::estimate_text(seconds),
         pace.is_known() ? "at the pace of this study's runs so far" : "on the reference machine");
     if (ranks > 1)
         text += fmt::format(", {} on {} ranks", present::estimate_text(seconds / ranks), ranks);
@@ -178,17 +178,18 @@ core::ExitCode report_early_stop(const study::Study& study, const study::StudyFo
     return core::ExitCode::StoppedEarly;
 }
 
-/// Prints the results of a reduced study and their files; returns the command's exit code.
+/// Writes and prints the results of a reduced study; returns the command's exit code.
 template <class Summary>
-core::ExitCode print_summary(const study::StudyFolder& folder, const Summary& summary,
-                             const std::string& table) {
+core::ExitCode hand_out(const study::StudyFolder& folder, const Summary& summary,
+                        const std::string& table) {
+    present::write_summary(folder, summary);
     const auto failed = static_cast<std::int64_t>(summary.failed.size());
     const present::TextStyle style = style_of(stdout);
     const std::string completed =
         fmt::format("{} of {} points completed", summary.points - failed, summary.points);
-    fmt::print("{}\n{}, computed in {:.2f} s on {} rank{}\narchive {}\nsummary {}\n", table,
+    fmt::print("{}\n{}, computed in {:.2f} s on {}\narchive {}\nsummary {}\n", table,
                failed == 0 ? style.good(completed) : style.failure(completed), summary.wall_s,
-               summary.ranks, summary.ranks == 1 ? "" : "s", folder.archive().string(),
+               present::counted(summary.ranks, "rank"), folder.archive().string(),
                folder.summary().string());
     return failed == 0 ? core::ExitCode::Done : core::ExitCode::PointsFailed;
 }
@@ -198,12 +199,10 @@ core::ExitCode report(const study::StudyFolder& folder) {
     const study::ArchivedStudy archived = study::open_archive(folder);
     if (archived.study.config.kind == study::StudyKind::Timestep) {
         const study::TimestepSummary summary = study::reduce_timestep_study(archived);
-        present::write_summary(folder, summary);
-        return print_summary(folder, summary, present::timestep_table(summary));
+        return hand_out(folder, summary, present::timestep_table(summary));
     }
     const study::StudySummary summary = study::reduce_study(archived, std::nullopt);
-    present::write_summary(folder, summary);
-    return print_summary(folder, summary, present::regression_table(summary));
+    return hand_out(folder, summary, present::regression_table(summary));
 }
 
 /// Compares the two folders' archives, writes repetition.json into `now` and prints the text.
@@ -251,8 +250,7 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
     const study::StudyFolder folder(output);
     if (arguments.dry_run) {
         std::vector<std::int64_t> all(static_cast<std::size_t>(study.design.point_count()));
-        for (std::size_t k = 0; k < all.size(); ++k)
-            all[k] = static_cast<std::int64_t>(k);
+        std::iota(all.begin(), all.end(), 0);
         if (prints)
             fmt::print("{}output         {}\n", plan_text(study, all, ranks), output);
         return core::ExitCode::Done;
@@ -313,30 +311,6 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
     return exit_code;
 }
 
-core::ExitCode run_alone(const RunArguments& arguments) {
-    try {
-        return run(arguments, nullptr);
-    } catch (const core::StorageError& error) {
-        return storage_failure(error);
-    }
-}
-
-/// Under a launcher every rank meets the same errors; only one rank prints them.
-core::ExitCode run_under_launcher(const RunArguments& arguments, int& argc, char**& argv) {
-    const farm::Environment environment(argc, argv);
-    const farm::Communicator communicator = environment.world();
-    const bool prints = is_root(&communicator);
-    try {
-        return run(arguments, &communicator);
-    } catch (const core::InputError& error) {
-        if (prints)
-            print_error(error.what());
-        return core::ExitCode::BadInput;
-    } catch (const core::StorageError& error) {
-        return prints ? storage_failure(error) : core::ExitCode::StoppedEarly;
-    }
-}
-
 } // namespace
 
 void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& argv) {
@@ -373,9 +347,14 @@ void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& ar
         // Before all else: batch systems may send signals while MPI is still starting.
         if (!arguments->dry_run)
             watch_stop_signals();
-        result.exit_code = farm::Environment::is_under_launcher()
-                               ? run_under_launcher(*arguments, argc, argv)
-                               : run_alone(*arguments);
+        result.exit_code = alone_or_under_launcher(argc, argv, [&](const auto* communicator) {
+            try {
+                return run(*arguments, communicator);
+            } catch (const core::StorageError& error) { // every rank meets it
+                return is_root(communicator) ? storage_failure(error)
+                                             : core::ExitCode::StoppedEarly;
+            }
+        });
     });
 }
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "present/study/archive.hpp"
 
+#include "present/files.hpp"
 #include "present/text.hpp"
 #include "study/execute/folder_state.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <ranges>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,16 @@ namespace {
 
 using archive::PointStatus;
 using study::FolderState;
+
+/// Points of this status, ascending; empty if the points are unknown.
+std::vector<std::int64_t> points_with(const FolderState& state, PointStatus status) {
+    std::vector<std::int64_t> found;
+    if (state.points)
+        for (std::size_t k = 0; k < state.points->size(); ++k)
+            if ((*state.points)[k] == status)
+                found.push_back(static_cast<std::int64_t>(k));
+    return found;
+}
 
 std::string counts_text(const FolderState& state) {
     if (!state.points)
@@ -77,17 +89,18 @@ std::string journals_text(const FolderState& state) {
             : fmt::format("; {} of a point that has another one", state.repeated_outcomes));
 }
 
+/// The points of which a process has begun the computation.
+std::string started_points(const FolderState& state) {
+    const auto points = state.unfinished_starts | std::views::keys;
+    return ranges_text({points.begin(), points.end()});
+}
+
 std::string unfinished_text(const FolderState& state) {
     if (state.unfinished_starts.empty())
         return {};
-    std::vector<std::int64_t> points;
-    int most = 0;
-    for (const auto& [point, times] : state.unfinished_starts) {
-        points.push_back(point);
-        most = std::max(most, times);
-    }
-    std::string text =
-        fmt::format("started   {} without an outcome: {}\n", points.size(), ranges_text(points));
+    const int most = std::ranges::max(state.unfinished_starts | std::views::values);
+    std::string text = fmt::format("started   {} without an outcome: {}\n",
+                                   state.unfinished_starts.size(), started_points(state));
     if (most > 1)
         text += fmt::format("          up to {} times: processes died while they computed them\n",
                             most);
@@ -121,15 +134,6 @@ std::string ranges_text(const std::vector<std::int64_t>& points, std::size_t mos
     return text;
 }
 
-std::vector<std::int64_t> points_with(const FolderState& state, PointStatus status) {
-    std::vector<std::int64_t> found;
-    if (state.points)
-        for (std::size_t k = 0; k < state.points->size(); ++k)
-            if ((*state.points)[k] == status)
-                found.push_back(static_cast<std::int64_t>(k));
-    return found;
-}
-
 std::string info_text(const study::StudyFolder& folder, const FolderState& state) {
     std::string text = fmt::format("folder    {}\n", folder.path().string());
     if (state.archive)
@@ -139,9 +143,9 @@ std::string info_text(const study::StudyFolder& folder, const FolderState& state
     if (!state.journals.empty())
         text += journals_text(state);
     if (!state.archive && state.note)
-        text += fmt::format("study     {} ({}), last started {} on {} rank{}\n", state.note->name,
-                            state.note->config_file, state.note->start, state.note->ranks,
-                            state.note->ranks == 1 ? "" : "s");
+        text += fmt::format("study     {} ({}), last started {} on {}\n", state.note->name,
+                            state.note->config_file, state.note->start,
+                            counted(state.note->ranks, "rank"));
     text += counts_text(state);
     if (state.archive)
         text +=
@@ -163,8 +167,8 @@ std::string status_text(const FolderState& state) {
                                                        : "not running; --resume writes study.h5");
     text += counts_text(state);
     if (state.note)
-        text += fmt::format("started   {} on {} rank{}\n", state.note->start, state.note->ranks,
-                            state.note->ranks == 1 ? "" : "s");
+        text += fmt::format("started   {} on {}\n", state.note->start,
+                            counted(state.note->ranks, "rank"));
     if (!state.journals.empty()) {
         double youngest = std::numeric_limits<double>::infinity();
         for (const study::JournalState& journal : state.journals)
@@ -172,14 +176,9 @@ std::string status_text(const FolderState& state) {
         text += journals_text(state) +
                 fmt::format("last      written {:.0f} s ago\n", std::max(0.0, youngest));
     }
-    if (state.is_running() && !state.unfinished_starts.empty()) {
-        std::vector<std::int64_t> points;
-        for (const auto& [point, times] : state.unfinished_starts)
-            points.push_back(point);
-        text += fmt::format("computing {}\n", ranges_text(points));
-    } else {
-        text += unfinished_text(state);
-    }
+    text += state.is_running() && !state.unfinished_starts.empty()
+                ? fmt::format("computing {}\n", started_points(state))
+                : unfinished_text(state);
     for (const std::string& problem : state.problems)
         text += fmt::format("problem   {}\n", problem);
     return text;
@@ -217,11 +216,15 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json columns_json(const std::vector<archive::Column>& columns) {
-    ordered_json list = ordered_json::array();
-    for (const archive::Column& column : columns)
-        list.push_back({{"name", column.name}, {"unit", column.unit}});
-    return list;
+ordered_json column_json(const archive::Column& column) {
+    return {{"name", column.name}, {"unit", column.unit}};
+}
+
+ordered_json damaged_json(const archive::DamagedDataset& dataset) {
+    return {{"dataset", dataset.name},
+            {"damaged_chunks", dataset.damaged_chunks},
+            {"chunks", dataset.chunks},
+            {"reason", dataset.reason}};
 }
 
 ordered_json pairs_json(const std::vector<std::pair<std::string, std::string>>& entries) {
@@ -236,8 +239,8 @@ ordered_json archive_json(const FolderState& state) {
     if (state.archive) {
         const archive::StudyDescription& description = *state.archive;
         json["culm"] = description.version;
-        json["factors"] = columns_json(description.factors);
-        json["results"] = columns_json(description.results);
+        json["factors"] = array_of<ordered_json>(description.factors, column_json);
+        json["results"] = array_of<ordered_json>(description.results, column_json);
         json["stored"] = {{"tip", description.stored.tip},
                           {"heights", description.stored.heights},
                           {"positions", description.stored.positions}};
@@ -249,12 +252,7 @@ ordered_json archive_json(const FolderState& state) {
     if (state.verification) {
         json["datasets"] = state.verification->datasets;
         json["chunks"] = state.verification->chunks;
-        json["damaged"] = ordered_json::array();
-        for (const archive::DamagedDataset& dataset : state.verification->damaged)
-            json["damaged"].push_back({{"dataset", dataset.name},
-                                       {"damaged_chunks", dataset.damaged_chunks},
-                                       {"chunks", dataset.chunks},
-                                       {"reason", dataset.reason}});
+        json["damaged"] = array_of<ordered_json>(state.verification->damaged, damaged_json);
     }
     return json;
 }
@@ -289,9 +287,7 @@ ordered_json to_json(const FolderState& state) {
     }
     json["is_running"] = state.is_running();
     json["archive"] = state.archive_bytes > 0 || state.archive ? archive_json(state) : nullptr;
-    json["journals"] = ordered_json::array();
-    for (const study::JournalState& journal : state.journals)
-        json["journals"].push_back(journal_json(journal));
+    json["journals"] = array_of<ordered_json>(state.journals, journal_json);
     json["repeated_outcomes"] = state.repeated_outcomes;
     json["unfinished_starts"] = ordered_json::array();
     for (const auto& [point, times] : state.unfinished_starts)

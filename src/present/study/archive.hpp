@@ -16,10 +16,6 @@ namespace culm::present {
 [[nodiscard]] std::string ranges_text(const std::vector<std::int64_t>& points,
                                       std::size_t most = 12);
 
-/// Points of this status, ascending; empty if the points are unknown.
-[[nodiscard]] std::vector<std::int64_t> points_with(const study::FolderState& state,
-                                                    archive::PointStatus status);
-
 /// Content of the folder: study, points, tables, histories, provenance, size.
 [[nodiscard]] std::string info_text(const study::StudyFolder& folder,
                                     const study::FolderState& state);
